@@ -1,0 +1,461 @@
+"""`Ensemble`: asperities that share one approach and one tangential displacement, and how their state moves."""
+
+import math
+from typing import Any, Self
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+
+from historysim import friction as friction_laws
+from historysim.asperity import Asperity, SlipState
+from historysim.contact.hertz import checked
+from historysim.errors import FrictionLimitError, InputError
+from historysim.materials import MaterialPair
+from historysim.memory import kernel
+from historysim.memory.traction import TractionMemory
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+FIRST_ROOM = 8
+
+
+@attrs.frozen(eq=False)
+class EnsembleState:
+    """The state of an ensemble: a value, never changed once made.
+
+    Attributes
+    ----------
+    contact : kernel.Contact
+        Geometry and present friction, in the order of the friction groups.
+    order : array (asperity)
+        The ensemble's index of each asperity in that order.
+    memory : kernel.Memory
+        What the asperities remember, and the present loads, dimensionless.
+    units : kernel.Units
+    normal_control, tangential_control : int
+        How each channel was last controlled (`kernel.LOAD` or `kernel.DISPLACED`), which is how it is
+        held until it is told to move.
+    """
+
+    contact: kernel.Contact = attrs.field(repr=False)
+    order: Integers = attrs.field(repr=False)
+    memory: kernel.Memory = attrs.field(repr=False)
+    units: kernel.Units = attrs.field(repr=False)
+    normal_control: int = kernel.LOAD
+    tangential_control: int = kernel.LOAD
+
+    @property
+    def normal_load(self) -> float:
+        """Total normal load [N]."""
+        return float(self.memory.now[kernel.NORMAL_LOAD]) * self.units.load
+
+    @property
+    def tangential_load(self) -> float:
+        """Total tangential load [N]."""
+        return float(self.memory.now[kernel.TANGENTIAL_LOAD]) * self.units.load
+
+    @property
+    def approach(self) -> float:
+        """Approach of the highest summit from first touch [m]; negative where nothing touches."""
+        return float(self.memory.now[kernel.APPROACH]) * self.units.length
+
+    @property
+    def tangential_displacement(self) -> float:
+        """Rigid tangential displacement U [m]."""
+        return float(self.memory.now[kernel.DISPLACEMENT]) * self.units.displacement
+
+    @property
+    def dissipated_energy(self) -> float:
+        """Energy that friction has taken since the start, all asperities [J]."""
+        return float(self.memory.now[kernel.DISSIPATED]) * self.units.energy
+
+    @property
+    def stored_energy(self) -> float:
+        """Tangential elastic energy that all asperities hold [J]."""
+        unused = np.zeros(self.order.size)
+        return kernel.stored_energy(self.contact, self.memory, unused) * self.units.energy
+
+
+def _array(name: str, values: npt.ArrayLike, count: int | None = None, *, above: float = -math.inf) -> Floats:
+    array = np.atleast_1d(checked(name, values, above=above))
+    if array.ndim > 1 or array.size == 0:
+        raise InputError(f"{name} has shape {array.shape}; expected one number, or a list with one per asperity")
+    if count is not None and array.size not in {1, count}:
+        raise InputError(f"{name} has {array.size} values for {count} asperities; expected one, or one per asperity")
+    array = np.array(array if count is None else np.broadcast_to(array, count))
+    array.flags.writeable = False
+    return array
+
+
+@attrs.frozen(eq=False, init=False)
+class Ensemble:
+    """Hertzian asperities under one rigid flat: shared approach, shared tangential displacement, no other interaction.
+
+    Parameters
+    ----------
+    pair : MaterialPair
+    summit_height : array_like
+        Heights z of the summits over any datum [m], scalar or one per asperity.
+    summit_radius : array_like
+        Radii R [m], > 0, one for all or one per asperity.
+    friction : array_like
+        Coulomb coefficients μ ≥ 0, one for all or one per asperity.
+    x, y : array_like, optional
+        Positions of the summits [m]; carried along, without influence.
+    tolerance : float
+        Relative change of displacement and energy at which a ramp of both loads that has to be
+        refined is taken as settled (see `kernel.ramp`).
+
+    Raises
+    ------
+    InputError
+        A number that is not finite or out of range, or arrays of different lengths.
+    """
+
+    pair: MaterialPair
+    summit_height: Floats
+    summit_radius: Floats
+    friction: Floats
+    x: Floats | None
+    y: Floats | None
+    tolerance: float
+
+    def __init__(
+        self,
+        pair: MaterialPair,
+        summit_height: npt.ArrayLike,
+        summit_radius: npt.ArrayLike,
+        friction: npt.ArrayLike,
+        *,
+        x: npt.ArrayLike | None = None,
+        y: npt.ArrayLike | None = None,
+        tolerance: float = 1e-6,
+    ) -> None:
+        if not isinstance(pair, MaterialPair):
+            raise InputError(f"pair is {pair!r}; expected a MaterialPair")
+        height = _array("summit_height", summit_height)
+        count = max(height.size, np.size(summit_radius))
+        height = _array("summit_height", height, count)
+        coefficients = friction_laws.coulomb(friction, count)
+        coefficients.flags.writeable = False
+        self.__attrs_init__(  # type: ignore[attr-defined]
+            pair=pair,
+            summit_height=height,
+            summit_radius=_array("summit_radius", summit_radius, count, above=0),
+            friction=coefficients,
+            x=None if x is None else _array("x", x, count),
+            y=None if y is None else _array("y", y, count),
+            tolerance=float(checked("tolerance", tolerance, above=0)),
+        )
+
+    @classmethod
+    def from_summits(cls, pair: MaterialPair, summits: Any, friction: npt.ArrayLike, **options: Any) -> Self:  # noqa: ANN401
+        """Make an ensemble of summits, which have ``height``, ``radius``, ``x`` and ``y`` [m]."""
+        return cls(pair, summits.height, summits.radius, friction, x=summits.x, y=summits.y, **options)
+
+    def __len__(self) -> int:
+        """Return the number of asperities."""
+        return self.summit_height.size
+
+    @property
+    def highest_summit(self) -> float:
+        """Height of the highest summit [m]: the separation at first touch."""
+        return float(self.summit_height.max())
+
+    def initial_state(self) -> EnsembleState:
+        """Return the unloaded state: the highest summit just touches, nothing is remembered."""
+        contact, order = self._contact(self.friction, friction_laws.groups(self.friction))
+        count = contact.friction.size
+        memory = kernel.Memory(
+            vertices=np.zeros((count, FIRST_ROOM, 6)),
+            depth=np.zeros(count, dtype=np.int64),
+            dissipated=np.zeros(len(self)),
+            now=np.zeros(7),
+        )
+        return EnsembleState(contact, order, memory, self._units())
+
+    def advance(
+        self,
+        state: EnsembleState,
+        *,
+        normal_load: float | None = None,
+        normal_displacement: float | None = None,
+        tangential_load: float | None = None,
+        tangential_displacement: float | None = None,
+        friction: npt.ArrayLike | None = None,
+        saturate: bool = False,
+    ) -> EnsembleState:
+        """Return the state after one joint straight path; ``state`` itself is not changed.
+
+        With both loads given, the path is straight in (N, T); with a displacement, straight in the
+        approach and U. A channel that is not named is held as it was controlled last: a load stays, or
+        a displacement does.
+
+        Parameters
+        ----------
+        state : EnsembleState
+        normal_load, tangential_load : float, optional
+            Total loads to reach [N]; N ≥ 0.
+        normal_displacement : float, optional
+            Approach of the highest summit from first touch to reach [m]; negative is a gap.
+        tangential_displacement : float, optional
+            U to reach [m].
+        friction : array_like, optional
+            New coefficients that act at the end of the path (see `FrictionChange`).
+        saturate : bool
+            Hold a tangential load beyond the limit at the limit.
+
+        Raises
+        ------
+        FrictionLimitError
+            |T| > Σ μ N.
+        InputError
+            A value that is not finite, a negative normal load, both a load and a displacement of one channel.
+        """
+        normal = _channel("normal", normal_load, normal_displacement, state.normal_control, least=0.0)
+        tangential = _channel("tangential", tangential_load, tangential_displacement, state.tangential_control)
+        state, _ = self.walk(state, _single_path(normal, tangential), saturate=saturate)
+        if friction is not None:
+            state = self.change_friction(state, friction, saturate=saturate)
+        return state
+
+    def change_friction(self, state: EnsembleState, friction: npt.ArrayLike, *, saturate: bool = False) -> EnsembleState:
+        """Return the state with other friction coefficients, from now on.
+
+        Where a coefficient falls, springs beyond the new limit slip at once; a controlled tangential
+        load is restored by a jump of U.
+
+        Raises
+        ------
+        FrictionLimitError
+            The controlled tangential load is beyond the new limit.
+        InputError
+            See `friction.coulomb`.
+        """
+        coefficients = friction_laws.coulomb(friction, len(self))
+        force = float(state.memory.now[kernel.TANGENTIAL_LOAD])
+        state = self._regroup(state, coefficients)
+        memory = kernel.change_friction(state.contact, _copied(state.memory), coefficients[_leaders(state)])
+        contact = state.contact._replace(friction=coefficients[_leaders(state)])
+        state = attrs.evolve(state, contact=contact, memory=memory)
+        if state.tangential_control == kernel.DISPLACED:
+            return state
+        normal = (state.normal_control, 0.0, 0.0)
+        tangential = (kernel.LOAD, force * state.units.load, 1.0)
+        return self.walk(state, _single_path(normal, tangential), saturate=saturate)[0]
+
+    def walk(
+        self,
+        state: EnsembleState,
+        paths: kernel.Paths,
+        *,
+        asperities: npt.ArrayLike = (),
+        saturate: bool = False,
+    ) -> tuple[EnsembleState, kernel.Rows]:
+        """Return the state after straight paths, one after the other, and the rows recorded on the way.
+
+        Parameters
+        ----------
+        state : EnsembleState
+        paths : kernel.Paths
+            With targets in N and m.
+        asperities : array_like (column)
+            Indices of the asperities to record; none by default.
+        saturate : bool
+            Hold tangential loads beyond the limit at the limit.
+
+        Returns
+        -------
+        EnsembleState, kernel.Rows in SI units
+
+        Raises
+        ------
+        FrictionLimitError
+            With the position of the path that cannot be walked.
+        """
+        units = state.units
+        rows = _empty_rows(state, paths, np.asarray(asperities, dtype=np.int64))
+        memory, path, request, limit = kernel.replay(
+            state.contact, _copied(state.memory), _scaled(paths, units), rows, units, saturate, self.tolerance
+        )
+        if path >= 0:
+            raise FrictionLimitError(request * units.load, limit * units.load, path)
+        if paths.parts.size:
+            state = attrs.evolve(
+                state,
+                memory=memory,
+                normal_control=int(paths.normal_control[-1]),
+                tangential_control=int(paths.tangential_control[-1]),
+            )
+        return state, rows
+
+    def approach_at(self, normal_load: float) -> float:
+        """Approach of the highest summit [m] at which the asperities carry a total normal load [N] ≥ 0."""
+        state = self.initial_state()
+        load = normal_load / state.units.load
+        gap, weight = state.contact.sorted_gap, state.contact.sorted_weight
+        return kernel.approach_at(gap, weight, load, 0.0) * state.units.length
+
+    def asperity(self, index: int, state: EnsembleState) -> Asperity:
+        """Return one asperity, holding its memory in a state.
+
+        Raises
+        ------
+        InputError
+            An index that the ensemble does not have.
+        """
+        if not 0 <= index < len(self):
+            raise InputError(f"asperity {index} does not exist; expected an index from 0 to {len(self) - 1}")
+        position = int(np.flatnonzero(state.order == index)[0])
+        group = int(np.searchsorted(state.contact.first, position, side="right")) - 1
+        _, rows = self.walk(state, _record_now(state), asperities=[index])
+        stored = np.zeros(len(self))
+        kernel.stored_energy(state.contact, state.memory, stored)
+        gap = float(state.contact.gap[position]) * state.units.length
+        return Asperity(
+            index=index,
+            pair=self.pair,
+            summit_height=float(self.summit_height[index]),
+            summit_radius=float(self.summit_radius[index]),
+            friction=float(state.contact.friction[group]),
+            approach=state.approach - gap,
+            normal_load=float(rows.normal_load[0, 0]),
+            tangential_load=float(rows.tangential_load[0, 0]),
+            contact_radius=float(rows.contact_radius[0, 0]),
+            stick_radius=float(rows.stick_radius[0, 0]),
+            slip_state=SlipState(rows.slip_state[0, 0]),
+            dissipated_energy=float(rows.dissipated[0, 0]),
+            stored_energy=float(stored[position]) * state.units.energy,
+            memory=TractionMemory(
+                state.memory.vertices[group, : state.memory.depth[group]],
+                gap,
+                float(self.summit_radius[index]),
+                state.units,
+            ),
+        )
+
+    def _units(self) -> kernel.Units:
+        length = radius = float(self.summit_radius.max())
+        load = 4.0 / 3.0 * self.pair.contact_modulus * length**2
+        displacement = self.pair.displacement_ratio * length
+        return kernel.Units(
+            load=load,
+            length=length,
+            displacement=displacement,
+            energy=load * displacement,
+            radius=radius,
+            area=math.pi * radius * length,
+            stiffness=load / displacement,
+        )
+
+    def _contact(self, friction: Floats, group: Integers) -> tuple[kernel.Contact, Integers]:
+        """Order asperities by group and gap; ``friction`` and ``group`` are per asperity."""
+        scale = self.summit_radius.max()
+        gap = (self.summit_height.max() - self.summit_height) / scale
+        weight = np.sqrt(self.summit_radius / scale)
+        smallest = np.full(group.max() + 1, np.inf)
+        np.minimum.at(smallest, group, gap)
+        order = np.lexsort((gap, group, smallest[group]))
+        first = np.flatnonzero(np.diff(group[order], prepend=-1, append=-1))
+        by_gap = np.argsort(gap, kind="stable")
+        contact = kernel.Contact(
+            gap=gap[order],
+            weight=weight[order],
+            first=first.astype(np.int64),
+            friction=friction[order[first[:-1]]],
+            sorted_gap=gap[by_gap],
+            sorted_weight=weight[by_gap],
+        )
+        return contact, order.astype(np.int64)
+
+    def _regroup(self, state: EnsembleState, friction: Floats) -> EnsembleState:
+        """Split groups whose asperities will no longer share a coefficient; each part keeps what the group remembers."""
+        old_group = np.empty(len(self), dtype=np.int64)
+        old_group[state.order] = np.repeat(np.arange(state.contact.friction.size), np.diff(state.contact.first))
+        contact, order = self._contact(state.contact.friction[old_group], friction_laws.groups(old_group, friction))
+        if contact.friction.size == state.contact.friction.size:
+            return state
+        dissipated = np.empty(len(self))
+        dissipated[state.order] = state.memory.dissipated
+        parent = old_group[order[contact.first[:-1]]]
+        memory = kernel.Memory(
+            vertices=state.memory.vertices[parent],
+            depth=np.where(contact.gap[contact.first[:-1]] < state.memory.now[kernel.APPROACH], state.memory.depth[parent], 0),
+            dissipated=dissipated[order],
+            now=state.memory.now.copy(),
+        )
+        kernel.refresh_loads(contact, memory)
+        return attrs.evolve(state, contact=contact, order=order, memory=memory)
+
+
+def _copied(memory: kernel.Memory) -> kernel.Memory:
+    return kernel.with_room(memory, int(memory.depth.max()) + 2, True)
+
+
+def _leaders(state: EnsembleState) -> Integers:
+    """Ensemble index of each group's highest asperity."""
+    return state.order[state.contact.first[:-1]]
+
+
+def _channel(
+    name: str, load: float | None, displacement: float | None, control: int, least: float = -math.inf
+) -> tuple[int, float, float]:
+    """Control, target and fraction of one channel of a single path."""
+    if load is not None and displacement is not None:
+        raise InputError(f"both {name}_load and {name}_displacement came; expected one of them")
+    if load is not None:
+        return kernel.LOAD, float(checked(f"{name}_load", load, least=least)), 1.0
+    if displacement is not None:
+        return kernel.DISPLACED, float(checked(f"{name}_displacement", displacement)), 1.0
+    return control, 0.0, 0.0
+
+
+def _single_path(
+    normal: tuple[int, float, float], tangential: tuple[int, float, float], *, recorded: bool = False
+) -> kernel.Paths:
+    return kernel.Paths(
+        normal_control=np.array([normal[0]], dtype=np.int8),
+        normal_target=np.array([normal[1]]),
+        normal_fraction=np.array([normal[2]]),
+        tangential_control=np.array([tangential[0]], dtype=np.int8),
+        tangential_target=np.array([tangential[1]]),
+        tangential_fraction=np.array([tangential[2]]),
+        parts=np.ones(1, dtype=np.int64),
+        recorded=np.full(1, recorded, dtype=np.int8),
+        first_row=np.zeros(1, dtype=np.int64),
+    )
+
+
+def _record_now(state: EnsembleState) -> kernel.Paths:
+    """Path that holds both displacements and records where they are."""
+    hold = (kernel.DISPLACED, 0.0, 0.0)
+    return _single_path(hold, hold, recorded=True)
+
+
+def _scaled(paths: kernel.Paths, units: kernel.Units) -> kernel.Paths:
+    normal = np.where(paths.normal_control == kernel.LOAD, units.load, units.length)
+    tangential = np.where(paths.tangential_control == kernel.LOAD, units.load, units.displacement)
+    return paths._replace(
+        normal_target=paths.normal_target / normal, tangential_target=paths.tangential_target / tangential
+    )
+
+
+def _empty_rows(state: EnsembleState, paths: kernel.Paths, asperities: Integers) -> kernel.Rows:
+    count = int((paths.parts - 1 + paths.recorded).sum())
+    column = np.full(state.order.size, -1, dtype=np.int64)
+    where = np.full(state.order.size, -1, dtype=np.int64)
+    where[asperities] = np.arange(asperities.size)
+    column[:] = where[state.order]
+    shape = (count, asperities.size)
+    return kernel.Rows(
+        totals=np.zeros((count, 9)),
+        column=column,
+        normal_load=np.zeros(shape),
+        tangential_load=np.zeros(shape),
+        contact_radius=np.zeros(shape),
+        stick_radius=np.zeros(shape),
+        slip_state=np.zeros(shape, dtype=np.int8),
+        dissipated=np.zeros(shape),
+    )
