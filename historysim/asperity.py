@@ -2,12 +2,12 @@
 
 import enum
 import math
+from typing import Any
 
 import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.contact import hertz
 from historysim.materials import MaterialPair
 from historysim.memory import kernel
 from historysim.memory.traction import TractionMemory
@@ -74,7 +74,7 @@ class Asperity:
         return 8.0 * self.pair.shear_modulus * self.stick_radius
 
     @property
-    def reversal_points(self) -> np.recarray:  # type: ignore[type-arg]
+    def reversal_points(self) -> "np.recarray[Any, np.dtype[np.record]]":
         """Vertices of the memory inside the contact, from the edge inward.
 
         Returns
@@ -82,13 +82,12 @@ class Asperity:
         record array with fields ``radius`` [m], the stick or counter-slip radius of the vertex, and
         ``displacement`` [m], the tangential displacement at which it was made.
         """
-        inside = slice(1, None)
-        return np.rec.fromarrays(
-            [self.memory.radius[inside], self.memory.made_at[inside]], names=["radius", "displacement"]
-        )
+        points = np.recarray(max(self.memory.radius.size - 1, 0), dtype=[("radius", float), ("displacement", float)])
+        points.radius, points.displacement = self.memory.radius[1:], self.memory.made_at[1:]
+        return points
 
     def traction(self, radius: npt.ArrayLike) -> npt.NDArray[np.float64]:
-        """Tangential traction τ(r) [Pa].
+        """Return the tangential traction τ(r) [Pa].
 
         The superposition of Hertz pressures that belongs to the polyline: Σ_j Δm_j p(r; c_j) (Jäger;
         Ciavarella).
@@ -105,7 +104,7 @@ class Asperity:
         return total
 
     def pressure(self, radius: npt.ArrayLike) -> npt.NDArray[np.float64]:
-        """Normal pressure p(r) [Pa] (Hertz); shapes as `traction`."""
+        """Return the normal pressure p(r) [Pa] (Hertz); shapes as in `traction`."""
         return self._pressure(np.abs(np.asarray(radius, dtype=float)), self.contact_radius)
 
     def _pressure(self, distance: npt.NDArray[np.float64], contact_radius: float) -> npt.NDArray[np.float64]:

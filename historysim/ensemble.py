@@ -20,6 +20,9 @@ Integers = npt.NDArray[np.int64]
 
 FIRST_ROOM = 8
 
+HOLD = (kernel.DISPLACED, 0.0, 0.0)
+"""Control, target and fraction of a channel that keeps its displacement."""
+
 
 @attrs.frozen(eq=False)
 class EnsembleState:
@@ -140,7 +143,7 @@ class Ensemble:
         height = _array("summit_height", height, count)
         coefficients = friction_laws.coulomb(friction, count)
         coefficients.flags.writeable = False
-        self.__attrs_init__(  # type: ignore[attr-defined]
+        self.__attrs_init__(
             pair=pair,
             summit_height=height,
             summit_radius=_array("summit_radius", summit_radius, count, above=0),
@@ -151,7 +154,7 @@ class Ensemble:
         )
 
     @classmethod
-    def from_summits(cls, pair: MaterialPair, summits: Any, friction: npt.ArrayLike, **options: Any) -> Self:  # noqa: ANN401
+    def from_summits(cls, pair: MaterialPair, summits: Any, friction: npt.ArrayLike, **options: Any) -> Self:
         """Make an ensemble of summits, which have ``height``, ``radius``, ``x`` and ``y`` [m]."""
         return cls(pair, summits.height, summits.radius, friction, x=summits.x, y=summits.y, **options)
 
@@ -171,6 +174,7 @@ class Ensemble:
         memory = kernel.Memory(
             vertices=np.zeros((count, FIRST_ROOM, 6)),
             depth=np.zeros(count, dtype=np.int64),
+            steep=np.zeros(count, dtype=np.bool_),
             dissipated=np.zeros(len(self)),
             now=np.zeros(7),
         )
@@ -216,12 +220,14 @@ class Ensemble:
         """
         normal = _channel("normal", normal_load, normal_displacement, state.normal_control, least=0.0)
         tangential = _channel("tangential", tangential_load, tangential_displacement, state.tangential_control)
-        state, _ = self.walk(state, _single_path(normal, tangential), saturate=saturate)
+        state = self.walk(state, _single_path(normal, tangential), saturate=saturate)
         if friction is not None:
             state = self.change_friction(state, friction, saturate=saturate)
         return state
 
-    def change_friction(self, state: EnsembleState, friction: npt.ArrayLike, *, saturate: bool = False) -> EnsembleState:
+    def change_friction(
+        self, state: EnsembleState, friction: npt.ArrayLike, *, saturate: bool = False
+    ) -> EnsembleState:
         """Return the state with other friction coefficients, from now on.
 
         Where a coefficient falls, springs beyond the new limit slip at once; a controlled tangential
@@ -244,31 +250,30 @@ class Ensemble:
             return state
         normal = (state.normal_control, 0.0, 0.0)
         tangential = (kernel.LOAD, force * state.units.load, 1.0)
-        return self.walk(state, _single_path(normal, tangential), saturate=saturate)[0]
+        return self.walk(state, _single_path(normal, tangential), saturate=saturate)
 
     def walk(
         self,
         state: EnsembleState,
         paths: kernel.Paths,
         *,
+        rows: kernel.Rows | None = None,
         asperities: npt.ArrayLike = (),
         saturate: bool = False,
-    ) -> tuple[EnsembleState, kernel.Rows]:
-        """Return the state after straight paths, one after the other, and the rows recorded on the way.
+    ) -> EnsembleState:
+        """Return the state after straight paths, one after the other, and record rows on the way.
 
         Parameters
         ----------
         state : EnsembleState
         paths : kernel.Paths
             With targets in N and m.
+        rows : kernel.Rows, optional
+            Zeroed room for the rows that the paths record, which is filled in SI units (see `room`).
         asperities : array_like (column)
-            Indices of the asperities to record; none by default.
+            Indices of the asperities to record, in the order of the columns of ``rows``.
         saturate : bool
             Hold tangential loads beyond the limit at the limit.
-
-        Returns
-        -------
-        EnsembleState, kernel.Rows in SI units
 
         Raises
         ------
@@ -276,20 +281,30 @@ class Ensemble:
             With the position of the path that cannot be walked.
         """
         units = state.units
-        rows = _empty_rows(state, paths, np.asarray(asperities, dtype=np.int64))
+        if rows is None:
+            rows = room(0, 0)
+            paths = paths._replace(recorded=np.zeros_like(paths.recorded))
+        column = np.full(len(self), -1, dtype=np.int64)
+        chosen = np.asarray(asperities, dtype=np.int64)
+        column[chosen] = np.arange(chosen.size)
         memory, path, request, limit = kernel.replay(
-            state.contact, _copied(state.memory), _scaled(paths, units), rows, units, saturate, self.tolerance
+            state.contact,
+            _copied(state.memory),
+            _scaled(paths, units),
+            rows,
+            column[state.order],
+            units,
+            saturate,
+            self.tolerance,
         )
         if path >= 0:
             raise FrictionLimitError(request * units.load, limit * units.load, path)
-        if paths.parts.size:
-            state = attrs.evolve(
-                state,
-                memory=memory,
-                normal_control=int(paths.normal_control[-1]),
-                tangential_control=int(paths.tangential_control[-1]),
-            )
-        return state, rows
+        return attrs.evolve(
+            state,
+            memory=memory,
+            normal_control=int(paths.normal_control[-1]),
+            tangential_control=int(paths.tangential_control[-1]),
+        )
 
     def approach_at(self, normal_load: float) -> float:
         """Approach of the highest summit [m] at which the asperities carry a total normal load [N] ≥ 0."""
@@ -310,7 +325,8 @@ class Ensemble:
             raise InputError(f"asperity {index} does not exist; expected an index from 0 to {len(self) - 1}")
         position = int(np.flatnonzero(state.order == index)[0])
         group = int(np.searchsorted(state.contact.first, position, side="right")) - 1
-        _, rows = self.walk(state, _record_now(state), asperities=[index])
+        rows = room(1, 1)
+        self.walk(state, _single_path(HOLD, HOLD, recorded=True), rows=rows, asperities=[index])
         stored = np.zeros(len(self))
         kernel.stored_energy(state.contact, state.memory, stored)
         gap = float(state.contact.gap[position]) * state.units.length
@@ -371,7 +387,7 @@ class Ensemble:
         return contact, order.astype(np.int64)
 
     def _regroup(self, state: EnsembleState, friction: Floats) -> EnsembleState:
-        """Split groups whose asperities will no longer share a coefficient; each part keeps what the group remembers."""
+        """Split groups whose asperities no longer share a coefficient; each part keeps what the group remembers."""
         old_group = np.empty(len(self), dtype=np.int64)
         old_group[state.order] = np.repeat(np.arange(state.contact.friction.size), np.diff(state.contact.first))
         contact, order = self._contact(state.contact.friction[old_group], friction_laws.groups(old_group, friction))
@@ -379,10 +395,13 @@ class Ensemble:
             return state
         dissipated = np.empty(len(self))
         dissipated[state.order] = state.memory.dissipated
-        parent = old_group[order[contact.first[:-1]]]
+        leader = contact.first[:-1]
+        parent = old_group[order[leader]]
+        touches = contact.gap[leader] < state.memory.now[kernel.APPROACH]
         memory = kernel.Memory(
             vertices=state.memory.vertices[parent],
-            depth=np.where(contact.gap[contact.first[:-1]] < state.memory.now[kernel.APPROACH], state.memory.depth[parent], 0),
+            depth=np.where(touches, state.memory.depth[parent], 0),
+            steep=state.memory.steep[parent],
             dissipated=dissipated[order],
             now=state.memory.now.copy(),
         )
@@ -428,12 +447,6 @@ def _single_path(
     )
 
 
-def _record_now(state: EnsembleState) -> kernel.Paths:
-    """Path that holds both displacements and records where they are."""
-    hold = (kernel.DISPLACED, 0.0, 0.0)
-    return _single_path(hold, hold, recorded=True)
-
-
 def _scaled(paths: kernel.Paths, units: kernel.Units) -> kernel.Paths:
     normal = np.where(paths.normal_control == kernel.LOAD, units.load, units.length)
     tangential = np.where(paths.tangential_control == kernel.LOAD, units.load, units.displacement)
@@ -442,16 +455,11 @@ def _scaled(paths: kernel.Paths, units: kernel.Units) -> kernel.Paths:
     )
 
 
-def _empty_rows(state: EnsembleState, paths: kernel.Paths, asperities: Integers) -> kernel.Rows:
-    count = int((paths.parts - 1 + paths.recorded).sum())
-    column = np.full(state.order.size, -1, dtype=np.int64)
-    where = np.full(state.order.size, -1, dtype=np.int64)
-    where[asperities] = np.arange(asperities.size)
-    column[:] = where[state.order]
-    shape = (count, asperities.size)
+def room(count: int, asperities: int) -> kernel.Rows:
+    """Return zeroed room for a number of recorded rows of a number of asperities."""
+    shape = (count, asperities)
     return kernel.Rows(
-        totals=np.zeros((count, 9)),
-        column=column,
+        totals=np.zeros((count, kernel.ROW_SATURATED + 1)),
         normal_load=np.zeros(shape),
         tangential_load=np.zeros(shape),
         contact_radius=np.zeros(shape),

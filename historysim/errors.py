@@ -29,8 +29,8 @@ class FrictionLimitError(LoadError):
 
     def __init__(self, request: float, limit: float, path: int = 0) -> None:
         super().__init__(
-            f"a tangential load of {request:.6g} N is beyond the friction limit of {limit:.6g} N (Σ μ N), so there is no "
-            "equilibrium; lower it, raise the normal load first, control the displacement instead, or choose `saturate` "
-            "to hold the load at the limit"
+            f"a tangential load of {request:.6g} N is beyond the friction limit of {limit:.6g} N (Σ μ N), so there is "
+            "no equilibrium; lower it, raise the normal load first, control the displacement instead, or choose "
+            "`saturate` to hold the load at the limit"
         )
         self.request, self.limit, self.path = request, limit, path

@@ -13,7 +13,7 @@ import attrs
 from historysim.errors import InputError
 
 
-def _finite(event: object, attribute: attrs.Attribute[float], value: float) -> None:
+def _finite(event: object, attribute: "attrs.Attribute[float]", value: float) -> None:
     if not math.isfinite(value):
         raise InputError(f"{type(event).__name__}: {attribute.name} is {value}; expected a finite number")
 
@@ -42,7 +42,7 @@ class LoadEvent:
     unit: ClassVar[str]
 
 
-def _not_negative(event: object, attribute: attrs.Attribute[float], value: float) -> None:
+def _not_negative(event: object, attribute: "attrs.Attribute[float]", value: float) -> None:
     _finite(event, attribute, value)
     if value < 0:
         raise InputError(
@@ -88,7 +88,7 @@ def _coefficients(value: float | Iterable[float]) -> float | tuple[float, ...]:
     return tuple(float(v) for v in value) if isinstance(value, Iterable) else float(value)
 
 
-def _valid_coefficients(event: object, attribute: attrs.Attribute[float], value: float | tuple[float, ...]) -> None:
+def _valid_coefficients(event: object, attribute: "attrs.Attribute[float]", value: float | tuple[float, ...]) -> None:
     for coefficient in value if isinstance(value, tuple) else (value,):
         if not (math.isfinite(coefficient) and coefficient >= 0):
             raise InputError(

@@ -38,7 +38,7 @@ def coulomb(friction: npt.ArrayLike, count: int) -> Floats:
 
 
 def groups(*keys: npt.NDArray[np.generic]) -> Integers:
-    """Number the asperities' friction groups: those alike in every key (array (asperity)) share one.
+    """Return the numbers of the friction groups: asperities alike in every key share one.
 
     Asperities that share a coefficient, and shared it ever since they touched, share one traction memory.
     """

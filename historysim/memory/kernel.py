@@ -31,6 +31,7 @@ from numba import njit
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 Bytes = npt.NDArray[np.int8]
+Flags = npt.NDArray[np.bool_]
 
 # columns of a vertex: label, anchor, slope dw/da towards the next deeper vertex, displacement at which it
 # was made, load of the group at the label, tangential load of everything deeper
@@ -80,10 +81,14 @@ class Contact(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """What the contact remembers: vertex stacks (group, vertex, column), their depths, energies, present loads."""
+    """What the contact remembers: vertex stacks (group, vertex, column), their depths, energies, present loads.
+
+    ``steep`` marks groups whose polyline has slopes beyond μ.
+    """
 
     vertices: Floats
     depth: Integers
+    steep: Flags
     dissipated: Floats
     now: Floats
 
@@ -107,13 +112,9 @@ class Paths(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """Recorded rows: totals (row, column) and, per recorded asperity, the projections (row, column of the asperity).
-
-    ``column`` gives for each asperity of `Contact` its column, or -1.
-    """
+    """Recorded rows in SI units: totals (row, quantity), and per recorded asperity the projections (row, column)."""
 
     totals: Floats
-    column: Integers
     normal_load: Floats
     tangential_load: Floats
     contact_radius: Floats
@@ -412,9 +413,7 @@ def one_way_withdrawal(
         return 0.0
     drag = 0.5 * friction / ratio
     slip_low, slip_high = abs(slip_low), abs(slip_high)
-    return spread(
-        contact, group, memory.dissipated, low, high, slip_low, slip_high, drag * slip_low, drag * slip_high
-    )
+    return spread(contact, group, memory.dissipated, low, high, slip_low, slip_high, drag * slip_low, drag * slip_high)
 
 
 @_exact
@@ -480,6 +479,10 @@ def move_group(
         if memory.depth[group] > 0:
             memory.now[DISSIPATED] += withdrawal_energy(contact, memory, group, d0, v0, d1, v1, 1)
             memory.depth[group] = 0
+            memory.steep[group] = False
+        return v1
+    if memory.steep[group]:
+        move_steep_group(contact, memory, group, d0, v0, d1, v1, load)
         return v1
     if memory.depth[group] == 0 and force_controlled:
         # from nothing, a force proportional to the load strains all springs alike
@@ -575,12 +578,132 @@ def slip_group(
 
 
 @_exact
+def is_steep(stack: Floats, friction: float) -> bool:
+    """Whether a slope exceeds μ, as it may after a fall of μ; several zones may then slip at once."""
+    steepest = 0.0
+    for j in range(1, len(stack)):
+        steepest = max(steepest, abs(stack[j, SLOPE]))
+    return steepest > friction
+
+
+@_exact
+def carried(
+    contact: Contact, memory: Memory, group: int, d0: float, v0: float, d1: float, v1: float, load: float
+) -> Floats:
+    """Polyline of one group carried straight to (d1, v1) before any slip: cut, or extended by new springs."""
+    segment, edge, anchor, edge_load, edge_force = edge_at(contact, memory, group, d0, v0, d1, v1, load)
+    stack = np.empty((segment + 2, memory.vertices.shape[2]))
+    if memory.depth[group] == 0:
+        put(stack, segment, edge, anchor, 0.0, anchor, 0.0, 0.0)
+    else:
+        stack[: segment + 1] = memory.vertices[group, : segment + 1]
+    if d1 <= edge:
+        put(stack, segment, d1, anchor, stack[segment, SLOPE], v1, load, edge_force)
+        return stack[: segment + 1]
+    slope = (v1 - anchor) / (d1 - edge)
+    put(stack, segment + 1, d1, v1, slope, v1, load, edge_force + slope * (load - edge_load))
+    return stack
+
+
+@_exact
+def clip(
+    contact: Contact,
+    group: int,
+    stack: Floats,
+    d: float,
+    displacement: float,
+    friction: float,
+    lag_down: float,
+    lag_up: float,
+    energy: Floats,
+) -> tuple[Floats, float, float]:
+    """Clip any polyline to the cone |v| ≤ μ (d - a): both sides may cut, anywhere.
+
+    The drag of a spring that slips by g is the limit less lag·g, with the lag of its direction.
+    Returns the new stack, its stiffness dT/dV, and the energy dissipated, which is spread over
+    ``energy`` where that is not empty.
+    """
+    clipped = np.empty((3 * len(stack), stack.shape[1]))
+    label = stack[0, LABEL]
+    limit = friction * (d - label)
+    v = min(max(displacement - stack[0, ANCHOR], -limit), limit)
+    put(clipped, 0, label, displacement - v, 0.0, stack[0, MADE_AT], stack[0, NORMAL], 0.0)
+    count = 1
+    stiffness, dissipated = 0.0, 0.0
+    tie = TIE * d
+    breaks = np.empty(4)
+    for j in range(1, len(stack)):
+        slope, low, high = stack[j, SLOPE], stack[j - 1, LABEL], stack[j, LABEL]
+        v_low = displacement - stack[j - 1, ANCHOR]
+        breaks[:] = high
+        breaks[0] = low
+        for side in (-1.0, 1.0):
+            relative = side * friction - slope
+            if relative != 0.0:
+                crossing = low + (side * friction * (d - low) - v_low) / relative
+                if low + tie < crossing < high - tie:
+                    breaks[1 if side < 0.0 else 2] = crossing
+        if breaks[1] > breaks[2]:
+            breaks[1], breaks[2] = breaks[2], breaks[1]
+        for piece in range(3):
+            a, b = breaks[piece], breaks[piece + 1]
+            if b <= a:
+                continue
+            v_a, v_b = v_low - slope * (a - low), v_low - slope * (b - low)
+            limit_a, limit_b = friction * (d - a), friction * (d - b)
+            load = stack[j, NORMAL] if b == high else group_load(contact, group, b)[0]
+            made_at, new_slope, v = displacement, slope, v_b
+            if abs(v_a + v_b) > limit_a + limit_b:
+                side = 1.0 if v_a + v_b > 0.0 else -1.0
+                new_slope, v = side * friction, side * limit_b
+                if energy.size > 0:
+                    lag = lag_up if side > 0.0 else lag_down
+                    slip_a, slip_b = max(side * v_a - limit_a, 0.0), max(side * v_b - limit_b, 0.0)
+                    drag_a, drag_b = max(limit_a - lag * slip_a, 0.0), max(limit_b - lag * slip_b, 0.0)
+                    dissipated += spread(contact, group, energy, a, b, slip_a, slip_b, drag_a, drag_b)
+            else:
+                stiffness += group_load(contact, group, b)[1] - group_load(contact, group, a)[1]
+                if b == high:
+                    made_at = stack[j, MADE_AT]
+            if count > 1 and clipped[count - 1, SLOPE] == new_slope:
+                count -= 1
+            force = clipped[count - 1, TANGENTIAL] + new_slope * (load - clipped[count - 1, NORMAL])
+            put(clipped, count, b, displacement - v, new_slope, made_at, load, force)
+            count += 1
+    return clipped[:count], stiffness, dissipated
+
+
+@_exact
+def move_steep_group(
+    contact: Contact, memory: Memory, group: int, d0: float, v0: float, d1: float, v1: float, load: float
+) -> None:
+    """Carry one group whose polyline has slopes beyond μ straight from (d0, v0) to (d1, v1)."""
+    stack = carried(contact, memory, group, d0, v0, d1, v1, load)
+    friction = contact.friction[group]
+    if d1 < d0:
+        segment = len(stack) - 1
+        memory.now[DISSIPATED] += withdrawal_energy(contact, memory, group, d0, v0, d1, v1, segment)
+    up, down = (v1 - v0) - friction * (d1 - d0), (v0 - v1) - friction * (d1 - d0)
+    lag_up = 0.5 * friction * (d1 - d0) / up if up > 0.0 else 0.0
+    lag_down = 0.5 * friction * (d1 - d0) / down if down > 0.0 else 0.0
+    clipped, _, energy = clip(contact, group, stack, d1, v1, friction, lag_down, lag_up, memory.dissipated)
+    memory.now[DISSIPATED] += energy
+    memory.vertices[group, : len(clipped)] = clipped
+    memory.depth[group] = len(clipped)
+    memory.steep[group] = is_steep(clipped, friction)
+
+
+@_exact
 def force_of_group(
     contact: Contact, memory: Memory, group: int, d0: float, v0: float, d1: float, v1: float, load: float
 ) -> tuple[float, float]:
     """Tangential force, and its slope in v1, that `move_group` would reach; nothing is changed."""
     stack = memory.vertices[group]
     friction = contact.friction[group]
+    if memory.steep[group]:
+        reached = carried(contact, memory, group, d0, v0, d1, v1, load)
+        clipped, stiffness, _ = clip(contact, group, reached, d1, v1, friction, 0.0, 0.0, np.empty(0))
+        return clipped[len(clipped) - 1, TANGENTIAL], stiffness
     segment, edge, anchor, edge_load, edge_force = edge_at(contact, memory, group, d0, v0, d1, v1, load)
     if abs(v1 - anchor) <= friction * (d1 - edge):
         if d1 > edge:
@@ -610,7 +733,7 @@ def toward(present: float, target: float, fraction: float) -> float:
 
 @_exact
 def deepest(memory: Memory) -> int:
-    """Number of vertices of the deepest stack."""
+    """Return the number of vertices of the deepest stack."""
     most = 0
     for group in range(memory.depth.size):
         most = max(most, memory.depth[group])
@@ -626,8 +749,8 @@ def with_room(memory: Memory, room: int, whole: bool) -> Memory:
             for column in range(memory.vertices.shape[2]):
                 vertices[group, j, column] = memory.vertices[group, j, column]
     if not whole:
-        return Memory(vertices, memory.depth, memory.dissipated, memory.now)
-    return Memory(vertices, memory.depth.copy(), memory.dissipated.copy(), memory.now.copy())
+        return Memory(vertices, memory.depth, memory.steep, memory.dissipated, memory.now)
+    return Memory(vertices, memory.depth.copy(), memory.steep.copy(), memory.dissipated.copy(), memory.now.copy())
 
 
 @_exact
@@ -714,17 +837,19 @@ def move(contact: Contact, memory: Memory, d1: float, v1: float, load: float, fo
     They go to a tangential force within the friction limit or, where that is NaN, to displacement v1.
     """
     room = memory.vertices.shape[1]
-    if deepest(memory) + 2 > room:
-        memory = with_room(memory, 2 * room, room < 0)
+    # a front and an edge; a polyline with slopes beyond μ may be cut in every segment
+    needed = 3 * deepest(memory) + 6 if memory.steep.any() else deepest(memory) + 2
+    if needed > room:
+        memory = with_room(memory, 2 * needed, room < 0)
     now, groups = memory.now, contact.friction.size
     d0, v0 = now[APPROACH], now[DISPLACEMENT]
     if not math.isnan(force):
         if d1 <= 0.0:
             # the highest summit is the last to leave, and its last spring sits at its anchor when the load has gone
             v1 = memory.vertices[0, 0, ANCHOR] if memory.depth[0] > 0 else v0
-        elif groups > 1:
+        elif groups > 1 or memory.steep[0]:
             v1 = displacement_at(contact, memory, d1, force)
-    by_force = groups == 1 and d1 > 0.0 and not math.isnan(force)
+    by_force = groups == 1 and d1 > 0.0 and not memory.steep[0] and not math.isnan(force)
     for group in range(groups):
         if contact.gap[contact.first[group]] >= max(d0, d1):
             break
@@ -774,7 +899,8 @@ def ramp(contact: Contact, memory: Memory, load: float, force: float, tolerance:
     sticks = abs(force - force0) <= contact.friction.min() * (load - load0)
     # a chord's error is a small multiple of the square of the relative change
     small = ((load - load0) / max(load, load0)) ** 2 <= tolerance if load != load0 else True
-    single = contact.friction.size == 1
+    # then the state does not depend on the chords
+    single = contact.friction.size == 1 and not memory.steep[0]
     whole, coarse = memory, memory
     energy = 0.0
     chords = np.int64(1)
@@ -810,74 +936,28 @@ def ramp(contact: Contact, memory: Memory, load: float, force: float, tolerance:
 
 
 @_exact
-def clip_group(contact: Contact, memory: Memory, group: int, friction: float) -> Floats:
-    """Polyline of one group, at rest, clipped to the cone of a lower friction coefficient; returns its new stack.
-
-    Both sides of the cone may cut, anywhere. The elastic energy that the springs lose is dissipated.
-    """
-    stack = memory.vertices[group]
-    depth = memory.depth[group]
-    d, displacement = memory.now[APPROACH], memory.now[DISPLACEMENT]
-    clipped = np.empty((3 * depth, stack.shape[1]))
-    label = stack[0, LABEL]
-    limit = friction * (d - label)
-    v = min(max(displacement - stack[0, ANCHOR], -limit), limit)
-    put(clipped, 0, label, displacement - v, 0.0, stack[0, MADE_AT], 0.0, 0.0)
-    count = 1
-    breaks = np.empty(4)
-    for j in range(1, depth):
-        slope = stack[j, SLOPE]
-        low, high = stack[j - 1, LABEL], stack[j, LABEL]
-        v_low = displacement - stack[j - 1, ANCHOR]
-        breaks[:] = high
-        breaks[0] = low
-        for side in (-1.0, 1.0):
-            # v meets side·μ(d - a)
-            relative = side * friction - slope
-            if relative != 0.0:
-                crossing = low + (side * friction * (d - low) - v_low) / relative
-                if low < crossing < high:
-                    breaks[1 if side < 0.0 else 2] = crossing
-        if breaks[1] > breaks[2]:
-            breaks[1], breaks[2] = breaks[2], breaks[1]
-        for piece in range(3):
-            a, b = breaks[piece], breaks[piece + 1]
-            if b <= a:
-                continue
-            v_a, v_b = v_low - slope * (a - low), v_low - slope * (b - low)
-            limit_a, limit_b = friction * (d - a), friction * (d - b)
-            excess = abs(0.5 * (v_a + v_b)) - 0.5 * (limit_a + limit_b)
-            new_slope, v = slope, v_b
-            if excess > 0.0:
-                side = 1.0 if v_a + v_b > 0.0 else -1.0
-                new_slope, v = side * friction, side * limit_b
-                slip_a, slip_b = max(side * v_a - limit_a, 0.0), max(side * v_b - limit_b, 0.0)
-                drag_a, drag_b = 0.5 * (side * v_a + limit_a), 0.5 * (side * v_b + limit_b)
-                memory.now[DISSIPATED] += spread(
-                    contact, group, memory.dissipated, a, b, slip_a, slip_b, drag_a, drag_b
-                )
-            made_at = stack[j, MADE_AT] if b == high and excess <= 0.0 else displacement
-            if count > 1 and clipped[count - 1, SLOPE] == new_slope:
-                count -= 1
-            load = stack[j, NORMAL] if b == high else group_load(contact, group, b)[0]
-            force = clipped[count - 1, TANGENTIAL] + new_slope * (load - clipped[count - 1, NORMAL])
-            put(clipped, count, b, displacement - v, new_slope, made_at, load, force)
-            count += 1
-    return clipped[:count]
-
-
-@_exact
 def change_friction(contact: Contact, memory: Memory, friction: Floats) -> Memory:
-    """Replace the groups' friction coefficients at rest; springs that the new limit cannot hold slip."""
+    """Replace the groups' friction coefficients at rest; springs that the new limit cannot hold slip.
+
+    The elastic energy that they lose is dissipated.
+    """
+    now = memory.now
+    d, v = now[APPROACH], now[DISPLACEMENT]
     for group in range(friction.size):
-        if memory.depth[group] == 0 or friction[group] >= contact.friction[group]:
+        depth = memory.depth[group]
+        if depth == 0:
             continue
-        clipped = clip_group(contact, memory, group, friction[group])
-        if len(clipped) > memory.vertices.shape[1]:
-            memory = with_room(memory, 2 * len(clipped), len(clipped) < 0)
-        memory.vertices[group, : len(clipped)] = clipped
-        memory.depth[group] = len(clipped)
-    memory.now[TANGENTIAL_LOAD] = total_force(contact, memory)
+        if friction[group] < contact.friction[group]:
+            stack = memory.vertices[group, :depth]
+            # |v| falls to the limit straight, so the mean drag is half-way between
+            clipped, _, energy = clip(contact, group, stack, d, v, friction[group], -0.5, -0.5, memory.dissipated)
+            now[DISSIPATED] += energy
+            if len(clipped) > memory.vertices.shape[1]:
+                memory = with_room(memory, 2 * len(clipped), len(clipped) < 0)
+            memory.vertices[group, : len(clipped)] = clipped
+            memory.depth[group] = len(clipped)
+        memory.steep[group] = is_steep(memory.vertices[group, : memory.depth[group]], friction[group])
+    now[TANGENTIAL_LOAD] = total_force(contact, memory)
     return memory
 
 
@@ -947,14 +1027,16 @@ def superpose(gap: Floats, weight: Floats, count: int, label: float, jump: float
 
 
 @_exact
-def record_asperities(contact: Contact, memory: Memory, rows: Rows, row: int, units: Units, work: Floats) -> None:
+def record_asperities(
+    contact: Contact, memory: Memory, rows: Rows, row: int, columns: Integers, units: Units, work: Floats
+) -> None:
     """Project the state onto one row of per-asperity variables; those that do not touch are left as they are."""
     approach = memory.now[APPROACH]
     for group in range(contact.friction.size):
         start, stop = contact.first[group], contact.first[group + 1]
         if contact.gap[start] >= approach:
             break
-        gap, weight, column = contact.gap[start:stop], contact.weight[start:stop], rows.column[start:stop]
+        gap, weight, column = contact.gap[start:stop], contact.weight[start:stop], columns[start:stop]
         stack, force = memory.vertices[group], work[start:stop]
         top = memory.depth[group] - 1
         force[:] = 0.0
@@ -978,9 +1060,9 @@ def record_asperities(contact: Contact, memory: Memory, rows: Rows, row: int, un
             rows.stick_radius[row, c] = weight[i] * x_stick * units.radius
             state = PARTIAL_SLIP if boundary > gap[i] else GROSS_SLIP
             rows.slip_state[row, c] = FULL_STICK if boundary == approach else state
-    for i in range(rows.column.size):
-        if rows.column[i] >= 0:
-            rows.dissipated[row, rows.column[i]] = memory.dissipated[i] * units.energy
+    for i in range(columns.size):
+        if columns[i] >= 0:
+            rows.dissipated[row, columns[i]] = memory.dissipated[i] * units.energy
 
 
 # ---------------------------------------------------------------- paths
@@ -992,11 +1074,12 @@ def replay(
     memory: Memory,
     paths: Paths,
     rows: Rows,
+    columns: Integers,
     units: Units,
     saturate: bool,
     tolerance: float,
 ) -> tuple[Memory, int, float, float]:
-    """Walk paths one after the other and record their rows.
+    """Walk paths one after the other and record their rows; ``columns`` gives each asperity's column, or -1.
 
     Returns the memory, and the path that asks for more than the friction limit with the request and
     the limit (dimensionless); the memory is then of no use. The path is -1 where all could be walked.
@@ -1042,5 +1125,5 @@ def replay(
                 row = paths.first_row[p] + part - 1
                 record_totals(contact, memory, rows.totals[row], units, saturated and part == parts)
                 if asperities:
-                    record_asperities(contact, memory, rows, row, units, work)
+                    record_asperities(contact, memory, rows, row, columns, units, work)
     return memory, -1, 0.0, 0.0

@@ -1,0 +1,1 @@
+"""One contact without memory: pure functions of scalars or numpy arrays, in SI."""

@@ -1,0 +1,225 @@
+"""One elastic contact of a sphere and a flat under normal load, after Hertz.
+
+Arguments are scalars or arrays that broadcast; a result has their common shape, and is a scalar for scalars. A normal
+load presses the surfaces together when it is positive, and the approach is positive from first touch on. R is the
+summit radius, E* the contact modulus of the pair.
+
+Hertz, *J. reine angew. Math.* 92 (1882) 156-171; Johnson, *Contact Mechanics* (1985), section 4.2.
+"""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from historysim.errors import InputError
+
+Values = npt.NDArray[np.float64]
+
+
+def checked(name: str, values: npt.ArrayLike, *, above: float = -math.inf, least: float = -math.inf) -> Values:
+    """Return an argument as floats.
+
+    Parameters
+    ----------
+    name : str
+        The name of the argument, for the message.
+    values : array_like
+        What came, a scalar or an array.
+    above, least : float
+        All values must be greater than `above`, and `least` or more.
+
+    Raises
+    ------
+    InputError
+        A value that is not a finite number or out of these bounds.
+    """
+    try:
+        result = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name} is {values!r}; expected numbers in SI") from error
+    wrong = ~(np.isfinite(result) & (result > above) & (result >= least))
+    if wrong.any():
+        bound = (
+            f" greater than {above:g}" if above > -math.inf else f" of {least:g} or more" if least > -math.inf else ""
+        )
+        where = f"[{', '.join(map(str, np.argwhere(wrong)[0]))}]" if result.ndim else ""
+        raise InputError(f"{name}{where} is {result[wrong][0]:g}; expected a finite number{bound}, in SI")
+    return result
+
+
+def effective_radius(first: npt.ArrayLike, second: npt.ArrayLike) -> Values:
+    """Return the radius R [m] of the sphere on a flat that is equivalent to two spheres: 1/R = 1/R1 + 1/R2.
+
+    Parameters
+    ----------
+    first, second : array_like
+        The radii R1, R2 [m]; infinite for a flat, negative for a hollow that is wider than the sphere in it.
+
+    Raises
+    ------
+    InputError
+        A radius that is zero or not a number, two flats, or a hollow narrower than the sphere.
+    """
+    radii = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        curvature = 1 / radii[0] + 1 / radii[1]
+    if not np.all((curvature > 0) & np.isfinite(curvature)):
+        raise InputError(
+            f"radii {first!r} m and {second!r} m do not touch at a point; expected 1/R1 + 1/R2 finite and > 0: at "
+            "least one sphere, and a hollow (negative radius) wider than the sphere in it"
+        )
+    return 1 / curvature
+
+
+def contact_radius(approach: npt.ArrayLike, *, summit_radius: npt.ArrayLike) -> Values:
+    """Return the contact radius a [m]: a² = R δ, and 0 where the surfaces are apart.
+
+    Parameters
+    ----------
+    approach : array_like
+        Approach δ [m]; negative values are a gap.
+    summit_radius : array_like
+        R [m], > 0.
+
+    Raises
+    ------
+    InputError
+        A number that is not finite or out of its range.
+    """
+    return np.sqrt(checked("summit_radius", summit_radius, above=0) * _depth(approach))
+
+
+def normal_load(approach: npt.ArrayLike, *, summit_radius: npt.ArrayLike, contact_modulus: npt.ArrayLike) -> Values:
+    """Return the normal load N [N]: N = (4/3) E* √R δ^(3/2), and 0 where the surfaces are apart.
+
+    Parameters
+    ----------
+    approach : array_like
+        Approach δ [m]; negative values are a gap.
+    summit_radius : array_like
+        R [m], > 0.
+    contact_modulus : array_like
+        E* [Pa], > 0.
+
+    Raises
+    ------
+    InputError
+        A number that is not finite or out of its range.
+    """
+    radius = contact_radius(approach, summit_radius=summit_radius)
+    return 2 / 3 * normal_stiffness(radius, contact_modulus=contact_modulus) * _depth(approach)
+
+
+def approach(normal_load: npt.ArrayLike, *, summit_radius: npt.ArrayLike, contact_modulus: npt.ArrayLike) -> Values:
+    """Return the approach δ [m] under a normal load: δ = (3 N / (4 E* √R))^(2/3).
+
+    Parameters
+    ----------
+    normal_load : array_like
+        N [N], ≥ 0.
+    summit_radius : array_like
+        R [m], > 0.
+    contact_modulus : array_like
+        E* [Pa], > 0.
+
+    Raises
+    ------
+    InputError
+        A number that is not finite or out of its range; a load that pulls, since the contact does not adhere.
+    """
+    load = checked("normal_load", normal_load, least=0)
+    radius = checked("summit_radius", summit_radius, above=0)
+    modulus = checked("contact_modulus", contact_modulus, above=0)
+    return np.cbrt(0.75 * load / (modulus * np.sqrt(radius))) ** 2
+
+
+def mean_pressure(normal_load: npt.ArrayLike, *, contact_radius: npt.ArrayLike) -> Values:
+    """Return the mean pressure [Pa]: N / (π a²), and 0 where nothing touches (N = a = 0).
+
+    Parameters
+    ----------
+    normal_load : array_like
+        N [N], ≥ 0.
+    contact_radius : array_like
+        a [m], > 0 wherever N > 0.
+
+    Raises
+    ------
+    InputError
+        A number that is not finite or out of its range; a load on a contact radius of 0.
+    """
+    load, radius = loaded_contact(normal_load, contact_radius)
+    return load / (np.pi * radius**2)
+
+
+def peak_pressure(normal_load: npt.ArrayLike, *, contact_radius: npt.ArrayLike) -> Values:
+    """Return the pressure in the centre [Pa]: 3 N / (2 π a²). Arguments and errors as in `mean_pressure`."""
+    return 1.5 * mean_pressure(normal_load, contact_radius=contact_radius)
+
+
+def pressure_profile(r: npt.ArrayLike, *, normal_load: npt.ArrayLike, contact_radius: npt.ArrayLike) -> Values:
+    """Return the pressure p(r) [Pa]: 3 N / (2 π a²) · √(1 - r²/a²), and 0 outside the contact.
+
+    Parameters
+    ----------
+    r : array_like
+        Distance from the centre of the contact [m]; its sign does not matter.
+    normal_load : array_like
+        N [N], ≥ 0.
+    contact_radius : array_like
+        a [m], > 0 wherever N > 0.
+
+    Raises
+    ------
+    InputError
+        A number that is not finite or out of its range; a load on a contact radius of 0.
+    """
+    load, radius = loaded_contact(normal_load, contact_radius)
+    return 1.5 * load / (np.pi * radius**3) * half_chord(np.abs(checked("r", r)), radius)
+
+
+def normal_stiffness(contact_radius: npt.ArrayLike, *, contact_modulus: npt.ArrayLike) -> Values:
+    """Return the normal stiffness dN/dδ [N/m]: 2 E* a.
+
+    Parameters
+    ----------
+    contact_radius : array_like
+        a [m], ≥ 0.
+    contact_modulus : array_like
+        E* [Pa], > 0.
+
+    Raises
+    ------
+    InputError
+        A number that is not finite or out of its range.
+    """
+    radius = checked("contact_radius", contact_radius, least=0)
+    return 2 * checked("contact_modulus", contact_modulus, above=0) * radius
+
+
+def loaded_contact(normal_load: npt.ArrayLike, contact_radius: npt.ArrayLike) -> tuple[Values, Values]:
+    """Return normal load [N] and contact radius [m] as floats, with a radius of 1 m where nothing touches.
+
+    An unloaded contact has no radius to divide by; any radius gives it its pressure, compliance and energy of 0.
+
+    Raises
+    ------
+    InputError
+        A load or radius that is not finite or negative; a load on a contact radius of 0.
+    """
+    load = checked("normal_load", normal_load, least=0)
+    radius = checked("contact_radius", contact_radius, least=0)
+    if np.any((load > 0) & (radius == 0)):
+        raise InputError("contact_radius is 0 m under a normal load; expected the contact radius of that load")
+    return load, radius + (radius == 0)
+
+
+def half_chord(r: Values, radius: npt.ArrayLike) -> Values:
+    """Return √(radius² - r²) for r ≥ 0, and 0 for r ≥ radius, without loss of digits at the edge."""
+    square: Values = np.maximum(np.subtract(radius, r), 0) * np.add(radius, r)
+    return np.sqrt(square)
+
+
+def _depth(approach: npt.ArrayLike) -> Values:
+    return np.maximum(checked("approach", approach), 0)

@@ -1,0 +1,251 @@
+"""Record: project the replayed rows into a Dataset, or into a netCDF file that appears only when complete."""
+
+import contextlib
+import os
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+
+from historysim import ensemble as ensembles
+from historysim.ensemble import Ensemble
+from historysim.errors import InputError
+from historysim.events import Event, NormalDisplacement, NormalLoad
+from historysim.memory import kernel
+from historysim.variables import COORDINATES, PER_ASPERITY, TOTALS, Variable
+
+if TYPE_CHECKING:
+    import netCDF4
+    import xarray as xr
+
+Array = npt.NDArray[Any]
+Selection = str | Sequence[int]
+
+BLOCK_CELLS = 1 << 21
+"""Rows times asperities that are held in memory between writes to a file."""
+
+
+def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selection) -> npt.NDArray[np.int64] | None:
+    """Return the indices of the asperities to record, or None for totals alone.
+
+    Parameters
+    ----------
+    ensemble : Ensemble
+    events : sequence of events
+    record : {"touching", "all", "totals"} or sequence of int
+        "touching" stands for those that touch at any time.
+
+    Raises
+    ------
+    InputError
+        Another word, or an index that the ensemble does not have or that comes twice.
+    """
+    if isinstance(record, str):
+        if record == "totals":
+            return None
+        if record == "all":
+            return np.arange(len(ensemble))
+        if record == "touching":
+            gap = ensemble.highest_summit - ensemble.summit_height
+            return np.flatnonzero(gap < _largest_approach(ensemble, events))
+        raise InputError(f"record is {record!r}; expected 'touching', 'all', 'totals' or a list of asperity indices")
+    try:
+        indices = np.array([int(index) for index in record if not isinstance(index, bool)], dtype=np.int64)
+        whole = np.array_equal(indices, np.asarray(record))
+    except (TypeError, ValueError, OverflowError):
+        whole = False
+    if not whole or indices.size == 0:
+        raise InputError(f"record is {record!r}; expected 'touching', 'all', 'totals' or a list of asperity indices")
+    outside = indices[(indices < 0) | (indices >= len(ensemble))]
+    if outside.size or np.unique(indices).size != indices.size:
+        raise InputError(
+            f"record names asperity {outside[0]}; expected indices from 0 to {len(ensemble) - 1}"
+            if outside.size
+            else "record names an asperity twice; expected each index once"
+        )
+    return indices
+
+
+def _largest_approach(ensemble: Ensemble, events: Sequence[Event]) -> float:
+    # channels run straight between waypoints, so the extremes are waypoints
+    loads = [event.value for event in events if isinstance(event, NormalLoad)]
+    approaches = [event.value for event in events if isinstance(event, NormalDisplacement)]
+    return max([*approaches, ensemble.approach_at(max(loads, default=0.0)), 0.0])
+
+
+@attrs.define
+class Recorder:
+    """Rows of one history, projected onto the variables.
+
+    Parameters
+    ----------
+    ensemble : Ensemble
+    asperities : array (asperity), optional
+        Indices to record; None for totals alone.
+    steps : int
+        Rows that the whole history records.
+    attributes : mapping
+        Attributes of the Dataset or file.
+    """
+
+    ensemble: Ensemble
+    asperities: npt.NDArray[np.int64] | None
+    steps: int
+    attributes: Mapping[str, Any]
+    _rows: kernel.Rows = attrs.field(init=False)
+    _times: Array = attrs.field(init=False)
+    _filled: int = 0
+
+    def __attrs_post_init__(self) -> None:
+        self._rows = ensembles.room(self.steps, self.columns)
+        self._times = np.zeros(self.steps)
+
+    @property
+    def columns(self) -> int:
+        """Number of recorded asperities."""
+        return 0 if self.asperities is None else self.asperities.size
+
+    def room(self, count: int) -> kernel.Rows:
+        """Return zeroed room for the next rows."""
+        where = slice(self._filled, self._filled + count)
+        return kernel.Rows._make(array[where] for array in self._rows)
+
+    def record(self, times: Array) -> None:
+        """Take what stands in the room last given as the rows at these times."""
+        self._times[self._filled : self._filled + times.size] = times
+        self._filled += times.size
+
+    def dataset(self) -> "xr.Dataset":
+        """Return the recorded history."""
+        import xarray as xr
+
+        variables = {
+            variable.name: xr.Variable(
+                variable.dimensions, values, variable.attributes, encoding={"_FillValue": None, "dtype": variable.dtype}
+            )
+            for variable, values in [
+                *_coordinates(self.ensemble, self.asperities),
+                (COORDINATES[0], self._times),
+                *_projected(self.ensemble, self._rows),
+            ]
+        }
+        names = {variable.name for variable in COORDINATES}
+        coordinates = {name: value for name, value in variables.items() if name in names}
+        data = {name: value for name, value in variables.items() if name not in names}
+        return xr.Dataset(data, coordinates, {**self.attributes, "complete": np.int8(1)})
+
+
+@attrs.define
+class FileRecorder(Recorder):
+    """Rows of one history, streamed to a netCDF file; use it through `recording`."""
+
+    file: "netCDF4.Dataset" = attrs.field(kw_only=True)
+
+    def __attrs_post_init__(self) -> None:
+        self.file.setncatts(dict(self.attributes))
+        self.file.createDimension("step", self.steps)
+        if self.asperities is not None:
+            self.file.createDimension("asperity", self.columns)
+        fixed = _coordinates(self.ensemble, self.asperities)
+        declared = [variable for variable, _ in fixed]
+        declared += [COORDINATES[0], *TOTALS, *(PER_ASPERITY if self.asperities is not None else ())]
+        auxiliary = [variable.name for variable in declared if variable in COORDINATES and variable.name != "asperity"]
+        for variable in declared:
+            made = self.file.createVariable(variable.name, variable.dtype, variable.dimensions, fill_value=False)
+            made.setncatts(variable.attributes)
+            if variable not in COORDINATES:
+                beside = [name for name in auxiliary if self.file[name].dimensions[0] in variable.dimensions]
+                made.coordinates = " ".join(beside)
+        for variable, values in fixed:
+            self.file[variable.name][:] = values
+
+    def room(self, count: int) -> kernel.Rows:
+        """Return zeroed room for the next rows."""
+        self._rows = ensembles.room(count, self.columns)
+        return self._rows
+
+    def record(self, times: Array) -> None:
+        """Write what stands in the room last given as the rows at these times."""
+        where = slice(self._filled, self._filled + times.size)
+        self.file["time"][where] = times
+        for variable, values in _projected(self.ensemble, self._rows):
+            self.file[variable.name][where] = values
+        self._filled += times.size
+
+
+@contextlib.contextmanager
+def recording(
+    path: Path,
+    ensemble: Ensemble,
+    asperities: npt.NDArray[np.int64] | None,
+    steps: int,
+    attributes: Mapping[str, Any],
+) -> Iterator[FileRecorder]:
+    """Record into a netCDF file, which appears under its name only when all rows stand in it.
+
+    Parameters
+    ----------
+    path : Path
+        An existing file is replaced, at the end.
+    ensemble, asperities, steps, attributes
+        See `Recorder`.
+
+    Raises
+    ------
+    OSError
+        The folder cannot be written to, or the disk is full.
+    """
+    import netCDF4
+
+    # made here first, because the message of the netCDF library would not say what was wrong
+    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+    os.close(handle)
+    try:
+        with netCDF4.Dataset(name, "w", format="NETCDF4") as file:
+            yield FileRecorder(ensemble, asperities, steps, attributes, file=file)
+            file.setncattr("complete", np.int8(1))
+        Path(name).chmod(0o666 & ~_umask())
+        Path(name).replace(path)
+    finally:
+        Path(name).unlink(missing_ok=True)
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def _coordinates(ensemble: Ensemble, asperities: npt.NDArray[np.int64] | None) -> list[tuple[Variable, Array]]:
+    """Coordinates along ``asperity``, with their values."""
+    if asperities is None:
+        return []
+    sources = {variable.name: getattr(ensemble, variable.name, None) for variable in COORDINATES[2:]}
+    values = {"asperity": asperities}
+    values |= {name: source[asperities] for name, source in sources.items() if source is not None}
+    return [(variable, values[variable.name]) for variable in COORDINATES if variable.name in values]
+
+
+def _projected(ensemble: Ensemble, rows: kernel.Rows) -> list[tuple[Variable, Array]]:
+    """Variables along ``step``, with their values."""
+    totals = rows.totals
+    values = {
+        "total_normal_load": totals[:, kernel.ROW_NORMAL],
+        "total_tangential_load": totals[:, kernel.ROW_TANGENTIAL],
+        "separation": ensemble.highest_summit - totals[:, kernel.ROW_APPROACH],
+        "tangential_displacement": totals[:, kernel.ROW_DISPLACEMENT],
+        "contact_count": totals[:, kernel.ROW_COUNT],
+        "real_contact_area": totals[:, kernel.ROW_AREA],
+        "tangential_stiffness": totals[:, kernel.ROW_STIFFNESS],
+        "total_dissipated_energy": totals[:, kernel.ROW_DISSIPATED],
+        "saturated": totals[:, kernel.ROW_SATURATED],
+    }
+    projected = [(variable, values[variable.name].astype(variable.dtype)) for variable in TOTALS]
+    if rows.normal_load.shape[1]:
+        arrays = (rows.normal_load, rows.tangential_load, rows.contact_radius, rows.stick_radius)
+        projected += zip(PER_ASPERITY, (*arrays, rows.slip_state, rows.dissipated), strict=True)
+    return projected

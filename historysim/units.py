@@ -1,0 +1,164 @@
+"""Quantities with units, at the boundary only: inside, every number is a float in SI."""
+
+import math
+import re
+from decimal import Decimal
+from numbers import Real
+
+from historysim.errors import InputError
+
+# what a message calls a quantity of this SI unit, and a unit that it may come in
+_KINDS = {
+    "N": ("a force", "mN"),
+    "m": ("a length", "nm"),
+    "s": ("a time", "ms"),
+    "Pa": ("a pressure or modulus", "GPa"),
+    "J m-2": ("an energy per area", "mJ m-2"),
+    "N m-1": ("a stiffness", "mN/µm"),
+    "1": ("a plain number", "%"),
+}
+
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
+# "10 500 N" and "1,5 N" must not pass as the unit 500 N or a product with 5 N
+_STRAY_NUMBER = re.compile(r"(?:^|[\s*/.,·(@])[+-]?[\d.,]")
+
+
+def is_number(value: object) -> bool:
+    """Whether a value is a real number: of Python or numpy, but neither a bool nor a text."""
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def quantity(value: float | str, unit: str) -> float:
+    """Return a quantity in SI.
+
+    Parameters
+    ----------
+    value : float or str
+        A number, taken as SI, or a text of one number and a unit, such as ``"50 mN"``,
+        ``"-2.5e-3 mm"``, ``"20 gf"`` or ``"100 µm"``. The sign is kept.
+    unit : str
+        The SI unit expected: ``"N"``, ``"m"``, ``"s"``, ``"Pa"``, ``"J m-2"``, ``"N m-1"``, or ``"1"`` for a
+        plain number, which takes no text. Any other coherent SI unit that UDUNITS-2 reads will do too.
+
+    Returns
+    -------
+    float
+        The value in `unit`. A decimal text gives the float nearest to its SI value: ``"70 mN"`` is ``0.07``.
+
+    Raises
+    ------
+    InputError
+        Neither a number nor a text, a text without a unit or with an unknown one, a unit of another dimension
+        or with an offset, a number that is not finite.
+
+    Notes
+    -----
+    Units are those of UDUNITS-2, through cf-units.
+    """
+    if is_number(value):
+        return _finite(value, value)
+    kind, sample = _kind(unit)
+    if unit == "1" or not isinstance(value, str):
+        how = (
+            "such as 0.2, without quotes or a unit" if unit == "1" else f"in {unit}, or as a text such as '50 {sample}'"
+        )
+        raise InputError(f"{_shown(value)} is a {type(value).__name__}; expected {kind} {how}")
+    text = value.strip()
+    match = _NUMBER.match(text)
+    unit_text = text[match.end() :].strip() if match else ""
+    if match is None or _STRAY_NUMBER.search(unit_text):
+        raise InputError(
+            f"{_shown(value)} is not one number and its unit; expected {kind} such as '50 {sample}', with a decimal "
+            "point and no separators between thousands"
+        )
+    number = match.group()
+    as_float = _finite(number, value)
+    if not unit_text:
+        raise InputError(
+            f"{_shown(value)} has no unit; expected {kind}: write the plain number {as_float!r} for SI, or "
+            f"'{as_float!r} {unit}'"
+        )
+    try:
+        factor = conversion_factor(unit_text, unit)
+    except InputError as error:
+        raise InputError(f"{_shown(value)}: {error}") from None
+    if as_float == 0:
+        return 0.0
+    # the product of the decimals, rounded once, is the very float of the same quantity written in SI
+    return _finite(Decimal(number) * Decimal(repr(factor)), value)
+
+
+def conversion_factor(unit_text: str, unit: str) -> float:
+    """Return the factor that takes numbers in one unit to SI, for whole columns of data.
+
+    Parameters
+    ----------
+    unit_text : str
+        The unit of the data, such as ``"mN"`` or ``"0.1 µm"``.
+    unit : str
+        The SI unit expected, as in `quantity`; with ``"1"``, ``"%"`` is a unit too.
+
+    Returns
+    -------
+    float
+        `unit` per `unit_text`, finite and positive: ``column * conversion_factor("mN", "N")`` is in N.
+
+    Raises
+    ------
+    InputError
+        An unknown unit, one of another dimension, or one that is not proportional to `unit`: a scale with an
+        offset such as celsius, a logarithmic one, or a date.
+
+    Notes
+    -----
+    Units are those of UDUNITS-2, through cf-units.
+    """
+    kind, sample = _kind(unit)
+    if not (isinstance(unit_text, str) and unit_text.strip() and unit_text.isprintable()):
+        raise InputError(f"{_shown(unit_text)} is not a unit; expected a unit such as {sample}")
+    import cf_units
+
+    with cf_units.suppress_errors():
+        try:
+            given = cf_units.Unit(unit_text)
+        except ValueError:
+            given = cf_units.Unit("unknown")
+        if given.is_unknown() or given.is_no_unit():
+            raise InputError(
+                f"{_shown(unit_text)} is not a known unit; expected a unit such as {sample}, with its capitals as "
+                "they are: mN is not MN"
+            )
+        # UDUNITS-2 also converts a unit into its reciprocal, which sends 0 to infinity
+        zero = given.convert(0.0, unit) if given.is_convertible(unit) else math.inf
+        if not math.isfinite(zero):
+            raise InputError(f"{_shown(unit_text)} is not a unit of {kind}; expected a unit such as {sample}")
+        factor = float(given.convert(1.0, unit))
+    if zero != 0:
+        raise InputError(
+            f"{_shown(unit_text)} does not start from zero (0 {unit_text} is {zero:g} {unit}), so no factor "
+            f"converts it; expected a unit such as {sample}; convert the data to {unit} first"
+        )
+    if not (math.isfinite(factor) and factor > 0):
+        raise InputError(f"{_shown(unit_text)} is {factor:g} {unit}; expected a positive, finite unit such as {sample}")
+    return factor
+
+
+def _kind(unit: str) -> tuple[str, str]:
+    return _KINDS.get(unit, (f"a quantity in {unit}", unit))
+
+
+def _finite(number: float | Decimal | str, came: object) -> float:
+    try:
+        result = float(number)
+    except OverflowError:
+        raise InputError("an integer beyond the largest float; expected less than 1.8e308 in SI") from None
+    if not math.isfinite(result):
+        raise InputError(
+            f"{_shown(came)} is not a finite number that a float can hold; expected less than 1.8e308 in SI"
+        )
+    return result
+
+
+def _shown(came: object) -> str:
+    text = repr(came)
+    return text if len(text) <= 60 else f"{text[:60]}…"
