@@ -18,7 +18,7 @@ from historysim.memory.traction import TractionMemory
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
-FIRST_ROOM = 8
+FIRST_ROOM = 6
 
 HOLD = (kernel.DISPLACED, 0.0, 0.0)
 """Control, target and fraction of a channel that keeps its displacement."""

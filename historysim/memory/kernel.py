@@ -22,11 +22,13 @@ decides whether what it compiled is still good.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
+from numba import njit, types
+from numba.core import cgutils
+from numba.extending import intrinsic
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -93,6 +95,16 @@ class Memory(NamedTuple):
     now: Floats
 
 
+class Group(NamedTuple):
+    """One friction group: views of its summits, of what its asperities dissipated, and of its vertex stack."""
+
+    gap: Floats
+    weight: Floats
+    dissipated: Floats
+    stack: Floats
+    friction: float
+
+
 class Paths(NamedTuple):
     """Straight paths, one after the other: where each channel goes, and how many rows are recorded on the way.
 
@@ -135,10 +147,42 @@ class Units(NamedTuple):
     stiffness: float
 
 
-# ---------------------------------------------------------------- normal load
+# ---------------------------------------------------------------- compilation
 
 _sums = njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
 _exact = njit(cache=True, error_model="numpy")
+
+
+@intrinsic
+def uncounted(_context: Any, array: types.Array) -> Any:
+    """View of an array that numba does not count references to; something else has to keep the array alive.
+
+    Numba counts the references that a call takes with an atomic operation per array, which for small
+    groups costs more than the physics.
+    """
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        view = context.make_helper(builder, signature.args[0], value=arguments[0])
+        view.meminfo = cgutils.get_null_value(view.meminfo.type)
+        return view._getvalue()  # noqa: SLF001 - numba's own way to take the value out
+
+    return array(array), generate
+
+
+@njit(error_model="numpy", inline="always")
+def group_of(contact: Contact, memory: Memory, index: int) -> Group:
+    """View of one group; contact and memory have to outlive it."""
+    start, stop = contact.first[index], contact.first[index + 1]
+    return Group(
+        uncounted(contact.gap)[start:stop],
+        uncounted(contact.weight)[start:stop],
+        uncounted(memory.dissipated)[start:stop],
+        uncounted(memory.vertices)[index],
+        contact.friction[index],
+    )
+
+
+# ---------------------------------------------------------------- normal load
 
 
 @_exact
@@ -170,18 +214,9 @@ def load_and_slope(gap: Floats, weight: Floats, count: int, approach: float) -> 
 
 
 @_exact
-def group_load(contact: Contact, group: int, approach: float) -> tuple[float, float]:
-    """P(a) and P'(a) of one friction group."""
-    start, stop = contact.first[group], contact.first[group + 1]
-    gap = contact.gap[start:stop]
-    return load_and_slope(gap, contact.weight[start:stop], touching(gap, approach), approach)
-
-
-@_exact
-def total_load(contact: Contact, approach: float) -> tuple[float, float]:
-    """P(a) and P'(a) of all asperities."""
-    count = touching(contact.sorted_gap, approach)
-    return load_and_slope(contact.sorted_gap, contact.sorted_weight, count, approach)
+def load_at(gap: Floats, weight: Floats, approach: float) -> tuple[float, float]:
+    """P(a) and P'(a) of asperities in ascending gap."""
+    return load_and_slope(gap, weight, touching(gap, approach), approach)
 
 
 @_exact
@@ -196,7 +231,7 @@ def approach_at(gap: Floats, weight: Floats, load: float, guess: float) -> float
         return high
     approach = guess if low < guess <= high else high
     for _ in range(100):
-        present, slope = load_and_slope(gap, weight, touching(gap, approach), approach)
+        present, slope = load_at(gap, weight, approach)
         if present == load:
             return approach
         if present < load:
@@ -221,8 +256,8 @@ def approach_at(gap: Floats, weight: Floats, load: float, guess: float) -> float
 
 @_sums
 def spread(
-    contact: Contact,
-    group: int,
+    gap: Floats,
+    weight: Floats,
     energy: Floats,
     low: float,
     high: float,
@@ -231,7 +266,7 @@ def spread(
     drag_low: float,
     drag_high: float,
 ) -> float:
-    """Add to each asperity of a group the energy ∫ slip·drag·N'' da over labels from low to high; return the sum.
+    """Add to each asperity the energy ∫ slip·drag·N'' da over labels from low to high; return the sum.
 
     Slip and drag (the mean spring deflection while it slipped) are linear in the label, so the
     integrand over x = √(a - h) is a polynomial of fourth degree and three Gauss points are exact;
@@ -240,8 +275,6 @@ def spread(
     width = high - low
     if width <= 0.0:
         return 0.0
-    start, stop = contact.first[group], contact.first[group + 1]
-    gap, weight, share = contact.gap[start:stop], contact.weight[start:stop], energy[start:stop]
     slip_slope = (slip_high - slip_low) / width
     drag_slope = (drag_high - drag_low) / width
     node = math.sqrt(0.6)
@@ -263,7 +296,7 @@ def spread(
         s = base - low + (x - x_low) * (x + x_low)
         q += 5.0 * (slip_low + slip_slope * s) * (drag_low + drag_slope * s)
         e = weight[i] * length * q * (1.5 / 18.0)
-        share[i] += e
+        energy[i] += e
         total += e
     return total
 
@@ -273,77 +306,18 @@ def stored_energy(contact: Contact, memory: Memory, energy: Floats) -> float:
     """Elastic tangential energy ½ ∫ v² N'' da, added per asperity to ``energy``; returns the sum."""
     displacement = memory.now[DISPLACEMENT]
     total = 0.0
-    for group in range(contact.friction.size):
-        for j in range(1, memory.depth[group]):
-            below, above = memory.vertices[group, j - 1], memory.vertices[group, j]
-            v_low, v_high = displacement - below[ANCHOR], displacement - above[ANCHOR]
-            total += spread(
-                contact, group, energy, below[LABEL], above[LABEL], v_low, v_high, 0.5 * v_low, 0.5 * v_high
-            )
+    for index in range(contact.friction.size):
+        start, stop = contact.first[index], contact.first[index + 1]
+        gap, weight, share = contact.gap[start:stop], contact.weight[start:stop], energy[start:stop]
+        stack = memory.vertices[index]
+        for j in range(1, memory.depth[index]):
+            low, high = stack[j - 1, LABEL], stack[j, LABEL]
+            v_low, v_high = displacement - stack[j - 1, ANCHOR], displacement - stack[j, ANCHOR]
+            total += spread(gap, weight, share, low, high, v_low, v_high, 0.5 * v_low, 0.5 * v_high)
     return total
 
 
 # ---------------------------------------------------------------- one group, one straight path in (d, V)
-
-
-@_exact
-def edge_at(
-    contact: Contact, memory: Memory, group: int, d0: float, v0: float, d1: float, v1: float, load: float
-) -> tuple[int, float, float, float, float]:
-    """Where the polyline ends before any slip: index of its last segment, label, anchor, normal, tangential load."""
-    stack = memory.vertices[group]
-    top = memory.depth[group] - 1
-    if top < 0:
-        h = contact.gap[contact.first[group]]
-        return 0, h, v0 + (v1 - v0) * (h - d0) / (d1 - d0), 0.0, 0.0
-    if d1 >= d0:
-        return top, stack[top, LABEL], stack[top, ANCHOR], stack[top, NORMAL], stack[top, TANGENTIAL]
-    while top > 1 and stack[top - 1, LABEL] >= d1:
-        top -= 1
-    slope = stack[top, SLOPE]
-    anchor = stack[top, ANCHOR] - slope * (stack[top, LABEL] - d1)
-    tangential = stack[top, TANGENTIAL] - slope * (stack[top, NORMAL] - load)
-    return top, d1, anchor, load, tangential
-
-
-@_exact
-def slip_front(
-    stack: Floats,
-    segment: int,
-    x_edge: float,
-    y_edge: float,
-    x1: float,
-    y1: float,
-    friction: float,
-    x_column: int,
-    y_column: int,
-) -> tuple[int, float, float, float]:
-    """Walk from the edge inward to the slip front.
-
-    The same walk serves displacements, with (label, anchor) as (x, y), and loads, with (normal,
-    tangential load). Returns how many vertices are kept, x at the front, the direction of slip,
-    and the slip at the front, which is 0 unless the whole contact slides. The front lies on the last
-    vertex kept where x says so; vertices on the way are wiped out.
-    """
-    sign = 1.0 if y1 >= y_edge else -1.0
-    tie = TIE * (abs(y1) + abs(y_edge) + friction * x1)
-    x = x_edge
-    slip = sign * (y1 - y_edge) - friction * (x1 - x_edge)
-    met_vertex = x1 > x_edge and slip <= tie
-    while segment > 0 and not met_vertex:
-        slope = stack[segment, SLOPE]
-        x_low = stack[segment - 1, x_column]
-        slip_low = sign * (y1 - stack[segment - 1, y_column]) - friction * (x1 - x_low)
-        if slip_low < -tie and slope != sign * friction:
-            return segment, max(x - slip / (friction - sign * slope), x_low), sign, 0.0
-        segment -= 1
-        x, slip = x_low, slip_low
-        met_vertex = slip <= tie
-    if not met_vertex:
-        return 0, x, sign, slip
-    while segment > 0 and stack[segment, SLOPE] == sign * friction:
-        segment -= 1
-    return segment + 1, stack[segment, x_column] if segment > 0 else stack[0, x_column], sign, 0.0
 
 
 @_exact
@@ -367,60 +341,122 @@ def put(
 
 
 @_exact
-def withdrawal_energy(
-    contact: Contact, memory: Memory, group: int, d0: float, v0: float, d1: float, v1: float, segment: int
-) -> float:
+def copy_vertices(source: Floats, target: Floats, count: int) -> None:
+    """Copy the first vertices of a stack."""
+    for j in range(count):
+        for column in range(source.shape[1]):
+            target[j, column] = source[j, column]
+
+
+@_exact
+def touch(group: Group, depth: int, d0: float, v0: float, d1: float, v1: float) -> int:
+    """Start the empty stack of a group that first touches on a straight path from (d0, v0) to (d1, v1); its depth."""
+    h = group.gap[0]
+    anchor = v0 + (v1 - v0) * (h - d0) / (d1 - d0)
+    put(group.stack, depth, h, anchor, 0.0, anchor, 0.0, 0.0)
+    return depth + 1
+
+
+@_exact
+def edge_at(stack: Floats, depth: int, d: float, load: float) -> tuple[int, float, float, float, float]:
+    """Where the polyline ends at approach d before any slip.
+
+    Returns the index of its last segment, and label, anchor, normal and tangential load at the end.
+    """
+    top = depth - 1
+    if d >= stack[top, LABEL]:
+        return top, stack[top, LABEL], stack[top, ANCHOR], stack[top, NORMAL], stack[top, TANGENTIAL]
+    while top > 1 and stack[top - 1, LABEL] >= d:
+        top -= 1
+    slope = stack[top, SLOPE]
+    anchor = stack[top, ANCHOR] - slope * (stack[top, LABEL] - d)
+    tangential = stack[top, TANGENTIAL] - slope * (stack[top, NORMAL] - load)
+    return top, d, anchor, load, tangential
+
+
+@_exact
+def slip_front(
+    stack: Floats,
+    segment: int,
+    x_edge: float,
+    y_edge: float,
+    x1: float,
+    y1: float,
+    friction: float,
+    by_force: bool,
+) -> tuple[int, float, float, float]:
+    """Walk from the edge inward to the slip front.
+
+    The same walk serves displacements, with (label, anchor) as (x, y), and forces, with (normal,
+    tangential load). Returns how many vertices are kept, x at the front, the direction of slip,
+    and the slip at the front, which is 0 unless the whole contact slides. The front lies on the last
+    vertex kept where x says so; vertices on the way are wiped out.
+    """
+    x_column = NORMAL if by_force else LABEL
+    y_column = TANGENTIAL if by_force else ANCHOR
+    sign = 1.0 if y1 >= y_edge else -1.0
+    tie = TIE * (abs(y1) + abs(y_edge) + friction * x1)
+    x = x_edge
+    slip = sign * (y1 - y_edge) - friction * (x1 - x_edge)
+    met_vertex = x1 > x_edge and slip <= tie
+    while segment > 0 and not met_vertex:
+        slope = stack[segment, SLOPE]
+        x_low = stack[segment - 1, x_column]
+        slip_low = sign * (y1 - stack[segment - 1, y_column]) - friction * (x1 - x_low)
+        if slip_low < -tie and slope != sign * friction:
+            return segment, max(x - slip / (friction - sign * slope), x_low), sign, 0.0
+        segment -= 1
+        x, slip = x_low, slip_low
+        met_vertex = slip <= tie
+    if not met_vertex:
+        return 0, x, sign, slip
+    while segment > 0 and stack[segment, SLOPE] == sign * friction:
+        segment -= 1
+    return segment + 1, stack[segment, x_column], sign, 0.0
+
+
+@_exact
+def one_way_withdrawal(group: Group, low: float, high: float, slip_low: float, slip_high: float, rate: float) -> float:
+    """Energy of leaving springs that slip one way: the drag falls to 0 in proportion to the slip left."""
+    sign = 1.0 if slip_low + slip_high > 0.0 else -1.0
+    # slip per withdrawal; 0 where the springs ride along the limit
+    ratio = group.friction - sign * rate
+    if ratio <= 0.0:
+        return 0.0
+    drag = 0.5 * group.friction / ratio
+    slip_low, slip_high = abs(slip_low), abs(slip_high)
+    return spread(
+        group.gap, group.weight, group.dissipated, low, high, slip_low, slip_high, drag * slip_low, drag * slip_high
+    )
+
+
+@_exact
+def withdrawal_energy(group: Group, depth: int, segment: int, d0: float, v0: float, d1: float, v1: float) -> float:
     """Energy of the springs that leave contact between approaches d0 and d1 < d0, while V goes from v0 to v1.
 
     Spring a leaves at V(a) = v0 + (a - d0) ΔV/Δd. It slips, if at all, one way: that of V(a) - w(a).
     """
-    stack = memory.vertices[group]
-    friction = contact.friction[group]
     rate = (v1 - v0) / (d1 - d0)
     total = 0.0
     high, slip_high = d0, 0.0
-    for j in range(memory.depth[group] - 1, segment - 1, -1):
-        low = max(stack[j - 1, LABEL], d1)
-        change = rate - stack[j, SLOPE]
+    for j in range(depth - 1, segment - 1, -1):
+        low = max(group.stack[j - 1, LABEL], d1)
+        change = rate - group.stack[j, SLOPE]
         slip_low = slip_high - change * (high - low)
+        middle = high
         if slip_high * slip_low < 0.0:
             middle = max(low, high - slip_high / change)
-            total += one_way_withdrawal(contact, memory, group, middle, high, 0.0, slip_high, rate, friction)
-            total += one_way_withdrawal(contact, memory, group, low, middle, slip_low, 0.0, rate, friction)
-        elif slip_high != 0.0 or slip_low != 0.0:
-            total += one_way_withdrawal(contact, memory, group, low, high, slip_low, slip_high, rate, friction)
+            total += one_way_withdrawal(group, middle, high, 0.0, slip_high, rate)
+            slip_high = 0.0
+        if slip_high != 0.0 or slip_low != 0.0:
+            total += one_way_withdrawal(group, low, middle, slip_low, slip_high, rate)
         high, slip_high = low, slip_low
     return total
 
 
 @_exact
-def one_way_withdrawal(
-    contact: Contact,
-    memory: Memory,
-    group: int,
-    low: float,
-    high: float,
-    slip_low: float,
-    slip_high: float,
-    rate: float,
-    friction: float,
-) -> float:
-    """Energy of leaving springs that slip one way: the drag falls to 0 in proportion to the slip left."""
-    sign = 1.0 if slip_low + slip_high > 0.0 else -1.0
-    # slip per withdrawal; 0 where the springs ride along the limit
-    ratio = friction - sign * rate
-    if ratio <= 0.0:
-        return 0.0
-    drag = 0.5 * friction / ratio
-    slip_low, slip_high = abs(slip_low), abs(slip_high)
-    return spread(contact, group, memory.dissipated, low, high, slip_low, slip_high, drag * slip_low, drag * slip_high)
-
-
-@_exact
 def slip_energy(
-    contact: Contact,
-    memory: Memory,
-    group: int,
+    group: Group,
     d0: float,
     v0: float,
     d1: float,
@@ -437,87 +473,30 @@ def slip_energy(
     While spring a slips by g, ending at approach d1, its mean deflection is μ (d1 - a - g Δd/(2 g_tot)),
     where g_tot is the slip of a spring that slips all the way.
     """
-    stack = memory.vertices[group]
-    friction = contact.friction[group]
+    friction = group.friction
     whole = sign * (v1 - v0) - friction * (d1 - d0)
     lag = 0.5 * (d1 - d0) / whole if whole > 0.0 else 0.0
     total = 0.0
     low = front
     drag = friction * max(d1 - low - lag * slip, 0.0)
-    for j in range(max(kept, 1), segment + 1):
-        high = edge if j == segment else stack[j, LABEL]
-        slip_high = slip + (friction - sign * stack[j, SLOPE]) * (high - low)
-        drag_high = friction * max(d1 - high - lag * slip_high, 0.0)
-        total += spread(contact, group, memory.dissipated, low, high, slip, slip_high, drag, drag_high)
+    # the last turn is for the springs that touched on the way and slipped at once
+    for j in range(max(kept, 1), segment + 2):
+        if j > segment:
+            high, slip_high, drag_high = d1, 0.0, 0.0
+        else:
+            high = edge if j == segment else group.stack[j, LABEL]
+            slip_high = slip + (friction - sign * group.stack[j, SLOPE]) * (high - low)
+            drag_high = friction * max(d1 - high - lag * slip_high, 0.0)
+        if high > low:
+            total += spread(group.gap, group.weight, group.dissipated, low, high, slip, slip_high, drag, drag_high)
         low, slip, drag = high, slip_high, drag_high
-    if d1 > edge:
-        total += spread(contact, group, memory.dissipated, edge, d1, slip, 0.0, drag, 0.0)
     return total
 
 
 @_exact
-def move_group(
-    contact: Contact,
-    memory: Memory,
-    group: int,
-    d0: float,
-    v0: float,
-    d1: float,
-    v1: float,
-    load: float,
-    force: float,
-) -> float:
-    """Carry one group from (d0, v0) to approach d1, exactly: to a tangential force, or where that is NaN to v1.
-
-    ``load`` is P(d1). Returns the displacement reached.
-    """
-    force_controlled = not math.isnan(force)
-    stack = memory.vertices[group]
-    friction = contact.friction[group]
-    h = contact.gap[contact.first[group]]
-    if d1 <= h:
-        if memory.depth[group] > 0:
-            memory.now[DISSIPATED] += withdrawal_energy(contact, memory, group, d0, v0, d1, v1, 1)
-            memory.depth[group] = 0
-            memory.steep[group] = False
-        return v1
-    if memory.steep[group]:
-        move_steep_group(contact, memory, group, d0, v0, d1, v1, load)
-        return v1
-    if memory.depth[group] == 0 and force_controlled:
-        # from nothing, a force proportional to the load strains all springs alike
-        v1 = v0 + force / load * (d1 - d0)
-        force_controlled, force = False, math.nan
-    segment, edge, anchor, edge_load, edge_force = edge_at(contact, memory, group, d0, v0, d1, v1, load)
-    if memory.depth[group] == 0:
-        put(stack, 0, h, anchor, 0.0, anchor, 0.0, 0.0)
-    if force_controlled:
-        x1, y1, x_edge, y_edge = load, force, edge_load, edge_force
-    else:
-        x1, y1, x_edge, y_edge = d1, v1, edge, anchor
-    excess = abs(y1 - y_edge) - friction * (x1 - x_edge)
-    if y1 == y_edge or excess < -TIE * (abs(y1) + abs(y_edge) + friction * x1):
-        slope = (y1 - y_edge) / (x1 - x_edge) if x1 > x_edge else 0.0
-        if force_controlled:
-            v1 = anchor + slope * (d1 - edge)
-        if d1 < d0:
-            memory.now[DISSIPATED] += withdrawal_energy(contact, memory, group, d0, v0, d1, v1, segment)
-            put(stack, segment, d1, anchor, stack[segment, SLOPE], v1, load, edge_force)
-            memory.depth[group] = segment + 1
-        elif d1 > edge:
-            top = segment if segment > 0 and stack[segment, SLOPE] == slope else segment + 1
-            reached = force if force_controlled else edge_force + slope * (load - edge_load)
-            put(stack, top, d1, v1, slope, v1, load, reached)
-            memory.depth[group] = top + 1
-        return v1
-    return slip_group(contact, memory, group, d0, v0, d1, v1, load, force, segment, edge, x_edge, y_edge, x1, y1)
-
-
-@_exact
 def slip_group(
-    contact: Contact,
-    memory: Memory,
-    group: int,
+    group: Group,
+    depth: int,
     d0: float,
     v0: float,
     d1: float,
@@ -526,77 +505,140 @@ def slip_group(
     force: float,
     segment: int,
     edge: float,
-    x_edge: float,
-    y_edge: float,
-    x1: float,
-    y1: float,
-) -> float:
-    """Do the part of `move_group` where springs slip: find the front, account for the energy, rewrite the outer end."""
-    stack = memory.vertices[group]
-    friction = contact.friction[group]
-    force_controlled = not math.isnan(force)
-    x_column, y_column = (NORMAL, TANGENTIAL) if force_controlled else (LABEL, ANCHOR)
-    kept, x_front, sign, slip = slip_front(stack, segment, x_edge, y_edge, x1, y1, friction, x_column, y_column)
-    slope = sign * friction
-    inner = kept > 0 and x_front != stack[kept - 1, x_column]
-    front, front_load, front_force, front_anchor = stack[0, LABEL], 0.0, 0.0, 0.0
+    kept: int,
+    x_front: float,
+    sign: float,
+    slip: float,
+) -> tuple[int, float, float]:
+    """Do what is left of `move_group` where springs slip, the front being found: energy, and the new outer end."""
+    stack = group.stack
+    by_force = not math.isnan(force)
+    slope = sign * group.friction
+    below = max(kept - 1, 0)
+    front, front_anchor = stack[below, LABEL], stack[below, ANCHOR]
+    front_load, front_force = stack[below, NORMAL], stack[below, TANGENTIAL]
+    inner = kept > 0 and x_front != (front_load if by_force else front)
+    inner_slope = 0.0
     if inner:
-        if force_controlled:
-            front_load = x_front
-            start, stop = contact.first[group], contact.first[group + 1]
-            guess = edge if kept == segment else stack[kept, LABEL]
-            front = approach_at(contact.gap[start:stop], contact.weight[start:stop], front_load, guess)
-            front = min(max(front, stack[kept - 1, LABEL]), guess)
+        inner_slope = stack[kept, SLOPE]
+        label, normal = x_front, x_front
+        if by_force:
+            outer = edge if kept == segment else stack[kept, LABEL]
+            label = min(max(approach_at(group.gap, group.weight, normal, outer), front), outer)
         else:
-            front = x_front
-            front_load = group_load(contact, group, front)[0]
-        strain = front - stack[kept - 1, LABEL]
-        front_anchor = stack[kept - 1, ANCHOR] + stack[kept, SLOPE] * strain
-        front_force = stack[kept - 1, TANGENTIAL] + stack[kept, SLOPE] * (front_load - stack[kept - 1, NORMAL])
-    elif kept > 0:
-        front, front_anchor = stack[kept - 1, LABEL], stack[kept - 1, ANCHOR]
-        front_load, front_force = stack[kept - 1, NORMAL], stack[kept - 1, TANGENTIAL]
-    if force_controlled:
+            normal = load_at(group.gap, group.weight, label)[0]
+        front_anchor += inner_slope * (label - front)
+        front_force += inner_slope * (normal - front_load)
+        front, front_load = label, normal
+    if by_force:
         v1 = front_anchor + slope * (d1 - front)
+    energy = 0.0
     if d1 < d0:
-        memory.now[DISSIPATED] += withdrawal_energy(contact, memory, group, d0, v0, d1, v1, segment)
-    memory.now[DISSIPATED] += slip_energy(
-        contact, memory, group, d0, v0, d1, v1, segment, edge, kept, front, sign, slip
-    )
+        energy = withdrawal_energy(group, depth, segment, d0, v0, d1, v1)
+    energy += slip_energy(group, d0, v0, d1, v1, segment, edge, kept, front, sign, slip)
     if kept == 0:
-        put(stack, 0, front, v1 - slope * (d1 - front), 0.0, v1, 0.0, 0.0)
+        put(stack, below, front, v1 - slope * (d1 - front), 0.0, v1, 0.0, 0.0)
         kept = 1
     elif inner:
-        if not force_controlled:
-            front_anchor = v1 - slope * (d1 - front)
-        put(stack, kept, front, front_anchor, stack[kept, SLOPE], v1, front_load, front_force)
+        anchor = front_anchor if by_force else v1 - slope * (d1 - front)
+        put(stack, kept, front, anchor, inner_slope, v1, front_load, front_force)
         kept += 1
-    reached = force if force_controlled else front_force + slope * (load - front_load)
+    reached = force if by_force else front_force + slope * (load - front_load)
     put(stack, kept, d1, v1, slope, v1, load, reached)
-    memory.depth[group] = kept + 1
-    return v1
+    return kept + 1, v1, energy
 
 
 @_exact
-def is_steep(stack: Floats, friction: float) -> bool:
+def move_group(
+    group: Group, depth: int, d0: float, v0: float, d1: float, v1: float, load: float, force: float
+) -> tuple[int, float, float]:
+    """Carry one group straight from (d0, v0) to approach d1, exactly: to a tangential force, or if that is NaN to v1.
+
+    The group touches at d1, where it carries ``load``; its stack has ``depth`` vertices, or none at d0
+    where that is 0. Returns the depth, the displacement reached, and the energy dissipated.
+    """
+    stack, friction = group.stack, group.friction
+    by_force = not math.isnan(force)
+    if depth == 0:
+        if by_force:
+            # from nothing, a force proportional to the load strains all springs alike
+            v1 = v0 + force / load * (d1 - d0)
+            by_force, force = False, math.nan
+        depth = touch(group, depth, d0, v0, d1, v1)
+    segment, edge, anchor, edge_load, edge_force = edge_at(stack, depth, d1, load)
+    if by_force:
+        x1, y1, x_edge, y_edge = load, force, edge_load, edge_force
+    else:
+        x1, y1, x_edge, y_edge = d1, v1, edge, anchor
+    excess = abs(y1 - y_edge) - friction * (x1 - x_edge)
+    if y1 == y_edge or excess < -TIE * (abs(y1) + abs(y_edge) + friction * x1):
+        energy = 0.0
+        slope = (y1 - y_edge) / (x1 - x_edge) if x1 > x_edge else 0.0
+        if by_force:
+            v1 = anchor + slope * (d1 - edge)
+        if d1 < d0:
+            energy = withdrawal_energy(group, depth, segment, d0, v0, d1, v1)
+            put(stack, segment, d1, anchor, stack[segment, SLOPE], v1, load, edge_force)
+            depth = segment + 1
+        elif d1 > edge:
+            top = segment if segment > 0 and stack[segment, SLOPE] == slope else segment + 1
+            reached = force if by_force else edge_force + slope * (load - edge_load)
+            put(stack, top, d1, v1, slope, v1, load, reached)
+            depth = top + 1
+        return depth, v1, energy
+    kept, x_front, sign, slip = slip_front(stack, segment, x_edge, y_edge, x1, y1, friction, by_force)
+    return slip_group(group, depth, d0, v0, d1, v1, load, force, segment, edge, kept, x_front, sign, slip)
+
+
+@_exact
+def force_of_group(
+    group: Group, depth: int, d0: float, v0: float, d1: float, v1: float, load: float
+) -> tuple[float, float, float]:
+    """Tangential force that `move_group` would reach, with its first and second derivative in v1.
+
+    Nothing is changed, but for the first vertex of a group that does not touch yet.
+    """
+    stack, friction = group.stack, group.friction
+    if depth == 0:
+        depth = touch(group, depth, d0, v0, d1, v1)
+    segment, edge, anchor, edge_load, edge_force = edge_at(stack, depth, d1, load)
+    if d1 > edge and abs(v1 - anchor) <= friction * (d1 - edge):
+        slope = (v1 - anchor) / (d1 - edge)
+        return edge_force + slope * (load - edge_load), (load - edge_load) / (d1 - d0), 0.0
+    if v1 == anchor:
+        return edge_force, load_at(group.gap, group.weight, edge)[1], 0.0
+    kept, front, sign, _ = slip_front(stack, segment, edge, anchor, d1, v1, friction, False)
+    slope = sign * friction
+    if kept == 0:
+        return slope * load, 0.0, 0.0
+    front_load, stiffness = load_at(group.gap, group.weight, front)
+    force, curvature = stack[kept - 1, TANGENTIAL], 0.0
+    if front != stack[kept - 1, LABEL]:
+        inner_slope = stack[kept, SLOPE]
+        force += inner_slope * (front_load - stack[kept - 1, NORMAL])
+        # a single parabola through the foremost asperity stands for P'' here: only the speed depends on it
+        curvature = 0.5 * stiffness / ((front - group.gap[0]) * (inner_slope - slope))
+    return force + slope * (load - front_load), stiffness, curvature
+
+
+# ---------------------------------------------------------------- polylines steeper than the cone
+
+
+@_exact
+def is_steep(stack: Floats, depth: int, friction: float) -> bool:
     """Whether a slope exceeds μ, as it may after a fall of μ; several zones may then slip at once."""
     steepest = 0.0
-    for j in range(1, len(stack)):
+    for j in range(1, depth):
         steepest = max(steepest, abs(stack[j, SLOPE]))
     return steepest > friction
 
 
 @_exact
-def carried(
-    contact: Contact, memory: Memory, group: int, d0: float, v0: float, d1: float, v1: float, load: float
-) -> Floats:
-    """Polyline of one group carried straight to (d1, v1) before any slip: cut, or extended by new springs."""
-    segment, edge, anchor, edge_load, edge_force = edge_at(contact, memory, group, d0, v0, d1, v1, load)
-    stack = np.empty((segment + 2, memory.vertices.shape[2]))
-    if memory.depth[group] == 0:
-        put(stack, segment, edge, anchor, 0.0, anchor, 0.0, 0.0)
-    else:
-        stack[: segment + 1] = memory.vertices[group, : segment + 1]
+def carried(group: Group, depth: int, d1: float, v1: float, load: float) -> Floats:
+    """Polyline of a touching group carried straight to (d1, v1) before any slip: cut, or extended by new springs."""
+    segment, edge, anchor, edge_load, edge_force = edge_at(group.stack, depth, d1, load)
+    stack = np.empty((segment + 2, group.stack.shape[1]))
+    copy_vertices(group.stack, stack, segment + 1)
     if d1 <= edge:
         put(stack, segment, d1, anchor, stack[segment, SLOPE], v1, load, edge_force)
         return stack[: segment + 1]
@@ -606,63 +648,66 @@ def carried(
 
 
 @_exact
+def crossing(low: float, high: float, v_low: float, slope: float, d: float, side: float) -> float:
+    """Label where v, which falls with ``slope`` from v_low, meets side·(d - a); ``high`` where that is not inside."""
+    relative = side - slope
+    if relative == 0.0:
+        return high
+    label = low + (side * (d - low) - v_low) / relative
+    return label if low + TIE * d < label < high - TIE * d else high
+
+
+@_exact
 def clip(
-    contact: Contact,
-    group: int,
+    group: Group,
     stack: Floats,
     d: float,
     displacement: float,
     friction: float,
     lag_down: float,
     lag_up: float,
-    energy: Floats,
+    dissipates: bool,
 ) -> tuple[Floats, float, float]:
     """Clip any polyline to the cone |v| ≤ μ (d - a): both sides may cut, anywhere.
 
     The drag of a spring that slips by g is the limit less lag·g, with the lag of its direction.
-    Returns the new stack, its stiffness dT/dV, and the energy dissipated, which is spread over
-    ``energy`` where that is not empty.
+    Returns the new stack, its stiffness dT/dV, and the energy dissipated, which where ``dissipates``
+    is added to the asperities of the group.
     """
     clipped = np.empty((3 * len(stack), stack.shape[1]))
-    label = stack[0, LABEL]
-    limit = friction * (d - label)
-    v = min(max(displacement - stack[0, ANCHOR], -limit), limit)
-    put(clipped, 0, label, displacement - v, 0.0, stack[0, MADE_AT], stack[0, NORMAL], 0.0)
+    copy_vertices(stack, clipped, min(len(stack), 1))
+    limit = friction * (d - stack[0, LABEL])
+    v = displacement - stack[0, ANCHOR]
+    if abs(v) > limit:
+        clipped[0, ANCHOR] = displacement - math.copysign(limit, v)
     count = 1
     stiffness, dissipated = 0.0, 0.0
-    tie = TIE * d
-    breaks = np.empty(4)
     for j in range(1, len(stack)):
         slope, low, high = stack[j, SLOPE], stack[j - 1, LABEL], stack[j, LABEL]
         v_low = displacement - stack[j - 1, ANCHOR]
-        breaks[:] = high
-        breaks[0] = low
-        for side in (-1.0, 1.0):
-            relative = side * friction - slope
-            if relative != 0.0:
-                crossing = low + (side * friction * (d - low) - v_low) / relative
-                if low + tie < crossing < high - tie:
-                    breaks[1 if side < 0.0 else 2] = crossing
-        if breaks[1] > breaks[2]:
-            breaks[1], breaks[2] = breaks[2], breaks[1]
+        lower = crossing(low, high, v_low, slope, d, -friction)
+        upper = crossing(low, high, v_low, slope, d, friction)
         for piece in range(3):
-            a, b = breaks[piece], breaks[piece + 1]
+            a = low if piece == 0 else min(lower, upper) if piece == 1 else max(lower, upper)
+            b = high if piece == 2 else max(lower, upper) if piece == 1 else min(lower, upper)
             if b <= a:
                 continue
             v_a, v_b = v_low - slope * (a - low), v_low - slope * (b - low)
             limit_a, limit_b = friction * (d - a), friction * (d - b)
-            load = stack[j, NORMAL] if b == high else group_load(contact, group, b)[0]
+            load = stack[j, NORMAL] if b == high else load_at(group.gap, group.weight, b)[0]
             made_at, new_slope, v = displacement, slope, v_b
             if abs(v_a + v_b) > limit_a + limit_b:
-                side = 1.0 if v_a + v_b > 0.0 else -1.0
+                side = math.copysign(1.0, v_a + v_b)
                 new_slope, v = side * friction, side * limit_b
-                if energy.size > 0:
+                if dissipates:
                     lag = lag_up if side > 0.0 else lag_down
                     slip_a, slip_b = max(side * v_a - limit_a, 0.0), max(side * v_b - limit_b, 0.0)
                     drag_a, drag_b = max(limit_a - lag * slip_a, 0.0), max(limit_b - lag * slip_b, 0.0)
-                    dissipated += spread(contact, group, energy, a, b, slip_a, slip_b, drag_a, drag_b)
+                    dissipated += spread(
+                        group.gap, group.weight, group.dissipated, a, b, slip_a, slip_b, drag_a, drag_b
+                    )
             else:
-                stiffness += group_load(contact, group, b)[1] - group_load(contact, group, a)[1]
+                stiffness += load_at(group.gap, group.weight, b)[1] - load_at(group.gap, group.weight, a)[1]
                 if b == high:
                     made_at = stack[j, MADE_AT]
             if count > 1 and clipped[count - 1, SLOPE] == new_slope:
@@ -675,51 +720,20 @@ def clip(
 
 @_exact
 def move_steep_group(
-    contact: Contact, memory: Memory, group: int, d0: float, v0: float, d1: float, v1: float, load: float
-) -> None:
-    """Carry one group whose polyline has slopes beyond μ straight from (d0, v0) to (d1, v1)."""
-    stack = carried(contact, memory, group, d0, v0, d1, v1, load)
-    friction = contact.friction[group]
+    group: Group, depth: int, d0: float, v0: float, d1: float, v1: float, load: float
+) -> tuple[int, float]:
+    """Carry one touching group whose polyline is steeper than μ straight to (d1, v1); its depth, and the energy."""
+    stack = carried(group, depth, d1, v1, load)
+    friction = group.friction
+    energy = 0.0
     if d1 < d0:
-        segment = len(stack) - 1
-        memory.now[DISSIPATED] += withdrawal_energy(contact, memory, group, d0, v0, d1, v1, segment)
+        energy = withdrawal_energy(group, depth, len(stack) - 1, d0, v0, d1, v1)
     up, down = (v1 - v0) - friction * (d1 - d0), (v0 - v1) - friction * (d1 - d0)
     lag_up = 0.5 * friction * (d1 - d0) / up if up > 0.0 else 0.0
     lag_down = 0.5 * friction * (d1 - d0) / down if down > 0.0 else 0.0
-    clipped, _, energy = clip(contact, group, stack, d1, v1, friction, lag_down, lag_up, memory.dissipated)
-    memory.now[DISSIPATED] += energy
-    memory.vertices[group, : len(clipped)] = clipped
-    memory.depth[group] = len(clipped)
-    memory.steep[group] = is_steep(clipped, friction)
-
-
-@_exact
-def force_of_group(
-    contact: Contact, memory: Memory, group: int, d0: float, v0: float, d1: float, v1: float, load: float
-) -> tuple[float, float]:
-    """Tangential force, and its slope in v1, that `move_group` would reach; nothing is changed."""
-    stack = memory.vertices[group]
-    friction = contact.friction[group]
-    if memory.steep[group]:
-        reached = carried(contact, memory, group, d0, v0, d1, v1, load)
-        clipped, stiffness, _ = clip(contact, group, reached, d1, v1, friction, 0.0, 0.0, np.empty(0))
-        return clipped[len(clipped) - 1, TANGENTIAL], stiffness
-    segment, edge, anchor, edge_load, edge_force = edge_at(contact, memory, group, d0, v0, d1, v1, load)
-    if abs(v1 - anchor) <= friction * (d1 - edge):
-        if d1 > edge:
-            strain = (v1 - anchor) / (d1 - edge)
-            return edge_force + strain * (load - edge_load), (load - edge_load) / (d1 - d0)
-        return edge_force, group_load(contact, group, d1)[1]
-    if memory.depth[group] == 0:
-        return math.copysign(friction * load, v1 - anchor), 0.0
-    kept, front, sign, _ = slip_front(stack, segment, edge, anchor, d1, v1, friction, LABEL, ANCHOR)
-    if kept == 0:
-        return sign * friction * load, 0.0
-    front_load, stiffness = group_load(contact, group, front)
-    front_force = stack[kept - 1, TANGENTIAL]
-    if front != stack[kept - 1, LABEL]:
-        front_force += stack[kept, SLOPE] * (front_load - stack[kept - 1, NORMAL])
-    return front_force + sign * friction * (load - front_load), stiffness
+    clipped, _, slipped = clip(group, stack, d1, v1, friction, lag_down, lag_up, depth > 0)
+    copy_vertices(clipped, group.stack, len(clipped))
+    return len(clipped), energy + slipped
 
 
 # ---------------------------------------------------------------- all groups
@@ -735,8 +749,8 @@ def toward(present: float, target: float, fraction: float) -> float:
 def deepest(memory: Memory) -> int:
     """Return the number of vertices of the deepest stack."""
     most = 0
-    for group in range(memory.depth.size):
-        most = max(most, memory.depth[group])
+    for index in range(memory.depth.size):
+        most = max(most, memory.depth[index])
     return most
 
 
@@ -744,10 +758,8 @@ def deepest(memory: Memory) -> int:
 def with_room(memory: Memory, room: int, whole: bool) -> Memory:
     """Copy the stacks to arrays with other room, and where ``whole`` everything else too."""
     vertices = np.empty((memory.vertices.shape[0], room, memory.vertices.shape[2]))
-    for group in range(memory.depth.size):
-        for j in range(memory.depth[group]):
-            for column in range(memory.vertices.shape[2]):
-                vertices[group, j, column] = memory.vertices[group, j, column]
+    for index in range(memory.depth.size):
+        copy_vertices(memory.vertices[index], vertices[index], memory.depth[index])
     if not whole:
         return Memory(vertices, memory.depth, memory.steep, memory.dissipated, memory.now)
     return Memory(vertices, memory.depth.copy(), memory.steep.copy(), memory.dissipated.copy(), memory.now.copy())
@@ -759,10 +771,12 @@ def friction_limit(contact: Contact, approach: float, load: float) -> float:
     if contact.friction.size == 1:
         return contact.friction[0] * load
     limit = 0.0
-    for group in range(contact.friction.size):
-        if contact.gap[contact.first[group]] >= approach:
+    for index in range(contact.friction.size):
+        start, stop = contact.first[index], contact.first[index + 1]
+        gap = uncounted(contact.gap)[start:stop]
+        if gap[0] >= approach:
             break
-        limit += contact.friction[group] * group_load(contact, group, approach)[0]
+        limit += contact.friction[index] * load_at(gap, uncounted(contact.weight)[start:stop], approach)[0]
     return limit
 
 
@@ -770,60 +784,79 @@ def friction_limit(contact: Contact, approach: float, load: float) -> float:
 def total_force(contact: Contact, memory: Memory) -> float:
     """Sum of the groups' tangential loads."""
     force = 0.0
-    for group in range(contact.friction.size):
-        if memory.depth[group] > 0:
-            force += memory.vertices[group, memory.depth[group] - 1, TANGENTIAL]
+    for index in range(contact.friction.size):
+        if memory.depth[index] > 0:
+            force += memory.vertices[index, memory.depth[index] - 1, TANGENTIAL]
     return force
 
 
 @_exact
-def force_at(contact: Contact, memory: Memory, shares: Floats, d1: float, v1: float) -> tuple[float, float]:
-    """Tangential load and its slope in v1 at the end of a straight path to (d1, v1)."""
+def force_at(contact: Contact, memory: Memory, shares: Floats, d1: float, v1: float) -> tuple[float, float, float]:
+    """Tangential load at the end of a straight path to (d1, v1), with its first and second derivative in v1."""
     d0, v0 = memory.now[APPROACH], memory.now[DISPLACEMENT]
-    force, stiffness = 0.0, 0.0
-    for group in range(contact.friction.size):
-        if contact.gap[contact.first[group]] >= d1:
-            break
-        part, slope = force_of_group(contact, memory, group, d0, v0, d1, v1, shares[group])
+    force, stiffness, curvature = 0.0, 0.0, 0.0
+    for index in range(shares.size):
+        group, depth = group_of(contact, memory, index), memory.depth[index]
+        if memory.steep[index] and depth > 0:
+            stack = carried(group, depth, d1, v1, shares[index])
+            clipped, slope, _ = clip(group, stack, d1, v1, group.friction, 0.0, 0.0, depth < 0)
+            part, bend = clipped[len(clipped) - 1, TANGENTIAL], 0.0
+        else:
+            part, slope, bend = force_of_group(group, depth, d0, v0, d1, v1, shares[index])
         force += part
         stiffness += slope
-    return force, stiffness
+        curvature += bend
+    return force, stiffness, curvature
 
 
 @_exact
-def displacement_at(contact: Contact, memory: Memory, d1: float, force: float) -> float:
-    """Displacement at which a straight path in (d, V) to approach d1 ends with a tangential load: bracketed Newton.
+def group_loads(contact: Contact, approach: float) -> Floats:
+    """Return the normal loads of the groups that touch, which are the first ones."""
+    count = 0
+    while count < contact.friction.size and contact.gap[contact.first[count]] < approach:
+        count += 1
+    loads = np.empty(count)
+    for index in range(count):
+        start, stop = contact.first[index], contact.first[index + 1]
+        loads[index] = load_at(uncounted(contact.gap)[start:stop], uncounted(contact.weight)[start:stop], approach)[0]
+    return loads
 
-    At the friction limit: the least displacement, to rounding, at which all groups slide. A request
-    beyond the limit is noted in ``memory.now``.
+
+@_exact
+def displacement_at(contact: Contact, memory: Memory, shares: Floats, d1: float, force: float) -> float:
+    """Displacement at which a straight path in (d, V) to approach d1 ends with a tangential load.
+
+    Bracketed Newton steps, corrected for curvature (Halley). At the friction limit: the least displacement,
+    to rounding, at which all groups slide. A request beyond the limit is noted in ``memory.now``.
     """
-    v0 = memory.now[DISPLACEMENT]
-    shares = np.zeros(contact.friction.size)
-    for group in range(contact.friction.size):
-        if contact.gap[contact.first[group]] >= d1:
-            break
-        shares[group] = group_load(contact, group, d1)[0]
-    limit = (contact.friction * shares).sum()
+    limit = 0.0
+    for index in range(shares.size):
+        limit += contact.friction[index] * shares[index]
     if abs(force) > limit * (1.0 + LIMIT_SLACK):
         memory.now[REQUEST], memory.now[LIMIT] = force, limit
     force = min(max(force, -limit), limit)
     accuracy = 4.0 * EPSILON * limit
-    low, high = -np.inf, np.inf
-    v = v0
     stride = contact.friction.max() * d1
+    low, high = -np.inf, np.inf
+    v = memory.now[DISPLACEMENT]
     for _ in range(200):
-        present, stiffness = force_at(contact, memory, shares, d1, v)
-        if abs(present - force) <= accuracy:
+        present, stiffness, curvature = force_at(contact, memory, shares, d1, v)
+        missing = force - present
+        if abs(missing) <= accuracy:
             return v
-        if present < force:
+        if missing > 0.0:
             low = v
         else:
             high = v
-        following = v + (force - present) / stiffness if stiffness > 0.0 else np.inf
+        step = missing / stiffness if stiffness > 0.0 else np.inf
+        bend = 0.5 * curvature * step / stiffness if stiffness > 0.0 else np.inf
+        if abs(bend) < 0.25:
+            step /= 1.0 + bend
+        following = v + step
         if not low < following < high:
             following = 0.5 * (low + high)
         if not abs(following - v) <= stride:
-            following = v + math.copysign(stride, force - present)
+            following = v + math.copysign(stride, missing)
         if following in (low, high, v):
             return v
         v = following
@@ -837,26 +870,40 @@ def move(contact: Contact, memory: Memory, d1: float, v1: float, load: float, fo
     They go to a tangential force within the friction limit or, where that is NaN, to displacement v1.
     """
     room = memory.vertices.shape[1]
-    # a front and an edge; a polyline with slopes beyond μ may be cut in every segment
+    # a front and an edge; a polyline steeper than μ may be cut in every segment
     needed = 3 * deepest(memory) + 6 if memory.steep.any() else deepest(memory) + 2
     if needed > room:
         memory = with_room(memory, 2 * needed, room < 0)
     now, groups = memory.now, contact.friction.size
     d0, v0 = now[APPROACH], now[DISPLACEMENT]
+    shares = group_loads(contact, d1) if groups > 1 else np.full(1 if d1 > 0.0 else 0, load)
+    by_force = False
     if not math.isnan(force):
         if d1 <= 0.0:
             # the highest summit is the last to leave, and its last spring sits at its anchor when the load has gone
             v1 = memory.vertices[0, 0, ANCHOR] if memory.depth[0] > 0 else v0
         elif groups > 1 or memory.steep[0]:
-            v1 = displacement_at(contact, memory, d1, force)
-    by_force = groups == 1 and d1 > 0.0 and not memory.steep[0] and not math.isnan(force)
-    for group in range(groups):
-        if contact.gap[contact.first[group]] >= max(d0, d1):
+            v1 = displacement_at(contact, memory, shares, d1, force)
+        else:
+            by_force = True
+    for index in range(groups):
+        depth = memory.depth[index]
+        if index >= shares.size and depth == 0:
             break
-        share = load if groups == 1 else group_load(contact, group, d1)[0]
-        reached = move_group(contact, memory, group, d0, v0, d1, v1, share, force if by_force else math.nan)
-        if by_force:
-            v1 = reached
+        group = group_of(contact, memory, index)
+        if index >= shares.size:
+            energy = withdrawal_energy(group, depth, 1, d0, v0, d1, v1)
+            memory.depth[index] = 0
+            memory.steep[index] = False
+        elif memory.steep[index]:
+            memory.depth[index], energy = move_steep_group(group, depth, d0, v0, d1, v1, shares[index])
+            memory.steep[index] = is_steep(group.stack, memory.depth[index], group.friction)
+        else:
+            goal = force if by_force else math.nan
+            memory.depth[index], reached, energy = move_group(group, depth, d0, v0, d1, v1, shares[index], goal)
+            if by_force:
+                v1 = reached
+        now[DISSIPATED] += energy
     now[APPROACH] = d1
     now[DISPLACEMENT] = v1
     now[NORMAL_LOAD] = load
@@ -943,20 +990,21 @@ def change_friction(contact: Contact, memory: Memory, friction: Floats) -> Memor
     """
     now = memory.now
     d, v = now[APPROACH], now[DISPLACEMENT]
-    for group in range(friction.size):
-        depth = memory.depth[group]
+    for index in range(friction.size):
+        depth = memory.depth[index]
         if depth == 0:
             continue
-        if friction[group] < contact.friction[group]:
-            stack = memory.vertices[group, :depth]
+        if friction[index] < contact.friction[index]:
+            group, stack = group_of(contact, memory, index), memory.vertices[index, :depth]
             # |v| falls to the limit straight, so the mean drag is half-way between
-            clipped, _, energy = clip(contact, group, stack, d, v, friction[group], -0.5, -0.5, memory.dissipated)
+            clipped, _, energy = clip(group, stack, d, v, friction[index], -0.5, -0.5, depth > 0)
             now[DISSIPATED] += energy
-            if len(clipped) > memory.vertices.shape[1]:
-                memory = with_room(memory, 2 * len(clipped), len(clipped) < 0)
-            memory.vertices[group, : len(clipped)] = clipped
-            memory.depth[group] = len(clipped)
-        memory.steep[group] = is_steep(memory.vertices[group, : memory.depth[group]], friction[group])
+            depth = len(clipped)
+            if depth > memory.vertices.shape[1]:
+                memory = with_room(memory, 2 * depth, depth < 0)
+            copy_vertices(clipped, memory.vertices[index], depth)
+            memory.depth[index] = depth
+        memory.steep[index] = is_steep(memory.vertices[index], depth, friction[index])
     now[TANGENTIAL_LOAD] = total_force(contact, memory)
     return memory
 
@@ -964,27 +1012,25 @@ def change_friction(contact: Contact, memory: Memory, friction: Floats) -> Memor
 @_exact
 def refresh_loads(contact: Contact, memory: Memory) -> None:
     """Recompute the loads kept with the vertices, after groups have been split."""
-    for group in range(contact.friction.size):
-        stack = memory.vertices[group]
-        stack[0, NORMAL] = group_load(contact, group, stack[0, LABEL])[0]
-        stack[0, TANGENTIAL] = 0.0
-        for j in range(1, memory.depth[group]):
-            stack[j, NORMAL] = group_load(contact, group, stack[j, LABEL])[0]
-            rise = stack[j, NORMAL] - stack[j - 1, NORMAL]
-            stack[j, TANGENTIAL] = stack[j - 1, TANGENTIAL] + stack[j, SLOPE] * rise
+    for index in range(contact.friction.size):
+        group = group_of(contact, memory, index)
+        for j in range(memory.depth[index]):
+            group.stack[j, NORMAL] = load_at(group.gap, group.weight, group.stack[j, LABEL])[0]
+            force = 0.0
+            if j > 0:
+                rise = group.stack[j, NORMAL] - group.stack[j - 1, NORMAL]
+                force = group.stack[j - 1, TANGENTIAL] + group.stack[j, SLOPE] * rise
+            group.stack[j, TANGENTIAL] = force
 
 
 # ---------------------------------------------------------------- projections
 
 
 @_exact
-def stick_boundary(contact: Contact, memory: Memory, group: int) -> float:
+def stick_boundary(stack: Floats, depth: int, friction: float) -> float:
     """Label where the slip annulus ends: the edge where nothing slips."""
-    stack = memory.vertices[group]
-    top = memory.depth[group] - 1
-    if abs(stack[top, SLOPE]) == contact.friction[group]:
-        return stack[top - 1, LABEL]
-    return stack[top, LABEL]
+    slips = abs(stack[depth - 1, SLOPE]) == friction
+    return stack[depth - 2, LABEL] if slips else stack[depth - 1, LABEL]
 
 
 @_sums
@@ -1003,10 +1049,12 @@ def record_totals(contact: Contact, memory: Memory, totals: Floats, units: Units
     approach = now[APPROACH]
     count = touching(contact.sorted_gap, approach)
     stiffness = 0.0
-    for group in range(contact.friction.size):
-        if contact.gap[contact.first[group]] >= approach:
+    for index in range(contact.friction.size):
+        if memory.depth[index] == 0:
             break
-        stiffness += group_load(contact, group, stick_boundary(contact, memory, group))[1]
+        group = group_of(contact, memory, index)
+        boundary = stick_boundary(group.stack, memory.depth[index], group.friction)
+        stiffness += load_at(group.gap, group.weight, boundary)[1]
     totals[ROW_NORMAL] = now[NORMAL_LOAD] * units.load
     totals[ROW_TANGENTIAL] = now[TANGENTIAL_LOAD] * units.load
     totals[ROW_APPROACH] = approach * units.length
@@ -1019,9 +1067,9 @@ def record_totals(contact: Contact, memory: Memory, totals: Floats, units: Units
 
 
 @_sums
-def superpose(gap: Floats, weight: Floats, count: int, label: float, jump: float, force: Floats) -> None:
-    """Add jump·N(label) to the tangential force of the first asperities, which all touch at the label."""
-    for i in range(count):
+def superpose(gap: Floats, weight: Floats, label: float, jump: float, force: Floats) -> None:
+    """Add jump·N(label) to the tangential force of asperities in ascending gap."""
+    for i in range(touching(gap, label)):
         depth = label - gap[i]
         force[i] += jump * weight[i] * depth * math.sqrt(depth)
 
@@ -1032,27 +1080,27 @@ def record_asperities(
 ) -> None:
     """Project the state onto one row of per-asperity variables; those that do not touch are left as they are."""
     approach = memory.now[APPROACH]
-    for group in range(contact.friction.size):
-        start, stop = contact.first[group], contact.first[group + 1]
-        if contact.gap[start] >= approach:
+    for index in range(contact.friction.size):
+        depth, start = memory.depth[index], contact.first[index]
+        if depth == 0:
             break
-        gap, weight, column = contact.gap[start:stop], contact.weight[start:stop], columns[start:stop]
-        stack, force = memory.vertices[group], work[start:stop]
-        top = memory.depth[group] - 1
-        force[:] = 0.0
-        for j in range(1, top + 1):
-            jump = stack[j, SLOPE] - (stack[j + 1, SLOPE] if j < top else 0.0)
-            superpose(gap, weight, touching(gap, stack[j, LABEL]), stack[j, LABEL], jump, force)
-        boundary = stick_boundary(contact, memory, group)
-        friction = contact.friction[group]
-        for i in range(touching(gap, approach)):
-            c = column[i]
+        group = group_of(contact, memory, index)
+        gap, weight, stack, force = group.gap, group.weight, group.stack, uncounted(work)[start:]
+        count = touching(gap, approach)
+        for i in range(count):
+            force[i] = 0.0
+        for j in range(1, depth):
+            jump = stack[j, SLOPE] - (stack[j + 1, SLOPE] if j + 1 < depth else 0.0)
+            superpose(gap, weight, stack[j, LABEL], jump, force)
+        boundary = stick_boundary(stack, depth, group.friction)
+        for i in range(count):
+            c = columns[start + i]
             if c < 0:
                 continue
-            depth = approach - gap[i]
-            x = math.sqrt(depth)
-            load = weight[i] * depth * x
-            limit = friction * load
+            own = approach - gap[i]
+            x = math.sqrt(own)
+            load = weight[i] * own * x
+            limit = group.friction * load
             x_stick = math.sqrt(max(boundary - gap[i], 0.0))
             rows.normal_load[row, c] = load * units.load
             rows.tangential_load[row, c] = min(max(force[i], -limit), limit) * units.load
@@ -1096,7 +1144,7 @@ def replay(
             d1 = approach_for(contact, memory, load)
         else:
             d1 = toward(d0, paths.normal_target[p], paths.normal_fraction[p])
-            load = total_load(contact, d1)[0]
+            load = load_at(contact.sorted_gap, contact.sorted_weight, d1)[0]
         saturated = False
         v1, force = v0, math.nan
         if by_force:
@@ -1106,8 +1154,9 @@ def replay(
             if saturated and not saturate:
                 return memory, p, request, limit
             force = min(max(request, -limit), limit)
-            if parts > 1 and not by_load:
-                v1 = displacement_at(contact, memory, d1, force)
+            if parts > 1 and not by_load and d1 > 0.0:
+                shares = group_loads(contact, d1)
+                v1 = displacement_at(contact, memory, shares, d1, force)
         else:
             v1 = toward(v0, paths.tangential_target[p], paths.tangential_fraction[p])
         for part in range(1, parts + 1):
@@ -1119,7 +1168,7 @@ def replay(
                 memory.now[LIMIT] = 0.0
             else:
                 d, v = toward(d0, d1, share), toward(v0, v1, share)
-                step_load = load if d == d1 else total_load(contact, d)[0]
+                step_load = load if d == d1 else load_at(contact.sorted_gap, contact.sorted_weight, d)[0]
                 memory = move(contact, memory, d, v, step_load, force if part == parts else math.nan)
             if part < parts or paths.recorded[p]:
                 row = paths.first_row[p] + part - 1
