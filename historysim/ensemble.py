@@ -243,7 +243,7 @@ class Ensemble:
         coefficients = friction_laws.coulomb(friction, len(self))
         force = float(state.memory.now[kernel.TANGENTIAL_LOAD])
         state = self._regroup(state, coefficients)
-        memory = kernel.change_friction(state.contact, _copied(state.memory), coefficients[_leaders(state)])
+        memory = kernel.change_friction(state.contact, kernel.copied(state.memory), coefficients[_leaders(state)])
         contact = state.contact._replace(friction=coefficients[_leaders(state)])
         state = attrs.evolve(state, contact=contact, memory=memory)
         if state.tangential_control == kernel.DISPLACED:
@@ -289,7 +289,7 @@ class Ensemble:
         column[chosen] = np.arange(chosen.size)
         memory, path, request, limit = kernel.replay(
             state.contact,
-            _copied(state.memory),
+            kernel.copied(state.memory),
             _scaled(paths, units),
             rows,
             column[state.order],
@@ -407,10 +407,6 @@ class Ensemble:
         )
         kernel.refresh_loads(contact, memory)
         return attrs.evolve(state, contact=contact, order=order, memory=memory)
-
-
-def _copied(memory: kernel.Memory) -> kernel.Memory:
-    return kernel.with_room(memory, int(memory.depth.max()) + 2, True)
 
 
 def _leaders(state: EnsembleState) -> Integers:

@@ -22,7 +22,7 @@ decides whether what it compiled is still good.
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -34,6 +34,7 @@ Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 Bytes = npt.NDArray[np.int8]
 Flags = npt.NDArray[np.bool_]
+Array = TypeVar("Array", bound=npt.NDArray[Any])
 
 # columns of a vertex: label, anchor, slope dw/da towards the next deeper vertex, displacement at which it
 # was made, load of the group at the label, tangential load of everything deeper
@@ -153,20 +154,26 @@ _sums = njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract", "
 _exact = njit(cache=True, error_model="numpy")
 
 
-@intrinsic
-def uncounted(_context: Any, array: types.Array) -> Any:
-    """View of an array that numba does not count references to; something else has to keep the array alive.
+if TYPE_CHECKING:
 
-    Numba counts the references that a call takes with an atomic operation per array, which for small
-    groups costs more than the physics.
-    """
+    def uncounted(array: Array, /) -> Array: ...
 
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        view = context.make_helper(builder, signature.args[0], value=arguments[0])
-        view.meminfo = cgutils.get_null_value(view.meminfo.type)
-        return view._getvalue()  # noqa: SLF001 - numba's own way to take the value out
+else:
 
-    return array(array), generate
+    @intrinsic
+    def uncounted(_context: Any, array: types.Array) -> Any:
+        """View of an array that numba does not count references to; something else has to keep the array alive.
+
+        Numba counts the references that a call takes with an atomic operation per array, which for small
+        groups costs more than the physics.
+        """
+
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            view = context.make_helper(builder, signature.args[0], value=arguments[0])
+            view.meminfo = cgutils.get_null_value(view.meminfo.type)
+            return view._getvalue()  # noqa: SLF001 - numba's own way to take the value out
+
+        return array(array), generate
 
 
 @njit(error_model="numpy", inline="always")
@@ -755,13 +762,24 @@ def deepest(memory: Memory) -> int:
 
 
 @_exact
-def with_room(memory: Memory, room: int, whole: bool) -> Memory:
-    """Copy the stacks to arrays with other room, and where ``whole`` everything else too."""
+def stacks_with_room(memory: Memory, room: int) -> Floats:
+    """Copy the stacks to an array with room for so many vertices each."""
     vertices = np.empty((memory.vertices.shape[0], room, memory.vertices.shape[2]))
     for index in range(memory.depth.size):
         copy_vertices(memory.vertices[index], vertices[index], memory.depth[index])
-    if not whole:
-        return Memory(vertices, memory.depth, memory.steep, memory.dissipated, memory.now)
+    return vertices
+
+
+@_exact
+def grown(memory: Memory, room: int) -> Memory:
+    """Return the memory with room for so many vertices in each stack; the other arrays are the same ones."""
+    return Memory(stacks_with_room(memory, room), memory.depth, memory.steep, memory.dissipated, memory.now)
+
+
+@_exact
+def copied(memory: Memory) -> Memory:
+    """Return an independent copy, with room for the next step."""
+    vertices = stacks_with_room(memory, deepest(memory) + 2)
     return Memory(vertices, memory.depth.copy(), memory.steep.copy(), memory.dissipated.copy(), memory.now.copy())
 
 
@@ -873,7 +891,7 @@ def move(contact: Contact, memory: Memory, d1: float, v1: float, load: float, fo
     # a front and an edge; a polyline steeper than μ may be cut in every segment
     needed = 3 * deepest(memory) + 6 if memory.steep.any() else deepest(memory) + 2
     if needed > room:
-        memory = with_room(memory, 2 * needed, room < 0)
+        memory = grown(memory, 2 * needed)
     now, groups = memory.now, contact.friction.size
     d0, v0 = now[APPROACH], now[DISPLACEMENT]
     shares = group_loads(contact, d1) if groups > 1 else np.full(1 if d1 > 0.0 else 0, load)
@@ -943,7 +961,7 @@ def ramp(contact: Contact, memory: Memory, load: float, force: float, tolerance:
     if now[APPROACH] < 0.0 and load > 0.0:
         now[APPROACH] = 0.0
     load0, force0, dissipated0 = now[NORMAL_LOAD], now[TANGENTIAL_LOAD], now[DISSIPATED]
-    sticks = abs(force - force0) <= contact.friction.min() * (load - load0)
+    sticks = bool(abs(force - force0) <= contact.friction.min() * (load - load0))
     # a chord's error is a small multiple of the square of the relative change
     small = ((load - load0) / max(load, load0)) ** 2 <= tolerance if load != load0 else True
     # then the state does not depend on the chords
@@ -952,7 +970,7 @@ def ramp(contact: Contact, memory: Memory, load: float, force: float, tolerance:
     energy = 0.0
     chords = np.int64(1)
     while True:
-        fine = memory if small or sticks else with_room(memory, deepest(memory) + 2, chords > 0)
+        fine = memory if small or sticks else copied(memory)
         for k in range(1, chords + 1):
             step_load, step_force = toward(load0, load, k / chords), toward(force0, force, k / chords)
             d1 = approach_for(contact, fine, step_load)
@@ -1001,7 +1019,7 @@ def change_friction(contact: Contact, memory: Memory, friction: Floats) -> Memor
             now[DISSIPATED] += energy
             depth = len(clipped)
             if depth > memory.vertices.shape[1]:
-                memory = with_room(memory, 2 * depth, depth < 0)
+                memory = grown(memory, 2 * depth)
             copy_vertices(clipped, memory.vertices[index], depth)
             memory.depth[index] = depth
         memory.steep[index] = is_steep(memory.vertices[index], depth, friction[index])

@@ -1,0 +1,279 @@
+"""The command line: what it prints, what it writes, how it ends."""
+
+import subprocess
+import sys
+import time
+
+import netCDF4
+import pytest
+from broken import BLOCKS, LOADS_CSV, MEASURED, SUMMITS_CSV, WAYPOINTS, broken_bytes, broken_documents
+from click.testing import CliRunner
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import historysim
+from historysim import scenario, simulation
+from historysim.cli import main
+
+SCENARIO = """
+title = "a ball"
+[materials]
+first = "silicon"
+second = "float glass"
+[surface]
+kind = "sphere"
+radius = "2.5 mm"
+[friction]
+coefficient = 0.2
+[loading]
+substeps = 10
+waypoints = [{ time = 0, normal_load = "50 mN" }, { after = 1, tangential_load = "8 mN" }]
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    (tmp_path / "ball.toml").write_text(SCENARIO, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def call(*arguments):
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+def process(folder, *arguments, **options):
+    command = [sys.executable, "-m", "historysim", *map(str, arguments)]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, **options)
+
+
+def files(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+# -- what it does ----------------------------------------------------------------------------------
+
+
+def test_run_writes_the_result_here_and_says_what_came_out(folder):
+    done = process(folder, "run", "ball.toml")
+    assert (done.returncode, done.stderr) == (0, "")
+    lines = dict(line.split(maxsplit=1) for line in done.stdout.splitlines())
+    assert lines["steps"] == "11 over 1 s"
+    assert lines["result"] == "ball.nc"
+    assert "peak normal load          50 mN\n" in done.stdout
+    assert "peak tangential load      8 mN\n" in done.stdout
+    assert files(folder) == ["ball.nc", "ball.toml"]
+    with netCDF4.Dataset(folder / "ball.nc") as result:
+        assert result.title == "a ball"
+        assert result["total_tangential_load"][-1] == pytest.approx(8e-3)
+
+
+def test_run_draws_beside_its_output(folder):
+    (folder / "results").mkdir()
+    done = call("run", "ball.toml", "-o", "results/out.nc", "--plot")
+    assert done.exit_code == 0
+    assert files(folder / "results") == ["out.nc", "out.png"]
+    assert (folder / "results/out.png").read_bytes().startswith(b"\x89PNG")
+    assert done.output.splitlines()[-2].split() == ["result", "results/out.nc"]
+    assert done.output.splitlines()[-1].split() == ["picture", "results/out.png"]
+
+
+def test_run_can_be_quiet(folder):
+    done = call("run", "ball.toml", "--quiet", "--plot")
+    assert (done.exit_code, done.output) == (0, "")
+    assert files(folder) == ["ball.nc", "ball.png", "ball.toml"]
+
+
+def test_validate_reads_and_writes_nothing(folder):
+    done = call("validate", "ball.toml")
+    assert done.exit_code == 0
+    assert "asperities           1\n" in done.output
+    assert "events               2 over 1 s\n" in done.output
+    assert done.output.endswith("valid\n")
+    assert files(folder) == ["ball.toml"]
+
+
+@pytest.mark.usefixtures("folder")
+def test_show_tells_a_scenario_from_a_result():
+    assert call("run", "ball.toml").exit_code == 0
+    scenario, result = call("show", "ball.toml"), call("show", "ball.nc")
+    assert (scenario.exit_code, result.exit_code) == (0, 0)
+    assert "substeps             10\n" in scenario.output
+    assert "peak normal load          50 mN\n" in result.output
+    assert "event_digest" in result.output
+    assert "[loading]" not in result.output
+
+
+def test_plot_draws_beside_the_result_or_where_it_is_told(folder):
+    assert call("run", "ball.toml").exit_code == 0
+    assert call("plot", "ball.nc").output == "ball.png\n"
+    assert call("plot", "ball.nc", "-o", "loop.svg").exit_code == 0
+    assert call("plot", "ball.nc", "-o", "loop.PDF").exit_code == 0
+    assert (folder / "loop.svg").read_text(encoding="utf-8").startswith("<?xml")
+    assert (folder / "loop.PDF").read_bytes().startswith(b"%PDF")
+    assert files(folder) == ["ball.nc", "ball.png", "ball.toml", "loop.PDF", "loop.svg"]
+
+
+def test_help_answers_at_once():
+    code = (
+        "import sys\n"
+        "from historysim.cli import main\n"
+        "try:\n    main(['--help'])\n"
+        "finally:\n    print({'numpy', 'xarray', 'numba', 'matplotlib', 'cattrs'} & set(sys.modules), file=sys.stderr)"
+    )
+    start = time.perf_counter()
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert time.perf_counter() - start < 5
+    assert done.returncode == 0
+    assert done.stderr.strip() == "set()"
+    for command in ("run", "validate", "show", "plot"):
+        assert command in done.stdout
+
+
+def test_the_version_is_told(folder):
+    done = process(folder, "--version")
+    assert done.returncode == 0
+    assert done.stdout.endswith(f"version {historysim.__version__}\n")
+
+
+# -- how it ends when it cannot --------------------------------------------------------------------
+
+
+def check_refusal(done, code, said):
+    assert done.returncode == code
+    assert done.stdout == ""
+    assert done.stderr.count("Error: ") == 1
+    assert said in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "code", "said"),
+    [
+        ("50 mN", "50 mm", 2, "Error: ball.toml: loading.waypoints[0].normal_load: '50 mm'"),
+        ("[friction]", "[frction]", 2, "ball.toml: frction: unknown key; did you mean 'friction'?"),
+        ("silicon", "silly", 2, "Error: ball.toml: materials.first: "),
+        ("8 mN", "12 mN", 1, "Error: event 1 at t = 1 s: a tangential load of 0.012 N is beyond the friction limit"),
+    ],
+)
+def test_what_cannot_be_run_leaves_no_file(folder, old, new, code, said):
+    (folder / "ball.toml").write_text(SCENARIO.replace(old, new), encoding="utf-8")
+    (folder / "ball.nc").write_text("an older result", encoding="utf-8")
+    check_refusal(process(folder, "run", "ball.toml", "--plot"), code, said)
+    assert files(folder) == ["ball.nc", "ball.toml"]
+    assert (folder / "ball.nc").read_text(encoding="utf-8") == "an older result"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["run", "none.toml"], "none.toml: there is no such file"),
+        (["validate", "."], "is a folder"),
+        (["run", "ball.toml", "-o", "none/out.nc"], "none/out.nc: there is no folder none; make it first"),
+        (["run", "ball.toml", "-o", "."], ".: is a folder"),
+        (["run", "ball.toml", "-o", "ball.toml"], "ball.toml: would overwrite what it is made from"),
+        (["run", "ball.toml", "-o", "./../{name}/ball.toml"], "would overwrite what it is made from"),
+        (["run", "ball.toml", "--plot", "-o", "ball.png"], "ball.png: would overwrite what it is made from"),
+        (["run"], "Missing argument 'SCENARIO'"),
+        (["rnu", "ball.toml"], "No such command 'rnu'"),
+        (["run", "ball.toml", "--polt"], "No such option"),
+        (["show", "none.nc"], "there is no such file"),
+        (["show", "notes.txt"], "notes.txt: is not a netCDF file, nor named .toml"),
+        (["show", "."], "is a folder"),
+        (["plot", "none.nc"], "none.nc: there is no such file"),
+        (["plot", "ball.toml"], "ball.toml: is not a netCDF file"),
+        (["plot", "stranger.nc"], "stranger.nc: is not a finished result"),
+        (["plot", "cut.nc"], "cut.nc: is damaged"),
+        (["show", "cut.nc"], "cut.nc: is damaged"),
+        (["plot", "good.nc", "-o", "good.nc"], "good.nc: would overwrite what it is made from"),
+        (["plot", "good.nc", "-o", "good.xyz"], "good.xyz: xyz ending; expected one of"),
+        (["plot", "good.nc", "-o", "good"], "good: no ending; expected one of"),
+    ],
+)
+def test_bad_input_gets_code_2_and_one_message(folder, arguments, said):
+    (folder / "notes.txt").write_text("notes", encoding="utf-8")
+    with netCDF4.Dataset(folder / "stranger.nc", "w") as stranger:
+        stranger.createDimension("step", 1)
+    assert call("run", "ball.toml", "-q", "-o", "good.nc").exit_code == 0
+    (folder / "cut.nc").write_bytes((folder / "good.nc").read_bytes()[:3000])
+    before = files(folder)
+    check_refusal(process(folder, *[argument.format(name=folder.name) for argument in arguments]), 2, said)
+    assert files(folder) == before
+
+
+@pytest.mark.parametrize(
+    ("raised", "code", "said"),
+    [
+        (OSError(28, "No space left on device", "ball.nc"), 1, "Error: ball.nc: No space left on device\n"),
+        (PermissionError(13, "Permission denied"), 1, "Error: Permission denied\n"),
+        (MemoryError(), 1, "Error: the memory does not suffice; record fewer asperities"),
+        (KeyboardInterrupt(), 130, "Error: interrupted\n"),
+    ],
+)
+def test_what_the_machine_cannot_do_ends_with_a_message(folder, monkeypatch, raised, code, said):
+    def fail(*_, **__):
+        raise raised
+
+    monkeypatch.setattr(simulation, "run", fail)
+    done = call("run", "ball.toml")
+    assert done.exit_code == code
+    assert said in done.stderr
+    assert files(folder) == ["ball.toml"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs the shell's limit on the size of files")
+def test_a_full_disk_ends_with_a_message(folder):
+    (folder / "ball.toml").write_text(SCENARIO.replace("substeps = 10", "substeps = 100_000"), encoding="utf-8")
+    command = ["sh", "-c", 'ulimit -f 1000; exec "$@"', "sh", sys.executable, "-m", "historysim", "run", "ball.toml"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    check_refusal(done, 1, "is the disk full?")
+    assert files(folder) == ["ball.toml"]
+
+
+def test_a_picture_that_fails_leaves_nothing_behind(folder, monkeypatch):
+    from matplotlib.figure import Figure
+
+    def fail(_, name, **__):
+        name.write_bytes(b"half a picture")
+        raise OSError(28, "No space left on device", str(name))
+
+    monkeypatch.setattr(Figure, "savefig", fail)
+    assert call("run", "ball.toml", "--plot").exit_code == 1
+    assert files(folder) == ["ball.nc", "ball.toml"]
+
+
+fuzz = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+
+
+@pytest.fixture
+def short_runs(folder, monkeypatch):
+    monkeypatch.setattr(scenario, "MOST_EVENTS", 1000)
+    monkeypatch.setattr(scenario, "MOST_STEPS", 1000)
+    return folder
+
+
+def check_that_it_ends_well(folder, files_to_write):
+    for path in folder.iterdir():
+        path.unlink()
+    for name, content in files_to_write.items():
+        (folder / name).write_bytes(content)
+    done = call("run", "s.toml")
+    assert done.exit_code in {0, 1, 2}
+    if done.exit_code:
+        assert done.stderr.startswith("Error: ")
+        assert "Traceback" not in done.stderr
+    assert files(folder) == sorted([*files_to_write, *([] if done.exit_code else ["s.nc"])])
+
+
+@fuzz
+@given(document=st.one_of(broken_documents(), broken_bytes([WAYPOINTS, BLOCKS, MEASURED])))
+def test_broken_scenarios_end_with_a_message_and_no_file(short_runs, document):
+    tables = {"summits.csv": SUMMITS_CSV.encode(), "loads.csv": LOADS_CSV.encode()}
+    check_that_it_ends_well(short_runs, {"s.toml": document, **tables})
+
+
+@fuzz
+@given(summits=broken_bytes([SUMMITS_CSV]), loads=broken_bytes([LOADS_CSV]))
+def test_broken_tables_end_with_a_message_and_no_file(short_runs, summits, loads):
+    files_to_write = {"s.toml": MEASURED.encode(), "summits.csv": summits, "loads.csv": loads}
+    check_that_it_ends_well(short_runs, files_to_write)
