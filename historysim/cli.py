@@ -52,11 +52,6 @@ class Commands(click.Group):
         except OSError as error:
             place = f"{error.filename}: " if error.filename else ""
             raise NotPossible(f"{place}{error.strerror or error}") from error
-        except RuntimeError as error:
-            # the only type of error that the netCDF library has for whatever the system refuses
-            if not str(error).startswith("NetCDF: "):
-                raise
-            raise NotPossible(f"the result cannot be written ({error}); is the disk full?") from error
         except MemoryError as error:
             raise NotPossible("the memory does not suffice; record fewer asperities, or split the loads") from error
         except KeyboardInterrupt as error:

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from historysim.analysis import is_complete, prefixed
+from historysim.analysis import prefixed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -74,9 +74,7 @@ def overview(history: xr.Dataset) -> "Figure":
         normal_axes = figure.add_subplot(grid[0, 1])
         thin = _thinned(history)
         _draw_loop(figure.add_subplot(grid[:2, 0]), thin)
-        _draw_loads(
-            normal_axes, figure.add_subplot(grid[1, 1], sharex=normal_axes), thin, *_friction_limit(history, thin)
-        )
+        _draw_loads(normal_axes, figure.add_subplot(grid[1, 1], sharex=normal_axes), thin)
         last = figure.add_subplot(grid[2, :])
         if rows:
             _draw_states(last, history)
@@ -112,28 +110,18 @@ def _draw_loop(axes: "Axes", thin: xr.Dataset) -> None:
     axes.set_title("colour: time, as on the right", loc="right", color=FAINT, fontsize=7, fontweight="normal")
 
 
-def _draw_loads(
-    normal_axes: "Axes", tangential_axes: "Axes", thin: xr.Dataset, limit_time: Floats, limit: Floats
-) -> None:
-    time, force = thin["time"].values, thin["total_tangential_load"].values
+def _draw_loads(normal_axes: "Axes", tangential_axes: "Axes", thin: xr.Dataset) -> None:
+    time, force, limit = (thin[name].values for name in ("time", "total_tangential_load", "friction_limit"))
     normal, normal_unit = _scaled(thin["total_normal_load"].values, "N")
     normal_axes.plot(time, normal, color=INK, linewidth=1.0, rasterized=True)
     normal_axes.set(title="Loads", ylabel=f"normal load\n$N$ ({normal_unit})", ylim=(0, None))
     normal_axes.tick_params(labelbottom=False)
 
     factor, prefix = prefixed(max(np.abs(force).max(initial=0.0), limit.max(initial=0.0)))
-    for sign in (1, -1) if limit.size else ():
-        label = "friction limit" if sign > 0 else None
-        tangential_axes.plot(
-            limit_time,
-            sign * limit * factor,
-            color=FAINT,
-            linewidth=0.9,
-            linestyle=(0, (4, 2)),
-            label=label,
-            rasterized=True,
-        )
-        tangential_axes.legend(loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0.0)
+    for sign, label in ((1, "friction limit"), (-1, None)):
+        dashes: dict[str, Any] = {"color": FAINT, "linewidth": 0.9, "linestyle": (0, (4, 2)), "rasterized": True}
+        tangential_axes.plot(time, sign * limit * factor, label=label, **dashes)
+    tangential_axes.legend(loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0.0)
     _draw_coloured(tangential_axes, time, force * factor, time)
     tangential_axes.margins(x=0.02)
     tangential_axes.set(xlabel="time (s)", ylabel=f"tangential load\n$T$ ({prefix}N)")
@@ -198,18 +186,6 @@ def _scaled(values: Floats, unit: str) -> tuple[Floats, str]:
     """Values times the factor of a readable SI prefix, and the unit with that prefix."""
     factor, prefix = prefixed(np.abs(values).max(initial=0.0))
     return values * factor, prefix + unit
-
-
-def _friction_limit(history: xr.Dataset, thin: xr.Dataset) -> tuple[Floats, Floats]:
-    """Give times and Σ μ_i N_i, as far as the history tells it; empty if it does not."""
-    nothing = np.empty(0), np.empty(0)
-    if not is_complete(history) or history.sizes["asperity"] == 0:
-        return nothing
-    friction = history["friction"].values
-    if np.ptp(friction) == 0:
-        return thin["time"].values, friction[0] * thin["total_normal_load"].values
-    some = slice(None, None, -(-history.sizes["step"] // MOST_COLUMNS))
-    return history["time"].values[some], history["normal_load"].isel(step=some).values @ friction
 
 
 @cache

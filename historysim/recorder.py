@@ -1,6 +1,7 @@
 """Record: project the replayed rows into a Dataset, or into a netCDF file that appears only when complete."""
 
 import contextlib
+import errno
 import os
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -210,6 +211,11 @@ def recording(
             file.setncattr("complete", np.int8(1))
         Path(name).chmod(0o666 & ~_umask())
         Path(name).replace(path)
+    except RuntimeError as error:
+        # the only type of error that the netCDF library has for whatever the system refuses
+        if not str(error).startswith("NetCDF: "):
+            raise
+        raise OSError(errno.EIO, f"the result cannot be written ({error}); is the disk full?", str(path)) from error
     finally:
         Path(name).unlink(missing_ok=True)
 
@@ -242,6 +248,7 @@ def _projected(ensemble: Ensemble, rows: kernel.Rows) -> list[tuple[Variable, Ar
         "real_contact_area": totals[:, kernel.ROW_AREA],
         "tangential_stiffness": totals[:, kernel.ROW_STIFFNESS],
         "total_dissipated_energy": totals[:, kernel.ROW_DISSIPATED],
+        "friction_limit": totals[:, kernel.ROW_LIMIT],
         "saturated": totals[:, kernel.ROW_SATURATED],
     }
     projected = [(variable, values[variable.name].astype(variable.dtype)) for variable in TOTALS]

@@ -70,6 +70,7 @@ TOTALS = (
     Variable("real_contact_area", _STEP, "m2", "real contact area"),
     Variable("tangential_stiffness", _STEP, "N m-1", "tangential stiffness of the stick zones"),
     Variable("total_dissipated_energy", _STEP, "J", "energy dissipated by friction since the start, all asperities"),
+    Variable("friction_limit", _STEP, "N", "largest tangential load that friction holds"),
     Variable(
         "saturated", _STEP, "", "whether a tangential load beyond the limit was held at it", "int8", _SATURATION_FLAGS
     ),

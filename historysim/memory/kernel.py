@@ -57,8 +57,9 @@ SEPARATED, FULL_STICK, PARTIAL_SLIP, GROSS_SLIP = range(4)
     ROW_AREA,
     ROW_STIFFNESS,
     ROW_DISSIPATED,
+    ROW_LIMIT,
     ROW_SATURATED,
-) = range(9)
+) = range(10)
 
 EPSILON = float(np.finfo(np.float64).eps)
 # two displacements or loads that rounding alone keeps apart; a closed loop is recognised by it
@@ -156,7 +157,8 @@ _exact = njit(cache=True, error_model="numpy")
 
 if TYPE_CHECKING:
 
-    def uncounted(array: Array, /) -> Array: ...
+    def uncounted(array: Array, /) -> Array:
+        """See below; numba's own type for it would hide that of the array."""
 
 else:
 
@@ -844,9 +846,12 @@ def group_loads(contact: Contact, approach: float) -> Floats:
 def displacement_at(contact: Contact, memory: Memory, shares: Floats, d1: float, force: float) -> float:
     """Displacement at which a straight path in (d, V) to approach d1 ends with a tangential load.
 
-    Bracketed Newton steps, corrected for curvature (Halley). At the friction limit: the least displacement,
+    Where nothing touches at d1: the anchor of the last spring to leave, which is one of the highest summit.
+    Elsewhere bracketed Newton steps, corrected for curvature (Halley). At the friction limit: the least displacement,
     to rounding, at which all groups slide. A request beyond the limit is noted in ``memory.now``.
     """
+    if shares.size == 0:
+        return memory.vertices[0, 0, ANCHOR] if memory.depth[0] > 0 else memory.now[DISPLACEMENT]
     limit = 0.0
     for index in range(shares.size):
         limit += contact.friction[index] * shares[index]
@@ -897,13 +902,9 @@ def move(contact: Contact, memory: Memory, d1: float, v1: float, load: float, fo
     shares = group_loads(contact, d1) if groups > 1 else np.full(1 if d1 > 0.0 else 0, load)
     by_force = False
     if not math.isnan(force):
-        if d1 <= 0.0:
-            # the highest summit is the last to leave, and its last spring sits at its anchor when the load has gone
-            v1 = memory.vertices[0, 0, ANCHOR] if memory.depth[0] > 0 else v0
-        elif groups > 1 or memory.steep[0]:
+        by_force = groups == 1 and shares.size > 0 and not memory.steep[0]
+        if not by_force:
             v1 = displacement_at(contact, memory, shares, d1, force)
-        else:
-            by_force = True
     for index in range(groups):
         depth = memory.depth[index]
         if index >= shares.size and depth == 0:
@@ -1066,13 +1067,14 @@ def record_totals(contact: Contact, memory: Memory, totals: Floats, units: Units
     now = memory.now
     approach = now[APPROACH]
     count = touching(contact.sorted_gap, approach)
-    stiffness = 0.0
+    stiffness, limit = 0.0, 0.0
     for index in range(contact.friction.size):
         if memory.depth[index] == 0:
             break
         group = group_of(contact, memory, index)
         boundary = stick_boundary(group.stack, memory.depth[index], group.friction)
         stiffness += load_at(group.gap, group.weight, boundary)[1]
+        limit += group.friction * group.stack[memory.depth[index] - 1, NORMAL]
     totals[ROW_NORMAL] = now[NORMAL_LOAD] * units.load
     totals[ROW_TANGENTIAL] = now[TANGENTIAL_LOAD] * units.load
     totals[ROW_APPROACH] = approach * units.length
@@ -1081,6 +1083,7 @@ def record_totals(contact: Contact, memory: Memory, totals: Floats, units: Units
     totals[ROW_AREA] = nominal_area(contact.sorted_gap, contact.sorted_weight, count, approach) * units.area
     totals[ROW_STIFFNESS] = stiffness * units.stiffness
     totals[ROW_DISSIPATED] = now[DISSIPATED] * units.energy
+    totals[ROW_LIMIT] = limit * units.load
     totals[ROW_SATURATED] = 1.0 if saturated else 0.0
 
 
@@ -1135,6 +1138,22 @@ def record_asperities(
 
 
 @_exact
+def destination(contact: Contact, memory: Memory, paths: Paths, p: int) -> tuple[float, float, float, float]:
+    """Where a path goes: approach, normal load, displacement, and the tangential load or NaN where it is not given."""
+    now = memory.now
+    if paths.normal_control[p] == LOAD:
+        load = toward(now[NORMAL_LOAD], paths.normal_target[p], paths.normal_fraction[p])
+        d = approach_for(contact, memory, load)
+    else:
+        d = toward(now[APPROACH], paths.normal_target[p], paths.normal_fraction[p])
+        load = load_at(contact.sorted_gap, contact.sorted_weight, d)[0]
+    if paths.tangential_control[p] == LOAD:
+        force = toward(now[TANGENTIAL_LOAD], paths.tangential_target[p], paths.tangential_fraction[p])
+        return d, load, now[DISPLACEMENT], force
+    return d, load, toward(now[DISPLACEMENT], paths.tangential_target[p], paths.tangential_fraction[p]), math.nan
+
+
+@_exact
 def replay(
     contact: Contact,
     memory: Memory,
@@ -1155,31 +1174,21 @@ def replay(
     for p in range(paths.parts.size):
         now = memory.now
         parts = paths.parts[p]
-        by_load, by_force = paths.normal_control[p] == LOAD, paths.tangential_control[p] == LOAD
         load0, force0, d0, v0 = now[NORMAL_LOAD], now[TANGENTIAL_LOAD], now[APPROACH], now[DISPLACEMENT]
-        if by_load:
-            load = toward(load0, paths.normal_target[p], paths.normal_fraction[p])
-            d1 = approach_for(contact, memory, load)
-        else:
-            d1 = toward(d0, paths.normal_target[p], paths.normal_fraction[p])
-            load = load_at(contact.sorted_gap, contact.sorted_weight, d1)[0]
-        saturated = False
-        v1, force = v0, math.nan
-        if by_force:
-            request = toward(force0, paths.tangential_target[p], paths.tangential_fraction[p])
+        d1, load, v1, request = destination(contact, memory, paths, p)
+        force, saturated = request, False
+        loads = paths.normal_control[p] == LOAD and not math.isnan(request)
+        if not math.isnan(request):
             limit = friction_limit(contact, d1, load)
             saturated = abs(request) > limit * (1.0 + LIMIT_SLACK)
             if saturated and not saturate:
                 return memory, p, request, limit
             force = min(max(request, -limit), limit)
-            if parts > 1 and not by_load and d1 > 0.0:
-                shares = group_loads(contact, d1)
-                v1 = displacement_at(contact, memory, shares, d1, force)
-        else:
-            v1 = toward(v0, paths.tangential_target[p], paths.tangential_fraction[p])
+            if parts > 1 and not loads:
+                v1 = displacement_at(contact, memory, group_loads(contact, d1), d1, force)
         for part in range(1, parts + 1):
             share = part / parts
-            if by_load and by_force:
+            if loads:
                 memory = ramp(contact, memory, toward(load0, load, share), toward(force0, force, share), tolerance)
                 if memory.now[LIMIT] > 0.0 and not saturate:
                     return memory, p, memory.now[REQUEST], memory.now[LIMIT]
