@@ -269,7 +269,7 @@ class Ensemble:
         paths : kernel.Paths
             With targets in N and m.
         rows : kernel.Rows, optional
-            Zeroed room for the rows that the paths record, which is filled in SI units (see `room`).
+            Room for the rows that the paths record, which is filled in SI units (see `room`).
         asperities : array_like (column)
             Indices of the asperities to record, in the order of the columns of ``rows``.
         saturate : bool
@@ -284,15 +284,14 @@ class Ensemble:
         if rows is None:
             rows = room(0, 0)
             paths = paths._replace(recorded=np.zeros_like(paths.recorded))
-        column = np.full(len(self), -1, dtype=np.int64)
-        chosen = np.asarray(asperities, dtype=np.int64)
-        column[chosen] = np.arange(chosen.size)
+        position = np.empty(len(self), dtype=np.int64)
+        position[state.order] = np.arange(len(self))
         memory, path, request, limit = kernel.replay(
             state.contact,
             kernel.copied(state.memory),
             _scaled(paths, units),
             rows,
-            column[state.order],
+            position[np.asarray(asperities, dtype=np.int64)],
             units,
             saturate,
             self.tolerance,
@@ -452,14 +451,14 @@ def _scaled(paths: kernel.Paths, units: kernel.Units) -> kernel.Paths:
 
 
 def room(count: int, asperities: int) -> kernel.Rows:
-    """Return zeroed room for a number of recorded rows of a number of asperities."""
+    """Return room for a number of recorded rows of a number of asperities."""
     shape = (count, asperities)
     return kernel.Rows(
-        totals=np.zeros((count, kernel.ROW_SATURATED + 1)),
-        normal_load=np.zeros(shape),
-        tangential_load=np.zeros(shape),
-        contact_radius=np.zeros(shape),
-        stick_radius=np.zeros(shape),
-        slip_state=np.zeros(shape, dtype=np.int8),
-        dissipated=np.zeros(shape),
+        totals=np.empty((count, kernel.ROW_SATURATED + 1)),
+        normal_load=np.empty(shape),
+        tangential_load=np.empty(shape),
+        contact_radius=np.empty(shape),
+        stick_radius=np.empty(shape),
+        slip_state=np.empty(shape, dtype=np.int8),
+        dissipated=np.empty(shape),
     )

@@ -111,7 +111,7 @@ class Recorder:
         return 0 if self.asperities is None else self.asperities.size
 
     def room(self, count: int) -> kernel.Rows:
-        """Return zeroed room for the next rows."""
+        """Return room for the next rows."""
         where = slice(self._filled, self._filled + count)
         return kernel.Rows._make(array[where] for array in self._rows)
 
@@ -165,7 +165,7 @@ class FileRecorder(Recorder):
             self.file[variable.name][:] = values
 
     def room(self, count: int) -> kernel.Rows:
-        """Return zeroed room for the next rows."""
+        """Return room for the next rows."""
         self._rows = ensembles.room(count, self.columns)
         return self._rows
 

@@ -153,6 +153,7 @@ class Units(NamedTuple):
 
 _sums = njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
 _exact = njit(cache=True, error_model="numpy")
+_inline = njit(error_model="numpy", inline="always")
 
 
 if TYPE_CHECKING:
@@ -222,7 +223,7 @@ def load_and_slope(gap: Floats, weight: Floats, count: int, approach: float) -> 
     return load, 1.5 * slope
 
 
-@_exact
+@_inline
 def load_at(gap: Floats, weight: Floats, approach: float) -> tuple[float, float]:
     """P(a) and P'(a) of asperities in ascending gap."""
     return load_and_slope(gap, weight, touching(gap, approach), approach)
@@ -329,7 +330,7 @@ def stored_energy(contact: Contact, memory: Memory, energy: Floats) -> float:
 # ---------------------------------------------------------------- one group, one straight path in (d, V)
 
 
-@_exact
+@_inline
 def put(
     stack: Floats,
     index: int,
@@ -357,7 +358,7 @@ def copy_vertices(source: Floats, target: Floats, count: int) -> None:
             target[j, column] = source[j, column]
 
 
-@_exact
+@_inline
 def touch(group: Group, depth: int, d0: float, v0: float, d1: float, v1: float) -> int:
     """Start the empty stack of a group that first touches on a straight path from (d0, v0) to (d1, v1); its depth."""
     h = group.gap[0]
@@ -366,7 +367,7 @@ def touch(group: Group, depth: int, d0: float, v0: float, d1: float, v1: float) 
     return depth + 1
 
 
-@_exact
+@_inline
 def edge_at(stack: Floats, depth: int, d: float, load: float) -> tuple[int, float, float, float, float]:
     """Where the polyline ends at approach d before any slip.
 
@@ -463,7 +464,7 @@ def withdrawal_energy(group: Group, depth: int, segment: int, d0: float, v0: flo
     return total
 
 
-@_exact
+@_inline
 def slip_energy(
     group: Group,
     d0: float,
@@ -502,7 +503,7 @@ def slip_energy(
     return total
 
 
-@_exact
+@_inline
 def slip_group(
     group: Group,
     depth: int,
@@ -599,7 +600,7 @@ def move_group(
     return slip_group(group, depth, d0, v0, d1, v1, load, force, segment, edge, kept, x_front, sign, slip)
 
 
-@_exact
+@_inline
 def force_of_group(
     group: Group, depth: int, d0: float, v0: float, d1: float, v1: float, load: float
 ) -> tuple[float, float, float]:
@@ -748,7 +749,7 @@ def move_steep_group(
 # ---------------------------------------------------------------- all groups
 
 
-@_exact
+@_inline
 def toward(present: float, target: float, fraction: float) -> float:
     """Point a fraction of the way from where a channel is to its target; the target itself at the end."""
     return target if fraction == 1.0 else present + fraction * (target - present)
@@ -862,6 +863,9 @@ def displacement_at(contact: Contact, memory: Memory, shares: Floats, d1: float,
     stride = contact.friction.max() * d1
     low, high = -np.inf, np.inf
     v = memory.now[DISPLACEMENT]
+    if force != memory.now[TANGENTIAL_LOAD]:
+        # a little on the way, so that the first stiffness is that of the direction in which it goes
+        v += math.copysign(1e-9 * stride, force - memory.now[TANGENTIAL_LOAD])
     for _ in range(200):
         present, stiffness, curvature = force_at(contact, memory, shares, d1, v)
         missing = force - present
@@ -1045,7 +1049,7 @@ def refresh_loads(contact: Contact, memory: Memory) -> None:
 # ---------------------------------------------------------------- projections
 
 
-@_exact
+@_inline
 def stick_boundary(stack: Floats, depth: int, friction: float) -> float:
     """Label where the slip annulus ends: the edge where nothing slips."""
     slips = abs(stack[depth - 1, SLOPE]) == friction
@@ -1095,43 +1099,74 @@ def superpose(gap: Floats, weight: Floats, label: float, jump: float, force: Flo
         force[i] += jump * weight[i] * depth * math.sqrt(depth)
 
 
+@_sums
+def project(
+    gap: Floats,
+    weight: Floats,
+    approach: float,
+    boundary: float,
+    friction: float,
+    force: Floats,
+    normal: Floats,
+    radius: Floats,
+    stick: Floats,
+    state: Floats,
+) -> None:
+    """Normal load, contact and stick radius, slip state of touching asperities; holds the tangential load in its limit."""
+    for i in range(force.size):
+        own = approach - gap[i]
+        x = math.sqrt(own)
+        load = weight[i] * own * x
+        limit = friction * load
+        slip = 1.0 * PARTIAL_SLIP if boundary > gap[i] else 1.0 * GROSS_SLIP
+        force[i] = min(max(force[i], -limit), limit)
+        normal[i] = load
+        radius[i] = weight[i] * x
+        stick[i] = weight[i] * math.sqrt(max(boundary - gap[i], 0.0))
+        state[i] = 1.0 * FULL_STICK if boundary == approach else slip
+
+
 @_exact
 def record_asperities(
     contact: Contact, memory: Memory, rows: Rows, row: int, columns: Integers, units: Units, work: Floats
 ) -> None:
-    """Project the state onto one row of per-asperity variables; those that do not touch are left as they are."""
+    """Project the state onto one row of per-asperity variables."""
     approach = memory.now[APPROACH]
     for index in range(contact.friction.size):
         depth, start = memory.depth[index], contact.first[index]
         if depth == 0:
             break
         group = group_of(contact, memory, index)
-        gap, weight, stack, force = group.gap, group.weight, group.stack, uncounted(work)[start:]
-        count = touching(gap, approach)
-        for i in range(count):
+        gap, weight, stack, view = group.gap, group.weight, group.stack, uncounted(work)
+        end = start + touching(gap, approach)
+        force = view[0, start:end]
+        for i in range(force.size):
             force[i] = 0.0
         for j in range(1, depth):
             jump = stack[j, SLOPE] - (stack[j + 1, SLOPE] if j + 1 < depth else 0.0)
             superpose(gap, weight, stack[j, LABEL], jump, force)
         boundary = stick_boundary(stack, depth, group.friction)
-        for i in range(count):
-            c = columns[start + i]
-            if c < 0:
-                continue
-            own = approach - gap[i]
-            x = math.sqrt(own)
-            load = weight[i] * own * x
-            limit = group.friction * load
-            x_stick = math.sqrt(max(boundary - gap[i], 0.0))
-            rows.normal_load[row, c] = load * units.load
-            rows.tangential_load[row, c] = min(max(force[i], -limit), limit) * units.load
-            rows.contact_radius[row, c] = weight[i] * x * units.radius
-            rows.stick_radius[row, c] = weight[i] * x_stick * units.radius
-            state = PARTIAL_SLIP if boundary > gap[i] else GROSS_SLIP
-            rows.slip_state[row, c] = FULL_STICK if boundary == approach else state
-    for i in range(columns.size):
-        if columns[i] >= 0:
-            rows.dissipated[row, columns[i]] = memory.dissipated[i] * units.energy
+        project(
+            gap,
+            weight,
+            approach,
+            boundary,
+            group.friction,
+            force,
+            view[1, start:end],
+            view[2, start:end],
+            view[3, start:end],
+            view[4, start:end],
+        )
+    for c in range(columns.size):
+        i = columns[c]
+        rows.dissipated[row, c] = memory.dissipated[i] * units.energy
+        touches = contact.gap[i] < approach
+        rows.tangential_load[row, c] = work[0, i] * units.load if touches else 0.0
+        rows.normal_load[row, c] = work[1, i] * units.load if touches else 0.0
+        rows.contact_radius[row, c] = work[2, i] * units.radius if touches else 0.0
+        rows.stick_radius[row, c] = work[3, i] * units.radius if touches else 0.0
+        rows.slip_state[row, c] = np.int8(work[4, i]) if touches else SEPARATED
 
 
 # ---------------------------------------------------------------- paths
@@ -1164,13 +1199,13 @@ def replay(
     saturate: bool,
     tolerance: float,
 ) -> tuple[Memory, int, float, float]:
-    """Walk paths one after the other and record their rows; ``columns`` gives each asperity's column, or -1.
+    """Walk paths one after the other and record their rows; ``columns`` gives each column's asperity.
 
     Returns the memory, and the path that asks for more than the friction limit with the request and
     the limit (dimensionless); the memory is then of no use. The path is -1 where all could be walked.
     """
     asperities = rows.normal_load.shape[1] > 0
-    work = np.zeros(contact.gap.size if asperities else 0)
+    work = np.zeros((5, contact.gap.size if asperities else 0))
     for p in range(paths.parts.size):
         now = memory.now
         parts = paths.parts[p]
