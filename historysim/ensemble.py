@@ -241,15 +241,15 @@ class Ensemble:
             See `friction.coulomb`.
         """
         coefficients = friction_laws.coulomb(friction, len(self))
-        force = float(state.memory.now[kernel.TANGENTIAL_LOAD])
+        force = state.memory.now[kernel.TANGENTIAL_LOAD]
         state = self._regroup(state, coefficients)
         memory = kernel.change_friction(state.contact, kernel.copied(state.memory), coefficients[_leaders(state)])
         contact = state.contact._replace(friction=coefficients[_leaders(state)])
         state = attrs.evolve(state, contact=contact, memory=memory)
         if state.tangential_control == kernel.DISPLACED:
             return state
-        normal = (state.normal_control, 0.0, 0.0)
-        tangential = (kernel.LOAD, force * state.units.load, 1.0)
+        memory.now[kernel.TANGENTIAL_LOAD] = force
+        normal, tangential = (state.normal_control, 0.0, 0.0), (kernel.LOAD, 0.0, 0.0)
         return self.walk(state, _single_path(normal, tangential), saturate=saturate)
 
     def walk(

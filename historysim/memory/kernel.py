@@ -252,10 +252,10 @@ def approach_at(gap: Floats, weight: Floats, load: float, guess: float) -> float
         following = approach + step
         if not low <= following <= high:
             following = 0.5 * (low + high)
+            if following in (low, high):
+                return following
         elif abs(step) <= 1e-10 * (following - gap[0]):
             # Newton squares the error, so this step was the last that matters
-            return following
-        if following in (low, high):
             return following
         approach = following
     return approach
@@ -550,8 +550,12 @@ def slip_group(
         put(stack, below, front, v1 - slope * (d1 - front), 0.0, v1, 0.0, 0.0)
         kept = 1
     elif inner:
-        anchor = front_anchor if by_force else v1 - slope * (d1 - front)
-        put(stack, kept, front, anchor, inner_slope, v1, front_load, front_force)
+        # measured from what was prescribed, so that rounding does not add up from loop to loop within one another
+        if by_force:
+            front_force = force - slope * (load - front_load)
+        else:
+            front_anchor = v1 - slope * (d1 - front)
+        put(stack, kept, front, front_anchor, inner_slope, v1, front_load, front_force)
         kept += 1
     reached = force if by_force else front_force + slope * (load - front_load)
     put(stack, kept, d1, v1, slope, v1, load, reached)
@@ -658,13 +662,13 @@ def carried(group: Group, depth: int, d1: float, v1: float, load: float) -> Floa
 
 
 @_exact
-def crossing(low: float, high: float, v_low: float, slope: float, d: float, side: float) -> float:
-    """Label where v, which falls with ``slope`` from v_low, meets side·(d - a); ``high`` where that is not inside."""
-    relative = side - slope
-    if relative == 0.0:
+def crossing(low: float, high: float, v_low: float, v_high: float, d: float, side: float) -> float:
+    """Label where v, straight from v_low to v_high, crosses side·(d - a); ``high`` where that is not inside."""
+    over_low, over_high = v_low - side * (d - low), v_high - side * (d - high)
+    tie = TIE * (abs(v_low) + abs(side) * d)
+    if over_low * over_high >= 0.0 or min(abs(over_low), abs(over_high)) <= tie:
         return high
-    label = low + (side * (d - low) - v_low) / relative
-    return label if low + TIE * d < label < high - TIE * d else high
+    return low + (high - low) * over_low / (over_low - over_high)
 
 
 @_exact
@@ -694,9 +698,9 @@ def clip(
     stiffness, dissipated = 0.0, 0.0
     for j in range(1, len(stack)):
         slope, low, high = stack[j, SLOPE], stack[j - 1, LABEL], stack[j, LABEL]
-        v_low = displacement - stack[j - 1, ANCHOR]
-        lower = crossing(low, high, v_low, slope, d, -friction)
-        upper = crossing(low, high, v_low, slope, d, friction)
+        v_low, v_high = displacement - stack[j - 1, ANCHOR], displacement - stack[j, ANCHOR]
+        lower = crossing(low, high, v_low, v_high, d, -friction)
+        upper = crossing(low, high, v_low, v_high, d, friction)
         for piece in range(3):
             a = low if piece == 0 else min(lower, upper) if piece == 1 else max(lower, upper)
             b = high if piece == 2 else max(lower, upper) if piece == 1 else min(lower, upper)
@@ -863,6 +867,9 @@ def displacement_at(contact: Contact, memory: Memory, shares: Floats, d1: float,
     stride = contact.friction.max() * d1
     low, high = -np.inf, np.inf
     v = memory.now[DISPLACEMENT]
+    if d1 == memory.now[APPROACH] and abs(force - total_force(contact, memory)) <= TIE * limit:
+        # held: rounding is no reason to move
+        return v
     if force != memory.now[TANGENTIAL_LOAD]:
         # a little on the way, so that the first stiffness is that of the direction in which it goes
         v += math.copysign(1e-9 * stride, force - memory.now[TANGENTIAL_LOAD])
@@ -909,9 +916,10 @@ def move(contact: Contact, memory: Memory, d1: float, v1: float, load: float, fo
         by_force = groups == 1 and shares.size > 0 and not memory.steep[0]
         if not by_force:
             v1 = displacement_at(contact, memory, shares, d1, force)
+    still = d1 == d0 and v1 == v0 and not by_force
     for index in range(groups):
         depth = memory.depth[index]
-        if index >= shares.size and depth == 0:
+        if still or (index >= shares.size and depth == 0):
             break
         group = group_of(contact, memory, index)
         if index >= shares.size:
@@ -1112,7 +1120,7 @@ def project(
     stick: Floats,
     state: Floats,
 ) -> None:
-    """Normal load, contact and stick radius, slip state of touching asperities; holds the tangential load in its limit."""
+    """Fill in loads, radii and slip state of touching asperities; the tangential load is held within its limit."""
     for i in range(force.size):
         own = approach - gap[i]
         x = math.sqrt(own)
