@@ -20,8 +20,8 @@ Integers = npt.NDArray[np.int64]
 
 FIRST_ROOM = 6
 
-HOLD = (kernel.DISPLACED, 0.0, 0.0)
-"""Control, target and fraction of a channel that keeps its displacement."""
+STILL = (0.0, 0.0)
+"""Target and fraction of a channel that is held."""
 
 
 @attrs.frozen(eq=False)
@@ -222,21 +222,19 @@ class Ensemble:
         tangential = _channel("tangential", tangential_load, tangential_displacement, state.tangential_control)
         state = self.walk(state, _single_path(normal, tangential), saturate=saturate)
         if friction is not None:
-            state = self.change_friction(state, friction, saturate=saturate)
+            hold = _single_path((state.normal_control, *STILL), (state.tangential_control, *STILL))
+            state = self.walk(self.with_friction(state, friction), hold, saturate=saturate)
         return state
 
-    def change_friction(
-        self, state: EnsembleState, friction: npt.ArrayLike, *, saturate: bool = False
-    ) -> EnsembleState:
-        """Return the state with other friction coefficients, from now on.
+    def with_friction(self, state: EnsembleState, friction: npt.ArrayLike) -> EnsembleState:
+        """Return the state with other friction coefficients from now on, at the same displacements.
 
-        Where a coefficient falls, springs beyond the new limit slip at once; a controlled tangential
-        load is restored by a jump of U.
+        Where a coefficient falls, springs beyond the new limit slip at once. A controlled tangential
+        load stays the one that is asked for: the next path, if only one that holds it, moves U until it
+        is there again.
 
         Raises
         ------
-        FrictionLimitError
-            The controlled tangential load is beyond the new limit.
         InputError
             See `friction.coulomb`.
         """
@@ -244,13 +242,10 @@ class Ensemble:
         force = state.memory.now[kernel.TANGENTIAL_LOAD]
         state = self._regroup(state, coefficients)
         memory = kernel.change_friction(state.contact, kernel.copied(state.memory), coefficients[_leaders(state)])
+        if state.tangential_control == kernel.LOAD:
+            memory.now[kernel.TANGENTIAL_LOAD] = force
         contact = state.contact._replace(friction=coefficients[_leaders(state)])
-        state = attrs.evolve(state, contact=contact, memory=memory)
-        if state.tangential_control == kernel.DISPLACED:
-            return state
-        memory.now[kernel.TANGENTIAL_LOAD] = force
-        normal, tangential = (state.normal_control, 0.0, 0.0), (kernel.LOAD, 0.0, 0.0)
-        return self.walk(state, _single_path(normal, tangential), saturate=saturate)
+        return attrs.evolve(state, contact=contact, memory=memory)
 
     def walk(
         self,
@@ -269,7 +264,8 @@ class Ensemble:
         paths : kernel.Paths
             With targets in N and m.
         rows : kernel.Rows, optional
-            Room for the rows that the paths record, which is filled in SI units (see `room`).
+            Room for the rows that the paths record, which is filled in SI units (see `room`); none are
+            recorded by default.
         asperities : array_like (column)
             Indices of the asperities to record, in the order of the columns of ``rows``.
         saturate : bool
@@ -283,7 +279,7 @@ class Ensemble:
         units = state.units
         if rows is None:
             rows = room(0, 0)
-            paths = paths._replace(recorded=np.zeros_like(paths.recorded))
+            paths = paths._replace(parts=np.ones_like(paths.parts), recorded=np.zeros_like(paths.recorded))
         position = np.empty(len(self), dtype=np.int64)
         position[state.order] = np.arange(len(self))
         memory, path, request, limit = kernel.replay(
@@ -325,7 +321,8 @@ class Ensemble:
         position = int(np.flatnonzero(state.order == index)[0])
         group = int(np.searchsorted(state.contact.first, position, side="right")) - 1
         rows = room(1, 1)
-        self.walk(state, _single_path(HOLD, HOLD, recorded=True), rows=rows, asperities=[index])
+        hold = (kernel.DISPLACED, *STILL)
+        self.walk(state, _single_path(hold, hold, recorded=True), rows=rows, asperities=[index])
         stored = np.zeros(len(self))
         kernel.stored_energy(state.contact, state.memory, stored)
         gap = float(state.contact.gap[position]) * state.units.length
@@ -423,7 +420,7 @@ def _channel(
         return kernel.LOAD, float(checked(f"{name}_load", load, least=least)), 1.0
     if displacement is not None:
         return kernel.DISPLACED, float(checked(f"{name}_displacement", displacement)), 1.0
-    return control, 0.0, 0.0
+    return control, *STILL
 
 
 def _single_path(

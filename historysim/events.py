@@ -5,17 +5,27 @@ time, and a channel runs straight between its own waypoints.
 """
 
 import math
-from collections.abc import Iterable, Sequence
-from typing import ClassVar
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, ClassVar
 
 import attrs
 
 from historysim.errors import InputError
+from historysim.units import is_number
+
+
+def _float(value: Any) -> Any:
+    """Take any kind of number as a float; what is none is left as it came for the validator, which knows the field."""
+    number = value.item() if getattr(value, "ndim", None) == 0 else value
+    try:
+        return float(number) if is_number(number) else value
+    except OverflowError:
+        return math.inf if number > 0 else -math.inf
 
 
 def _finite(event: object, attribute: "attrs.Attribute[float]", value: float) -> None:
-    if not math.isfinite(value):
-        raise InputError(f"{type(event).__name__}: {attribute.name} is {value}; expected a finite number")
+    if not (is_number(value) and math.isfinite(value)):
+        raise InputError(f"{type(event).__name__}: {attribute.name} is {value!r}; expected a finite number, in SI")
 
 
 @attrs.frozen
@@ -35,8 +45,8 @@ class LoadEvent:
         A time or value that is not a finite number.
     """
 
-    time: float = attrs.field(converter=float, validator=_finite)
-    value: float = attrs.field(converter=float, validator=_finite)
+    time: float = attrs.field(converter=_float, validator=_finite)
+    value: float = attrs.field(converter=_float, validator=_finite)
 
     channel: ClassVar[str]
     unit: ClassVar[str]
@@ -55,7 +65,7 @@ def _not_negative(event: object, attribute: "attrs.Attribute[float]", value: flo
 class NormalLoad(LoadEvent):
     """The total normal load [N] reached at a time; 0 lifts the surface off."""
 
-    value: float = attrs.field(converter=float, validator=_not_negative)
+    value: float = attrs.field(converter=_float, validator=_not_negative)
     channel = "normal"
     unit = "N"
 
@@ -84,15 +94,19 @@ class TangentialDisplacement(LoadEvent):
     unit = "m"
 
 
-def _coefficients(value: float | Iterable[float]) -> float | tuple[float, ...]:
-    return tuple(float(v) for v in value) if isinstance(value, Iterable) else float(value)
+def _coefficients(value: Any) -> Any:
+    single = isinstance(value, str | bytes | Mapping) or getattr(value, "ndim", 1) == 0
+    return tuple(map(_float, value)) if isinstance(value, Iterable) and not single else _float(value)
 
 
 def _valid_coefficients(event: object, attribute: "attrs.Attribute[float]", value: float | tuple[float, ...]) -> None:
-    for coefficient in value if isinstance(value, tuple) else (value,):
-        if not (math.isfinite(coefficient) and coefficient >= 0):
+    coefficients = value if isinstance(value, tuple) else (value,)
+    if not coefficients:
+        raise InputError(f"{type(event).__name__}: {attribute.name} is empty; expected one coefficient, or one each")
+    for coefficient in coefficients:
+        if not (is_number(coefficient) and math.isfinite(coefficient) and coefficient >= 0):
             raise InputError(
-                f"{type(event).__name__}: {attribute.name} is {coefficient}; expected a finite number of 0 or more"
+                f"{type(event).__name__}: {attribute.name} is {coefficient!r}; expected a finite number of 0 or more"
             )
 
 
@@ -117,11 +131,16 @@ class FrictionChange:
         A time or coefficient that is not a finite number, or a negative coefficient.
     """
 
-    time: float = attrs.field(converter=float, validator=_finite)
+    time: float = attrs.field(converter=_float, validator=_finite)
     friction: float | tuple[float, ...] = attrs.field(converter=_coefficients, validator=_valid_coefficients)
 
 
 Event = LoadEvent | FrictionChange
+
+
+def time_text(time: float) -> str:
+    """Write a time with as many digits as tell it from any other: ``"12.5 s"``."""
+    return f"{repr(float(time)).removesuffix('.0')} s"
 
 
 def check_sequence(events: Sequence[Event]) -> None:
@@ -141,8 +160,8 @@ def check_sequence(events: Sequence[Event]) -> None:
             )
         if event.time < previous:
             raise InputError(
-                f"event {index} at t = {event.time:g} s: comes after an event at t = {previous:g} s; expected times "
-                "that do not decrease; sort the events by time (sorted(events, key=lambda event: event.time) keeps "
-                "the order of those at one time)"
+                f"event {index} at t = {time_text(event.time)}: comes after an event at t = {time_text(previous)}; "
+                "expected times that do not decrease; sort the events by time (sorted(events, key=lambda event: "
+                "event.time) keeps the order of those at one time)"
             )
         previous = event.time

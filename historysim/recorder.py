@@ -31,7 +31,7 @@ BLOCK_CELLS = 1 << 21
 
 
 def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selection) -> npt.NDArray[np.int64] | None:
-    """Return the indices of the asperities to record, or None for totals alone.
+    """Return the indices of the asperities to record, ascending, or None for totals alone.
 
     Parameters
     ----------
@@ -55,8 +55,9 @@ def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selec
             return np.flatnonzero(gap < _largest_approach(ensemble, events))
         raise InputError(f"record is {record!r}; expected 'touching', 'all', 'totals' or a list of asperity indices")
     try:
-        indices = np.array([int(index) for index in record if not isinstance(index, bool)], dtype=np.int64)
-        whole = np.array_equal(indices, np.asarray(record))
+        given = np.asarray(record)
+        indices = np.sort(given.astype(np.int64))
+        whole = given.ndim == 1 and given.dtype != bool and np.array_equal(indices, np.sort(given))
     except (TypeError, ValueError, OverflowError):
         whole = False
     if not whole or indices.size == 0:
@@ -131,7 +132,7 @@ class Recorder:
             for variable, values in [
                 *_coordinates(self.ensemble, self.asperities),
                 (COORDINATES[0], self._times),
-                *_projected(self.ensemble, self._rows),
+                *_projected(self.ensemble, self._rows, self.asperities),
             ]
         }
         names = {variable.name for variable in COORDINATES}
@@ -173,7 +174,7 @@ class FileRecorder(Recorder):
         """Write what stands in the room last given as the rows at these times."""
         where = slice(self._filled, self._filled + times.size)
         self.file["time"][where] = times
-        for variable, values in _projected(self.ensemble, self._rows):
+        for variable, values in _projected(self.ensemble, self._rows, self.asperities):
             self.file[variable.name][where] = values
         self._filled += times.size
 
@@ -203,7 +204,10 @@ def recording(
     import netCDF4
 
     # made here first, because the message of the netCDF library would not say what was wrong
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+    try:
+        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from None
     os.close(handle)
     try:
         with netCDF4.Dataset(name, "w", format="NETCDF4") as file:
@@ -236,7 +240,9 @@ def _coordinates(ensemble: Ensemble, asperities: npt.NDArray[np.int64] | None) -
     return [(variable, values[variable.name]) for variable in COORDINATES if variable.name in values]
 
 
-def _projected(ensemble: Ensemble, rows: kernel.Rows) -> list[tuple[Variable, Array]]:
+def _projected(
+    ensemble: Ensemble, rows: kernel.Rows, asperities: npt.NDArray[np.int64] | None
+) -> list[tuple[Variable, Array]]:
     """Variables along ``step``, with their values."""
     totals = rows.totals
     values = {
@@ -252,7 +258,7 @@ def _projected(ensemble: Ensemble, rows: kernel.Rows) -> list[tuple[Variable, Ar
         "saturated": totals[:, kernel.ROW_SATURATED],
     }
     projected = [(variable, values[variable.name].astype(variable.dtype)) for variable in TOTALS]
-    if rows.normal_load.shape[1]:
+    if asperities is not None:
         arrays = (rows.normal_load, rows.tangential_load, rows.contact_radius, rows.stick_radius)
         projected += zip(PER_ASPERITY, (*arrays, rows.slip_state, rows.dissipated), strict=True)
     return projected

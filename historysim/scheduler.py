@@ -91,6 +91,7 @@ def stretches(events: Sequence[Event], substeps: int = 1, most_rows: int | None 
             if isinstance(group, FrictionChange):
                 yield table.stretch(group, number)
                 table = _Table()
+                # the path on which a controlled load is restored
                 table.add(normal.stay(), tangential.stay(), number)
             else:
                 table.add(normal.jump(group), tangential.jump(group), number)
@@ -128,28 +129,31 @@ class _Channel:
         self.name = name
         self.waypoints = [event for event in events if isinstance(event, LoadEvent) and event.channel == name]
         self.passed = 0
+        self.control = kernel.LOAD
 
     def arrive(self, time: float, previous: float | None) -> Goal:
         """Where the channel is at a time, by its first waypoint then or on the straight line to a later one."""
         if self.passed == len(self.waypoints):
-            return self.stay() if not self.passed else (_control(self.waypoints[-1]), self.waypoints[-1].value, 1.0)
+            return (self.control, self.waypoints[-1].value, 1.0) if self.passed else self.stay()
         waypoint = self.waypoints[self.passed]
         if waypoint.time == time:
             return self.jump({self.name: waypoint})
         if self.passed == 0 or previous is None:
             return self.stay()
-        return _control(waypoint), waypoint.value, (time - previous) / (waypoint.time - previous)
+        self.control = _control(waypoint)
+        return self.control, waypoint.value, (time - previous) / (waypoint.time - previous)
 
     def jump(self, group: dict[str, LoadEvent]) -> Goal:
         """Go to the channel's waypoint in a joint path, if it has one there."""
         if self.name not in group:
             return self.stay()
         self.passed += 1
-        return _control(group[self.name]), group[self.name].value, 1.0
+        self.control = _control(group[self.name])
+        return self.control, group[self.name].value, 1.0
 
     def stay(self) -> Goal:
-        """Hold what the channel has reached: unloaded before its first waypoint."""
-        return (_control(self.waypoints[self.passed - 1]) if self.passed else kernel.LOAD), *STILL
+        """Hold what the channel has reached, as it was controlled on the way there; unloaded before it started."""
+        return self.control, *STILL
 
 
 def _control(event: LoadEvent) -> int:

@@ -1,7 +1,7 @@
 """Replay: events → scheduler → ensemble → recorder. The only wiring."""
 
 import platform
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,7 +9,7 @@ from historysim import log, recorder, scenario, scheduler
 from historysim._version import __version__
 from historysim.ensemble import Ensemble
 from historysim.errors import FrictionLimitError, InputError, LoadError
-from historysim.events import Event
+from historysim.events import Event, time_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,6 +51,8 @@ def replay(
     LoadError
         A load that the contact cannot carry; the message names the event.
     """
+    if not isinstance(events, Iterable):
+        raise InputError(f"events is {events!r}; expected a list of load events")
     events = list(events)
     asperities = recorder.chosen_asperities(ensemble, events, record)
     plan = list(scheduler.stretches(events, substeps))
@@ -96,7 +98,9 @@ def run(path: str | Path, output: str | Path | None = None, *, progress: bool = 
     most_rows = None if output is None else max(1, recorder.BLOCK_CELLS // columns)
     plan = list(scheduler.stretches(events, loaded.substeps, most_rows))
     steps = sum(stretch.row_time.size for stretch in plan)
-    attributes = {**_attributes(ensemble, events), "title": loaded.title, "scenario": loaded.text}
+    attributes = {**_attributes(ensemble, events), "scenario": loaded.text}
+    if loaded.title:
+        attributes["title"] = loaded.title
     if output is None:
         memory = recorder.Recorder(ensemble, asperities, steps, attributes)
         _walk(ensemble, events, plan, memory, saturate=loaded.saturate, progress=progress)
@@ -128,8 +132,8 @@ def _walk(
                 raise _at(events, stretch.event[error.path], error) from None
             if stretch.friction is not None:
                 try:
-                    state = ensemble.change_friction(state, stretch.friction.friction, saturate=saturate)
-                except (FrictionLimitError, InputError) as error:
+                    state = ensemble.with_friction(state, stretch.friction.friction)
+                except InputError as error:
                     raise _at(events, stretch.friction_event, error) from None
             target.record(stretch.row_time)
             bar.update(stretch.row_time.size)
@@ -137,7 +141,7 @@ def _walk(
 
 def _at(events: Sequence[Event], index: int, error: LoadError | InputError) -> LoadError | InputError:
     """Say which event an error belongs to."""
-    message = f"event {index} at t = {events[index].time:g} s: {error}"
+    message = f"event {index} at t = {time_text(events[index].time)}: {error}"
     return LoadError(message) if isinstance(error, LoadError) else InputError(message)
 
 
@@ -147,7 +151,9 @@ def _attributes(ensemble: Ensemble, events: Sequence[Event]) -> dict[str, Any]:
 
     return {
         "Conventions": "CF-1.11",
+        "title": f"Load history of {len(ensemble)} asperities",
         "source": f"historysim {__version__}: exact traction memory of Hertz-Mindlin asperities",
+        "history": f"replayed from {len(events)} events by historysim {__version__}",
         "historysim_version": __version__,
         "made_with": f"Python {platform.python_version()}, numpy {np.__version__}, numba {numba.__version__}",
         "contact_modulus": ensemble.pair.contact_modulus,

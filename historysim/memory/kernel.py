@@ -848,12 +848,29 @@ def group_loads(contact: Contact, approach: float) -> Floats:
 
 
 @_exact
+def next_guess(
+    v: float, missing: float, stiffness: float, curvature: float, low: float, high: float, stride: float
+) -> float:
+    """Newton's step from v, corrected for curvature (Halley), inside the bracket and no longer than a stride."""
+    step = missing / stiffness if stiffness > 0.0 else np.inf
+    bend = 0.5 * curvature * step / stiffness if stiffness > 0.0 else np.inf
+    if abs(bend) < 0.25:
+        step /= 1.0 + bend
+    following = v + step
+    if not low < following < high:
+        following = 0.5 * (low + high)
+    if not abs(following - v) <= stride:
+        following = v + math.copysign(stride, missing)
+    return following
+
+
+@_exact
 def displacement_at(contact: Contact, memory: Memory, shares: Floats, d1: float, force: float) -> float:
     """Displacement at which a straight path in (d, V) to approach d1 ends with a tangential load.
 
     Where nothing touches at d1: the anchor of the last spring to leave, which is one of the highest summit.
-    Elsewhere bracketed Newton steps, corrected for curvature (Halley). At the friction limit: the least displacement,
-    to rounding, at which all groups slide. A request beyond the limit is noted in ``memory.now``.
+    At the friction limit: the least displacement, to rounding, at which all groups slide. A request beyond
+    the limit is noted in ``memory.now``.
     """
     if shares.size == 0:
         return memory.vertices[0, 0, ANCHOR] if memory.depth[0] > 0 else memory.now[DISPLACEMENT]
@@ -882,15 +899,7 @@ def displacement_at(contact: Contact, memory: Memory, shares: Floats, d1: float,
             low = v
         else:
             high = v
-        step = missing / stiffness if stiffness > 0.0 else np.inf
-        bend = 0.5 * curvature * step / stiffness if stiffness > 0.0 else np.inf
-        if abs(bend) < 0.25:
-            step /= 1.0 + bend
-        following = v + step
-        if not low < following < high:
-            following = 0.5 * (low + high)
-        if not abs(following - v) <= stride:
-            following = v + math.copysign(stride, missing)
+        following = next_guess(v, missing, stiffness, curvature, low, high, stride)
         if following in (low, high, v):
             return v
         v = following
@@ -1197,6 +1206,35 @@ def destination(contact: Contact, memory: Memory, paths: Paths, p: int) -> tuple
 
 
 @_exact
+def ramp_part(
+    contact: Contact,
+    memory: Memory,
+    loads: tuple[float, float],
+    forces: tuple[float, float],
+    limits: tuple[float, float],
+    before: float,
+    share: float,
+    tolerance: float,
+) -> tuple[Memory, bool]:
+    """Walk from one share of a straight path in both loads to another, holding the tangential load within the limit.
+
+    Loads, tangential loads asked for and friction limits are those at both ends of the whole path.
+    Returns whether the load is held at the limit at the end.
+    """
+    aim, limit = toward(forces[0], forces[1], share), toward(limits[0], limits[1], share)
+    held = abs(aim) > limit * (1.0 + LIMIT_SLACK)
+    if held:
+        sign = math.copysign(1.0, forces[1])
+        short, over = sign * forces[0] - limits[0], sign * forces[1] - limits[1]
+        bend = short / (short - over) if short < 0.0 < over else 0.0
+        if before < bend < share:
+            met = toward(forces[0], forces[1], bend)
+            memory = ramp(contact, memory, toward(loads[0], loads[1], bend), met, tolerance)
+    aim = min(max(aim, -limit), limit)
+    return ramp(contact, memory, toward(loads[0], loads[1], share), aim, tolerance), held
+
+
+@_exact
 def replay(
     contact: Contact,
     memory: Memory,
@@ -1212,37 +1250,46 @@ def replay(
     Returns the memory, and the path that asks for more than the friction limit with the request and
     the limit (dimensionless); the memory is then of no use. The path is -1 where all could be walked.
     """
-    asperities = rows.normal_load.shape[1] > 0
-    work = np.zeros((5, contact.gap.size if asperities else 0))
+    work = np.zeros((5, contact.gap.size if columns.size > 0 else 0))
+    flag = False
     for p in range(paths.parts.size):
         now = memory.now
         parts = paths.parts[p]
         load0, force0, d0, v0 = now[NORMAL_LOAD], now[TANGENTIAL_LOAD], now[APPROACH], now[DISPLACEMENT]
         d1, load, v1, request = destination(contact, memory, paths, p)
-        force, saturated = request, False
-        loads = paths.normal_control[p] == LOAD and not math.isnan(request)
-        if not math.isnan(request):
-            limit = friction_limit(contact, d1, load)
-            saturated = abs(request) > limit * (1.0 + LIMIT_SLACK)
-            if saturated and not saturate:
-                return memory, p, request, limit
-            force = min(max(request, -limit), limit)
-            if parts > 1 and not loads:
-                v1 = displacement_at(contact, memory, group_loads(contact, d1), d1, force)
+        by_force = not math.isnan(request)
+        limit0 = friction_limit(contact, d0, load0) if by_force and saturate else np.inf
+        limit = friction_limit(contact, d1, load) if by_force else np.inf
+        held = by_force and abs(request) > limit * (1.0 + LIMIT_SLACK)
+        if held and not saturate:
+            return memory, p, request, limit
+        force = min(max(request, -limit), limit) if by_force else math.nan
+        loads = paths.normal_control[p] == LOAD and by_force
+        if by_force and parts > 1 and not loads:
+            v1 = displacement_at(contact, memory, group_loads(contact, d1), d1, force)
         for part in range(1, parts + 1):
             share = part / parts
-            if loads:
+            held_now = held and part == parts
+            if loads and saturate:
+                before, ends = (part - 1) / parts, (limit0, limit)
+                memory, held_now = ramp_part(
+                    contact, memory, (load0, load), (force0, request), ends, before, share, tolerance
+                )
+            elif loads:
                 memory = ramp(contact, memory, toward(load0, load, share), toward(force0, force, share), tolerance)
-                if memory.now[LIMIT] > 0.0 and not saturate:
-                    return memory, p, memory.now[REQUEST], memory.now[LIMIT]
-                memory.now[LIMIT] = 0.0
             else:
                 d, v = toward(d0, d1, share), toward(v0, v1, share)
                 step_load = load if d == d1 else load_at(contact.sorted_gap, contact.sorted_weight, d)[0]
                 memory = move(contact, memory, d, v, step_load, force if part == parts else math.nan)
+            if memory.now[LIMIT] > 0.0 and not saturate:
+                return memory, p, memory.now[REQUEST], memory.now[LIMIT]
+            memory.now[LIMIT] = 0.0
+            # several paths may lead to one row
+            flag = flag or held_now
             if part < parts or paths.recorded[p]:
                 row = paths.first_row[p] + part - 1
-                record_totals(contact, memory, rows.totals[row], units, saturated and part == parts)
-                if asperities:
+                record_totals(contact, memory, rows.totals[row], units, flag)
+                flag = False
+                if columns.size > 0:
                     record_asperities(contact, memory, rows, row, columns, units, work)
     return memory, -1, 0.0, 0.0

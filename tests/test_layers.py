@@ -1,0 +1,236 @@
+"""Data flows one way: a module imports only from modules above it."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+import historysim
+
+ROOT = Path(historysim.__file__).parent
+
+# from the top down; a package stands for those of its modules that are not named themselves
+ORDER = (
+    "errors",
+    "units",
+    "materials",
+    "contact.hertz",
+    "contact.mindlin",
+    "contact",
+    "surfaces",
+    "memory.kernel",
+    "memory.traction",
+    "memory",
+    "friction",
+    "asperity",
+    "ensemble",
+    "events",
+    "log",
+    "scheduler",
+    "variables",
+    "recorder",
+    "measured",
+    "schema",
+    "tables",
+    "scenario",
+    "simulation",
+    "analysis",
+    "plots",
+    "cli",
+)
+ANYONE = "_version"
+FREE = ("", "__main__")
+READERS = ("analysis", "plots")
+ENGINE = {"memory", "friction", "asperity", "ensemble", "scheduler", "recorder", "scenario", "simulation"}
+HEAVY = {"numpy", "scipy", "numba", "xarray", "netCDF4", "matplotlib", "cf_units", "tqdm"}
+
+
+def modules(root):
+    """Name each module, as in "memory.kernel", with its file; the package itself is ""."""
+    found = {}
+    for path in sorted(root.rglob("*.py")):
+        parts = path.relative_to(root).with_suffix("").parts
+        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    return found
+
+
+def imported(node, name, path):
+    """Full names that one import statement may import, modules and what stands in them alike."""
+    if isinstance(node, ast.Import):
+        return [alias.name for alias in node.names]
+    base = node.module or ""
+    if node.level:
+        here = ["historysim", *name.split(".")] if name else ["historysim"]
+        package = here if path.name == "__init__.py" else here[:-1]
+        base = ".".join([*package[: len(package) - node.level + 1], *filter(None, [node.module])])
+    return [f"{base}.{alias.name}" for alias in node.names]
+
+
+def inside(full, known):
+    """The module of the package that a full name belongs to."""
+    parts = full.split(".")[1:]
+    while parts and ".".join(parts) not in known:
+        parts.pop()
+    return ".".join(parts)
+
+
+def at_top_level(tree):
+    """Nodes that run when the module is imported."""
+    waiting = [tree]
+    while waiting:
+        node = waiting.pop()
+        yield node
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
+            continue
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+            waiting.extend(node.orelse)
+        else:
+            waiting.extend(ast.iter_child_nodes(node))
+
+
+def imports(root, *, top_level=False):
+    """For each module: the modules of the package that it imports, and the other packages."""
+    known = modules(root)
+    found = {}
+    for name, path in known.items():
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        nodes = at_top_level(tree) if top_level else ast.walk(tree)
+        statements = [node for node in nodes if isinstance(node, ast.Import | ast.ImportFrom)]
+        full = [target for node in statements for target in imported(node, name, path)]
+        own = {inside(target, known) for target in full if target.split(".")[0] == "historysim"}
+        found[name] = (own, {target.split(".")[0] for target in full} - {"historysim"})
+    return found
+
+
+def place(name):
+    """Where a module stands in the order, or None."""
+    while name and name not in ORDER:
+        name = name.rpartition(".")[0]
+    return ORDER.index(name) if name else None
+
+
+def complaints(root):
+    """What is wrong with the imports of a package."""
+    found = []
+    for name, (own, _) in imports(root).items():
+        if name in (*FREE, ANYONE):
+            continue
+        if place(name) is None:
+            found.append(f"{name} has no place yet; put it into ORDER, below what it may import")
+            continue
+        for target in sorted(own - {name, ANYONE}):
+            if target in FREE:
+                found.append(f"{name} imports the package itself; import the module that the name stands in")
+            elif place(target) is not None and place(target) > place(name):
+                found.append(f"{name} imports {target}, which stands below it")
+    return found
+
+
+def reachable(graph, start):
+    """Modules that are imported by, or through, those to start from."""
+    found, waiting = set(), list(start)
+    while waiting:
+        name = waiting.pop()
+        if name in found:
+            continue
+        found.add(name)
+        parents = {".".join(name.split(".")[:count]) for count in range(name.count(".") + 1)}
+        waiting.extend(graph[name][0] | parents if name else graph[name][0])
+    return found
+
+
+def heavy_at_start(root):
+    """Modules that the command line imports at its start, with the heavy packages that they import."""
+    graph = imports(root, top_level=True)
+    start = {name: graph[name][1] & HEAVY for name in reachable(graph, ["cli"])}
+    return {name: heavy for name, heavy in start.items() if heavy}
+
+
+def test_every_module_imports_only_from_above():
+    assert complaints(ROOT) == []
+
+
+def test_all_modules_are_read():
+    found = imports(ROOT)
+    assert {"", "cli", "simulation", "memory.kernel", "contact.hertz"} <= set(found)
+    assert {"log", "recorder", "scenario", "scheduler", "ensemble"} <= found["simulation"][0]
+    assert {"analysis", "plots", "simulation", "scenario"} <= found["cli"][0]
+    assert {"numpy", "numba"} <= found["memory.kernel"][1]
+
+
+@pytest.mark.parametrize("name", READERS)
+def test_what_reads_a_dataset_does_not_know_the_engine(name):
+    graph = imports(ROOT)
+    packages = {target.split(".")[0] for target in reachable({**graph, "": (set(), set())}, [name])}
+    assert packages & ENGINE == set()
+
+
+def test_nothing_heavy_is_imported_before_the_command_line_answers():
+    assert heavy_at_start(ROOT) == {}
+
+
+def made(folder, **sources):
+    for name, source in {"__init__": "", **sources}.items():
+        path = folder.joinpath(*name.split("__in__")[::-1]).with_suffix(".py")
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(source, encoding="utf-8")
+    return folder
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "from historysim import cli",
+        "import historysim.cli",
+        "import historysim.cli as c",
+        "from historysim.cli import main",
+        "from .cli import main",
+        "from . import cli",
+        "def f():\n    from historysim import cli",
+        "class A:\n    def f(self):\n        import historysim.cli",
+        "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from historysim.cli import main",
+        "try:\n    from historysim.cli import main\nexcept ImportError:\n    pass",
+    ],
+)
+def test_an_import_from_below_is_seen_wherever_it_stands(tmp_path, source):
+    assert complaints(made(tmp_path, events=source, cli="")) == ["events imports cli, which stands below it"]
+    assert complaints(made(tmp_path, events="", cli="from historysim import events")) == []
+
+
+@pytest.mark.parametrize("source", ["import historysim", "from historysim import replay", "from . import replay"])
+def test_an_import_of_the_whole_package_is_seen(tmp_path, source):
+    found = complaints(made(tmp_path, events=source))
+    assert found == ["events imports the package itself; import the module that the name stands in"]
+    assert complaints(made(tmp_path, events="from historysim._version import __version__", _version="")) == []
+
+
+def test_the_order_inside_a_package_is_kept(tmp_path):
+    above, below = "kernel__in__memory", "traction__in__memory"
+    empty = {"__init____in__memory": ""}
+    good = made(tmp_path, **empty, **{above: "", below: "from historysim.memory import kernel"})
+    assert complaints(good) == []
+    bad = made(tmp_path, **empty, **{above: "from . import traction", below: ""})
+    assert complaints(bad) == ["memory.kernel imports memory.traction, which stands below it"]
+
+
+def test_a_module_without_a_place_is_seen(tmp_path):
+    found = complaints(made(tmp_path, wear="import historysim.errors", errors=""))
+    assert found == ["wear has no place yet; put it into ORDER, below what it may import"]
+
+
+@pytest.mark.parametrize(
+    ("source", "seen"),
+    [
+        ("import numpy as np", True),
+        ("from numpy import typing", True),
+        ("import numpy.typing as npt", True),
+        ("try:\n    import numpy\nexcept ImportError:\n    pass", True),
+        ("class A:\n    import numpy", True),
+        ("def f():\n    import numpy", False),
+        ("from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    import numpy", False),
+    ],
+)
+def test_a_heavy_import_is_seen_where_it_runs_at_the_start(tmp_path, source, seen):
+    folder = made(tmp_path, cli="from historysim.units import quantity", units=source)
+    assert heavy_at_start(folder) == ({"units": {"numpy"}} if seen else {})
+    assert heavy_at_start(made(tmp_path, cli="def f():\n    import historysim.units")) == {}

@@ -1,0 +1,77 @@
+"""The digest of a history: what it sees."""
+
+import itertools
+import math
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import historysim as hs
+from historysim.log import digest
+
+EVENTS = [
+    hs.NormalLoad(0.0, 0.01),
+    hs.TangentialLoad(1.0, 0.003),
+    hs.FrictionChange(2.0, [0.25, 0.5]),
+    hs.NormalDisplacement(2.0, -0.125),
+    hs.TangentialDisplacement(2.5, 1e-9),
+    hs.FrictionChange(3.0, 0.5),
+]
+DIGEST = "2b36a8acef8555c412094439cfc45e63416d0ed8c345c8456fa442d3826f3517"
+
+
+def test_the_canonical_form_stays_as_it_is():
+    assert digest(EVENTS) == DIGEST
+
+
+@pytest.mark.parametrize("seed", ["0", "1"])
+def test_other_processes_find_the_same_digest(seed):
+    events = ", ".join(f"hs.{event!r}" for event in EVENTS)
+    code = f"import historysim as hs; from historysim.log import digest; print(digest([{events}]))"
+    environment = {**os.environ, "PYTHONHASHSEED": seed}
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == DIGEST
+
+
+def test_the_kind_matters():
+    kinds = (hs.NormalLoad, hs.NormalDisplacement, hs.TangentialLoad, hs.TangentialDisplacement, hs.FrictionChange)
+    assert len({digest([kind(0.0, 0.1)]) for kind in kinds}) == len(kinds)
+
+
+def test_the_order_matters():
+    some = EVENTS[:4]
+    assert len({digest(order) for order in itertools.permutations(some)}) == math.factorial(len(some))
+    assert digest([hs.FrictionChange(0, [0.1, 0.2])]) != digest([hs.FrictionChange(0, [0.2, 0.1])])
+
+
+@pytest.mark.parametrize("number", [0.0, 5e-324, 0.01, 1.0, 1e16, 1.7e308])
+def test_every_bit_matters(number):
+    after = math.nextafter(number, math.inf)
+    for kind in (hs.NormalLoad, hs.NormalDisplacement, hs.TangentialLoad, hs.TangentialDisplacement):
+        assert digest([kind(number, 0.1)]) != digest([kind(after, 0.1)])
+        assert digest([kind(0.0, number)]) != digest([kind(0.0, after)])
+    assert digest([hs.FrictionChange(0.0, number)]) != digest([hs.FrictionChange(0.0, after)])
+    assert digest([hs.FrictionChange(0.0, [0.1, number])]) != digest([hs.FrictionChange(0.0, [0.1, after])])
+
+
+def test_the_sign_matters_even_of_zero():
+    assert digest([hs.TangentialLoad(0.0, 0.1)]) != digest([hs.TangentialLoad(0.0, -0.1)])
+    assert digest([hs.TangentialLoad(0.0, 0.0)]) != digest([hs.TangentialLoad(0.0, -0.0)])
+
+
+def test_the_number_of_events_and_of_coefficients_matters():
+    first = EVENTS[0]
+    assert len({digest([first] * count) for count in range(4)}) == 4
+    frictions = (0.1, [0.1], [0.1, 0.1])
+    assert len({digest([hs.FrictionChange(0.0, friction)]) for friction in frictions}) == len(frictions)
+    split = [hs.FrictionChange(0.0, [0.1]), hs.FrictionChange(0.0, [0.1])]
+    assert digest(split) != digest([hs.FrictionChange(0.0, [0.1, 0.1])])
+
+
+def test_how_the_numbers_were_handed_over_does_not_matter():
+    assert digest([hs.NormalLoad(1, 2)]) == digest([hs.NormalLoad(np.float64(1.0), np.float32(2.0))])
+    assert digest([hs.FrictionChange(0, (1, 0.5))]) == digest([hs.FrictionChange(0.0, np.array([1.0, 0.5]))])
+    assert digest(iter(EVENTS)) == digest(tuple(EVENTS)) == digest(EVENTS)
