@@ -584,8 +584,10 @@ def move_group(
         x1, y1, x_edge, y_edge = load, force, edge_load, edge_force
     else:
         x1, y1, x_edge, y_edge = d1, v1, edge, anchor
-    excess = abs(y1 - y_edge) - friction * (x1 - x_edge)
-    if y1 == y_edge or excess < -TIE * (abs(y1) + abs(y_edge) + friction * x1):
+    change, hold = abs(y1 - y_edge), friction * (x1 - x_edge)
+    tie = TIE * (abs(y1) + abs(y_edge) + friction * x1)
+    # at the edge itself rounding is no reason to slip; new springs slip when they tie with the limit
+    if y1 == y_edge or (change <= tie if hold == 0.0 else change < hold - tie):
         energy = 0.0
         slope = (y1 - y_edge) / (x1 - x_edge) if x1 > x_edge else 0.0
         if by_force:

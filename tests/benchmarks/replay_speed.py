@@ -78,7 +78,8 @@ def main():
     count, steps, repeats = options.asperities, options.steps, options.repeats
 
     print(f"{count} touching asperities, {steps} steps, median of {repeats}\n")
-    print(f"{'coefficients':<14}{'controlled':<14}{'normal load':<14}{'recorded':<10}{'ns/(asperity·step)':>20}{'ms/step':>9}")
+    print(f"{'coefficients':<14}{'controlled':<14}{'normal load':<14}{'recorded':<10}", end="")
+    print(f"{'ns/(asperity·step)':>20}{'ms/step':>9}")
     for one_coefficient in (True, False):
         contact = ensemble(count, one_coefficient)
         for tangential in ("displacement", "load"):
