@@ -977,7 +977,7 @@ def ramp(contact: Contact, memory: Memory, load: float, force: float, tolerance:
 
     One straight path in (d, V) ends in the exact state where there is one friction group, and its
     energy is exact where N is constant or nothing slips. Otherwise the ramp is walked in chords whose
-    ends lie on it, twice as many each time, until the energy, extrapolated, and with several groups
+    ends lie on it, more of them each time, until the energy, extrapolated, and with several groups
     the displacement too, change by less than ``tolerance`` (relative to what the ramp dissipates, and
     to the displacement at which the contact slides).
     """
@@ -990,8 +990,11 @@ def ramp(contact: Contact, memory: Memory, load: float, force: float, tolerance:
     small = ((load - load0) / max(load, load0)) ** 2 <= tolerance if load != load0 else True
     # then the state does not depend on the chords
     single = contact.friction.size == 1 and not memory.steep[0]
+    # with several groups the error falls in steps, as groups slip earlier or later: two halvings may agree by chance
+    ratio, agreements = (2, 1) if single else (3, 2)
+    weight = 1.0 / (ratio * ratio - 1.0)
     whole, coarse = memory, memory
-    energy = 0.0
+    energy, agreed = 0.0, 0
     chords = np.int64(1)
     while True:
         fine = memory if small or sticks else copied(memory)
@@ -1004,20 +1007,22 @@ def ramp(contact: Contact, memory: Memory, load: float, force: float, tolerance:
         if chords == 1:
             whole = fine
         else:
-            extrapolated = (4.0 * fine.now[DISSIPATED] - coarse.now[DISSIPATED]) / 3.0
+            extrapolated = fine.now[DISSIPATED] + weight * (fine.now[DISSIPATED] - coarse.now[DISSIPATED])
             drift = abs(fine.now[DISPLACEMENT] - coarse.now[DISPLACEMENT])
             reach = contact.friction.max() * max(now[APPROACH], fine.now[APPROACH])
             settled = abs(extrapolated - energy) <= tolerance * (extrapolated - dissipated0)
-            if chords == MOST_CHORDS or (settled and (single or drift <= tolerance * reach)):
+            agreed = agreed + 1 if settled and (single or drift <= tolerance * reach) else 0
+            if agreed == agreements or chords > MOST_CHORDS:
                 break
             energy = extrapolated
         coarse = fine
-        chords *= 2
+        chords *= ratio
     kept = whole if single else fine
     for i in range(memory.dissipated.size):
-        extrapolated = (4.0 * fine.dissipated[i] - coarse.dissipated[i]) / 3.0
+        extrapolated = fine.dissipated[i] + weight * (fine.dissipated[i] - coarse.dissipated[i])
         kept.dissipated[i] = max(extrapolated, memory.dissipated[i])
-    kept.now[DISSIPATED] = max((4.0 * fine.now[DISSIPATED] - coarse.now[DISSIPATED]) / 3.0, dissipated0)
+    extrapolated = fine.now[DISSIPATED] + weight * (fine.now[DISSIPATED] - coarse.now[DISSIPATED])
+    kept.now[DISSIPATED] = max(extrapolated, dissipated0)
     return kept
 
 

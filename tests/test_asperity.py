@@ -1,0 +1,225 @@
+"""What can be asked of one asperity: loads, radii, reversal points, traction, slip state, stiffness."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from histories import random_contact, random_moves
+from scipy.integrate import quad
+
+import historysim as hs
+from historysim.contact import hertz, mindlin
+
+EPS = np.finfo(float).eps
+
+PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+R, MU, LOAD = 2.5e-3, 0.2, 50e-3
+BALL = hs.Ensemble(PAIR, summit_height=0.0, summit_radius=R, friction=MU)
+DEPTH = float(hertz.approach(LOAD, summit_radius=R, contact_modulus=PAIR.contact_modulus))
+RADIUS = float(hertz.contact_radius(DEPTH, summit_radius=R))
+SLIPPING = {"normal_load": LOAD, "contact_radius": RADIUS, "friction": MU}
+ELASTIC = SLIPPING | {"shear_modulus": PAIR.shear_modulus}
+LIMIT = MU * LOAD
+
+SEPARATED, FULL_STICK, PARTIAL_SLIP, GROSS_SLIP = hs.SlipState
+
+
+def state_at(*shares):
+    """The ball under its load after tangential loads that are shares of the limit."""
+    state = BALL.advance(BALL.initial_state(), normal_load=LOAD, tangential_load=0.0)
+    for share in shares:
+        state = BALL.advance(state, tangential_load=share * LIMIT)
+    return state
+
+
+def ball_at(*shares):
+    return BALL.asperity(0, state_at(*shares))
+
+
+def scattered_states(several):
+    """An ensemble of unequal asperities, and the states of a random history."""
+    rng = np.random.default_rng(11)
+    contact = random_contact(rng, 6, several_coefficients=several)._replace(contact_modulus=2.0, shear_modulus=0.3)
+    pair = hs.MaterialPair.from_moduli(contact_modulus=2.0, shear_modulus=0.3)
+    ensemble = hs.Ensemble(pair, contact.summit_height, contact.summit_radius, contact.friction)
+    state, states = ensemble.initial_state(), []
+    for move in random_moves(rng, contact, 0.12, count=12, friction_changes=True):
+        approach = move.normal_value if move.normal_kind == "displacement" else contact.approach(move.normal_value)
+        state = ensemble.advance(
+            state,
+            normal_displacement=float(approach),
+            **{f"tangential_{move.tangential_kind}": move.tangential_value},
+            friction=move.friction,
+        )
+        states.append(state)
+    return ensemble, states
+
+
+def test_geometry_and_loads_are_hertz():
+    ball = ball_at()
+    assert ball.approach == pytest.approx(DEPTH, rel=8 * EPS)
+    assert ball.contact_radius == pytest.approx(RADIUS, rel=8 * EPS)
+    assert ball.normal_load == pytest.approx(LOAD, rel=8 * EPS)
+    assert (ball.index, ball.summit_height, ball.summit_radius, ball.friction) == (0, 0.0, R, MU)
+    assert ball.pair is PAIR
+    r = np.linspace(-1.2, 1.2, 25) * RADIUS
+    peak = 1.5 * LOAD / (math.pi * RADIUS**2)
+    # the root at the edge keeps half of the digits
+    assert ball.pressure(r) == pytest.approx(peak * np.sqrt(np.clip(1 - (r / RADIUS) ** 2, 0, None)), abs=1e-7 * peak)
+    assert ball.pressure(0.0) == pytest.approx(peak, rel=8 * EPS)
+
+
+def test_preliminary_displacement_is_mindlins():
+    assert ball_at(0.4).preliminary_displacement == pytest.approx(
+        mindlin.preliminary_displacement(**ELASTIC), rel=8 * EPS
+    )
+
+
+def test_slip_states():
+    assert BALL.asperity(0, BALL.initial_state()).slip_state == SEPARATED
+    assert ball_at().slip_state == FULL_STICK
+    assert ball_at(0.5).slip_state == PARTIAL_SLIP
+    assert ball_at(0.5, 0.4999).slip_state == PARTIAL_SLIP
+    assert ball_at(1.0).slip_state == GROSS_SLIP
+    pressed = BALL.advance(state_at(0.5), normal_load=1.1 * LOAD)
+    assert BALL.asperity(0, pressed).slip_state == FULL_STICK
+    assert BALL.asperity(0, pressed).stick_radius == BALL.asperity(0, pressed).contact_radius
+
+
+def test_reversal_points_stand_from_the_edge_inward_with_their_displacements():
+    shares = (0.9, -0.7, 0.5, -0.2)
+    loads = np.array(shares) * LIMIT
+    points = ball_at(*shares).reversal_points
+    # a half cycle reaches as deep as virgin loading by half of it
+    jumps = np.abs(np.diff(loads, prepend=-loads[0])) / 2
+    radii = [mindlin.stick_radius(jump, **SLIPPING) for jump in jumps]
+    made = [mindlin.tangential_displacement(loads[0], **ELASTIC)]
+    for before, after in itertools.pairwise(loads):
+        made.append(made[-1] + 2 * mindlin.tangential_displacement((after - before) / 2, **ELASTIC))
+    assert points.radius == pytest.approx(radii[::-1], rel=1e-13)
+    assert points.displacement == pytest.approx(made[::-1], rel=1e-12)
+    assert np.all(np.diff(points.radius) < 0)
+    assert points[0].radius == points.radius[0]
+
+
+def test_an_older_reversal_keeps_the_displacement_at_which_it_was_made():
+    first = state_at(0.8)
+    later = BALL.advance(BALL.advance(first, tangential_load=-0.3 * LIMIT), tangential_load=0.1 * LIMIT)
+    points = BALL.asperity(0, later).reversal_points
+    assert points.displacement[-1] == first.tangential_displacement
+    assert points.displacement[0] == later.tangential_displacement
+
+
+def test_there_are_no_reversal_points_without_slip_or_in_gross_slip():
+    assert ball_at().reversal_points.size == 0
+    assert ball_at(0.6, -1.0).reversal_points.size == 0
+    proportional = BALL.advance(BALL.initial_state(), normal_load=LOAD, tangential_load=0.5 * LIMIT)
+    assert BALL.asperity(0, proportional).reversal_points.size == 0
+
+
+def integrated(asperity):
+    """∫ 2π r τ dr between the kinks of the traction, by quadrature in r = c sin φ, which flattens the roots."""
+    ends = [0.0, *asperity.reversal_points.radius[::-1], asperity.contact_radius]
+    total = 0.0
+    for low, high in itertools.pairwise(ends):
+        if high > low:
+            total += quad(
+                lambda angle, c=high: (
+                    2
+                    * math.pi
+                    * c**2
+                    * math.sin(angle)
+                    * math.cos(angle)
+                    * float(asperity.traction(c * math.sin(angle)))
+                ),
+                math.asin(low / high),
+                math.pi / 2,
+                epsabs=1e-12 * asperity.normal_load,
+                epsrel=1e-10,
+            )[0]
+    return total
+
+
+@pytest.mark.parametrize("several", [False, True])
+def test_the_traction_integrates_to_the_load_and_obeys_coulomb(several):
+    ensemble, states = scattered_states(several)
+    for state in states:
+        for asperity in (ensemble.asperity(i, state) for i in range(len(ensemble))):
+            limit = asperity.friction * asperity.normal_load
+            assert integrated(asperity) == pytest.approx(asperity.tangential_load, abs=1e-7 * limit + 1e-15)
+            r = np.linspace(0, 1.2 * asperity.contact_radius, 50)
+            peak = float(asperity.pressure(0.0))
+            excess = np.abs(asperity.traction(r)) - asperity.friction * asperity.pressure(r)
+            # the root at a vertex keeps half of its digits
+            assert np.all(excess <= 1e-7 * peak)
+            assert not asperity.traction(r[r > asperity.contact_radius]).any()
+
+
+def test_the_traction_takes_any_shape_and_either_side():
+    ball = ball_at(0.6, 0.1)
+    r = np.linspace(0, RADIUS, 12).reshape(3, 4)
+    assert ball.traction(r).shape == (3, 4)
+    assert np.array_equal(ball.traction(-r), ball.traction(r))
+    assert ball.traction(0.3 * RADIUS).shape == ()
+
+
+def test_the_traction_follows_the_sign_of_the_load():
+    r = np.linspace(0, RADIUS, 9)
+    assert np.array_equal(ball_at(-0.6).traction(r), -ball_at(0.6).traction(r))
+    assert np.all(ball_at(0.6).traction(r[:-1]) > 0)
+
+
+@pytest.mark.parametrize("turns", [(0.5,), (0.9, 0.2), (0.9, -0.3, 0.4)])
+def test_the_stiffness_is_the_slope_of_the_load(turns):
+    state = state_at(*turns)
+    ball = BALL.asperity(0, state)
+    onward = turns[-1] - (turns[-2] if len(turns) > 1 else 0.0)
+    step = math.copysign(1e-6 * DEPTH, onward)
+    loads = [
+        BALL.advance(state, tangential_displacement=state.tangential_displacement + k * step).tangential_load
+        for k in (0, 1, 2)
+    ]
+    # one-sided, second order; what is left is the third derivative and rounding over the step
+    slope = (-3 * loads[0] + 4 * loads[1] - loads[2]) / (2 * step)
+    assert ball.tangential_stiffness == pytest.approx(slope, rel=1e-8)
+    assert ball.tangential_stiffness == pytest.approx(8 * PAIR.shear_modulus * ball.stick_radius, rel=4 * EPS)
+
+
+def test_a_reversal_starts_with_the_stiffness_of_the_whole_contact():
+    state = state_at(0.7)
+    step = -1e-7 * DEPTH
+    turned = BALL.advance(state, tangential_displacement=state.tangential_displacement + step)
+    slope = (turned.tangential_load - state.tangential_load) / step
+    # the annulus that slips back has a width of the order of the step
+    assert slope == pytest.approx(8 * PAIR.shear_modulus * RADIUS, rel=1e-5)
+
+
+def test_a_separated_asperity_has_nothing():
+    ensemble = hs.Ensemble(PAIR, [0.0, -1e-6], R, MU)
+    state = ensemble.advance(ensemble.initial_state(), normal_load=LOAD, tangential_load=0.5 * LIMIT)
+    low = ensemble.asperity(1, state)
+    assert low.approach == pytest.approx(DEPTH - 1e-6, rel=1e-9)
+    assert low.approach < 0
+    assert low.slip_state == SEPARATED
+    nothing = (low.normal_load, low.tangential_load, low.contact_radius, low.stick_radius, low.tangential_stiffness)
+    assert nothing == (0.0,) * 5
+    assert low.dissipated_energy == low.stored_energy == low.preliminary_displacement == 0
+    assert low.reversal_points.size == 0
+    r = np.linspace(0, RADIUS, 5)
+    assert not low.traction(r).any()
+    assert not low.pressure(r).any()
+
+
+@pytest.mark.parametrize("share", [0.3, 0.95])
+def test_the_energy_stored_in_virgin_loading_is_work_less_loss(share):
+    state = state_at(share)
+    work = quad(
+        lambda load: load / (8 * PAIR.shear_modulus * float(mindlin.stick_radius(load, **SLIPPING))),
+        0,
+        share * LIMIT,
+        epsrel=1e-12,
+    )[0]
+    ball = BALL.asperity(0, state)
+    assert ball.stored_energy + ball.dissipated_energy == pytest.approx(work, rel=1e-10)
+    assert ball.stored_energy == state.stored_energy
