@@ -857,11 +857,11 @@ def touching_straight(contact, moves):
 def assert_agrees_with_springs(contact, moves, largest_load, springs, substeps, radii=True, loss=3):
     """T_i, U, W_i and c_i, within the error of the springs' grid and what other sub-steps change."""
     moves = touching_straight(contact, moves)
-    (coarse, _), (fine, spacing) = (
-        followed(contact, moves, largest_load, springs, count) for count in (substeps, 3 * substeps + 1)
-    )
-    # where a spring slips only part of the way, the error goes down with the sub-steps in jumps
-    doubt = [2 * np.abs(a - b).max() for a, b in zip(coarse, fine, strict=True)]
+    # where a spring slips only part of the way, the error goes down with the sub-steps in jumps, and with several
+    # coefficients two counts of sub-steps may agree by chance
+    counts = (substeps, 3 * substeps + 1, *([10 * substeps + 7] if np.ptp(contact.friction) > 0 else []))
+    *coarser, (fine, spacing) = (followed(contact, moves, largest_load, springs, count) for count in counts)
+    doubt = [2 * max(np.abs(c[i] - fine[i]).max() for c, _ in coarser) for i in range(len(fine))]
     load, displacement, energy, stick, friction = fine
     history = hs.replay(ensemble_of(contact), to_events(moves), record="all")
     approach = contact.approach(largest_load)
