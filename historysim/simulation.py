@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 ROWS_BETWEEN_REPORTS = 1 << 12
+"""Rows that are recorded before the progress bar moves on."""
 
 
 def replay(
@@ -95,7 +96,7 @@ def run(path: str | Path, output: str | Path | None = None, *, progress: bool = 
     ensemble, events = loaded.ensemble(), loaded.events()
     asperities = recorder.chosen_asperities(ensemble, events, loaded.record)
     columns = 1 if asperities is None else max(asperities.size, 1)
-    most_rows = None if output is None else max(1, recorder.BLOCK_CELLS // columns)
+    most_rows = max(1, min(ROWS_BETWEEN_REPORTS, recorder.BLOCK_CELLS // columns))
     plan = list(scheduler.stretches(events, loaded.substeps, most_rows))
     steps = sum(stretch.row_time.size for stretch in plan)
     attributes = {**_attributes(ensemble, events), "scenario": loaded.text}

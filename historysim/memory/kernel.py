@@ -1130,20 +1130,25 @@ def project(
     approach: float,
     boundary: float,
     friction: float,
+    slope: float,
     force: Floats,
     normal: Floats,
     radius: Floats,
     stick: Floats,
     state: Floats,
 ) -> None:
-    """Fill in loads, radii and slip state of touching asperities; the tangential load is held within its limit."""
+    """Fill in loads, radii and slip state of touching asperities.
+
+    ``force`` holds the share of the tangential load that the inner vertices have, and gets that of the edge,
+    whose slope is given; rounding does not carry it beyond the limit.
+    """
     for i in range(force.size):
         own = approach - gap[i]
         x = math.sqrt(own)
         load = weight[i] * own * x
         limit = friction * load
         slip = 1.0 * PARTIAL_SLIP if boundary > gap[i] else 1.0 * GROSS_SLIP
-        force[i] = min(max(force[i], -limit), limit)
+        force[i] = min(max(force[i] + slope * load, -limit), limit)
         normal[i] = load
         radius[i] = weight[i] * x
         stick[i] = weight[i] * math.sqrt(max(boundary - gap[i], 0.0))
@@ -1166,9 +1171,8 @@ def record_asperities(
         force = view[0, start:end]
         for i in range(force.size):
             force[i] = 0.0
-        for j in range(1, depth):
-            jump = stack[j, SLOPE] - (stack[j + 1, SLOPE] if j + 1 < depth else 0.0)
-            superpose(gap, weight, stack[j, LABEL], jump, force)
+        for j in range(1, depth - 1):
+            superpose(gap, weight, stack[j, LABEL], stack[j, SLOPE] - stack[j + 1, SLOPE], force)
         boundary = stick_boundary(stack, depth, group.friction)
         project(
             gap,
@@ -1176,6 +1180,7 @@ def record_asperities(
             approach,
             boundary,
             group.friction,
+            stack[depth - 1, SLOPE],
             force,
             view[1, start:end],
             view[2, start:end],
