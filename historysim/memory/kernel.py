@@ -179,7 +179,7 @@ else:
         return array(array), generate
 
 
-@njit(error_model="numpy", inline="always")
+@_inline
 def group_of(contact: Contact, memory: Memory, index: int) -> Group:
     """View of one group; contact and memory have to outlive it."""
     start, stop = contact.first[index], contact.first[index + 1]
