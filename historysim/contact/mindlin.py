@@ -13,7 +13,8 @@ Differences of near-equal powers are taken in factored form, through 1 - q³ = |
 small loads.
 
 Cattaneo, *Rend. Accad. Naz. Lincei* 27 (1938); Mindlin, *J. Appl. Mech.* 16 (1949) 259-268; Mindlin and Deresiewicz,
-*J. Appl. Mech.* 20 (1953) 327-344; Johnson, *Contact Mechanics* (1985), sections 7.2 and 7.4.
+*J. Appl. Mech.* 20 (1953) 327-344; Johnson, *Contact Mechanics* (1985), sections 7.2 and 7.4. The use for pre-sliding
+follows Winogrodzka, *Pre-sliding behaviour of multi asperity ceramic contacts*, University of Twente.
 """
 
 import numpy as np
@@ -155,7 +156,8 @@ def displacement_after_reversal(
 
     For T* > 0 this is unloading, δ = (3μN)/(16 a G*) · [2 (1 - (T* - T)/(2μN))^(2/3) - (1 - T*/(μN))^(2/3) - 1];
     for T* < 0 reloading, its mirror image δ(T; T*) = -δ(-T; -T*). Both are the virgin curve δ_t scaled by two and
-    hung at the reversal point (Masing): δ = δ_t(T*) + 2 δ_t((T - T*)/2).
+    hung at the reversal point (Masing): δ = δ_t(T*) + 2 δ_t((T - T*)/2). Winogrodzka's Eq. 2.13; her Eqs. A.2 and
+    A.3 print T and T* exchanged in the last term.
 
     Parameters
     ----------
@@ -188,6 +190,8 @@ def displacement_after_reversal(
 
 def tangential_stiffness(radius: npt.ArrayLike, *, shear_modulus: npt.ArrayLike) -> Values:
     """Return the tangential stiffness dT/dδ_t [N/m]: 8 G* times the radius of the circle that sticks.
+
+    For the whole contact, k_t = 8 G* a (Winogrodzka, Eq. 4.3).
 
     Parameters
     ----------
