@@ -8,6 +8,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
+from historysim.contact.hertz import checked, half_chord
 from historysim.materials import MaterialPair
 from historysim.memory import kernel
 from historysim.memory.traction import TractionMemory
@@ -96,8 +97,13 @@ class Asperity:
         ----------
         radius : array_like
             Distances from the contact's centre [m], any shape; 0 outside the contact.
+
+        Raises
+        ------
+        InputError
+            A distance that is not a finite number.
         """
-        distance = np.abs(np.asarray(radius, dtype=float))
+        distance = np.abs(checked("radius", radius))
         total = np.zeros(distance.shape)
         for weight, vertex_radius in zip(self.memory.jump, self.memory.radius, strict=True):
             total += weight * self._pressure(distance, vertex_radius)
@@ -105,8 +111,8 @@ class Asperity:
 
     def pressure(self, radius: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Return the normal pressure p(r) [Pa] (Hertz); shapes as in `traction`."""
-        return self._pressure(np.abs(np.asarray(radius, dtype=float)), self.contact_radius)
+        return self._pressure(np.abs(checked("radius", radius)), self.contact_radius)
 
     def _pressure(self, distance: npt.NDArray[np.float64], contact_radius: float) -> npt.NDArray[np.float64]:
         peak = 2.0 * self.pair.contact_modulus / (math.pi * self.summit_radius)
-        return peak * np.sqrt(np.maximum((contact_radius - distance) * (contact_radius + distance), 0.0))
+        return peak * half_chord(distance, contact_radius)

@@ -20,9 +20,6 @@ Integers = npt.NDArray[np.int64]
 
 FIRST_ROOM = 6
 
-STILL = (0.0, 0.0)
-"""Target and fraction of a channel that is held."""
-
 
 @attrs.frozen(eq=False)
 class EnsembleState:
@@ -222,7 +219,7 @@ class Ensemble:
         tangential = _channel("tangential", tangential_load, tangential_displacement, state.tangential_control)
         state = self.walk(state, _single_path(normal, tangential), saturate=saturate)
         if friction is not None:
-            hold = _single_path((state.normal_control, *STILL), (state.tangential_control, *STILL))
+            hold = _single_path((state.normal_control, *kernel.STILL), (state.tangential_control, *kernel.STILL))
             state = self.walk(self.with_friction(state, friction), hold, saturate=saturate)
         return state
 
@@ -321,7 +318,7 @@ class Ensemble:
         position = int(np.flatnonzero(state.order == index)[0])
         group = int(np.searchsorted(state.contact.first, position, side="right")) - 1
         rows = room(1, 1)
-        hold = (kernel.DISPLACED, *STILL)
+        hold = (kernel.DISPLACED, *kernel.STILL)
         self.walk(state, _single_path(hold, hold, recorded=True), rows=rows, asperities=[index])
         stored = np.zeros(len(self))
         kernel.stored_energy(state.contact, state.memory, stored)
@@ -420,7 +417,7 @@ def _channel(
         return kernel.LOAD, float(checked(f"{name}_load", load, least=least)), 1.0
     if displacement is not None:
         return kernel.DISPLACED, float(checked(f"{name}_displacement", displacement)), 1.0
-    return control, *STILL
+    return control, *kernel.STILL
 
 
 def _single_path(

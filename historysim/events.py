@@ -11,16 +11,7 @@ from typing import Any, ClassVar
 import attrs
 
 from historysim.errors import InputError
-from historysim.units import is_number
-
-
-def _float(value: Any) -> Any:
-    """Take any kind of number as a float; what is none is left as it came for the validator, which knows the field."""
-    number = value.item() if getattr(value, "ndim", None) == 0 else value
-    try:
-        return float(number) if is_number(number) else value
-    except OverflowError:
-        return math.inf if number > 0 else -math.inf
+from historysim.units import as_float, is_number
 
 
 def _finite(event: object, attribute: "attrs.Attribute[float]", value: float) -> None:
@@ -45,8 +36,8 @@ class LoadEvent:
         A time or value that is not a finite number.
     """
 
-    time: float = attrs.field(converter=_float, validator=_finite)
-    value: float = attrs.field(converter=_float, validator=_finite)
+    time: float = attrs.field(converter=as_float, validator=_finite)
+    value: float = attrs.field(converter=as_float, validator=_finite)
 
     channel: ClassVar[str]
     unit: ClassVar[str]
@@ -65,7 +56,7 @@ def _not_negative(event: object, attribute: "attrs.Attribute[float]", value: flo
 class NormalLoad(LoadEvent):
     """The total normal load [N] reached at a time; 0 lifts the surface off."""
 
-    value: float = attrs.field(converter=_float, validator=_not_negative)
+    value: float = attrs.field(converter=as_float, validator=_not_negative)
     channel = "normal"
     unit = "N"
 
@@ -96,7 +87,7 @@ class TangentialDisplacement(LoadEvent):
 
 def _coefficients(value: Any) -> Any:
     single = isinstance(value, str | bytes | Mapping) or getattr(value, "ndim", 1) == 0
-    return tuple(map(_float, value)) if isinstance(value, Iterable) and not single else _float(value)
+    return tuple(map(as_float, value)) if isinstance(value, Iterable) and not single else as_float(value)
 
 
 def _valid_coefficients(event: object, attribute: "attrs.Attribute[float]", value: float | tuple[float, ...]) -> None:
@@ -131,7 +122,7 @@ class FrictionChange:
         A time or coefficient that is not a finite number, or a negative coefficient.
     """
 
-    time: float = attrs.field(converter=_float, validator=_finite)
+    time: float = attrs.field(converter=as_float, validator=_finite)
     friction: float | tuple[float, ...] = attrs.field(converter=_coefficients, validator=_valid_coefficients)
 
 

@@ -9,16 +9,11 @@ from typing import Any, Final, Self
 import attrs
 
 from historysim.errors import InputError
-from historysim.units import is_number
-
-
-def _float(value: float) -> float:
-    # anything else is left as it came for the validator, which knows the name of the field
-    return float(value) if is_number(value) else value
+from historysim.units import as_float
 
 
 def _floats(value: tuple[float, ...]) -> tuple[float, ...]:
-    return tuple(_float(item) for item in value) if isinstance(value, list | tuple) else value
+    return tuple(as_float(item) for item in value) if isinstance(value, list | tuple) else value
 
 
 def _is_finite(value: object) -> bool:
@@ -87,19 +82,21 @@ class Material:
     """
 
     name: str = attrs.field(validator=_text)
-    youngs_modulus: float = attrs.field(converter=_float, validator=_positive)
-    poissons_ratio: float = attrs.field(converter=_float, validator=_poisson)
+    youngs_modulus: float = attrs.field(converter=as_float, validator=_positive)
+    poissons_ratio: float = attrs.field(converter=as_float, validator=_poisson)
     shear_modulus: float = attrs.field(
-        default=_ISOTROPIC, converter=attrs.converters.optional(_float), validator=attrs.validators.optional(_positive)
+        default=_ISOTROPIC,
+        converter=attrs.converters.optional(as_float),
+        validator=attrs.validators.optional(_positive),
     )
     surface_energy: float | None = attrs.field(
-        default=None, converter=attrs.converters.optional(_float), validator=attrs.validators.optional(_positive)
+        default=None, converter=attrs.converters.optional(as_float), validator=attrs.validators.optional(_positive)
     )
     roughness: tuple[float, float] | None = attrs.field(
         default=None, converter=attrs.converters.optional(_floats), validator=attrs.validators.optional(_range)
     )
     ball_radius: float | None = attrs.field(
-        default=None, converter=attrs.converters.optional(_float), validator=attrs.validators.optional(_positive)
+        default=None, converter=attrs.converters.optional(as_float), validator=attrs.validators.optional(_positive)
     )
     source: str = attrs.field(default="", validator=_text, eq=False, repr=False)
 
@@ -186,8 +183,8 @@ class MaterialPair:
 
     first: Material | None
     second: Material | None
-    contact_modulus: float = attrs.field(converter=_float, validator=_positive)
-    shear_modulus: float = attrs.field(converter=_float, validator=_positive)
+    contact_modulus: float = attrs.field(converter=as_float, validator=_positive)
+    shear_modulus: float = attrs.field(converter=as_float, validator=_positive)
 
     def __init__(self, first: Material, second: Material) -> None:
         for name, value in (("first", first), ("second", second)):

@@ -1,12 +1,13 @@
 """Record: project the replayed rows into a Dataset, or into a netCDF file that appears only when complete."""
 
+import abc
 import contextlib
 import errno
 import os
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, final
 
 import attrs
 import numpy as np
@@ -80,8 +81,8 @@ def _largest_approach(ensemble: Ensemble, events: Sequence[Event]) -> float:
 
 
 @attrs.define
-class Recorder:
-    """Rows of one history, projected onto the variables.
+class Recorder(abc.ABC):
+    """Where the rows of one history go: a `DatasetRecorder` or a `FileRecorder`.
 
     Parameters
     ----------
@@ -98,18 +99,33 @@ class Recorder:
     asperities: npt.NDArray[np.int64] | None
     steps: int
     attributes: Mapping[str, Any]
-    _rows: kernel.Rows = attrs.field(init=False)
-    _times: Array = attrs.field(init=False)
-    _filled: int = 0
-
-    def __attrs_post_init__(self) -> None:
-        self._rows = ensembles.room(self.steps, self.columns)
-        self._times = np.zeros(self.steps)
+    _filled: int = attrs.field(default=0, init=False)
 
     @property
     def columns(self) -> int:
         """Number of recorded asperities."""
         return 0 if self.asperities is None else self.asperities.size
+
+    @abc.abstractmethod
+    def room(self, count: int) -> kernel.Rows:
+        """Return room for the next rows."""
+
+    @abc.abstractmethod
+    def record(self, times: Array) -> None:
+        """Take what stands in the room last given as the rows at these times."""
+
+
+@final
+@attrs.define
+class DatasetRecorder(Recorder):
+    """Rows of one history in memory, projected onto the variables at the end."""
+
+    _rows: kernel.Rows = attrs.field(init=False)
+    _times: Array = attrs.field(init=False)
+
+    def __attrs_post_init__(self) -> None:
+        self._rows = ensembles.room(self.steps, self.columns)
+        self._times = np.zeros(self.steps)
 
     def room(self, count: int) -> kernel.Rows:
         """Return room for the next rows."""
@@ -141,11 +157,13 @@ class Recorder:
         return xr.Dataset(data, coordinates, {**self.attributes, "complete": np.int8(1)})
 
 
+@final
 @attrs.define
 class FileRecorder(Recorder):
     """Rows of one history, streamed to a netCDF file; use it through `recording`."""
 
-    file: "netCDF4.Dataset" = attrs.field(kw_only=True)
+    file: "netCDF4.Dataset"
+    _rows: kernel.Rows = attrs.field(init=False)
 
     def __attrs_post_init__(self) -> None:
         self.file.setncatts(dict(self.attributes))
@@ -211,7 +229,7 @@ def recording(
     os.close(handle)
     try:
         with netCDF4.Dataset(name, "w", format="NETCDF4") as file:
-            yield FileRecorder(ensemble, asperities, steps, attributes, file=file)
+            yield FileRecorder(ensemble, asperities, steps, attributes, file)
             file.setncattr("complete", np.int8(1))
         Path(name).chmod(0o666 & ~_umask())
         Path(name).replace(path)

@@ -21,8 +21,6 @@ from historysim.memory import kernel
 Goal = tuple[int, float, float]
 """Control of a channel, its target in N or m, and the fraction of the way left to go."""
 
-STILL = (0.0, 0.0)
-
 
 @attrs.frozen
 class Stretch:
@@ -153,7 +151,7 @@ class _Channel:
 
     def stay(self) -> Goal:
         """Hold what the channel has reached, as it was controlled on the way there; unloaded before it started."""
-        return self.control, *STILL
+        return self.control, *kernel.STILL
 
 
 def _control(event: LoadEvent) -> int:

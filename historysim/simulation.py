@@ -59,7 +59,7 @@ def replay(
     plan = list(scheduler.stretches(events, substeps))
     steps = sum(stretch.row_time.size for stretch in plan)
     attributes = _attributes(ensemble, events)
-    memory = recorder.Recorder(ensemble, asperities, steps, attributes)
+    memory = recorder.DatasetRecorder(ensemble, asperities, steps, attributes)
     _walk(ensemble, events, plan, memory, saturate=saturate)
     return memory.dataset()
 
@@ -103,7 +103,7 @@ def run(path: str | Path, output: str | Path | None = None, *, progress: bool = 
     if loaded.title:
         attributes["title"] = loaded.title
     if output is None:
-        memory = recorder.Recorder(ensemble, asperities, steps, attributes)
+        memory = recorder.DatasetRecorder(ensemble, asperities, steps, attributes)
         _walk(ensemble, events, plan, memory, saturate=loaded.saturate, progress=progress)
         return memory.dataset()
     with recorder.recording(Path(output), ensemble, asperities, steps, attributes) as file:

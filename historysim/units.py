@@ -4,6 +4,7 @@ import math
 import re
 from decimal import Decimal
 from numbers import Real
+from typing import Any
 
 from historysim.errors import InputError
 
@@ -26,6 +27,18 @@ _STRAY_NUMBER = re.compile(r"(?:^|[\s*/.,·(@])[+-]?[\d.,]")
 def is_number(value: object) -> bool:
     """Whether a value is a real number: of Python or numpy, but neither a bool nor a text."""
     return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def as_float(value: Any) -> Any:
+    """Take any kind of number as a float, one too large for it as infinite; leave anything else as it came.
+
+    For attrs converters: the validator behind it knows the name of the field, and says what is wrong.
+    """
+    number = value.item() if getattr(value, "ndim", None) == 0 else value
+    try:
+        return float(number) if is_number(number) else value
+    except OverflowError:
+        return math.inf if number > 0 else -math.inf
 
 
 def quantity(value: float | str, unit: str) -> float:

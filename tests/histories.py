@@ -18,6 +18,18 @@ from historysim.events import (
 SINGLE_MARGIN = 0.95
 MIXED_MARGIN = 0.9
 
+# the worked numbers of the theory: E* = R = 1, G* = 0.25, μ = 0.5, straight ramps from N = 0.01, T = 0; each to N, T,
+# then the displacement there, and the energy dissipated so far, its last digit cut off
+TABLE = [
+    (0.01, 0.003, 8.757317e-3, 1.310944e-6),
+    (0.01, -0.002, -5.420920e-3, 2.660305e-6),
+    (0.02, -0.002, -5.420920e-3, 2.660305e-6),
+    (0.02, 0.004, 8.431302e-3, 6.551350e-6),
+    (0.012, 0.004, 1.1233324e-2, 1.392732e-5),
+    (0.012, -0.001, -1.827260e-3, 1.489826e-5),
+    (0.005, -0.001, -3.483260e-3, 1.640487e-5),
+]
+
 
 class Move(NamedTuple):
     """One joint path of both channels to their targets; `friction` then replaces the coefficients.

@@ -223,3 +223,11 @@ def test_the_energy_stored_in_virgin_loading_is_work_less_loss(share):
     ball = BALL.asperity(0, state)
     assert ball.stored_energy + ball.dissipated_energy == pytest.approx(work, rel=1e-10)
     assert ball.stored_energy == state.stored_energy
+
+
+def test_a_distance_that_is_not_a_number_is_refused():
+    ensemble = hs.Ensemble(hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25), 0.0, 1.0, 0.5)
+    state = ensemble.advance(ensemble.initial_state(), normal_load=0.01, tangential_load=0.001)
+    for answer in (ensemble.asperity(0, state).traction, ensemble.asperity(0, state).pressure):
+        with pytest.raises(hs.InputError, match=r"radius\[1\] is nan; expected a finite number"):
+            answer([0.0, float("nan")])

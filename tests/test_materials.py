@@ -83,6 +83,7 @@ def test_numbers_become_floats_and_the_source_does_not_part_equal_materials():
         ({"youngs_modulus": float("inf")}, "youngs_modulus is inf"),
         ({"youngs_modulus": "112e9"}, "youngs_modulus is '112e9'"),
         ({"youngs_modulus": True}, "youngs_modulus is True"),
+        ({"youngs_modulus": 10**400}, "youngs_modulus is inf"),
         ({"poissons_ratio": -1}, "poissons_ratio is -1.0; expected a number greater than -1 and at most 0.5"),
         ({"poissons_ratio": 0.51}, "poissons_ratio is 0.51"),
         ({"poissons_ratio": float("nan")}, "poissons_ratio is nan"),

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from histories import follow, histories, random_contact, random_moves, to_events
+from histories import TABLE, follow, histories, random_contact, random_moves, to_events
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from springs import Contact, SpringRow
@@ -112,16 +112,6 @@ def virgin(normal_load, tangential_load):
 
 
 # -- the worked history ----------------------------------------------------------------------------
-
-TABLE = [
-    (0.01, 0.003, 8.757317e-3, 1.310944e-6),
-    (0.01, -0.002, -5.420920e-3, 2.660305e-6),
-    (0.02, -0.002, -5.420920e-3, 2.660305e-6),
-    (0.02, 0.004, 8.431302e-3, 6.551350e-6),
-    (0.012, 0.004, 1.1233324e-2, 1.392732e-5),
-    (0.012, -0.001, -1.827260e-3, 1.489826e-5),
-    (0.005, -0.001, -3.483260e-3, 1.640487e-5),
-]
 
 
 @pytest.mark.parametrize("substeps", [1, 10])

@@ -14,7 +14,7 @@ import xarray as xr
 
 import historysim as hs
 from historysim import recorder
-from historysim.recorder import Recorder, chosen_asperities, recording
+from historysim.recorder import DatasetRecorder, chosen_asperities, recording
 from historysim.scheduler import stretches
 from historysim.variables import COORDINATES, PER_ASPERITY, TOTALS
 
@@ -107,7 +107,9 @@ def stream(path, ensemble, events=EVENTS, record="touching", most_rows=None):
 
 def in_memory(ensemble, events=EVENTS, record="touching"):
     plan = list(stretches(events, 2))
-    target = Recorder(ensemble, chosen_asperities(ensemble, events, record), steps(plan), {"Conventions": "CF-1.11"})
+    target = DatasetRecorder(
+        ensemble, chosen_asperities(ensemble, events, record), steps(plan), {"Conventions": "CF-1.11"}
+    )
     fill(target, plan)
     return target.dataset()
 
@@ -171,7 +173,7 @@ def test_totals_alone_have_no_asperities(ensemble):
 
 
 def test_totals_alone_hold_no_room_for_asperities(ensemble):
-    target = Recorder(ensemble, None, 10, {})
+    target = DatasetRecorder(ensemble, None, 10, {})
     assert target.columns == 0
     assert all(array.size == 0 for name, array in target.room(10)._asdict().items() if name != "totals")
 
@@ -274,7 +276,7 @@ def test_recording_changes_no_state(ensemble, tmp_path):
     assert begun != ended
     for asperities in (None, np.arange(5), np.array([3])):
         chosen = () if asperities is None else asperities
-        target = Recorder(ensemble, asperities, times.size, {})
+        target = DatasetRecorder(ensemble, asperities, times.size, {})
         with recording(tmp_path / "out.nc", ensemble, asperities, times.size, {}) as file:
             for kind in (target, file):
                 after = ensemble.walk(before, paths, rows=kind.room(times.size), asperities=chosen)

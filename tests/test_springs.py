@@ -4,7 +4,7 @@ import copy
 
 import numpy as np
 import pytest
-from histories import follow, histories, random_contact, random_moves, to_events
+from histories import TABLE, follow, histories, random_contact, random_moves, to_events
 from hypothesis import given, settings
 from springs import Contact, SpringRow
 
@@ -72,17 +72,6 @@ def test_the_closed_loop_costs_the_closed_form_energy(fraction):
     loop = 9 * (0.5 * LOAD) ** 2 / (10 * radius * 0.25)
     loop *= 1 - left ** (5 / 3) - 5 * fraction / 6 * (1 + left ** (2 / 3))
     assert costs[2] - costs[0] == pytest.approx(loop, abs=0.5 * LOAD * LARGEST_SLIP / 2000**2)
-
-
-TABLE = [
-    (0.01, 0.003, 8.757317e-3, 1.310944e-6),
-    (0.01, -0.002, -5.420920e-3, 2.660305e-6),
-    (0.02, -0.002, -5.420920e-3, 2.660305e-6),
-    (0.02, 0.004, 8.431302e-3, 6.551350e-6),
-    (0.012, 0.004, 1.1233324e-2, 1.392732e-5),
-    (0.012, -0.001, -1.827260e-3, 1.489826e-5),
-    (0.005, -0.001, -3.483260e-3, 1.640487e-5),
-]
 
 
 def test_a_history_of_both_loads_reproduces_the_worked_numbers():

@@ -45,6 +45,9 @@ APPROACH, DISPLACEMENT, NORMAL_LOAD, TANGENTIAL_LOAD, DISSIPATED, REQUEST, LIMIT
 
 LOAD, DISPLACED = 0, 1
 
+# target and fraction of a channel that is held
+STILL = (0.0, 0.0)
+
 SEPARATED, FULL_STICK, PARTIAL_SLIP, GROSS_SLIP = range(4)
 
 # columns of Rows.totals
@@ -763,9 +766,11 @@ def toward(present: float, target: float, fraction: float) -> float:
 
 @_exact
 def deepest(memory: Memory) -> int:
-    """Return the number of vertices of the deepest stack."""
+    """Return the number of vertices of the deepest stack; the groups that touch are the first ones."""
     most = 0
     for index in range(memory.depth.size):
+        if memory.depth[index] == 0:
+            break
         most = max(most, memory.depth[index])
     return most
 
@@ -812,8 +817,9 @@ def total_force(contact: Contact, memory: Memory) -> float:
     """Sum of the groups' tangential loads."""
     force = 0.0
     for index in range(contact.friction.size):
-        if memory.depth[index] > 0:
-            force += memory.vertices[index, memory.depth[index] - 1, TANGENTIAL]
+        if memory.depth[index] == 0:
+            break
+        force += memory.vertices[index, memory.depth[index] - 1, TANGENTIAL]
     return force
 
 
