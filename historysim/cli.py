@@ -196,7 +196,7 @@ def _opened(path: Path) -> Iterator["xr.Dataset"]:
 
 
 def _draw(history: "xr.Dataset", picture: Path) -> None:
-    from historysim.plots import overview
+    from historysim.plots.history import overview
 
     figure = overview(history)
     known = figure.canvas.get_supported_filetypes()

@@ -16,7 +16,16 @@ ORDER = (
     "materials",
     "contact.hertz",
     "contact.mindlin",
+    "contact.adhesion",
+    "contact.greenwood_williamson",
     "contact",
+    "surfaces.summits",
+    "surfaces.distribution",
+    "surfaces.textured",
+    "surfaces.statistics",
+    "surfaces.heights",
+    "surfaces.random",
+    "surfaces.measured",
     "surfaces",
     "memory.kernel",
     "memory.traction",
@@ -35,12 +44,13 @@ ORDER = (
     "scenario",
     "simulation",
     "analysis",
+    "plots.style",
     "plots",
     "cli",
 )
 ANYONE = "_version"
 FREE = ("", "__main__")
-READERS = ("analysis", "plots")
+READERS = ("analysis", "plots.history")
 ENGINE = {"memory", "friction", "asperity", "ensemble", "scheduler", "recorder", "scenario", "simulation"}
 HEAVY = {"numpy", "scipy", "numba", "xarray", "netCDF4", "matplotlib", "cf_units", "tqdm"}
 
@@ -154,7 +164,7 @@ def test_all_modules_are_read():
     found = imports(ROOT)
     assert {"", "cli", "simulation", "memory.kernel", "contact.hertz"} <= set(found)
     assert {"log", "recorder", "scenario", "scheduler", "ensemble"} <= found["simulation"][0]
-    assert {"analysis", "plots", "simulation", "scenario"} <= found["cli"][0]
+    assert {"analysis", "plots.history", "simulation", "scenario"} <= found["cli"][0]
     assert {"numpy", "numba"} <= found["memory.kernel"][1]
 
 

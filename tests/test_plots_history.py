@@ -8,7 +8,8 @@ import pytest
 import xarray as xr
 
 import historysim as hs
-from historysim import plots
+from historysim.plots import history as plots
+from historysim.plots import style
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
 HEIGHTS = np.array([0.0, -20e-9, -10e-9, -500e-9])
@@ -35,7 +36,7 @@ def test_loop_loads_and_slip_state_are_drawn():
     assert panels["Friction loop"].get_ylabel() == "tangential load $T$ (mN)"
     assert panels["Loads"].get_ylabel() == "normal load\n$N$ (mN)"
     legend = [text.get_text() for text in panels["Slip state"].get_legend().get_texts()]
-    assert legend == list(plots.STATES)
+    assert legend == list(style.STATES)
 
 
 def test_the_map_shows_each_asperity_highest_on_top():
@@ -109,7 +110,7 @@ def test_drawing_changes_neither_the_history_nor_the_settings():
 
 def test_states_differ_in_lightness():
     weights = np.array([0.2126, 0.7152, 0.0722])
-    lightness = [float(weights @ mpl.colors.to_rgb(colour)) for colour in plots.STATE_COLOURS]
+    lightness = [float(weights @ mpl.colors.to_rgb(colour)) for colour in style.STATE_COLOURS]
     assert np.abs(np.diff(sorted(lightness))).min() > 0.12
 
 

@@ -1,7 +1,4 @@
-"""Pictures of a recorded history: functions of a Dataset.
-
-Colours are told apart by readers with any colour vision and in grey print: lightness rises from stick to slip.
-"""
+"""Pictures of a recorded history: functions of a Dataset."""
 
 import itertools
 import textwrap
@@ -14,6 +11,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from historysim.analysis import prefixed
+from historysim.plots.style import FAINT, INK, STATE_COLOURS, STATES, STYLE, scaled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,28 +23,6 @@ MOST_POINTS = 100_000
 MOST_COLUMNS = 2_000
 MOST_ROWS = 1_000
 COLOURS = 256
-
-STATES = ("separated", "full stick", "partial slip", "gross slip")
-STATE_COLOURS = ("#ffffff", "#12355b", "#d1603d", "#f3d180")
-INK = "#222222"
-FAINT = "#8a8a8a"
-
-STYLE: dict[Any, Any] = {
-    "font.size": 8,
-    "axes.titlesize": 8.5,
-    "axes.titlelocation": "left",
-    "axes.titleweight": "bold",
-    "axes.edgecolor": INK,
-    "axes.linewidth": 0.6,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "xtick.direction": "out",
-    "ytick.direction": "out",
-    "legend.frameon": False,
-    "legend.fontsize": 7.5,
-}
 
 
 def overview(history: xr.Dataset) -> "Figure":
@@ -88,8 +64,8 @@ def overview(history: xr.Dataset) -> "Figure":
 
 
 def _draw_loop(axes: "Axes", thin: xr.Dataset) -> None:
-    displacement, unit = _scaled(thin["tangential_displacement"].values, "m")
-    force, force_unit = _scaled(thin["total_tangential_load"].values, "N")
+    displacement, unit = scaled(thin["tangential_displacement"].values, "m")
+    force, force_unit = scaled(thin["total_tangential_load"].values, "N")
     time = thin["time"].values
     axes.axhline(0, color=FAINT, linewidth=0.4, zorder=0)
     axes.axvline(0, color=FAINT, linewidth=0.4, zorder=0)
@@ -112,7 +88,7 @@ def _draw_loop(axes: "Axes", thin: xr.Dataset) -> None:
 
 def _draw_loads(normal_axes: "Axes", tangential_axes: "Axes", thin: xr.Dataset) -> None:
     time, force, limit = (thin[name].values for name in ("time", "total_tangential_load", "friction_limit"))
-    normal, normal_unit = _scaled(thin["total_normal_load"].values, "N")
+    normal, normal_unit = scaled(thin["total_normal_load"].values, "N")
     normal_axes.plot(time, normal, color=INK, linewidth=1.0, rasterized=True)
     normal_axes.set(title="Loads", ylabel=f"normal load\n$N$ ({normal_unit})", ylim=(0, None))
     normal_axes.tick_params(labelbottom=False)
@@ -169,7 +145,7 @@ def _draw_states(axes: "Axes", history: xr.Dataset) -> None:
 
 
 def _draw_energy(axes: "Axes", thin: xr.Dataset) -> None:
-    energy, unit = _scaled(thin["total_dissipated_energy"].values, "J")
+    energy, unit = scaled(thin["total_dissipated_energy"].values, "J")
     axes.plot(thin["time"].values, energy, color=INK, linewidth=1.0, rasterized=True)
     axes.margins(x=0.01)
     axes.set(title="Dissipated energy", xlabel="time (s)", ylabel=f"energy ({unit})", ylim=(0, None))
@@ -180,12 +156,6 @@ def _thinned(history: xr.Dataset) -> xr.Dataset:
     totals = history[[name for name, variable in history.data_vars.items() if variable.dims == ("step",)]].load()
     steps = history.sizes["step"]
     return totals.isel(step=np.union1d(np.arange(0, steps, -(-steps // MOST_POINTS)), steps - 1))
-
-
-def _scaled(values: Floats, unit: str) -> tuple[Floats, str]:
-    """Values times the factor of a readable SI prefix, and the unit with that prefix."""
-    factor, prefix = prefixed(np.abs(values).max(initial=0.0))
-    return values * factor, prefix + unit
 
 
 @cache

@@ -1,0 +1,1 @@
+"""Rough surfaces: from heights to summits."""
