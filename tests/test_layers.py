@@ -23,6 +23,8 @@ ORDER = (
     "surfaces.distribution",
     "surfaces.textured",
     "surfaces.statistics",
+    "surfaces.form",
+    "surfaces.resampling",
     "surfaces.heights",
     "surfaces.random",
     "surfaces.measured",

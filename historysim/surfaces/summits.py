@@ -1,5 +1,8 @@
 """Summits: the peaks of a height map that become asperities, and what they have in common with other surfaces."""
 
+from collections.abc import Mapping
+from typing import Any, Self
+
 import attrs
 import numpy as np
 import numpy.typing as npt
@@ -7,7 +10,9 @@ import numpy.typing as npt
 from historysim.contact.hertz import checked
 from historysim.errors import InputError
 
+Array = npt.NDArray[Any]
 Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
 
 
 def _row(name: str, values: npt.ArrayLike, count: int | None = None, *, above: float = -np.inf) -> Floats:
@@ -74,3 +79,148 @@ class Summits:
     def density(self) -> float | None:
         """Summits per nominal area [1/m²], or None where the area is not known."""
         return None if self.nominal_area is None else len(self) / self.nominal_area
+
+
+_AROUND: Mapping[int, tuple[tuple[int, int], ...]] = {
+    3: ((1, 0), (-1, 0)),
+    5: ((1, 0), (-1, 0), (0, 1), (0, -1)),
+    9: ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)),
+}
+
+
+def find_summits(heights: Floats, pixel_size: tuple[float, float], rule: int = 9, *, periodic: bool = False) -> Summits:
+    """Find the summits of a height map: the points that are higher than all their neighbours.
+
+    Curvature and radius are those of the central differences, κ_x = |z(x-1) - 2z + z(x+1)|/p_x², likewise κ_y,
+    κ = (κ_x + κ_y)/2 and R = 1/κ (Greenwood 1984; with the 3-point rule κ = κ_x).
+
+    A plateau, neighbouring points of one height with only lower ones around it, is one summit: in the middle of its
+    points, with the mean of their curvatures. That is exact for a paraboloid whose top lies between the points.
+
+    Parameters
+    ----------
+    heights : array (nx, ny)
+        Heights [m]; NaN where missing.
+    pixel_size : (float, float)
+        Distance between the points along x and y [m].
+    rule : {3, 5, 9}
+        Points that are compared: 9 with the diagonal neighbours, 5 without. 3 is for profiles and finds the peaks
+        of each profile along x; along y where the map has only one point along x.
+    periodic : bool
+        Whether the surface repeats.
+
+    Returns
+    -------
+    Summits
+        In the order of their (first) points, along y first. A point at the border (unless the surface is periodic)
+        or beside a missing point is never a summit, nor is a plateau with such a point, or a ridge that runs around
+        a periodic surface: nobody knows what is beside it.
+
+    Raises
+    ------
+    InputError
+        Another rule, or a map too narrow for it.
+    """
+    if rule not in _AROUND:
+        raise InputError(f"rule is {rule!r}; expected 3 (for profiles), 5 or 9 points")
+    if rule != 3 and 1 in heights.shape:
+        raise InputError(f"rule is {rule} for a profile of {heights.size} points; expected 3, the rule for profiles")
+    if rule == 3 and heights.shape[0] == 1:
+        turned = find_summits(heights.T, pixel_size[::-1], rule, periodic=periodic)
+        return Summits(turned.height, turned.radius, turned.y, turned.x)
+    grid = _Grid.of(heights, periodic)
+    top = np.ones(heights.shape, dtype=bool)
+    tied = np.zeros(heights.shape, dtype=bool)
+    for offset in _AROUND[rule]:
+        top &= heights >= grid.beside(offset)
+        tied |= heights == grid.beside(offset)
+    tied &= top
+    single = np.flatnonzero(top & ~tied)
+    shared, plateau = _plateaus(grid, top, tied, rule)
+    points = np.concatenate([single, shared])
+    owner = np.concatenate([np.arange(single.size), single.size + plateau])
+    first = np.full(owner.max(initial=-1) + 1, heights.size)
+    np.minimum.at(first, owner, points)
+    axes = (0,) if rule == 3 else (0, 1)
+    curvature = np.stack([_mean(owner, grid.drop(points, axis) / pixel_size[axis] ** 2) for axis in axes])
+    # only a ridge around a periodic surface does not fall along an axis
+    kept = np.flatnonzero((curvature > 0).all(axis=0))
+    kept = kept[np.argsort(first[kept])]
+    x, y = (grid.middle(points, first[owner], owner, axis)[kept] * pixel_size[axis] for axis in (0, 1))
+    area = heights.size * pixel_size[0] * pixel_size[1]
+    return Summits(
+        heights.flat[first[kept]],
+        1 / curvature.mean(axis=0)[kept],
+        x,
+        y,
+        nominal_area=None if 1 in heights.shape else area,
+    )
+
+
+@attrs.frozen
+class _Grid:
+    """Heights with one more point all around: the other side of a periodic surface, else nothing (NaN)."""
+
+    shape: tuple[int, int]
+    padded: Floats
+    periodic: bool
+
+    @classmethod
+    def of(cls, heights: Floats, periodic: bool) -> Self:
+        return cls(heights.shape, cls._pad(heights, periodic, np.nan), periodic)
+
+    @staticmethod
+    def _pad(values: Array, periodic: bool, nothing: float) -> Array:
+        return np.pad(values, 1, mode="wrap") if periodic else np.pad(values, 1, constant_values=nothing)
+
+    def beside(self, offset: tuple[int, int], of: Array | None = None) -> Array:
+        """Give what stands beside each point."""
+        padded = self.padded if of is None else self._pad(of, self.periodic, 0)
+        return padded[1 + offset[0] :, 1 + offset[1] :][: self.shape[0], : self.shape[1]]
+
+    def drop(self, points: Integers, axis: int) -> Floats:
+        """Give by how much the two neighbours along an axis are lower, added up."""
+        here, ahead, behind = (
+            self.beside(offset).flat[points] for offset in ((0, 0), _AROUND[5][2 * axis], _AROUND[5][2 * axis + 1])
+        )
+        fall: Floats = (here - ahead) + (here - behind)
+        return fall
+
+    def middle(self, points: Integers, start: Integers, owner: Integers, axis: int) -> Floats:
+        """Give the mean index of the points of each owner, counted on from its first one across the border."""
+        size = self.shape[axis]
+        index, origin = (np.unravel_index(which, self.shape)[axis] for which in (points, start))
+        away = (index - origin + size // 2) % size - size // 2
+        wrapped: Floats = _mean(owner, origin + away) % size
+        return wrapped
+
+
+def _mean(owner: Integers, values: Array) -> Floats:
+    mean: Floats = np.bincount(owner, values) / np.bincount(owner)
+    return mean
+
+
+def _plateaus(grid: _Grid, top: Array, tied: Array, rule: int) -> tuple[Integers, Integers]:
+    """Give the points of the plateaus that have only lower points around them, and the number of their plateau."""
+    from scipy import ndimage, sparse
+
+    structure = np.zeros((3, 3), dtype=bool)
+    structure[tuple(np.transpose([(0, 0), *_AROUND[rule]]) + 1)] = True
+    labels, count = ndimage.label(tied, structure)
+    joined, goes_on = [np.empty((2, 0), dtype=np.int64)], np.zeros(count + 1, dtype=bool)
+    goes_on[0] = True
+    for offset in _AROUND[rule]:
+        other = grid.beside(offset, of=labels)
+        across = (labels != other) & (labels > 0) & (other > 0)
+        joined.append(np.stack([labels[across], other[across]]))
+        onward = tied & (grid.beside((0, 0)) == grid.beside(offset)) & ~grid.beside(offset, of=top)
+        goes_on[labels[onward]] = True
+    pairs = np.concatenate(joined, axis=1)
+    graph = sparse.coo_array((np.ones(pairs.shape[1]), pairs), shape=(count + 1, count + 1))
+    pieces, whole = sparse.csgraph.connected_components(graph, directed=False)
+    wrong = np.zeros(pieces, dtype=bool)
+    wrong[whole[goes_on]] = True
+    points = np.flatnonzero(tied)
+    piece = whole[labels.flat[points]]
+    good = ~wrong[piece]
+    return points[good], np.unique(piece[good], return_inverse=True)[1]

@@ -1,0 +1,150 @@
+"""The form of a surface, which is taken off to leave its roughness: a plane, a quadratic, a sphere."""
+
+from collections.abc import Mapping
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+
+from historysim.errors import InputError
+
+Floats = npt.NDArray[np.float64]
+
+_DEGREE: Mapping[str, int] = {"mean": 0, "plane": 1, "quadratic": 2}
+FORMS = (*_DEGREE, "sphere")
+
+NO_CURVATURE = 1e-12
+"""Curvature over height, in half diagonals, below which the rounding of the heights would be taken for a sphere."""
+
+
+@attrs.frozen(eq=False)
+class Form:
+    """The least-squares form of a surface.
+
+    Attributes
+    ----------
+    kind : str
+        One of `FORMS`.
+    heights : array (nx, ny)
+        Its heights at all points, missing ones too [m].
+    radius : float or None
+        Radius of a sphere [m]: positive for a ball, which is highest in the middle, negative for a hollow.
+    """
+
+    kind: str
+    heights: Floats = attrs.field(repr=False)
+    radius: float | None = None
+
+
+def fit_form(heights: Floats, pixel_size: tuple[float, float], kind: str) -> Form:
+    """Fit a form to the points that are not missing, by least squares of the height.
+
+    Parameters
+    ----------
+    heights : array (nx, ny)
+        Heights [m]; NaN where missing.
+    pixel_size : (float, float)
+        Distance between the points along x and y [m].
+    kind : {"mean", "plane", "quadratic", "sphere"}
+        "quadratic" has all six terms of second order; "sphere" has a free centre and radius, so that a tilted ball
+        needs no levelling before. On a profile they are a line, a parabola and a circle.
+
+    Raises
+    ------
+    InputError
+        Another form, too few points for it, or a surface that no sphere fits.
+    """
+    if kind not in FORMS:
+        raise InputError(f"form is {kind!r}; expected one of {', '.join(FORMS)}")
+    narrow = 1 in heights.shape
+    unknowns = {"mean": 1, "plane": 2 if narrow else 3, "quadratic": 3 if narrow else 6, "sphere": 3 if narrow else 4}
+    present = int(np.count_nonzero(np.isfinite(heights)))
+    if present < unknowns[kind]:
+        raise InputError(f"{present} points for a form, {kind}, of {unknowns[kind]} unknowns; expected more points")
+    if kind == "sphere":
+        return _sphere(heights, pixel_size)
+    return Form(kind, _polynomial(heights, _DEGREE[kind]))
+
+
+def _polynomial(heights: Floats, degree: int) -> Floats:
+    """Give the polynomial of a degree in x and y together; Legendre terms, which keep their digits."""
+    from numpy.polynomial import legendre
+
+    present = np.isfinite(heights)
+    terms = [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
+    columns_x = legendre.legvander(_unit(heights.shape[0]), degree)[:, [i for i, _ in terms]]
+    columns_y = legendre.legvander(_unit(heights.shape[1]), degree)[:, [j for _, j in terms]]
+    # sums over all points of the products of two terms, without a column of all points for each term
+    products = [
+        ((columns_x * columns_x[:, [k]]).T @ present.astype(np.float64) * (columns_y * columns_y[:, [k]]).T).sum(axis=1)
+        for k in range(len(terms))
+    ]
+    form = np.zeros(heights.shape)
+    # once more on what is left, so that a surface that is its own form leaves nothing but rounding
+    for _ in range(2):
+        left = np.where(present, heights - form, 0.0)
+        projections = ((columns_x.T @ left) * columns_y.T).sum(axis=1)
+        coefficients = np.linalg.lstsq(np.stack(products), projections, rcond=None)[0]
+        form += (columns_x * coefficients) @ columns_y.T
+    return form
+
+
+def _unit(size: int) -> Floats:
+    return np.linspace(-1.0, 1.0, size) if size > 1 else np.zeros(1)
+
+
+def _sphere(heights: Floats, pixel_size: tuple[float, float]) -> Form:
+    """Give the sphere z = z0 - (1 - √(1 - κ²ρ²))/κ, ρ² = (x-x0)² + (y-y0)², of least squares.
+
+    In lengths of half the diagonal, from the paraboloid of least squares; y0 stays 0 on a profile along x.
+    """
+    from scipy.optimize import least_squares
+
+    present = np.isfinite(heights)
+    axes = [(np.arange(size) - (size - 1) / 2) * pixel for size, pixel in zip(heights.shape, pixel_size, strict=True)]
+    length = float(np.hypot(*(axis[-1] for axis in axes)))
+    x_all, y_all = axes[0][:, None] / length, axes[1][None, :] / length
+    x, y = (np.broadcast_to(axis, heights.shape)[present] for axis in (x_all, y_all))
+    mean = heights[present].mean()
+    z = (heights[present] - mean) / length
+    terms = np.stack([np.ones_like(x), x, y, -(x**2 + y**2) / 2])
+    level, slope_x, slope_y, curvature = np.linalg.lstsq(terms @ terms.T, terms @ z, rcond=None)[0]
+    if not abs(curvature) > NO_CURVATURE * np.abs(z).max(initial=0):
+        raise InputError("no sphere fits a surface that is not curved; expected a ball or a hollow, or the form plane")
+    start = [
+        slope_x / curvature,
+        slope_y / curvature,
+        level + (slope_x**2 + slope_y**2) / (2 * curvature),
+        curvature,
+    ]
+    moving = [index for index in range(4) if not (index < 2 and heights.shape[index] == 1)]
+
+    def unknowns(moved: Floats) -> Floats:
+        values = np.array(start)
+        values[moving] = moved
+        return values
+
+    found = least_squares(
+        lambda moved: _cap(unknowns(moved), x, y)[0] - z,
+        np.array(start)[moving],
+        lambda moved: _cap(unknowns(moved), x, y)[1][moving].T,
+        method="lm",
+        xtol=1e-15,
+        ftol=1e-15,
+        gtol=1e-15,
+    )
+    best = unknowns(found.x)
+    if not np.isfinite(best).all() or abs(best[3]) * np.hypot(x - best[0], y - best[1]).max() >= 1 or best[3] == 0:
+        raise InputError("no sphere fits: the best one does not cover all points; expected a ball or a hollow")
+    return Form("sphere", _cap(best, x_all, y_all)[0] * length + mean, float(length / best[3]))
+
+
+def _cap(unknowns: Floats, x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """Give the heights of a sphere, and their derivatives by x0, y0, z0 and κ."""
+    x0, y0, z0, curvature = unknowns
+    square = (x - x0) ** 2 + (y - y0) ** 2
+    # a step of the search may go beyond the equator, where there is no height; the best fit may not
+    root = np.sqrt(np.maximum(1 - curvature**2 * square, 1e-12))
+    slope = curvature / root
+    gradient = np.stack([slope * (x - x0), slope * (y - y0), np.ones_like(square), -square / (root * (1 + root))])
+    return z0 - curvature * square / (1 + root), gradient

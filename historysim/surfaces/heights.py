@@ -1,0 +1,211 @@
+"""`Surface`: heights on a regular grid, and what can be done with them."""
+
+import math
+from typing import Self
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+
+from historysim.contact.hertz import checked
+from historysim.errors import InputError
+from historysim.surfaces.form import Form, fit_form
+from historysim.surfaces.resampling import resampled
+from historysim.surfaces.statistics import (
+    Autocorrelation,
+    HeightStatistics,
+    PowerSpectralDensity,
+    autocorrelation,
+    height_statistics,
+    power_spectral_density,
+)
+from historysim.surfaces.summits import Summits, find_summits
+
+Floats = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
+
+
+def _heights(values: npt.ArrayLike) -> Floats:
+    try:
+        array = np.asarray(np.ma.getdata(values))
+    except ValueError as error:
+        raise InputError("heights are lists of different lengths; expected an array (nx, ny) in m") from error
+    if array.dtype.kind not in "fiu":
+        raise InputError(f"heights are of type {array.dtype}; expected an array (nx, ny) of numbers in m")
+    heights = np.where(np.ma.getmaskarray(values), np.nan, array.astype(np.float64))
+    if heights.ndim == 1:
+        heights = heights[:, None]
+    if heights.ndim != 2 or heights.size == 0:
+        raise InputError(f"heights have shape {heights.shape}; expected (nx, ny), or (n,) for a profile")
+    if infinite := int(np.isinf(heights).sum()):
+        raise InputError(f"{infinite:,} heights are infinite; expected finite ones, and NaN where they are missing")
+    if np.isnan(heights).all():
+        raise InputError("all heights are missing; expected some that are numbers")
+    heights.flags.writeable = False
+    return heights
+
+
+def pair_of(name: str, values: npt.ArrayLike) -> tuple[float, float]:
+    """Return one positive length for both axes, or one for x and one for y [m].
+
+    Raises
+    ------
+    InputError
+        Anything else.
+    """
+    lengths = checked(name, values, above=0)
+    if lengths.shape not in {(), (1,), (2,)}:
+        raise InputError(f"{name} has shape {lengths.shape}; expected one number, or one for x and one for y")
+    x, y = np.broadcast_to(lengths, 2)
+    return float(x), float(y)
+
+
+@attrs.frozen(eq=False, init=False)
+class Surface:
+    """Heights on a regular grid: axis 0 runs along x, axis 1 along y.
+
+    Parameters
+    ----------
+    heights : array_like (nx, ny)
+        Heights over any datum [m], positive out of the material; NaN, or masked, where they are missing. One
+        dimension alone is a profile along x.
+    pixel_size : float or (float, float)
+        Distance between neighbouring points along x and y [m], > 0; one number stands for both.
+    periodic : bool
+        Whether the surface repeats: the point after the last one is the first.
+
+    Raises
+    ------
+    InputError
+        Heights that are not numbers, infinite or all missing, another shape, or a pixel size out of range.
+    """
+
+    heights: Floats = attrs.field(repr=False)
+    pixel_size: tuple[float, float]
+    periodic: bool
+
+    def __init__(self, heights: npt.ArrayLike, pixel_size: npt.ArrayLike, periodic: bool = False) -> None:
+        self.__attrs_init__(_heights(heights), pair_of("pixel_size", pixel_size), bool(periodic))
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Number of points along x and y."""
+        return self.heights.shape[0], self.heights.shape[1]
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Length of the surface along x and y [m]: points times pixel size."""
+        return self.shape[0] * self.pixel_size[0], self.shape[1] * self.pixel_size[1]
+
+    @property
+    def nominal_area(self) -> float:
+        """Area [m²], that of missing points included."""
+        return self.size[0] * self.size[1]
+
+    @property
+    def missing(self) -> Bools:
+        """Where heights are missing (nx, ny)."""
+        return np.isnan(self.heights)
+
+    def summits(self, rule: int = 9) -> Summits:
+        """Return the summits by the 3-, 5- or 9-point rule; see `find_summits`."""
+        return find_summits(self.heights, self.pixel_size, rule, periodic=self.periodic)
+
+    def statistics(self) -> HeightStatistics:
+        """Return rms height, slopes, curvatures, …; see `height_statistics`."""
+        return height_statistics(self.heights, self.pixel_size, periodic=self.periodic)
+
+    def autocorrelation(self) -> Autocorrelation:
+        """Return the autocorrelation function; see `statistics.autocorrelation`."""
+        return autocorrelation(self.heights, self.pixel_size, periodic=self.periodic)
+
+    def power_spectral_density(self) -> PowerSpectralDensity:
+        """Return the power spectral density; see `statistics.power_spectral_density`."""
+        return power_spectral_density(self.heights, self.pixel_size, periodic=self.periodic)
+
+    def form(self, kind: str) -> Form:
+        """Return the mean height, mean plane, quadratic or sphere of the surface; see `fit_form`."""
+        return fit_form(self.heights, self.pixel_size, kind)
+
+    def detrended(self, form: str = "plane") -> Self:
+        """Return the surface without its form: ``"mean"``, ``"plane"``, ``"quadratic"`` or ``"sphere"``.
+
+        Only without its mean height it stays periodic.
+
+        Raises
+        ------
+        InputError
+            See `fit_form`.
+        """
+        left = self.heights - self.form(form).heights
+        return type(self)(left, self.pixel_size, periodic=self.periodic and form == "mean")
+
+    def scaled(self, rms_height: float) -> Self:
+        """Return the surface with its heights stretched about their mean to an rms height Rq [m].
+
+        Raises
+        ------
+        InputError
+            An rms height that is not > 0, or a surface of constant height.
+        """
+        wanted = float(checked("rms_height", rms_height, above=0))
+        mean = np.nanmean(self.heights)
+        deviation = self.heights - mean
+        greatest = np.nanmax(np.abs(deviation))
+        if greatest == 0:
+            raise InputError("the surface has one height everywhere; expected a rough one to scale")
+        # divided by the greatest first, since squares of nanometres may underflow
+        deviation = deviation / greatest
+        return type(self)(
+            mean + deviation * (wanted / math.sqrt(np.nanmean(deviation**2))), self.pixel_size, self.periodic
+        )
+
+    def mirrored(self) -> Self:
+        """Return the surface with x reversed, as it is seen from behind."""
+        return type(self)(self.heights[::-1], self.pixel_size, self.periodic)
+
+    def __add__(self, other: object) -> Self:
+        """Return the sum of two surfaces, centre over centre; see `combined`."""
+        return self.combined(other) if isinstance(other, Surface) else NotImplemented
+
+    def combined(self, other: "Surface", *, shift: npt.ArrayLike = (0.0, 0.0), rotation: float = 0.0) -> Self:
+        """Return the sum of two surfaces, which touches a flat as the two touch each other.
+
+        Interlocking is neglected, so its asperities slide as if their slopes were small (theory of two rough surfaces
+        by their sum; a lower limit of friction). Both heights count out of their own material. The other surface lies
+        on this one as it is: a map that was measured from its front is to be ``mirrored()`` first.
+
+        Parameters
+        ----------
+        other : Surface
+            The other surface, its centre over the centre of this one.
+        shift : (float, float)
+            How far it is then moved along x and y [m].
+        rotation : float
+            By how much it is turned about its own centre, from x towards y [rad].
+
+        Returns
+        -------
+        Surface
+            On the grid of this surface, missing wherever one of the two is; periodic where both are, with the same
+            lengths, and not turned. Between its points the other surface is interpolated by cubic splines; where the
+            points coincide it is exact.
+
+        Raises
+        ------
+        InputError
+            Surfaces that do not overlap, a profile on a map, or numbers that are not finite.
+        """
+        heights = resampled(
+            other.heights,
+            other.pixel_size,
+            periodic=other.periodic,
+            shape=self.shape,
+            onto=self.pixel_size,
+            shift=shift,
+            rotation=rotation,
+        )
+        if np.isnan(self.heights + heights).all():
+            raise InputError("the two surfaces have no point in common; expected a shift within their lengths")
+        repeats = self.periodic and other.periodic and rotation == 0 and np.allclose(self.size, other.size, rtol=1e-9)
+        return type(self)(self.heights + heights, self.pixel_size, periodic=bool(repeats))

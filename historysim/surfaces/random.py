@@ -1,0 +1,295 @@
+"""Random surfaces of prescribed rms height, autocorrelation, skewness and kurtosis."""
+
+import difflib
+import math
+from numbers import Integral
+from typing import Final, SupportsIndex
+
+import numpy as np
+import numpy.typing as npt
+import scipy.fft
+
+from historysim.contact.hertz import checked
+from historysim.errors import InputError
+from historysim.surfaces.heights import Surface, pair_of
+from historysim.surfaces.johnson import Translation, translation
+from historysim.units import as_float
+
+Floats = npt.NDArray[np.float64]
+
+AUTOCORRELATIONS: Final = ("exponential", "gaussian")
+LEAST_PIXELS: Final = 4
+MOST_PIXELS: Final = 2**28
+# of a non-Gaussian surface's autocorrelation from the prescribed one
+_MOST_DEVIATION: Final = 0.01
+
+# ρ falls to 0.1 at the autocorrelation length
+_DECAY: Final = 2.3
+# Images are summed up to this distance in autocorrelation lengths: each one beyond adds less than exp(-2.3 × 14) =
+# 1e-14, and on the shortest sides allowed, of two lengths, those within are 7 to either side.
+_REACH: Final = 14.0
+_MOST_IMAGES: Final = 7
+# numbers that are worked on at a time, so that they stay in the cache
+_BLOCK: Final = 2**16
+
+
+def random_surface(
+    shape: SupportsIndex | tuple[SupportsIndex, SupportsIndex],
+    pixel_size: npt.ArrayLike,
+    rms_height: float,
+    autocorrelation_length: npt.ArrayLike,
+    *,
+    seed: SupportsIndex,
+    autocorrelation: str = "exponential",
+    skewness: float = 0.0,
+    kurtosis: float = 3.0,
+) -> Surface:
+    """Make a random rough surface that is periodic.
+
+    Its heights have mean 0 and the rms height asked for, but for rounding; autocorrelation, skewness and kurtosis are
+    those of the ensemble of all seeds, from which one surface departs the more, the fewer autocorrelation lengths it
+    spans.
+
+    Parameters
+    ----------
+    shape : int or (int, int)
+        Number of points along x and y, at least 4 and at most 2²⁸ in all; one number makes a square. A shape (n, 1)
+        or (1, n) is a profile.
+    pixel_size : float or (float, float)
+        Distance between neighbouring points along x and y [m], > 0.
+    rms_height : float
+        Rq [m], > 0.
+    autocorrelation_length : float or (float, float)
+        β along x and y [m], where ρ has fallen to 0.1; at least one pixel and at most half the side, except on a
+        side of one pixel, where it does not matter.
+    seed : int
+        Seed of the random numbers, ≥ 0. The same seed makes the same surface bit for bit, whatever the number of
+        threads, with the same versions of numpy and scipy on the same kind of processor.
+    autocorrelation : str
+        ``"exponential"``: ρ = exp(-2.3 √((x/β_x)² + (y/β_y)²)), or ``"gaussian"``:
+        ρ = exp(-2.3 ((x/β_x)² + (y/β_y)²)). That of the surface is ρ summed over all its periodic images.
+    skewness : float
+        Third moment of the heights over Rq³ [1]; negative where valleys are deeper than peaks are high.
+    kurtosis : float
+        Fourth moment of the heights over Rq⁴ [1], 3 for Gaussian heights; more than skewness² + 1, and at most 100.
+
+    Returns
+    -------
+    Surface
+        Periodic, without missing points.
+
+    Raises
+    ------
+    InputError
+        An argument out of its range; a skewness and a kurtosis that no heights have, or none with this
+        autocorrelation.
+
+    Notes
+    -----
+    White noise of PCG64 is filtered with the root of the power spectrum. Hu and Tonder give the noise its skewness
+    and kurtosis before the filter, which averages them away: at β = 20 pixels the noise needs 5.5 times the skewness
+    and 16 times the excess kurtosis of the heights with the exponential ρ, 17 and 270 times with the Gaussian, which
+    no noise can have where the kurtosis of the heights is below 2.8. Here Johnson's translation acts on the filtered
+    heights, so that they are distributed as it says, and the filter is made for the autocorrelation that the
+    translation turns into the prescribed one.
+
+    With the Gaussian ρ and heights far from Gaussian, no filter has that autocorrelation; the nearest is taken where
+    ρ comes out within 0.01.
+
+    Hu and Tonder, *Int. J. Mach. Tools Manuf.* 32 (1992) 83-90; Grigoriu, *Applied Non-Gaussian Processes* (1995).
+    """
+    points = _points(shape)
+    lengths = _in_pixels(points, pair_of("pixel_size", pixel_size), autocorrelation_length)
+    rms = float(checked("rms_height", _number("rms_height", rms_height), above=0))
+    generator = _generator(seed)
+    moments = [_number(*moment) for moment in (("skewness", skewness), ("kurtosis", kurtosis))]
+    translate = translation(*moments)
+    spectrum = _spectrum(_periodic_autocorrelation(points, lengths, _kind(autocorrelation)), points, translate)
+    heights = _filtered(generator.standard_normal(points), np.sqrt(spectrum))
+    _standardise(heights)
+    if translate is not None:
+        _apply(translate, heights)
+        _standardise(heights)
+    heights *= rms
+    return Surface(heights, pixel_size, periodic=True)
+
+
+def _number(name: str, value: float) -> float:
+    number = as_float(value)
+    if not isinstance(number, float):
+        raise InputError(f"{name} is {value!r}; expected one number")
+    return float(checked(name, number))
+
+
+def _integer(value: object) -> bool:
+    return isinstance(value, Integral) and not isinstance(value, bool)
+
+
+def _generator(seed: SupportsIndex) -> np.random.Generator:
+    if not _integer(seed) or int(seed) < 0:
+        raise InputError(
+            f"seed is {seed!r}; expected an integer of 0 or more, such as 1: the same one makes the same surface again"
+        )
+    return np.random.Generator(np.random.PCG64(int(seed)))
+
+
+def _kind(autocorrelation: str) -> str:
+    if isinstance(autocorrelation, str) and autocorrelation in AUTOCORRELATIONS:
+        return autocorrelation
+    close = difflib.get_close_matches(str(autocorrelation).lower(), AUTOCORRELATIONS, n=1)
+    hint = f"did you mean {close[0]!r}? " if close else ""
+    raise InputError(
+        f"autocorrelation is {autocorrelation!r}; {hint}expected one of {', '.join(map(repr, AUTOCORRELATIONS))}"
+    )
+
+
+def _points(shape: SupportsIndex | tuple[SupportsIndex, SupportsIndex]) -> tuple[int, int]:
+    sides = tuple(shape) if isinstance(shape, tuple | list) else (shape, shape)
+    if len(sides) != 2 or not all(_integer(side) and int(side) >= 1 for side in sides):
+        raise InputError(
+            f"shape is {shape!r}; expected the number of points along x and y, integers of 1 or more, such as "
+            "(256, 256)"
+        )
+    points = int(sides[0]), int(sides[1])
+    if not LEAST_PIXELS <= math.prod(points) <= MOST_PIXELS:
+        raise InputError(
+            f"shape is {points[0]} x {points[1]}, {math.prod(points):,} points; expected {LEAST_PIXELS} to "
+            f"{MOST_PIXELS:,} points in all"
+        )
+    return points
+
+
+def _in_pixels(
+    points: tuple[int, int], pixel_size: tuple[float, float], autocorrelation_length: npt.ArrayLike
+) -> tuple[float, float]:
+    """Return β in pixels; 1 on a side of one pixel, where it does not matter."""
+    lengths = pair_of("autocorrelation_length", autocorrelation_length)
+    result = [1.0, 1.0]
+    for i, (axis, n) in enumerate(zip("xy", points, strict=True)):
+        if n == 1:
+            continue
+        result[i] = lengths[i] / pixel_size[i]
+        # β and the side are decimals, whose quotient rounds
+        if not 1 - 1e-12 <= result[i] <= n / 2 * (1 + 1e-12):
+            remedy = "make the pixels smaller" if result[i] < 1 else "take more or larger pixels"
+            raise InputError(
+                f"autocorrelation_length along {axis} is {lengths[i]:g} m on {n} pixels of {pixel_size[i]:g} m; "
+                f"expected from one pixel, {pixel_size[i]:g} m, to half the side, {n * pixel_size[i] / 2:g} m, on "
+                f"this surface that repeats: change it or {remedy}"
+            )
+    return result[0], result[1]
+
+
+# The autocorrelation and the spectrum are even along x and y, so their quadrants x ≥ 0, y ≥ 0 hold all of them.
+
+
+def _periodic_autocorrelation(points: tuple[int, int], lengths: tuple[float, float], kind: str) -> Floats:
+    """Return the quadrant of the autocorrelation, summed over all images and 1 at the origin."""
+    x, images_x = _axis(points[0], lengths[0])
+    y, images_y = _axis(points[1], lengths[1])
+    if kind == "gaussian":
+        total = np.outer(_sum_of_hills(x, images_x), _sum_of_hills(y, images_y))
+    else:
+        total = _sum_of_cones(x, y, images_x, images_y)
+    return np.asarray(total / total[0, 0])
+
+
+def _axis(n: int, length: float) -> tuple[Floats, Floats]:
+    """Return the points of a quadrant and the images of the origin along an axis [β]."""
+    # a side of one pixel does not repeat, for along it the surface is constant
+    images = np.arange(-_MOST_IMAGES, _MOST_IMAGES + 1) * n if n > 1 else np.zeros(1)
+    return np.arange(n // 2 + 1) / length, images / length
+
+
+def _sum_of_hills(along: Floats, images: Floats) -> Floats:
+    return np.asarray(np.exp(-_DECAY * np.subtract.outer(along, images) ** 2).sum(axis=1))
+
+
+def _sum_of_cones(x: Floats, y: Floats, images_x: Floats, images_y: Floats) -> Floats:
+    """Return Σ exp(-2.3 r) over the distances r from all images that matter anywhere in the quadrant."""
+    gap_x, gap_y = (
+        np.maximum(0, np.maximum(images - along[-1], -images)) for along, images in ((x, images_x), (y, images_y))
+    )
+    i, j = np.nonzero(np.hypot.outer(gap_x, gap_y) < _REACH)
+    across = np.subtract.outer(images_y[j], y) ** 2
+    total = np.empty((x.size, y.size))
+    rows = max(1, _BLOCK // across.size)
+    for start in range(0, x.size, rows):
+        along = np.subtract.outer(x[start : start + rows], images_x[i]) ** 2
+        distance = np.sqrt(along[:, :, None] + across)
+        total[start : start + rows] = np.exp(-_DECAY * distance).sum(axis=1)
+    return total
+
+
+def _cosine_sums(quadrant: Floats, points: tuple[int, int]) -> Floats:
+    """Return the quadrant of the discrete Fourier transform of what a quadrant stands for."""
+    for axis in (1, 0):
+        n = points[axis]
+        whole = quadrant.take(np.minimum(np.arange(n), n - np.arange(n)), axis)
+        quadrant = scipy.fft.rfft(whole, axis=axis).real
+    return quadrant
+
+
+def _spectrum(autocorrelation: Floats, points: tuple[int, int], translate: Translation | None) -> Floats:
+    """Return the quadrant of the power spectrum of the Gaussian heights.
+
+    Parameters
+    ----------
+    autocorrelation : array (nx // 2 + 1, ny // 2 + 1)
+        That of the translated heights.
+    points : (int, int)
+        Shape of the surface.
+    translate : Translation or None
+        None leaves the heights Gaussian.
+
+    Raises
+    ------
+    InputError
+        No Gaussian heights translate into ones with this autocorrelation, not even nearly.
+    """
+    if translate is None:
+        return _without_rounding(_cosine_sums(autocorrelation, points))
+    translated, normal = translate.correlations()
+    spectrum = _cosine_sums(normal(autocorrelation), points)
+    possible = _without_rounding(spectrum)
+    if spectrum.min() < 0:
+        made = _cosine_sums(possible, points)
+        deviation = float(np.abs(translated(made / made[0, 0]) - autocorrelation).max())
+        if deviation > _MOST_DEVIATION:
+            raise InputError(
+                f"heights of this skewness and kurtosis cannot have this autocorrelation: it would be off by "
+                f"{deviation:.2g} where {_MOST_DEVIATION:g} is tolerated; bring the skewness closer to 0 and the "
+                "kurtosis closer to 3, or choose the exponential autocorrelation"
+            )
+    return possible
+
+
+def _without_rounding(spectrum: Floats) -> Floats:
+    """Return the spectrum with 0 where it is negative, or so small that it is a rounding error of the transform."""
+    # white noise at that level would hide the curvature of smooth surfaces
+    floor = 100 * np.finfo(float).eps * math.sqrt(np.mean(np.square(spectrum)))
+    return np.where(spectrum > floor, spectrum, 0.0)
+
+
+def _filtered(noise: Floats, amplitude: Floats) -> Floats:
+    """Return noise filtered with an amplitude response, of which the quadrant is given."""
+    points = noise.shape
+    rows = amplitude.shape[0]
+    transform = scipy.fft.rfft2(noise)
+    transform[:rows] *= amplitude
+    transform[rows:] *= amplitude[1 : points[0] - rows + 1][::-1]
+    filtered: Floats = scipy.fft.irfft2(transform, s=points, overwrite_x=True)
+    return filtered
+
+
+def _standardise(heights: Floats) -> None:
+    """Give heights mean 0 and rms 1, in place."""
+    heights -= heights.mean()
+    heights /= math.sqrt(np.mean(np.square(heights)))
+
+
+def _apply(translate: Translation, heights: Floats) -> None:
+    """Translate heights in place."""
+    row = heights.reshape(-1)
+    for start in range(0, row.size, _BLOCK):
+        row[start : start + _BLOCK] = translate(row[start : start + _BLOCK])

@@ -1,0 +1,408 @@
+import math
+import time
+import tracemalloc
+
+import numpy as np
+import pytest
+import scipy.fft
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import johnsonsb, johnsonsu, norm
+
+from historysim.errors import InputError
+from historysim.surfaces.heights import Surface
+from historysim.surfaces.johnson import translation
+from historysim.surfaces.random import MOST_PIXELS, _periodic_autocorrelation, _spectrum, random_surface
+
+EPS = np.finfo(float).eps
+
+
+def prescribed(shape, lengths, kind="exponential"):
+    # ρ summed over images one by one, as it is written, with lengths in pixels; none along a side of one pixel
+    total = np.zeros(shape)
+    i, j = np.ogrid[: shape[0], : shape[1]]
+    reach = [0 if n == 1 else 3 + math.ceil(16 * length / n) for n, length in zip(shape, lengths, strict=True)]
+    for mx in range(-reach[0], reach[0] + 1):
+        for my in range(-reach[1], reach[1] + 1):
+            square = ((i - mx * shape[0]) / lengths[0]) ** 2 + ((j - my * shape[1]) / lengths[1]) ** 2
+            total += np.exp(-2.3 * (square if kind == "gaussian" else np.sqrt(square)))
+    return total / total[0, 0]
+
+
+def of_mean_zero(autocorrelation):
+    # heights without their mean lose the mean of the autocorrelation
+    left = autocorrelation - autocorrelation.mean()
+    return left / left[0, 0]
+
+
+def sample_autocorrelation(heights):
+    power = np.abs(np.fft.fft2(heights)) ** 2
+    return np.fft.ifft2(power).real / power.sum() * heights.size
+
+
+def make(shape, lengths, seed, kind="exponential", **moments):
+    return random_surface(shape, 1.0, 1.0, lengths, seed=seed, autocorrelation=kind, **moments).heights
+
+
+def whole(quadrant, shape):
+    i, j = (np.minimum(np.arange(n), n - np.arange(n)) for n in shape)
+    return quadrant[np.ix_(i, j)]
+
+
+def lags(shape, lengths):
+    """Lags along the axes and the diagonals, out to three autocorrelation lengths."""
+    steps = [
+        np.unique(np.linspace(1, min(3 * length, n // 2), 12).astype(int))
+        for n, length in zip(shape, lengths, strict=True)
+    ]
+    along_x, along_y = ([(s, 0) for s in steps[0]], [(0, s) for s in steps[1]])
+    if shape[1] == 1:
+        return tuple(np.transpose(along_x))
+    diagonal = [(s, sign * t) for s, t in zip(*steps, strict=False) for sign in (-1, 1)]
+    return tuple(np.transpose(along_x + along_y + diagonal))
+
+
+def assert_ensemble_has(expected, samples, independent):
+    # Five standard errors, from the scatter of the seeds; and the bias of dividing by the variance of the sample,
+    # which is 2 / independent off, of the order of the relative variance 2 / independent itself.
+    samples = np.asarray(samples)
+    error = samples.std(axis=0, ddof=1) / math.sqrt(len(samples))
+    off = np.abs(samples.mean(axis=0) - expected)
+    assert np.all(off <= 5 * error + 4 / independent), (off / error).max()
+    assert error.max() < 0.02
+
+
+def assert_flat(powers, expected, independent):
+    # |H|²/S of a mode is exponential, of variance 1 (2 for the few real ones), and its mean over the seeds Gamma; by
+    # tenths of the modes in the order of S. Dividing by the variance of the sample moves all modes of a seed together.
+    seeds = len(powers)
+    ratios = np.mean(powers, axis=0)[np.argsort(expected)] / np.sort(expected)
+    for part in np.array_split(ratios, 10):
+        error = math.sqrt(1.1 / (seeds * part.size)) + math.sqrt(2 / (seeds * independent))
+        assert np.mean(part) == pytest.approx(1, abs=5 * error)
+        assert error < 0.03
+    # the variance of a Gamma variate's variance over n modes is (2 + 6/seeds)/n of its square
+    error = math.sqrt((2 + 6 / seeds) / ratios.size) + 2 / math.sqrt(independent)
+    assert np.var(ratios) == pytest.approx(1 / seeds, rel=5 * error)
+
+
+@pytest.mark.parametrize(
+    ("shape", "lengths", "kind"),
+    [
+        ((160, 160), (8.0, 8.0), "exponential"),
+        ((160, 160), (8.0, 8.0), "gaussian"),
+        ((256, 120), (20.0, 5.0), "exponential"),
+        ((100, 255), (4.0, 12.0), "gaussian"),
+        ((30000, 1), (25.0, 1.0), "exponential"),
+        ((30000, 1), (25.0, 1.0), "gaussian"),
+    ],
+)
+def test_autocorrelation_and_spectrum_of_the_ensemble(shape, lengths, kind):
+    at = lags(shape, lengths)
+    rho = prescribed(shape, lengths, kind)
+    independent = rho.size / np.sum(rho**2)
+    expected = np.fft.fft2(of_mean_zero(rho)).real
+    # of each pair of modes one, and none where the spectrum is small enough for rounding errors
+    wanted = expected > 1e-6 * expected.max()
+    wanted[:, shape[1] // 2 + 1 :] = False
+    wanted[shape[0] // 2 + 1 :, 0] = False
+    autocorrelations, powers = [], []
+    for seed in range(24):
+        heights = make(shape, lengths, seed, kind)
+        autocorrelations.append(sample_autocorrelation(heights)[at])
+        powers.append(np.abs(np.fft.fft2(heights)[wanted]) ** 2 / heights.size)
+    assert_ensemble_has(of_mean_zero(rho)[at], autocorrelations, independent)
+    assert_flat(powers, expected[wanted], independent)
+
+
+@pytest.mark.parametrize("kind", ["exponential", "gaussian"])
+@pytest.mark.parametrize(
+    ("shape", "lengths"),
+    [((16, 16), (4.0, 4.0)), ((9, 14), (4.5, 1.0)), ((21, 2), (3.0, 1.0)), ((64, 63), (1.5, 31.5)), ((50, 1), (25, 1))],
+)
+def test_heights_are_white_noise_filtered_for_the_autocorrelation(shape, lengths, kind):
+    noise = np.random.Generator(np.random.PCG64(7)).standard_normal(shape)
+    spectrum = np.maximum(np.fft.fft2(prescribed(shape, lengths, kind)).real, 0)
+    expected = np.fft.ifft2(np.fft.fft2(noise) * np.sqrt(spectrum)).real
+    expected -= expected.mean()
+    # rounding errors of the spectrum, some EPS of its sum, come under the root
+    np.testing.assert_allclose(make(shape, lengths, 7, kind), expected / expected.std(), rtol=0, atol=1e-6)
+
+
+def test_non_gaussian_heights_are_translated_one_by_one():
+    shape, lengths = (300, 230), (8.0, 5.0)
+    translate = translation(-1, 5)
+    spectrum = whole(_spectrum(_periodic_autocorrelation(shape, lengths, "exponential"), shape, translate), shape)
+    noise = np.random.Generator(np.random.PCG64(7)).standard_normal(shape)
+    gaussian = np.fft.ifft2(np.fft.fft2(noise) * np.sqrt(spectrum)).real
+    expected = translate((gaussian - gaussian.mean()) / gaussian.std())
+    expected = (expected - expected.mean()) / expected.std()
+    np.testing.assert_allclose(make(shape, lengths, 7, skewness=-1, kurtosis=5), expected, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["exponential", "gaussian"])
+@pytest.mark.parametrize(
+    ("shape", "lengths"),
+    [((4, 4), (2.0, 2.0)), ((64, 64), (32.0, 3.0)), ((33, 20), (1.0, 10.0)), ((1, 31), (1.0, 9.0)), ((2, 3), (1, 1.5))],
+)
+def test_autocorrelation_is_summed_over_all_images(shape, lengths, kind):
+    quadrant = _periodic_autocorrelation(shape, lengths, kind)
+    # some hundred images beyond 14 lengths are left out, each less than exp(-2.3 × 14) = 1e-14
+    np.testing.assert_allclose(whole(quadrant, shape), prescribed(shape, lengths, kind), rtol=0, atol=1e-12)
+
+
+def test_spectrum_of_profiles_in_closed_form():
+    n, length = 500, 40.0
+    k = 2 * np.pi * np.arange(n // 2 + 1) / n
+    # exponential: a geometric series; its smallest value is a/2 = 0.03
+    a = 2.3 / length
+    geometric = math.sinh(a) / (math.cosh(a) - np.cos(k))
+    made = _spectrum(_periodic_autocorrelation((n, 1), (length, 1), "exponential"), (n, 1), None)[:, 0]
+    np.testing.assert_allclose(made / made[0], geometric / geometric[0], rtol=1e-10)
+    # Gaussian: a Gaussian, to rounding errors of its sum √(π/2.3) β = 47
+    made = _spectrum(_periodic_autocorrelation((n, 1), (length, 1), "gaussian"), (n, 1), None)[:, 0]
+    np.testing.assert_allclose(made / made[0], np.exp(-(k**2) * length**2 / 9.2), rtol=0, atol=1e-13)
+
+
+def test_smooth_surfaces_are_not_roughened_by_rounding():
+    # ρ'''' = 12 (2.3/β²)², of which a sample of two lengths has its share of order 1; the rounding of the spectrum
+    # would add a second difference of √6 √(EPS √(Σ ρ²)) = 5e-7 where this one is 7e-9
+    n, length = 2**16, 2.0**15
+    expected = math.sqrt(12) * 2.3 / length**2
+    for seed in range(3):
+        heights = make((n, 1), length, seed, "gaussian")[:, 0]
+        second = np.roll(heights, 1) - 2 * heights + np.roll(heights, -1)
+        assert 0.1 * expected < second.std() < 3 * expected
+
+
+@pytest.mark.parametrize(("skewness", "kurtosis"), [(-1.0, 5.0), (0.0, 1.8), (1.5, 8.0), (0.8, 2.6)])
+def test_autocorrelation_and_distribution_of_non_gaussian_ensembles(skewness, kurtosis):
+    shape, lengths = (200, 200), (5.0, 5.0)
+    at = lags(shape, lengths)
+    rho = prescribed(shape, lengths)
+    independent = rho.size / np.sum(rho**2)
+    fitted = translation(skewness, kurtosis)
+    # κ = e^(2γ/δ) of SU and e^(-γ/δ) of SB; mirroring changes the sign of γ
+    gamma = math.log(fitted.kappa) / fitted.sharpness * (-1 if fitted.bounded else 0.5)
+    law = (johnsonsb if fitted.bounded else johnsonsu)(-gamma if fitted.mirrored else gamma, 1 / fitted.sharpness)
+    chances = np.array([0.01, 0.1, 0.3, 0.5, 0.7, 0.9, 0.99])
+    levels = (law.ppf(chances) - law.mean()) / law.std()
+    autocorrelations, moments, shares = [], [], []
+    for seed in range(24):
+        heights = make(shape, lengths, seed, skewness=skewness, kurtosis=kurtosis)
+        autocorrelations.append(sample_autocorrelation(heights)[at])
+        moments.append([np.mean(heights**3), np.mean(heights**4)])
+        shares.append([np.mean(heights < level) for level in levels])
+    assert_ensemble_has(of_mean_zero(rho)[at], autocorrelations, independent)
+    # the bias of making mean and rms those of the sample is of the order of their variance, 2 / independent
+    for samples, expected, bias in ((moments, (skewness, kurtosis), 4 * kurtosis**1.5), (shares, chances, 3)):
+        error = np.std(samples, axis=0, ddof=1) / math.sqrt(24)
+        assert np.all(np.abs(np.mean(samples, axis=0) - expected) < 5 * error + bias / independent)
+        assert np.all(error < 0.03 * np.max(expected))
+
+
+@pytest.mark.parametrize(
+    ("skewness", "kurtosis", "kind", "tolerance"),
+    # 0.01 is tolerated where the spectrum would be negative
+    [
+        (-1, 5, "exponential", 1e-8),
+        (0, 1.8, "exponential", 1e-8),
+        (1, 12, "exponential", 1e-8),
+        (-1, 5, "gaussian", 1e-2),
+    ],
+)
+def test_gaussian_heights_translate_to_the_prescribed_autocorrelation(skewness, kurtosis, kind, tolerance):
+    shape, lengths = (40, 24), (9.0, 4.0)
+    translate = translation(skewness, kurtosis)
+    spectrum = _spectrum(_periodic_autocorrelation(shape, lengths, kind), shape, translate)
+    gaussian = np.fft.ifft2(whole(spectrum, shape)).real
+    gaussian /= gaussian[0, 0]
+    # E T(z1) T(z2) by the trapezoidal rule over independent normals
+    u = np.arange(-9, 9, 0.05)
+    weights = 0.05 * norm.pdf(u)
+    values = translate(u) - weights @ translate(u)
+    values /= math.sqrt(weights @ values**2)
+    translated = []
+    for rho in gaussian[:6, :5].ravel()[1:]:
+        mixed = rho * u[:, None] + math.sqrt(1 - rho**2) * u
+        translated.append(
+            weights
+            * values
+            @ translate(mixed)
+            @ weights
+            / math.sqrt(weights @ translate(u) ** 2 - (weights @ translate(u)) ** 2)
+        )
+    expected = prescribed(shape, lengths, kind)[:6, :5].ravel()[1:]
+    np.testing.assert_allclose(translated, expected, rtol=0, atol=tolerance)
+
+
+def test_moments_that_a_smooth_autocorrelation_excludes():
+    with pytest.raises(InputError, match=r"off by 0.0\d+ where 0.01 is tolerated; .* or choose the exponential"):
+        make((64, 64), 10.0, 1, "gaussian", kurtosis=1.3)
+    make((64, 64), 10.0, 1, "exponential", kurtosis=1.3)
+
+
+@given(
+    st.tuples(st.integers(2, 40), st.integers(2, 40)),
+    st.tuples(st.floats(0, 1), st.floats(0, 1)),
+    st.floats(1e-9, 1e3),
+    st.tuples(st.floats(1e-9, 1e3), st.floats(1e-9, 1e3)),
+    st.sampled_from(["exponential", "gaussian"]),
+    st.integers(0, 2**70),
+)
+def test_rms_height_is_exact_and_the_mean_zero(shape, fractions, rms_height, pixel_size, kind, seed):
+    pixels = [1 + fraction * (n / 2 - 1) for fraction, n in zip(fractions, shape, strict=True)]
+    lengths = tuple(length * size for length, size in zip(pixels, pixel_size, strict=True))
+    surface = random_surface(shape, pixel_size, rms_height, lengths, seed=seed, autocorrelation=kind)
+    heights = surface.heights
+    assert heights.shape == surface.shape == shape
+    assert surface.pixel_size == pixel_size
+    square = math.fsum((heights**2).ravel()) / heights.size
+    assert math.sqrt(square) == pytest.approx(rms_height, rel=8 * EPS)
+    # heights within some 5 Rq are off by EPS each, and so is their mean when it is taken off
+    assert abs(math.fsum(heights.ravel())) / heights.size <= 8 * EPS * rms_height
+
+
+def test_rms_height_of_non_gaussian_heights_is_exact():
+    heights = random_surface(100, 1e-6, 2e-7, 6e-6, seed=3, skewness=-1.5, kurtosis=7).heights
+    assert math.sqrt(math.fsum((heights**2).ravel()) / heights.size) == pytest.approx(2e-7, rel=8 * EPS)
+    assert abs(math.fsum(heights.ravel())) / heights.size <= 8 * EPS * 2e-7
+
+
+@pytest.mark.parametrize("moments", [{}, {"skewness": -1.0, "kurtosis": 5.0}])
+def test_seeds_reproduce_bit_for_bit_whatever_the_number_of_threads(moments):
+    first = make((150, 131), 9.0, 5, **moments)
+    assert np.array_equal(make((150, 131), 9.0, np.int64(5), **moments), first)
+    for workers in (2, 3):
+        with scipy.fft.set_workers(workers):
+            assert np.array_equal(make((150, 131), 9.0, 5, **moments), first)
+    other = make((150, 131), 9.0, 6, **moments)
+    # two independent surfaces correlate as 1/√(points / Σ ρ²)
+    assert abs(np.mean(first * other)) < 5 * math.sqrt(0.3 * 81 / first.size)
+
+
+def test_lengths_count_in_pixels_along_each_axis():
+    first = random_surface((48, 64), (1e-6, 2e-6), 1.0, 20e-6, seed=4)
+    np.testing.assert_allclose(first.heights, make((48, 64), (20.0, 10.0), 4), rtol=0, atol=1e-12)
+    assert first.pixel_size == (1e-6, 2e-6)
+
+
+def test_rms_height_scales_one_surface():
+    one, four = (random_surface(32, 1e-6, rms, 5e-6, seed=1).heights for rms in (1e-6, 4e-6))
+    assert np.array_equal(4 * one, four)
+
+
+def test_profiles_along_either_axis():
+    along_x = make((300, 1), (12.0, 1e9), 2)
+    np.testing.assert_allclose(make((1, 300), (1e-9, 12.0), 2), along_x.T, rtol=0, atol=1e-12)
+    assert random_surface((300, 1), 1.0, 1.0, 12.0, seed=2).shape == (300, 1)
+
+
+def test_surfaces_repeat():
+    # 2 (1 - ρ(1)) across the seams as between any neighbours, from 64 points over 40 seeds
+    made = [make((64, 64), 8.0, seed) for seed in range(40)]
+    expected = 2 * (1 - of_mean_zero(prescribed((64, 64), (8.0, 8.0)))[0, 1])
+    for axis in (0, 1):
+        seams = [np.mean((heights.take(0, axis) - heights.take(-1, axis)) ** 2) for heights in made]
+        error = np.std(seams, ddof=1) / math.sqrt(len(seams))
+        assert np.mean(seams) == pytest.approx(expected, abs=5 * error)
+        assert error < 0.05 * expected
+
+
+def test_result_is_a_periodic_surface_without_missing_points():
+    surface = random_surface(shape=(256, 256), pixel_size=1e-6, rms_height=1e-6, autocorrelation_length=20e-6, seed=1)
+    assert isinstance(surface, Surface)
+    assert surface.periodic
+    assert not surface.missing.any()
+    assert random_surface(8, 1e-6, 1e-6, 2e-6, seed=0).shape == (8, 8)
+
+
+GOOD = {"shape": (8, 8), "pixel_size": 1e-6, "rms_height": 1e-6, "autocorrelation_length": 3e-6, "seed": 1}
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"shape": (8, 8, 8)}, r"shape is \(8, 8, 8\); expected the number of points along x and y"),
+        ({"shape": (8.0, 8)}, "integers of 1 or more"),
+        ({"shape": (0, 8)}, "integers of 1 or more"),
+        ({"shape": True}, "shape is True"),
+        ({"shape": None}, "shape is None"),
+        ({"shape": "88"}, "shape is '88'"),
+        ({"shape": (3, 1)}, "shape is 3 x 1, 3 points; expected 4 to 268,435,456 points"),
+        ({"shape": (2**15, 2**14)}, "shape is 32768 x 16384, 536,870,912 points"),
+        ({"pixel_size": 0}, "pixel_size is 0; expected a finite number greater than 0"),
+        ({"pixel_size": (1, 2, 3)}, "pixel_size has shape"),
+        ({"rms_height": -1e-6}, "rms_height is -1e-06; expected a finite number greater than 0"),
+        ({"rms_height": 0}, "rms_height is 0"),
+        ({"rms_height": [1e-6, 2e-6]}, r"rms_height is \[1e-06, 2e-06\]; expected one number"),
+        ({"rms_height": math.nan}, "rms_height is nan"),
+        ({"rms_height": True}, "rms_height is True; expected one number"),
+        ({"rms_height": "1 µm"}, "rms_height is '1 µm'; expected one number"),
+        ({"autocorrelation_length": math.inf}, "autocorrelation_length is inf"),
+        (
+            {"autocorrelation_length": (3e-6, 4.1e-6)},
+            "along y is 4.1e-06 m on 8 pixels of 1e-06 m; expected from one pixel, 1e-06 m, to half the side, 4e-06 m",
+        ),
+        ({"autocorrelation_length": (0.9e-6, 3e-6)}, "along x is 9e-07 m .* change it or make the pixels smaller"),
+        ({"autocorrelation_length": 1e300, "pixel_size": 1e-300}, "along x is 1e\\+300 m"),
+        ({"seed": -1}, "seed is -1; expected an integer of 0 or more, such as 1"),
+        ({"seed": 1.0}, "seed is 1.0"),
+        ({"seed": True}, "seed is True"),
+        ({"seed": None}, "seed is None"),
+        ({"seed": "1"}, "seed is '1'"),
+        ({"autocorrelation": "Gauss"}, "autocorrelation is 'Gauss'; did you mean 'gaussian'\\? expected one of 'expon"),
+        ({"autocorrelation": None}, "autocorrelation is None; expected one of 'exponential', 'gaussian'"),
+        ({"skewness": math.nan}, "skewness is nan; expected a finite number"),
+        ({"kurtosis": None}, "kurtosis is None; expected one number"),
+        ({"skewness": 2, "kurtosis": 4.9}, "no heights have a kurtosis below"),
+    ],
+)
+def test_arguments_out_of_range(wrong, message):
+    with pytest.raises(InputError, match=message):
+        random_surface(**(GOOD | wrong))
+
+
+def test_limits_that_are_decimals_are_allowed():
+    # in floats 20e-6 / 1e-6 is more than 20, and 0.3 / (3 × 0.1) less than 1
+    assert 20e-6 / 1e-6 > 20
+    assert 0.3 / (3 * 0.1) < 1
+    random_surface((40, 6), (1e-6, 1e-7), 1e-6, (20e-6, 3e-7), seed=1)
+    random_surface((6, 6), 3 * 0.1, 1e-6, 0.3, seed=1)
+    assert MOST_PIXELS >= 4096**2
+
+
+@settings(max_examples=50)
+@given(
+    st.tuples(st.integers(-1, 12), st.integers(-1, 12)),
+    st.floats(),
+    st.floats(),
+    st.floats(),
+    st.integers(-2, 5),
+    st.floats(-3, 3),
+    st.floats(0, 20),
+)
+def test_any_numbers_make_a_surface_or_an_input_error(shape, pixel_size, rms_height, length, seed, skewness, kurtosis):
+    try:
+        surface = random_surface(shape, pixel_size, rms_height, length, seed=seed, skewness=skewness, kurtosis=kurtosis)
+    except InputError:
+        return
+    assert np.isfinite(surface.heights).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "options",
+    [{}, {"autocorrelation": "gaussian"}, {"skewness": -1.0, "kurtosis": 5.0}, {"autocorrelation_length": 2e-3}],
+)
+def test_4096_square_takes_seconds_and_moderate_memory(options):
+    arguments = {"autocorrelation_length": 20e-6} | options
+    tracemalloc.start()
+    started = time.perf_counter()
+    surface = random_surface(4096, 1e-6, 1e-6, seed=1, **arguments)
+    elapsed = time.perf_counter() - started
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert surface.heights.shape == (4096, 4096)
+    assert elapsed < 20
+    assert peak < 1.2e9

@@ -1,0 +1,453 @@
+import math
+from functools import partial
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as npst
+from scipy.interpolate import CubicSpline
+
+from historysim.errors import InputError
+from historysim.surfaces.resampling import COINCIDENT, resampled
+
+EPS = np.finfo(float).eps
+PX, PY = 2e-6, 0.7e-6
+BORDER = pytest.mark.xfail(
+    strict=True, reason="splines that are level at the border bend a slope there by 0.16 pixels' rise"
+)
+FILLED = pytest.mark.xfail(
+    strict=True,
+    reason="the nearest heights in place of missing ones bend a slope beside them by up to 0.3 pixels' rise",
+)
+SEVERAL = pytest.mark.xfail(strict=True, raises=TypeError, reason="several rotations end in a traceback of numpy")
+
+
+def onto_itself(heights, **how):
+    how = {"pixel_size": (PX, PY), "periodic": False} | how
+    pixel = how.pop("pixel_size")
+    return resampled(heights, pixel, **({"shape": heights.shape, "onto": pixel} | how))
+
+
+def centred(shape, pixel=(PX, PY)):
+    x, y = ((np.arange(n) - (n - 1) / 2) * p for n, p in zip(shape, pixel, strict=True))
+    return x[:, None], y[None, :]
+
+
+def noise(shape, seed=0, missing=0.0):
+    rng = np.random.default_rng(seed)
+    heights = rng.standard_normal(shape)
+    return np.where(rng.random(shape) < missing, math.nan, heights)
+
+
+def moved(heights, steps):
+    """Give a map moved by whole pixels along x and y: what was at 0 is at the step now, and NaN came in."""
+    out = np.full(heights.shape, math.nan)
+    for i, j in np.ndindex(heights.shape):
+        a, b = i - steps[0], j - steps[1]
+        if 0 <= a < heights.shape[0] and 0 <= b < heights.shape[1]:
+            out[i, j] = heights[a, b]
+    return out
+
+
+# --- points that coincide ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+@pytest.mark.parametrize("shape", [(1, 1), (2, 2), (3, 5), (7, 1), (1, 4), (20, 31)])
+def test_a_map_on_its_own_grid_is_itself(shape, periodic):
+    heights = noise(shape, missing=0.3)
+    np.testing.assert_array_equal(onto_itself(heights, periodic=periodic), heights)
+
+
+shapes = st.tuples(st.integers(2, 8), st.integers(2, 8))
+steps = st.tuples(st.integers(-9, 9), st.integers(-9, 9))
+
+
+@given(st.integers(0, 10**6), shapes, steps, st.floats(1e-10, 1e10), st.floats(1e-10, 1e10))
+def test_whole_pixels_move_the_heights_exactly(seed, shape, steps, px, py):
+    heights = noise(shape, seed, missing=0.2)
+    shift = steps[0] * px, steps[1] * py
+    found = onto_itself(heights, pixel_size=(px, py), shift=shift)
+    np.testing.assert_array_equal(found, moved(heights, steps))
+    found = onto_itself(heights, pixel_size=(px, py), shift=shift, periodic=True)
+    np.testing.assert_array_equal(found, np.roll(heights, steps, (0, 1)))
+
+
+@pytest.mark.parametrize("size", [2, 3, 4, 7, 30])
+@pytest.mark.parametrize("quarters", [-5, -1, 1, 2, 3, 4])
+def test_quarter_turns_from_x_towards_y_are_those_of_numpy(quarters, size):
+    # np.rot90 turns from the first axis towards the second one, and these are x and y
+    heights = noise((size, size), missing=0.2)
+    for periodic in (False, True):
+        found = onto_itself(heights, pixel_size=(PX, PX), rotation=quarters * np.pi / 2, periodic=periodic)
+        np.testing.assert_array_equal(found, np.rot90(heights, quarters))
+
+
+@pytest.mark.parametrize("quarters", [-1, 1, 3])
+@pytest.mark.parametrize("shape", [(4, 6), (5, 3), (2, 7)])
+def test_quarter_turns_of_a_map_that_is_not_square(shape, quarters):
+    heights = noise(shape, missing=0.2)
+    found = resampled(
+        heights, (PX, PY), periodic=False, shape=shape[::-1], onto=(PY, PX), rotation=quarters * np.pi / 2
+    )
+    np.testing.assert_array_equal(found, np.rot90(heights, quarters))
+
+
+def test_turned_first_and_moved_then():
+    heights = noise((5, 5), missing=0.1)
+    found = onto_itself(heights, pixel_size=(PX, PX), rotation=np.pi / 2, shift=(2 * PX, -PX))
+    np.testing.assert_array_equal(found, moved(np.rot90(heights), (2, -1)))
+
+
+def test_places_within_a_billionth_of_a_pixel_coincide():
+    heights = noise((6, 7), missing=0.2)
+    near = 0.9e-9
+    np.testing.assert_array_equal(onto_itself(heights, shift=(near * PX, -near * PY)), heights)
+    np.testing.assert_array_equal(onto_itself(heights, shift=(near * PX, -near * PY), periodic=True), heights)
+    # beyond it the border is left, and missing points count on both sides
+    beyond = onto_itself(heights, shift=(1e-7 * PX, 0))
+    assert np.isnan(beyond[0]).all()
+    assert np.isnan(beyond).sum() > np.isnan(heights).sum() + 4
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+def test_a_grid_twice_as_fine_has_every_other_height(periodic):
+    heights = noise((9, 6))
+    found = resampled(heights, (PX, PY), periodic=periodic, shape=(17, 11), onto=(PX / 2, PY / 2))
+    # by splines, whose coefficients are rounded
+    np.testing.assert_allclose(found[::2, ::2], heights, rtol=0, atol=50 * EPS)
+
+
+def test_a_grid_twice_as_coarse_skips_heights_exactly():
+    heights = noise((9, 5), missing=0.1)
+    found = resampled(heights, (PX, PY), periodic=False, shape=(5, 3), onto=(2 * PX, 2 * PY))
+    np.testing.assert_array_equal(found, heights[::2, ::2])
+
+
+# --- where the other grid lies ----------------------------------------------------------------------------------
+
+
+def test_the_centres_lie_on_each_other():
+    heights = noise((4, 5))
+    larger = resampled(heights, (PX, PY), periodic=False, shape=(8, 9), onto=(PX, PY))
+    np.testing.assert_array_equal(larger[2:6, 2:7], heights)
+    assert np.isfinite(larger).sum() == heights.size
+    smaller = resampled(heights, (PX, PY), periodic=False, shape=(2, 3), onto=(PX, PY))
+    np.testing.assert_array_equal(smaller, heights[1:3, 1:4])
+
+
+@pytest.mark.parametrize(("rotation", "shift"), [(0.0, (0.3, -1.4)), (0.4, (0.0, 0.0)), (-2.5, (1.3, 0.9))])
+def test_just_the_points_over_the_map_have_heights(rotation, shift):
+    shape, pixel, onto, points = (9, 14), (1.0, 0.5), (0.37, 0.41), (40, 30)
+    found = resampled(np.zeros(shape), pixel, periodic=False, shape=points, onto=onto, rotation=rotation, shift=shift)
+    x, y = centred(points, onto)
+    # back by the shift, then by the angle: the place on the map
+    place = ((x - shift[0]) + 1j * (y - shift[1])) * np.exp(-1j * rotation)
+    over = (np.abs(place.real) <= 4.0) & (np.abs(place.imag) <= 6.5 * 0.5)
+    assert 0.2 < over.mean() < 0.9
+    np.testing.assert_array_equal(np.isfinite(found), over)
+    np.testing.assert_allclose(found[over], 0, atol=1e-15)
+
+
+def test_no_overlap():
+    assert np.isnan(onto_itself(noise((5, 5)), shift=(6 * PX, 0))).all()
+    assert np.isnan(onto_itself(noise((5, 5)), shift=(0, -4.2 * PY))).all()
+    assert np.isfinite(onto_itself(noise((5, 5)), shift=(600.3 * PX, 7.5 * PY), periodic=True)).all()
+
+
+def hill(x, y, at=(0.0, 0.0), width=1.0):
+    return np.exp(-((x - at[0]) ** 2 + (y - at[1]) ** 2) / (2 * width**2))
+
+
+@pytest.mark.parametrize("angle", [0.0, np.pi / 6, -1.0, 2.7])
+@pytest.mark.parametrize("shift", [(0.0, 0.0), (1.3, -0.8)])
+def test_a_hill_goes_where_it_is_turned_and_moved(angle, shift):
+    pixel, onto, points = (0.25, 0.2), (0.33, 0.29), (36, 41)
+    x, y = centred((81, 101), pixel)
+    top = (2.0, 0.5)
+    heights = hill(x, y, top) + 0.5 * hill(x, y, (-1, -2))
+    found = resampled(heights, pixel, periodic=False, shape=points, onto=onto, rotation=angle, shift=shift)
+    turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+    x, y = centred(points, onto)
+    tops = [turn @ place + shift for place in (np.array(top), np.array([-1, -2]))]
+    wanted = hill(x, y, tops[0]) + 0.5 * hill(x, y, tops[1])
+    here = np.isfinite(found)
+    assert here.mean() > 0.95
+    # cubic splines err by h⁴ z''''/384 along each axis, and z'''' ≤ 3; the hills do not reach the border
+    bound = 1.5 * 3 * (0.25**4 + 0.2**4) / 384
+    assert np.abs(found - wanted)[here].max() < bound
+    highest = np.unravel_index(np.nanargmax(found), points)
+    assert np.hypot(x[highest[0], 0] - tops[0][0], y[0, highest[1]] - tops[0][1]) < 0.3
+
+
+# --- between the points -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("size", [3, 4, 8, 25])
+@pytest.mark.parametrize("shift", [0.5, 0.3, -4.123])
+def test_a_periodic_profile_is_the_periodic_cubic_spline(size, shift):
+    values = noise((size,))
+    spline = CubicSpline(np.arange(size + 1), np.append(values, values[0]), bc_type="periodic")
+    wanted = spline((np.arange(size) - shift) % size)
+    for profile in (values[:, None], values[None, :]):
+        along_x = profile.shape[1] == 1
+        how = {"shift": (shift * PX, 0) if along_x else (0, shift * PY), "periodic": True}
+        np.testing.assert_allclose(onto_itself(profile, **how).ravel(), wanted, rtol=0, atol=100 * EPS)
+
+
+def test_a_periodic_map_is_the_periodic_bicubic_spline():
+    heights, (nx, ny), (a, b) = noise((9, 12)), (9, 12), (0.3, -2.6)
+    along_x = CubicSpline(np.arange(nx + 1), np.vstack([heights, heights[:1]]), axis=0, bc_type="periodic")
+    half = along_x((np.arange(nx) - a) % nx)
+    along_y = CubicSpline(np.arange(ny + 1), np.hstack([half, half[:, :1]]), axis=1, bc_type="periodic")
+    found = onto_itself(heights, shift=(a * PX, b * PY), periodic=True)
+    np.testing.assert_allclose(found, along_y((np.arange(ny) - b) % ny), rtol=0, atol=100 * EPS)
+
+
+@given(npst.arrays(float, shapes, elements=st.floats(-1, 1, width=32)), st.floats(-3, 3), st.floats(-3, 3))
+def test_periodic_maps_keep_their_mean_and_move_on_alike(heights, a, b):
+    # a shift multiplies each wave by one number, that of the mean by 1; the roll moves the same map on
+    found = onto_itself(heights, shift=(a * PX, b * PY), periodic=True)
+    assert np.isfinite(found).all()
+    # a place within the tolerance of a point is moved there, at slopes of a few units per pixel
+    near = 1e-12 + 20 * COINCIDENT
+    assert found.mean() == pytest.approx(heights.mean(), abs=near)
+    further = onto_itself(np.roll(heights, (2, -1), (0, 1)), shift=((a - 2) * PX, (b + 1) * PY), periodic=True)
+    np.testing.assert_allclose(further, found, rtol=0, atol=near)
+
+
+def refined(function, periodic):
+    """Give the greatest errors a third of the way between the points of ever finer grids of the unit square."""
+    errors = []
+    for pixel in (1 / 32, 1 / 64, 1 / 128):
+        n = round(1 / pixel) + (not periodic)
+        x, y = (np.arange(n) * pixel)[:, None], (np.arange(n) * pixel)[None, :]
+        shift = np.array([1 / 3, -1 / 4]) * pixel
+        found = onto_itself(function(x, y), pixel_size=(pixel, pixel), shift=shift, periodic=periodic)
+        errors.append((found - function(x - shift[0], y - shift[1]), x + 0 * y, y + 0 * x))
+    return errors
+
+
+def wave(x, y, turns=1):
+    return np.sin(2 * np.pi * turns * x + 0.3) * np.cos(2 * np.pi * turns * y - 0.4)
+
+
+def slope(x, y):
+    return np.exp(x) * np.sin(2 * y + 0.5)
+
+
+@pytest.mark.parametrize("turns", [1, 3])
+def test_the_error_of_a_smooth_periodic_map_falls_with_the_fourth_power_of_the_pixel(turns):
+    errors = [np.abs(error).max() for error, _, _ in refined(partial(wave, turns=turns), periodic=True)]
+    # h⁴/384 of the fourth derivative along each axis, a little less a third or a quarter of the way
+    assert 0.5 < errors[-1] / (2 * (2 * np.pi * turns / 128) ** 4 / 384) < 1
+    # 16 in the limit; the next order adds some (k h)² of it, at most 0.35 here
+    assert errors[0] / errors[1] == pytest.approx(16, rel=0.1)
+    assert errors[1] / errors[2] == pytest.approx(16, rel=0.03)
+
+
+@BORDER
+def test_the_error_at_the_border_falls_with_the_square_of_the_pixel_at_least():
+    errors = [np.nanmax(np.abs(error)) for error, _, _ in refined(slope, periodic=False)]
+    assert errors[0] / errors[1] > 3.5
+    assert errors[1] / errors[2] > 3.5
+
+
+def test_the_error_within_a_map_falls_with_the_fourth_power_of_the_pixel():
+    # what the border does fades by √3 - 2 = -0.27 each pixel: by 1e-9 over the 16 pixels that half of the map leaves
+    inner = []
+    for error, x, y in refined(slope, periodic=False)[1:]:
+        inside = (np.abs(x - 0.5) < 0.25) & (np.abs(y - 0.5) < 0.25)
+        inner.append(np.abs(error[inside]).max())
+    assert inner[0] / inner[1] == pytest.approx(16, rel=0.05)
+
+
+def plane(shape, pixel=(1.0, 1.0)):
+    x, y = centred(shape, pixel)
+    return 3 + x - 2 * y
+
+
+@BORDER
+@pytest.mark.parametrize(
+    ("how", "shape"),
+    [
+        ({"shift": (0.5, 0.25)}, (2, 2)),
+        ({"shift": (-0.5, 0.25)}, (3, 3)),
+        ({"shift": (0.5, 0.25)}, (12, 9)),
+        ({"rotation": 0.3}, (3, 3)),
+        ({"rotation": -2.0}, (12, 9)),
+    ],
+)
+def test_a_plane_between_its_points_is_a_plane_up_to_the_border(how, shape):
+    found = onto_itself(plane(shape), pixel_size=(1.0, 1.0), **how)
+    x, y = centred(shape, (1.0, 1.0))
+    place = (x + 1j * y - complex(*how.get("shift", (0, 0)))) * np.exp(-1j * how.get("rotation", 0))
+    wanted = 3 + place.real - 2 * place.imag
+    here = np.isfinite(found)
+    assert here.any()
+    # to 1e-8 of the rise of a pixel, in case it is continued for 14 points or more beyond its border: 0.27^14
+    np.testing.assert_allclose(found[here], wanted[here], rtol=0, atol=2e-8)
+
+
+@FILLED
+@pytest.mark.parametrize("share", [0.02, 0.31])
+def test_a_plane_with_missing_points_is_a_plane_between_the_others(share):
+    shape = (80, 80)
+    heights = np.where(np.random.default_rng(0).random(shape) < share, math.nan, plane(shape))
+    found = onto_itself(heights, pixel_size=(1.0, 1.0), shift=(0.5, 0.5))
+    wanted = plane(shape) - 0.5 + 2 * 0.5
+    inner = (slice(20, 60), slice(20, 60))
+    assert np.isfinite(found[inner]).mean() > 0.15
+    # the border has faded to 0.27^19 here
+    assert np.nanmax(np.abs(found - wanted)[inner]) < 1e-9
+
+
+# --- missing points ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+def test_heights_are_missing_where_one_of_the_points_around_is(periodic):
+    heights = np.zeros((8, 9))
+    heights[3, 4] = math.nan
+    for shift, wanted in [
+        ((0, 0), {(3, 4)}),
+        ((1, -2), {(4, 2)}),
+        ((0.5, 0), {(3, 4), (4, 4)}),
+        ((0, 0.25), {(3, 4), (3, 5)}),
+        ((0.1, -0.9), {(3, 3), (4, 3), (3, 4), (4, 4)}),
+    ]:
+        found = onto_itself(heights, shift=np.multiply(shift, (PX, PY)), periodic=periodic)
+        gone = np.isnan(found)
+        if not periodic:
+            x, y = (np.arange(n) - move for n, move in zip(heights.shape, shift, strict=True))
+            outside = ((x < 0) | (x > 7))[:, None] | ((y < 0) | (y > 8))[None, :]
+            assert gone[outside].all()
+            gone &= ~outside
+        assert {(int(i), int(j)) for i, j in np.argwhere(gone)} == wanted
+
+
+def test_a_missing_point_at_the_border_of_a_periodic_map_counts_on_both_sides():
+    heights = np.zeros((6, 6))
+    heights[0, 0] = math.nan
+    gone = np.isnan(onto_itself(heights, shift=(-0.5 * PX, -0.5 * PY), periodic=True))
+    assert {(int(i), int(j)) for i, j in np.argwhere(gone)} == {(0, 0), (5, 0), (0, 5), (5, 5)}
+
+
+def test_a_finer_grid_misses_all_around_a_missing_point():
+    heights = noise((7, 7))
+    heights[2, 3] = math.nan
+    found = resampled(heights, (PX, PY), periodic=False, shape=(13, 13), onto=(PX / 2, PY / 2))
+    gone = np.zeros((13, 13), bool)
+    gone[3:6, 5:8] = True
+    np.testing.assert_array_equal(np.isnan(found), gone)
+    known = ~np.isnan(heights)
+    np.testing.assert_allclose(found[::2, ::2][known], heights[known], rtol=0, atol=50 * EPS)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_missing_points_leave_no_height_that_was_not_there(seed):
+    heights = noise((25, 30), seed, missing=0.31)
+    angle, shift = 0.7, (0.4, -3.3)
+    found = onto_itself(heights, pixel_size=(1.0, 1.0), rotation=angle, shift=shift)
+    x, y = centred(heights.shape, (1.0, 1.0))
+    place = (x + 1j * y - complex(*shift)) * np.exp(-1j * angle)
+    i, j = place.real + 12, place.imag + 14.5
+    for at in np.ndindex(heights.shape):
+        corners = [(a, b) for a in (math.floor(i[at]), math.ceil(i[at])) for b in (math.floor(j[at]), math.ceil(j[at]))]
+        there = all(0 <= a < 25 and 0 <= b < 30 and np.isfinite(heights[a, b]) for a, b in corners)
+        assert np.isfinite(found[at]) == there
+
+
+def test_all_points_missing_but_one():
+    heights = np.full((5, 6), math.nan)
+    heights[2, 2] = 7.0
+    found = onto_itself(heights, shift=(PX, PY))
+    assert found[3, 3] == 7
+    assert np.isfinite(found).sum() == 1
+    assert np.isnan(onto_itself(heights, shift=(0.5 * PX, 0))).all()
+
+
+# --- small maps, profiles, errors -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+@pytest.mark.parametrize("shape", [(1, 1), (2, 1), (1, 3), (2, 2), (2, 3), (3, 3), (4, 2)])
+def test_very_small_maps_of_one_height(shape, periodic):
+    shift = [0.0 if n == 1 else 0.4 * p for n, p in zip(shape, (PX, PY), strict=True)]
+    found = onto_itself(np.full(shape, 2.5), shift=shift, periodic=periodic)
+    inside = [n if periodic or n == 1 else n - 1 for n in shape]
+    assert np.isfinite(found).sum() == math.prod(inside)
+    np.testing.assert_allclose(found[np.isfinite(found)], 2.5, rtol=10 * EPS)
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+def test_two_points_half_way(periodic):
+    heights = np.array([[1.0], [4.0]])
+    found = onto_itself(heights, shift=(0.5 * PX, 0), periodic=periodic)
+    # both splines are odd about the middle
+    np.testing.assert_allclose(found, [[2.5 if periodic else math.nan], [2.5]], rtol=10 * EPS)
+
+
+def test_a_profile_on_one_of_another_pixel():
+    values = np.sin(np.arange(60) / 10)
+    found = resampled(values[:, None], (0.1, 9.0), periodic=False, shape=(40, 1), onto=(0.125, 1.0), shift=(0.2, 0))
+    place = (np.arange(40) - 19.5) * 0.125 - 0.2
+    wanted = np.sin(place + 29.5 / 10)
+    here = np.abs(place) < 2.0
+    # splines err by h⁴/384, and by 0.02 h of the slope at the border, 9 pixels away
+    np.testing.assert_allclose(found[here, 0], wanted[here], rtol=0, atol=0.1**4 / 384 + 0.27**9 * 0.1)
+    np.testing.assert_array_equal(np.isnan(found[:, 0]), np.abs(place) > 2.95)
+    turned = resampled(values[None, :], (9.0, 0.1), periodic=False, shape=(1, 40), onto=(1.0, 0.125), shift=(0, 0.2))
+    np.testing.assert_allclose(turned, found.T, rtol=0, atol=20 * EPS)
+
+
+@pytest.mark.parametrize(
+    ("shape", "other"), [((5, 1), (5, 5)), ((5, 5), (1, 5)), ((5, 1), (1, 5)), ((1, 1), (3, 1)), ((4, 4), (1, 1))]
+)
+def test_a_profile_and_a_map(shape, other):
+    with pytest.raises(InputError, match="expected two maps, or two profiles along the same axis"):
+        resampled(np.zeros(shape), (1.0, 1.0), periodic=False, shape=other, onto=(1.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("shape", "how"),
+    [
+        ((5, 1), {"rotation": 0.1}),
+        ((5, 1), {"shift": (0, 1)}),
+        ((1, 5), {"shift": (1, 0)}),
+        ((1, 1), {"shift": (0, 1e-9)}),
+    ],
+)
+def test_a_profile_is_not_turned_or_moved_aside(shape, how):
+    with pytest.raises(InputError, match="a profile was to be turned or moved aside; expected a shift along it"):
+        onto_itself(np.zeros(shape), **how)
+
+
+@pytest.mark.parametrize(
+    ("how", "message"),
+    [
+        ({"shift": 1.0}, r"shift has shape \(\); expected one length along x and one along y"),
+        ({"shift": (1, 2, 3)}, r"shift has shape \(3,\)"),
+        ({"shift": (0, math.nan)}, r"shift\[1\] is nan"),
+        ({"shift": (math.inf, 0)}, r"shift\[0\] is inf"),
+        ({"shift": "1 um"}, "shift is '1 um'"),
+        ({"rotation": math.nan}, "rotation is nan"),
+        ({"rotation": "left"}, "rotation is 'left'"),
+        ({"rotation": None}, "rotation is nan"),
+        pytest.param({"rotation": [0.1, 0.2]}, "rotation", marks=SEVERAL),
+    ],
+)
+def test_arguments_out_of_range(how, message):
+    with pytest.raises(InputError, match=message):
+        onto_itself(np.zeros((4, 4)), **how)
+
+
+def test_the_map_is_left_as_it_was():
+    heights = noise((8, 9), missing=0.2)
+    before = heights.copy()
+    heights.flags.writeable = False
+    found = onto_itself(heights)
+    onto_itself(heights, shift=(0.5 * PX, 0), periodic=True)
+    np.testing.assert_array_equal(heights, before)
+    assert not np.shares_memory(found, heights)

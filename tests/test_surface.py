@@ -1,0 +1,543 @@
+import math
+from fractions import Fraction
+
+import attrs
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as npst
+
+from historysim.errors import InputError
+from historysim.surfaces import statistics
+from historysim.surfaces.form import fit_form
+from historysim.surfaces.heights import Surface, pair_of
+from historysim.surfaces.resampling import resampled
+from historysim.surfaces.summits import find_summits
+
+EPS = np.finfo(float).eps
+NAN = math.nan
+
+heights_with_gaps = npst.arrays(
+    float,
+    st.tuples(st.integers(1, 6), st.integers(1, 6)),
+    elements=st.one_of(st.floats(-1, 1, width=32), st.just(NAN)),
+).filter(lambda heights: np.isfinite(heights).any())
+
+
+def rough(shape=(12, 9), seed=0, missing=0.0):
+    rng = np.random.default_rng(seed)
+    heights = rng.standard_normal(shape)
+    return np.where(rng.random(shape) < missing, NAN, heights)
+
+
+# --- what comes in ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "heights",
+    [
+        [[1, 2, 3], [4, 5, 6]],
+        ((1, 2, 3), (4, 5, 6)),
+        np.array([[1, 2, 3], [4, 5, 6]], np.int8),
+        np.array([[1, 2, 3], [4, 5, 6]], np.uint64),
+        np.array([[1, 2, 3], [4, 5, 6]], np.float16),
+        np.array([[1, 2, 3], [4, 5, 6]], np.longdouble),
+        np.array([[1, 2, 3], [4, 5, 6]], ">f4"),
+        np.asfortranarray([[1.0, 2, 3], [4, 5, 6]]),
+        np.array([[1.0, 4], [2, 5], [3, 6]]).T,
+        np.arange(12.0, 0, -1).reshape(4, 3)[1::2, ::-1][::-1] - [[0, 0, 0], [2, 2, 2]],
+        np.ma.array([[1, 2, 3], [4, 5, 6]]),
+        xr.DataArray([[1, 2, 3], [4, 5, 6]]),
+    ],
+)
+def test_any_array_of_numbers(heights):
+    wanted = [[1, 2, 3], [4, 5, 6]]
+    if not np.array_equal(heights, wanted):
+        wanted = np.array(heights, float).tolist()
+    surface = Surface(heights, (1e-6, 2e-6))
+    assert surface.heights.dtype == np.float64
+    assert surface.heights.tolist() == wanted
+    assert surface.shape == (2, 3)
+    assert not surface.missing.any()
+
+
+def test_attributes():
+    surface = Surface([[1, NAN, 3], [4, 5, 6]], (2e-6, 5e-6), periodic=True)
+    assert surface.pixel_size == (2e-6, 5e-6)
+    assert surface.periodic is True
+    assert surface.size == (4e-6, 3 * 5e-6)
+    assert surface.nominal_area == pytest.approx(60e-12, rel=4 * EPS)
+    assert surface.missing.tolist() == [[False, True, False], [False, False, False]]
+    assert Surface([1], 1).periodic is False
+    assert Surface([1], 1, periodic=np.bool_(1)).periodic is True
+
+
+def test_one_dimension_is_a_profile_along_x():
+    profile = Surface([3, 1, 2], 0.5)
+    assert profile.shape == (3, 1)
+    assert profile.heights.tolist() == [[3], [1], [2]]
+    assert profile.size == (1.5, 0.5)
+    assert Surface([[3, 1, 2]], 0.5).shape == (1, 3)
+    assert Surface(np.ma.array([3, 1, 2], mask=[0, 1, 0]), 0.5).missing.tolist() == [[False], [True], [False]]
+
+
+@pytest.mark.parametrize("kind", [float, int, np.float32, np.uint8])
+def test_masked_points_are_missing_whatever_lies_behind_the_mask(kind):
+    values = np.array([[9, 1, 9], [2, 9, 3]], kind)
+    surface = Surface(np.ma.masked_equal(values, 9), 1)
+    np.testing.assert_array_equal(surface.heights, [[NAN, 1, NAN], [2, NAN, 3]])
+    hidden = np.ma.array([[np.inf, 1.0], [NAN, -np.inf]], mask=[[1, 0], [0, 1]])
+    np.testing.assert_array_equal(Surface(hidden, 1).heights, [[NAN, 1], [NAN, NAN]])
+
+
+def test_a_masked_peak_is_no_summit():
+    values = np.zeros((5, 5))
+    values[2, 2] = 1
+    assert len(Surface(values, 1).summits()) == 1
+    assert len(Surface(np.ma.masked_greater(values, 0.5), 1).summits()) == 0
+    # nor is the plain that stays around it
+    assert len(Surface(np.ma.masked_greater(values, 0.5), 1, periodic=True).summits()) == 0
+
+
+@pytest.mark.xfail(strict=True, reason="numpy drops the masks of arrays in a list, and the masked heights come back")
+def test_a_list_of_masked_profiles_keeps_their_masks_or_is_refused():
+    profiles = [np.ma.array([0.0, 0, 0]), np.ma.array([0.0, 99, 0], mask=[0, 1, 0]), np.ma.array([0.0, 0, 0])]
+    try:
+        surface = Surface(profiles, 1)
+    except InputError:
+        return
+    assert surface.missing[1, 1]
+
+
+@pytest.mark.parametrize(
+    ("heights", "message"),
+    [
+        ([[1, 2], [3]], r"heights are lists of different lengths; expected an array \(nx, ny\) in m"),
+        ([[True, False]], "heights are of type bool; expected an array"),
+        ([["1 nm", "2 nm"]], "heights are of type <U4"),
+        ("heights.txt", "heights are of type <U11"),
+        ([[1, None]], "heights are of type object"),
+        (None, "heights are of type object"),
+        ([[1 + 0j]], "heights are of type complex128"),
+        (np.array(["2026-01-01"], "datetime64[D]"), "heights are of type datetime64"),
+        ([10**400], "heights are of type object"),
+        ({"heights": [1]}, "heights are of type object"),
+        (iter([1.0]), "heights are of type object"),
+        (5.0, r"heights have shape \(\); expected \(nx, ny\), or \(n,\) for a profile"),
+        (np.zeros((2, 2, 2)), r"heights have shape \(2, 2, 2\)"),
+        ([], "heights have shape"),
+        ([[]], r"heights have shape \(1, 0\)"),
+        (np.zeros((0, 3)), r"heights have shape \(0, 3\)"),
+        (
+            [[1, math.inf], [-math.inf, 2]],
+            "2 heights are infinite; expected finite ones, and NaN where they are missing",
+        ),
+        ([NAN, NAN], "all heights are missing; expected some that are numbers"),
+        (np.ma.masked_all((2, 3)), "all heights are missing"),
+        (np.ma.masked, "heights have shape"),
+    ],
+)
+def test_heights_that_are_none(heights, message):
+    with pytest.raises(InputError, match=message):
+        Surface(heights, 1e-6)
+
+
+@pytest.mark.parametrize(
+    ("pixel_size", "pair"),
+    [
+        (2, (2, 2)),
+        (2.5e-6, (2.5e-6, 2.5e-6)),
+        ([2], (2, 2)),
+        ((1, 2), (1, 2)),
+        (np.array([1e-6, 3e-6]), (1e-6, 3e-6)),
+        (np.float32(0.5), (0.5, 0.5)),
+    ],
+)
+def test_pixel_sizes(pixel_size, pair):
+    surface = Surface(np.eye(3), pixel_size)
+    assert surface.pixel_size == pair
+    assert [type(length) for length in surface.pixel_size] == [float, float]
+    assert pair_of("step", pixel_size) == pair
+
+
+@pytest.mark.parametrize(
+    ("pixel_size", "message"),
+    [
+        (0, "pixel_size is 0; expected a finite number greater than 0"),
+        ((1e-6, -1e-6), r"pixel_size\[1\] is -1e-06"),
+        ((NAN, 1), r"pixel_size\[0\] is nan"),
+        (math.inf, "pixel_size is inf"),
+        ("1 um", "pixel_size is '1 um'; expected numbers in SI"),
+        (None, "pixel_size is nan"),
+        ((1, 2, 3), r"pixel_size has shape \(3,\); expected one number, or one for x and one for y"),
+        ([[1, 2]], r"pixel_size has shape \(1, 2\)"),
+        ([], r"pixel_size has shape \(0,\)"),
+        ((1, (2, 3)), "pixel_size is"),
+    ],
+)
+def test_pixel_sizes_that_are_none(pixel_size, message):
+    with pytest.raises(InputError, match=message):
+        Surface(np.eye(3), pixel_size)
+
+
+@pytest.mark.xfail(strict=True, reason="any text counts as yes")
+@pytest.mark.parametrize("periodic", ["no", "false"])
+def test_periodic_is_yes_or_no(periodic):
+    with pytest.raises(InputError, match="periodic"):
+        Surface(np.eye(3), 1e-6, periodic=periodic)
+
+
+def test_heights_cannot_be_changed_from_outside_or_inside():
+    values = np.ones((3, 4))
+    surface = Surface(values, 1e-6)
+    values[0, 0] = 9
+    assert surface.heights[0, 0] == 1
+    assert values.flags.writeable
+    for held in (
+        surface,
+        surface.mirrored(),
+        surface + surface,
+        surface.detrended("mean"),
+        Surface(rough(), 1).scaled(1),
+    ):
+        with pytest.raises(ValueError, match="read-only"):
+            held.heights[0, 0] = 5
+    with pytest.raises(attrs.exceptions.FrozenInstanceError):
+        surface.heights = values
+    masked = np.ma.array(np.ones((2, 2)), mask=np.eye(2))
+    held = Surface(masked, 1)
+    masked[:] = 7
+    np.testing.assert_array_equal(held.heights, [[NAN, 1], [1, NAN]])
+
+
+def test_the_text_of_a_surface_is_short():
+    assert repr(Surface(np.zeros((100, 100)), (1e-6, 2e-6))) == "Surface(pixel_size=(1e-06, 2e-06), periodic=False)"
+
+
+@given(heights_with_gaps)
+def test_a_surface_of_a_surface_is_the_same(heights):
+    surface = Surface(heights, (2.0, 3.0))
+    np.testing.assert_array_equal(surface.heights, heights)
+    np.testing.assert_array_equal(surface.missing, np.isnan(heights))
+    masked = Surface(np.ma.masked_invalid(heights), (2.0, 3.0))
+    np.testing.assert_array_equal(masked.heights, heights)
+    assert surface.nominal_area == heights.size * 6
+
+
+# --- questions that are passed on -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+def test_questions_go_on_with_heights_pixel_size_and_period(periodic):
+    heights, pixel = rough((15, 11), missing=0.05), (1e-6, 3e-6)
+    surface = Surface(heights, pixel, periodic)
+    for rule in (3, 5, 9):
+        ours, theirs = surface.summits(rule), find_summits(heights, pixel, rule, periodic=periodic)
+        for name in ("height", "radius", "x", "y"):
+            np.testing.assert_array_equal(getattr(ours, name), getattr(theirs, name))
+        assert ours.nominal_area == theirs.nominal_area == pytest.approx(surface.nominal_area)
+    np.testing.assert_array_equal(surface.summits().height, surface.summits(9).height)
+    assert surface.statistics() == statistics.height_statistics(heights, pixel, periodic=periodic)
+    ours, theirs = surface.autocorrelation(), statistics.autocorrelation(heights, pixel, periodic=periodic)
+    np.testing.assert_array_equal(ours.values, theirs.values)
+    np.testing.assert_array_equal(ours.lags_y, theirs.lags_y)
+    whole = Surface(rough((15, 11)), pixel, periodic)
+    ours = whole.power_spectral_density()
+    theirs = statistics.power_spectral_density(whole.heights, pixel, periodic=periodic)
+    np.testing.assert_array_equal(ours.values, theirs.values)
+    np.testing.assert_array_equal(ours.q_x, theirs.q_x)
+    np.testing.assert_array_equal(surface.form("quadratic").heights, fit_form(heights, pixel, "quadratic").heights)
+
+
+def test_a_border_counts_only_where_the_surface_does_not_repeat():
+    heights = np.zeros((4, 5))
+    heights[0, 2] = 1
+    assert len(Surface(heights, 1).summits()) == 0
+    assert len(Surface(heights, 1, periodic=True).summits()) == 1
+
+
+def test_summits_of_a_profile_need_their_rule():
+    profile = Surface([0, 2, 0, 1, 0], 1e-6)
+    assert profile.summits(3).height.tolist() == [2, 1]
+    with pytest.raises(InputError, match="expected 3, the rule for profiles"):
+        profile.summits()
+
+
+# --- form -------------------------------------------------------------------------------------------------------
+
+
+def test_a_measured_ball_without_its_sphere_is_its_roughness():
+    pixel, radius = (2e-6, 1.5e-6), 1.5e-3
+    x, y = (np.arange(60) - 25)[:, None] * pixel[0], (np.arange(80) - 47)[None, :] * pixel[1]
+    ball = 1e-3 + np.sqrt(radius**2 - (x - 1e-5) ** 2 - (y + 5e-6) ** 2) - radius
+    ripple = 2e-9 * np.cos(2 * np.pi * np.arange(60) / 6)[:, None] * np.cos(2 * np.pi * np.arange(80) / 8)[None, :]
+    surface = Surface(np.where(rough(ball.shape) > 2, NAN, ball + ripple), pixel)
+    # the sag is 3 µm, the ripple a thousandth of it and no sphere
+    assert surface.form("sphere").radius == pytest.approx(radius, rel=1e-3)
+    left = surface.detrended("sphere")
+    np.testing.assert_array_equal(left.missing, surface.missing)
+    # the sphere takes a part of the ripple with it, less than 4 in √4680 of its unknowns
+    assert np.nanmax(np.abs(left.heights - ripple)) < 2e-9 * 4 / math.sqrt(4680) * 3
+    # once it is off, the tops of the ripple are summits: of the lattice of 6 and 8, the middles of its cells too
+    found = left.summits()
+    np.testing.assert_allclose(found.height, 2e-9, rtol=0.2)
+    raw = surface.summits()
+    assert len(raw) < len(found)
+
+
+@pytest.mark.parametrize("form", ["mean", "plane", "quadratic", "sphere"])
+def test_detrended_takes_off_the_form_and_keeps_the_gaps(form):
+    heights = rough((20, 14), missing=0.2) - 0.05 * (np.arange(20)[:, None] - 9) ** 2 / 10
+    surface = Surface(heights, (3.0, 2.0), periodic=True)
+    left = surface.detrended(form)
+    np.testing.assert_array_equal(left.heights, surface.heights - surface.form(form).heights)
+    assert left.pixel_size == surface.pixel_size
+    # a surface with its ends at different heights no longer repeats, or was none before
+    assert left.periodic is (form == "mean")
+    # the search for a sphere ends when the squares change by 1e-15 of themselves: 3e-8 of the roughness of 1 m is left
+    assert np.nanmean(left.heights) == pytest.approx(0, abs=1e-7 if form == "sphere" else 1e-14)
+
+
+def test_detrended_takes_off_the_plane_unless_told():
+    heights = rough() + np.arange(12)[:, None]
+    np.testing.assert_array_equal(
+        Surface(heights, 1).detrended().heights, Surface(heights, 1).detrended("plane").heights
+    )
+    with pytest.raises(InputError, match="form is 'cone'; expected one of mean, plane, quadratic, sphere"):
+        Surface(heights, 1).detrended("cone")
+
+
+# --- scaling ----------------------------------------------------------------------------------------------------
+
+
+def squared_ratio(heights, wanted):
+    """Give (Rq / wanted)², in exact fractions."""
+    values = [Fraction(float(value)) for value in heights[np.isfinite(heights)]]
+    mean = sum(values) / len(values)
+    return float(sum((value - mean) ** 2 for value in values) / len(values) / Fraction(wanted) ** 2)
+
+
+@pytest.mark.parametrize("wanted", [1e-160, 1e-9, 1.0, 1e150])
+@pytest.mark.parametrize("power", [-530, -660, -20, 0, 530, 1000])
+def test_scaled_to_an_rms_height_of_any_size(power, wanted):
+    # small integers with a mean of exactly 0, times 1e-160, 1e-199, 1e-6, 1, 1e160 or 1e301 m
+    integers = np.random.default_rng(8).integers(-9, 10, (10, 7)).astype(float)
+    integers[0, 0] -= integers.sum()
+    integers[3, 4] = NAN if integers[3, 4] == 0 else integers[3, 4]
+    surface = Surface(2.0**power * integers, (1.0, 2.0), periodic=True)
+    scaled = surface.scaled(wanted)
+    # each of the 70 heights is rounded by a few EPS, and all by the same few
+    assert squared_ratio(scaled.heights, wanted) == pytest.approx(1, rel=20 * EPS)
+    assert (scaled.pixel_size, scaled.periodic) == (surface.pixel_size, True)
+    # stretched, not bent
+    factor = wanted / np.sqrt(np.nanmean(integers**2))
+    np.testing.assert_allclose(scaled.heights / wanted, integers * factor / wanted, rtol=20 * EPS)
+
+
+@given(heights_with_gaps, st.floats(1e-3, 1e3))
+def test_scaled_surfaces_have_the_rms_height_and_their_mean(heights, wanted):
+    assume(np.nanmax(heights) - np.nanmin(heights) > 1e-3)
+    scaled = Surface(heights, 1.0).scaled(wanted)
+    assert squared_ratio(scaled.heights, wanted) == pytest.approx(1, rel=1e-10)
+    assert np.nanmean(scaled.heights) == pytest.approx(np.nanmean(heights), abs=1e-12 * (1 + wanted))
+    np.testing.assert_array_equal(scaled.missing, np.isnan(heights))
+    again = scaled.scaled(wanted)
+    np.testing.assert_allclose(again.heights, scaled.heights, rtol=0, atol=1e-11 * (1 + wanted))
+
+
+def test_scaled_heights_scale_the_summits():
+    surface = Surface(rough((30, 30)), 1e-6)
+    twice = surface.scaled(2 * surface.statistics().rms_height)
+    np.testing.assert_allclose(twice.summits().radius, surface.summits().radius / 2, rtol=1e-10)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (3, 3), (4, 8)])
+def test_one_height_everywhere_cannot_be_scaled(shape):
+    for height in (0.0, 1.0, 0.25):
+        with pytest.raises(InputError, match="the surface has one height everywhere; expected a rough one to scale"):
+            Surface(np.full(shape, height), 1e-6).scaled(1e-6)
+
+
+@pytest.mark.xfail(strict=True, reason="the mean of equal heights is rounded, and its rounding is taken for roughness")
+@pytest.mark.parametrize(("height", "points"), [(0.1, 5), (0.3, 7), (1.1e-6, 100)])
+def test_one_height_everywhere_cannot_be_scaled_even_if_its_mean_is_rounded(height, points):
+    with pytest.raises(InputError, match="the surface has one height everywhere"):
+        Surface(np.full((points, points), height), 1e-6).scaled(1e-6)
+
+
+@pytest.mark.parametrize(
+    ("wanted", "message"),
+    [
+        (0, "rms_height is 0; expected a finite number greater than 0"),
+        (-1e-6, "rms_height is -1e-06"),
+        (NAN, "rms_height is nan"),
+        (math.inf, "rms_height is inf"),
+        ("1 um", "rms_height is '1 um'"),
+        pytest.param(
+            [1, 2], "rms_height", marks=pytest.mark.xfail(strict=True, raises=TypeError, reason="a traceback of numpy")
+        ),
+    ],
+)
+def test_rms_heights_that_are_none(wanted, message):
+    with pytest.raises(InputError, match=message):
+        Surface(rough(), 1e-6).scaled(wanted)
+
+
+# --- mirrors and sums -------------------------------------------------------------------------------------------
+
+
+@given(heights_with_gaps, st.booleans())
+def test_a_mirror_reverses_x_and_twice_is_once_more_the_same(heights, periodic):
+    surface = Surface(heights, (2.0, 3.0), periodic)
+    mirrored = surface.mirrored()
+    nx = heights.shape[0]
+    for i, j in np.ndindex(heights.shape):
+        np.testing.assert_equal(mirrored.heights[nx - 1 - i, j], heights[i, j])
+    np.testing.assert_array_equal(mirrored.mirrored().heights, heights)
+    assert (mirrored.pixel_size, mirrored.periodic) == ((2.0, 3.0), periodic)
+
+
+@given(heights_with_gaps, st.integers(0, 10**6))
+def test_a_sum_of_maps_on_one_grid_is_exact(heights, seed):
+    other = rough(heights.shape, seed, missing=0.2)
+    assume(np.isfinite(heights + other).any())
+    first, second = Surface(heights, (2.0, 3.0)), Surface(other, (2.0, 3.0))
+    np.testing.assert_array_equal((first + second).heights, heights + other)
+    np.testing.assert_array_equal((second + first).heights, heights + other)
+
+
+def test_a_sum_is_on_the_grid_of_the_first_with_the_centres_together():
+    coarse, fine = Surface(np.zeros((3, 3)), 2.0), Surface(rough((9, 9)), 1.0)
+    total = coarse + fine
+    np.testing.assert_array_equal(total.heights, fine.heights[2:7:2, 2:7:2])
+    assert total.pixel_size == (2.0, 2.0)
+    back = fine + coarse
+    assert back.shape == (9, 9)
+    # the coarse map reaches 2 m from the centre, the fine one 4 m
+    np.testing.assert_array_equal(np.isfinite(back.heights), np.pad(np.ones((5, 5), bool), 2))
+
+
+def test_shift_and_rotation_move_the_other_surface():
+    plain = Surface(np.zeros((5, 5)), 1.0)
+    peak = np.zeros((5, 5))
+    peak[3, 2] = 1  # one step along x from the centre
+    other = Surface(peak, 1.0)
+
+    def top(**how):
+        heights = plain.combined(other, **how).heights
+        return tuple(int(i) for i in np.unravel_index(np.nanargmax(heights), heights.shape))
+
+    assert top() == (3, 2)
+    assert top(shift=(1, 0)) == (4, 2)
+    assert top(shift=(0, -2)) == (3, 0)
+    # a quarter from x towards y
+    assert top(rotation=np.pi / 2) == (2, 3)
+    assert top(rotation=-np.pi / 2) == (2, 1)
+    assert top(rotation=np.pi) == (1, 2)
+    # turned about its own centre first, and moved then
+    assert top(rotation=np.pi / 2, shift=(1, 0)) == (3, 3)
+
+
+def test_combined_is_the_sum_with_the_resampled_map():
+    first = Surface(rough((9, 12), 1, missing=0.1), (1.0, 0.7))
+    second = Surface(rough((14, 10), 2, missing=0.1), (0.8, 1.1), periodic=True)
+    how = {"shift": (0.3, -2.0), "rotation": 0.4}
+    wanted = resampled(second.heights, (0.8, 1.1), periodic=True, shape=(9, 12), onto=(1.0, 0.7), **how)
+    total = first.combined(second, **how)
+    np.testing.assert_array_equal(total.heights, first.heights + wanted)
+    assert np.isfinite(total.heights).any()
+
+
+def test_two_maps_of_one_another_seen_from_their_fronts_fill_each_other():
+    # the negative of a map, seen from its own front, is that of its mirror: laid on, nothing is left
+    surface = Surface(rough((8, 6)), 1.0)
+    other = Surface(-surface.heights[::-1], 1.0)
+    np.testing.assert_array_equal((surface + other.mirrored()).heights, np.zeros((8, 6)))
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "how", "repeats"),
+    [
+        ((True, 4, 1.0), (True, 4, 1.0), {}, True),
+        ((True, 4, 1.0), (True, 8, 0.5), {}, True),
+        ((True, 4, 1.0), (True, 4, 1.0), {"shift": (0.3, 7)}, True),
+        ((False, 4, 1.0), (True, 4, 1.0), {}, False),
+        ((True, 4, 1.0), (False, 4, 1.0), {}, False),
+        ((True, 4, 1.0), (True, 5, 1.0), {}, False),
+        ((True, 4, 1.0), (True, 4, 1.001), {}, False),
+        ((True, 4, 1.0), (True, 4, 1.0), {"rotation": 0.1}, False),
+        ((True, 10, 0.1), (True, 1000, 0.001), {}, True),
+    ],
+)
+def test_a_sum_repeats_where_both_do_with_the_same_lengths(first, second, how, repeats):
+    surfaces = [Surface(rough((n, n)), pixel, periodic) for periodic, n, pixel in (first, second)]
+    assert surfaces[0].combined(surfaces[1], **how).periodic is repeats
+
+
+@pytest.mark.xfail(strict=True, reason="lengths within 10 nm (the default tolerance of allclose) count as the same")
+@pytest.mark.parametrize(("points", "others", "pixel"), [(5, 8, 1e-9), (1000, 1001, 1e-8 / 2)])
+def test_a_sum_of_small_surfaces_of_different_lengths_does_not_repeat(points, others, pixel):
+    first, second = (Surface(rough((n, 2)), pixel, periodic=True) for n in (points, others))
+    assert (first + second).periodic is False
+
+
+@pytest.mark.xfail(strict=True, reason="the pixels across two profiles are compared as lengths")
+def test_a_sum_of_periodic_profiles_of_one_length_repeats():
+    first, second = Surface(np.arange(10.0), 1e-6, periodic=True), Surface(np.arange(20.0), 0.5e-6, periodic=True)
+    assert (first + second).periodic is True
+
+
+def test_periodic_surfaces_sum_alike_wherever_they_start():
+    first, second = (Surface(rough((8, 10), seed), (1.0, 2.0), periodic=True) for seed in (1, 2))
+    total = first.combined(second, shift=(0.37, 1.1))
+    rolled = Surface(np.roll(first.heights, (3, -2), (0, 1)), (1.0, 2.0), periodic=True)
+    moved = rolled.combined(second, shift=(3.37, 1.1 - 4))
+    np.testing.assert_allclose(moved.heights, np.roll(total.heights, (3, -2), (0, 1)), rtol=0, atol=100 * EPS)
+    # so they have the same summits, moved
+    np.testing.assert_allclose(np.sort(moved.summits().radius), np.sort(total.summits().radius), rtol=1e-10)
+
+
+@pytest.mark.parametrize("shift", [(6, 0), (0, -5.5)])
+def test_surfaces_that_do_not_overlap(shift):
+    surface = Surface(rough((5, 5)), 1.0)
+    with pytest.raises(InputError, match="the two surfaces have no point in common; expected a shift within their"):
+        surface.combined(surface, shift=shift)
+
+
+def test_surfaces_whose_points_are_missing_in_turn():
+    with pytest.raises(InputError, match="no point in common"):
+        Surface([[1, NAN], [NAN, 1]], 1) + Surface([[NAN, 1], [1, NAN]], 1)
+
+
+def test_a_profile_on_a_map():
+    with pytest.raises(InputError, match="expected two maps, or two profiles along the same axis"):
+        Surface(rough(), 1) + Surface([1, 2, 3], 1)
+    with pytest.raises(InputError, match="a profile was to be turned or moved aside"):
+        Surface([1, 2], 1).combined(Surface([1, 2, 3], 1), rotation=1)
+
+
+@pytest.mark.parametrize("other", [3, np.zeros((2, 2)), "surface", None])
+def test_a_surface_and_something_else(other):
+    with pytest.raises(TypeError):
+        Surface(np.zeros((2, 2)), 1) + other
+
+
+# --- hard cases at once -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("shape", [(40, 25), (1, 30), (30, 1)])
+def test_a_map_with_31_percent_missing_from_the_file_to_the_summits(shape):
+    values = np.ma.masked_invalid(rough(shape, 5, missing=0.31) + 0.1 * np.arange(shape[0])[:, None])
+    surface = Surface(values, (1e-6, 2e-6)).detrended().scaled(50e-9)
+    assert surface.missing.mean() == pytest.approx(0.31, abs=0.12)
+    assert surface.statistics().rms_height == pytest.approx(50e-9, rel=1e-12)
+    found = surface.summits(3 if 1 in shape else 9)
+    assert len(found) > 0
+    for x, y, z in zip(found.x, found.y, found.height, strict=True):
+        i, j = round(x / 1e-6), round(y / 2e-6)
+        assert surface.heights[i, j] == z
+        around = surface.heights[max(i - 1, 0) : i + 2, max(j - 1, 0) : j + 2]
+        assert around.size == (3 if 1 in shape else 9)
+        assert (around < z).sum() == around.size - 1
