@@ -8,7 +8,8 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.contact.hertz import checked, half_chord
+from historysim.arguments import checked
+from historysim.contact.hertz import half_chord
 from historysim.materials import MaterialPair
 from historysim.memory import kernel
 from historysim.memory.traction import TractionMemory

@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim import friction as friction_laws
+from historysim.arguments import checked
 from historysim.asperity import Asperity, SlipState
-from historysim.contact.hertz import checked
 from historysim.errors import FrictionLimitError, InputError
 from historysim.materials import MaterialPair
 from historysim.memory import kernel

@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from historysim.contact.hertz import checked
+from historysim.arguments import checked
 from historysim.errors import InputError
 
 Floats = npt.NDArray[np.float64]

@@ -12,6 +12,7 @@ ROOT = Path(historysim.__file__).parent
 # from the top down; a package stands for those of its modules that are not named themselves
 ORDER = (
     "errors",
+    "arguments",
     "units",
     "materials",
     "contact.hertz",
@@ -22,10 +23,11 @@ ORDER = (
     "surfaces.summits",
     "surfaces.distribution",
     "surfaces.textured",
-    "surfaces.statistics",
     "surfaces.form",
     "surfaces.resampling",
+    "surfaces.statistics",
     "surfaces.heights",
+    "surfaces.johnson",
     "surfaces.random",
     "surfaces.measured",
     "surfaces",
@@ -43,6 +45,7 @@ ORDER = (
     "measured",
     "schema",
     "tables",
+    "surface_kinds",
     "scenario",
     "simulation",
     "analysis",

@@ -31,8 +31,8 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
+from historysim.arguments import Values, checked
 from historysim.contact import hertz
-from historysim.contact.hertz import Values, checked
 from historysim.errors import InputError, LoadError
 
 Control = Literal["load", "displacement"]

@@ -15,22 +15,14 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import gamma, hyp1f1
 
+from historysim.arguments import Values, checked, scalar
 from historysim.contact import hertz
-from historysim.contact.hertz import Values, checked
 from historysim.errors import InputError
 
 HIGHEST_ORDER = 10
 
 # below, the part of the normal curve that a height integral leaves out is less than a rounding: F_n(h) = (-h)^n
 _WHOLE_CURVE = -1e8
-
-
-def scalar(name: str, value: npt.ArrayLike, *, above: float = -math.inf, least: float = -math.inf) -> float:
-    """Return an argument that is one number, as a float. Parameters and errors as in `hertz.checked`."""
-    number = checked(name, value, above=above, least=least)
-    if number.ndim:
-        raise InputError(f"{name} is a list of shape {number.shape}; expected one number, in SI")
-    return float(number)
 
 
 def height_integral(order: float, separation: npt.ArrayLike) -> Values:

@@ -20,7 +20,8 @@ follows Winogrodzka, *Pre-sliding behaviour of multi asperity ceramic contacts*,
 import numpy as np
 import numpy.typing as npt
 
-from historysim.contact.hertz import Values, checked, half_chord, loaded_contact
+from historysim.arguments import Values, checked
+from historysim.contact.hertz import half_chord, loaded_contact
 from historysim.errors import InputError
 
 

@@ -12,8 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import ndtri
 
-from historysim.contact.greenwood_williamson import scalar
-from historysim.contact.hertz import checked
+from historysim.arguments import checked, scalar
 from historysim.errors import InputError
 from historysim.surfaces.summits import Summits
 

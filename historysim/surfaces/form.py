@@ -1,5 +1,6 @@
 """The form of a surface, which is taken off to leave its roughness: a plane, a quadratic, a sphere."""
 
+import math
 from collections.abc import Mapping
 
 import attrs
@@ -15,6 +16,8 @@ FORMS = (*_DEGREE, "sphere")
 
 NO_CURVATURE = 1e-12
 """Curvature over height, in half diagonals, below which the rounding of the heights would be taken for a sphere."""
+STEEPEST = 0.9
+"""Share of its radius that the sphere covers where the search for it starts; at 1 it would end at the equator."""
 
 
 @attrs.frozen(eq=False)
@@ -72,8 +75,9 @@ def _polynomial(heights: Floats, degree: int) -> Floats:
 
     present = np.isfinite(heights)
     terms = [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
-    columns_x = legendre.legvander(_unit(heights.shape[0]), degree)[:, [i for i, _ in terms]]
-    columns_y = legendre.legvander(_unit(heights.shape[1]), degree)[:, [j for _, j in terms]]
+    (x, half_x), (y, half_y) = (_centred(present.any(axis=across)) for across in (1, 0))
+    columns_x = legendre.legvander(x / (half_x or 1), degree)[:, [i for i, _ in terms]]
+    columns_y = legendre.legvander(y / (half_y or 1), degree)[:, [j for _, j in terms]]
     # sums over all points of the products of two terms, without a column of all points for each term
     products = [
         ((columns_x * columns_x[:, [k]]).T @ present.astype(np.float64) * (columns_y * columns_y[:, [k]]).T).sum(axis=1)
@@ -89,34 +93,45 @@ def _polynomial(heights: Floats, degree: int) -> Floats:
     return form
 
 
-def _unit(size: int) -> Floats:
-    return np.linspace(-1.0, 1.0, size) if size > 1 else np.zeros(1)
+def _centred(present: npt.ArrayLike) -> tuple[Floats, float]:
+    """Give the indices from the middle of the present ones on, and how far these reach from it.
+
+    Not from the middle of the map: where only a small piece of it is present, that would cost the digits of the form.
+    """
+    first, last = np.flatnonzero(present)[[0, -1]]
+    return np.arange(np.size(present)) - (first + last) / 2, float(last - first) / 2
 
 
 def _sphere(heights: Floats, pixel_size: tuple[float, float]) -> Form:
     """Give the sphere z = z0 - (1 - √(1 - κ²ρ²))/κ, ρ² = (x-x0)² + (y-y0)², of least squares.
 
-    In lengths of half the diagonal, from the paraboloid of least squares; y0 stays 0 on a profile along x.
+    In lengths of half the diagonal of what is present, from the paraboloid of least squares; y0 stays 0 on a profile
+    along x.
     """
     from scipy.optimize import least_squares
 
     present = np.isfinite(heights)
-    axes = [(np.arange(size) - (size - 1) / 2) * pixel for size, pixel in zip(heights.shape, pixel_size, strict=True)]
-    length = float(np.hypot(*(axis[-1] for axis in axes)))
-    x_all, y_all = axes[0][:, None] / length, axes[1][None, :] / length
+    indices, half = zip(*(_centred(present.any(axis=across)) for across in (1, 0)), strict=True)
+    length = math.hypot(half[0] * pixel_size[0], half[1] * pixel_size[1])
+    x_all = indices[0][:, None] * (pixel_size[0] / length)
+    y_all = indices[1][None, :] * (pixel_size[1] / length)
     x, y = (np.broadcast_to(axis, heights.shape)[present] for axis in (x_all, y_all))
     mean = heights[present].mean()
     z = (heights[present] - mean) / length
     terms = np.stack([np.ones_like(x), x, y, -(x**2 + y**2) / 2])
-    level, slope_x, slope_y, curvature = np.linalg.lstsq(terms @ terms.T, terms @ z, rcond=None)[0]
-    if not abs(curvature) > NO_CURVATURE * np.abs(z).max(initial=0):
+    (level, slope_x, slope_y, curvature), _, rank, _ = np.linalg.lstsq(terms @ terms.T, terms @ z, rcond=NO_CURVATURE)
+    if rank < (3 if 1 in heights.shape else 4):
+        raise InputError("no sphere fits points on a line or a circle better than others do; expected points all over")
+    rounding = NO_CURVATURE * np.abs(z).max(initial=0) + 8 * np.finfo(float).eps * abs(mean) / length
+    if not abs(curvature) > rounding:
         raise InputError("no sphere fits a surface that is not curved; expected a ball or a hollow, or the form plane")
     start = [
         slope_x / curvature,
         slope_y / curvature,
         level + (slope_x**2 + slope_y**2) / (2 * curvature),
-        curvature,
     ]
+    steepest = STEEPEST / np.hypot(x - start[0], y - start[1]).max()
+    start.append(np.clip(curvature, -steepest, steepest))
     moving = [index for index in range(4) if not (index < 2 and heights.shape[index] == 1)]
 
     def unknowns(moved: Floats) -> Floats:

@@ -1,16 +1,16 @@
 """`Surface`: heights on a regular grid, and what can be done with them."""
 
 import math
-from typing import Self
+from typing import Any, Self
 
 import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.contact.hertz import checked
+from historysim.arguments import checked, scalar
 from historysim.errors import InputError
 from historysim.surfaces.form import Form, fit_form
-from historysim.surfaces.resampling import resampled
+from historysim.surfaces.resampling import COINCIDENT, resampled
 from historysim.surfaces.statistics import (
     Autocorrelation,
     HeightStatistics,
@@ -27,12 +27,18 @@ Bools = npt.NDArray[np.bool_]
 
 def _heights(values: npt.ArrayLike) -> Floats:
     try:
-        array = np.asarray(np.ma.getdata(values))
+        # numpy drops the masks of arrays in a list
+        masked: Any = (
+            np.ma.stack(values)
+            if isinstance(values, list | tuple) and any(map(np.ma.isMaskedArray, values))
+            else values
+        )
+        array = np.asarray(np.ma.getdata(masked))
     except ValueError as error:
         raise InputError("heights are lists of different lengths; expected an array (nx, ny) in m") from error
     if array.dtype.kind not in "fiu":
         raise InputError(f"heights are of type {array.dtype}; expected an array (nx, ny) of numbers in m")
-    heights = np.where(np.ma.getmaskarray(values), np.nan, array.astype(np.float64))
+    heights = np.where(np.ma.getmaskarray(masked), np.nan, array.astype(np.float64))
     if heights.ndim == 1:
         heights = heights[:, None]
     if heights.ndim != 2 or heights.size == 0:
@@ -77,7 +83,8 @@ class Surface:
     Raises
     ------
     InputError
-        Heights that are not numbers, infinite or all missing, another shape, or a pixel size out of range.
+        Heights that are not numbers, infinite or all missing, another shape, a pixel size out of range, or a
+        `periodic` that is not true or false.
     """
 
     heights: Floats = attrs.field(repr=False)
@@ -85,6 +92,8 @@ class Surface:
     periodic: bool
 
     def __init__(self, heights: npt.ArrayLike, pixel_size: npt.ArrayLike, periodic: bool = False) -> None:
+        if not isinstance(periodic, bool | np.bool_):
+            raise InputError(f"periodic is {periodic!r}; expected True or False")
         self.__attrs_init__(_heights(heights), pair_of("pixel_size", pixel_size), bool(periodic))
 
     @property
@@ -148,14 +157,13 @@ class Surface:
         InputError
             An rms height that is not > 0, or a surface of constant height.
         """
-        wanted = float(checked("rms_height", rms_height, above=0))
+        wanted = scalar("rms_height", rms_height, above=0)
+        if np.nanmax(self.heights) == np.nanmin(self.heights):
+            raise InputError("the surface has one height everywhere; expected a rough one to scale")
         mean = np.nanmean(self.heights)
         deviation = self.heights - mean
-        greatest = np.nanmax(np.abs(deviation))
-        if greatest == 0:
-            raise InputError("the surface has one height everywhere; expected a rough one to scale")
         # divided by the greatest first, since squares of nanometres may underflow
-        deviation = deviation / greatest
+        deviation = deviation / np.nanmax(np.abs(deviation))
         return type(self)(
             mean + deviation * (wanted / math.sqrt(np.nanmean(deviation**2))), self.pixel_size, self.periodic
         )
@@ -196,6 +204,8 @@ class Surface:
         InputError
             Surfaces that do not overlap, a profile on a map, or numbers that are not finite.
         """
+        if not isinstance(other, Surface):
+            raise InputError(f"other is {other!r}; expected a Surface")
         heights = resampled(
             other.heights,
             other.pixel_size,
@@ -207,5 +217,9 @@ class Surface:
         )
         if np.isnan(self.heights + heights).all():
             raise InputError("the two surfaces have no point in common; expected a shift within their lengths")
-        repeats = self.periodic and other.periodic and rotation == 0 and np.allclose(self.size, other.size, rtol=1e-9)
-        return type(self)(self.heights + heights, self.pixel_size, periodic=bool(repeats))
+        repeats = all(
+            points == 1 or math.isclose(length, others, rel_tol=COINCIDENT)
+            for points, length, others in zip(self.shape, self.size, other.size, strict=True)
+        )
+        periodic = self.periodic and other.periodic and rotation == 0 and repeats
+        return type(self)(self.heights + heights, self.pixel_size, periodic=periodic)

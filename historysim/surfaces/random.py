@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy.fft
 
-from historysim.contact.hertz import checked
+from historysim.arguments import checked
 from historysim.errors import InputError
 from historysim.surfaces.heights import Surface, pair_of
 from historysim.surfaces.johnson import Translation, translation

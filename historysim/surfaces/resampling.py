@@ -3,13 +3,15 @@
 import numpy as np
 import numpy.typing as npt
 
-from historysim.contact.hertz import checked
+from historysim.arguments import checked, scalar
 from historysim.errors import InputError
 
 Floats = npt.NDArray[np.float64]
 
 COINCIDENT = 1e-9
 """Distance in pixels within which two points are taken as one."""
+MARGIN = 28
+"""Points that a map is continued by beyond its border: a spline forgets by √3 - 2 = -0.27 a point, here to rounding."""
 
 
 def resampled(
@@ -53,7 +55,7 @@ def resampled(
     offset = checked("shift", shift)
     if offset.shape != (2,):
         raise InputError(f"shift has shape {offset.shape}; expected one length along x and one along y")
-    angle = float(checked("rotation", rotation))
+    angle = scalar("rotation", rotation)
     if any((have == 1) != (want == 1) for have, want in zip(heights.shape, shape, strict=True)):
         raise InputError(
             f"surfaces of {heights.shape} and {shape} points; expected two maps, or two profiles along the same axis"
@@ -98,13 +100,44 @@ def _interpolated(heights: Floats, places: list[Floats], periodic: bool) -> Floa
     from scipy import ndimage
 
     missing = np.isnan(heights)
-    mode = "grid-wrap" if periodic else "mirror"
     inside = np.isfinite(places[0]) & np.isfinite(places[1])
     points = np.stack(np.broadcast_arrays(*map(np.nan_to_num, places)))
     if missing.any():
         # the spline needs a value everywhere; what it makes of these is taken out again
-        nearest = ndimage.distance_transform_edt(missing, return_distances=False, return_indices=True)
-        heights = heights[tuple(nearest)]
+        heights = _filled(heights, missing, periodic)
+        mode = "grid-wrap" if periodic else "nearest"
         inside &= ndimage.map_coordinates(missing.astype(np.float64), points, order=1, mode=mode) == 0
-    smooth: Floats = ndimage.map_coordinates(heights, points, order=3, mode=mode)
+    if periodic:
+        smooth: Floats = ndimage.map_coordinates(heights, points, order=3, mode="grid-wrap")
+    else:
+        # a slope goes on beyond the border, else the spline would be level there
+        margins = [MARGIN if size > 1 else 0 for size in heights.shape]
+        heights = np.pad(heights, [(margin, margin) for margin in margins], mode="reflect", reflect_type="odd")
+        points += np.reshape(margins, (2, 1, 1))
+        smooth = ndimage.map_coordinates(heights, points, order=3, mode="mirror")
     return np.where(inside, smooth, np.nan)
+
+
+def _filled(heights: Floats, missing: npt.NDArray[np.bool_], periodic: bool) -> Floats:
+    """Give the map with each missing point at the mean of its neighbours, so that a slope goes on beside a gap."""
+    from scipy import sparse
+
+    points = np.argwhere(missing)
+    number = np.zeros(heights.shape, dtype=np.int64)
+    number[missing] = np.arange(len(points))
+    neighbours, known = np.zeros(len(points)), np.zeros(len(points))
+    pairs = []
+    for step in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+        beside = points + step
+        wrapped = beside % heights.shape
+        there = np.flatnonzero((wrapped == beside).all(axis=1)) if not periodic else np.arange(len(points))
+        at = tuple(wrapped[there].T)
+        neighbours[there] += 1
+        known[there] += np.where(missing[at], 0.0, heights[at])
+        pairs.append(np.stack([there, number[at]])[:, missing[at]])
+    both = np.concatenate(pairs, axis=1)
+    matrix = sparse.diags_array(neighbours) - sparse.coo_array((np.ones(both.shape[1]), both), shape=(len(points),) * 2)
+    filled = heights.copy()
+    # what is left after so many steps stands deep in a large gap, where nothing is interpolated
+    filled[missing] = sparse.linalg.cg(matrix.tocsr(), known, rtol=1e-13, maxiter=1000)[0]
+    return filled

@@ -12,7 +12,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.contact.hertz import checked
+from historysim.arguments import checked
 from historysim.errors import InputError
 from historysim.surfaces.form import fit_form
 from historysim.units import as_float

@@ -17,9 +17,8 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
+from historysim.arguments import checked, scalar
 from historysim.contact import hertz
-from historysim.contact.greenwood_williamson import scalar
-from historysim.contact.hertz import checked
 from historysim.errors import InputError
 from historysim.surfaces.distribution import MOST_SUMMITS, generator
 from historysim.surfaces.summits import Summits

@@ -1,0 +1,49 @@
+"""Arguments of functions that take numbers in SI, checked, with messages that name them."""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from historysim.errors import InputError
+
+Values = npt.NDArray[np.float64]
+
+
+def checked(name: str, values: npt.ArrayLike, *, above: float = -math.inf, least: float = -math.inf) -> Values:
+    """Return an argument as floats.
+
+    Parameters
+    ----------
+    name : str
+        The name of the argument, for the message.
+    values : array_like
+        What came, a scalar or an array.
+    above, least : float
+        All values must be greater than `above`, and `least` or more.
+
+    Raises
+    ------
+    InputError
+        A value that is not a finite number or out of these bounds.
+    """
+    try:
+        result = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name} is {values!r}; expected numbers in SI") from error
+    wrong = ~(np.isfinite(result) & (result > above) & (result >= least))
+    if wrong.any():
+        bound = (
+            f" greater than {above:g}" if above > -math.inf else f" of {least:g} or more" if least > -math.inf else ""
+        )
+        where = f"[{', '.join(map(str, np.argwhere(wrong)[0]))}]" if result.ndim else ""
+        raise InputError(f"{name}{where} is {result[wrong][0]:g}; expected a finite number{bound}, in SI")
+    return result
+
+
+def scalar(name: str, value: npt.ArrayLike, *, above: float = -math.inf, least: float = -math.inf) -> float:
+    """Return an argument that is one number, as a float. Parameters and errors as in `checked`."""
+    number = checked(name, value, above=above, least=least)
+    if number.ndim:
+        raise InputError(f"{name} is a list of shape {number.shape}; expected one number, in SI")
+    return float(number)
