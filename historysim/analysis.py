@@ -1,16 +1,13 @@
 """What a recorded history says about its contact: functions of a Dataset."""
 
-import math
-
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
 from historysim.errors import InputError
+from historysim.units import duration_text, quantity_text
 
 Floats = npt.NDArray[np.float64]
-
-_PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
 
 def preliminary_displacement(history: xr.Dataset) -> xr.DataArray:
@@ -136,30 +133,6 @@ def summary(history: xr.Dataset) -> list[tuple[str, str]]:
     if held := int(history["saturated"].sum()):
         lines.append(("held at the limit", f"{held:,} steps"))
     return lines
-
-
-def quantity_text(value: float, unit: str, digits: int = 4) -> str:
-    """Write a quantity with the prefix that leaves one to three digits before the point: ``"90 mN"``."""
-    factor, prefix = prefixed(value)
-    return f"{value * factor:.{digits}g} {prefix}{unit}"
-
-
-def duration_text(seconds: float) -> str:
-    """Write a time in the unit in which people speak of it: ``"12.5 min"``."""
-    for unit, length, least in (("h", 3600.0, 7200.0), ("min", 60.0, 600.0)):
-        if seconds >= least:
-            return f"{seconds / length:.4g} {unit}"
-    return f"{seconds:.4g} s" if seconds >= 1 else quantity_text(seconds, "s")
-
-
-def prefixed(value: float) -> tuple[float, str]:
-    """Choose the SI prefix for a value: the factor to multiply by, and the prefix."""
-    magnitude = abs(value)
-    if not (math.isfinite(magnitude) and magnitude > 0):
-        return 1.0, ""
-    exponent = 3 * math.floor(math.log10(magnitude * (1 + 1e-9)) / 3)
-    exponent = min(max(exponent, min(_PREFIXES)), max(_PREFIXES))
-    return 10.0**-exponent, _PREFIXES[exponent]
 
 
 def is_complete(history: xr.Dataset) -> bool:

@@ -2,8 +2,8 @@
 
 import os
 import warnings
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,9 @@ from historysim.errors import HistorySimError, InputError
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.figure import Figure
+
+    from historysim.surfaces.heights import Surface
 
 NETCDF_BEGINNINGS = (b"\x89HDF\r\n\x1a\n", b"CDF\x01", b"CDF\x02", b"CDF\x05")
 
@@ -97,16 +100,32 @@ def validate(scenario: Path) -> None:
     click.echo("valid")
 
 
+def height_map_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Add the options that say what a height map leaves open."""
+    for option in (
+        click.option("--form", default="plane", show_default=True, help="What to take off a height map first."),
+        click.option("--channel", help="Channel of a height map, by its number from 0 or its name."),
+        click.option("--lateral-unit", help="Unit of its coordinates, if it has some without."),
+        click.option("--height-unit", help="Unit of its heights, if it names none."),
+        click.option("--pixel-size", multiple=True, help='As "0.5 µm", if it has none; twice for x and y.'),
+    ):
+        command = option(command)
+    return command
+
+
 @main.command()
 @click.argument("file", type=path_type)
-def show(file: Path) -> None:
-    """Say in a few lines what FILE, a scenario or a result, holds."""
-    if not _is_netcdf(file):
-        if file.is_file() and file.suffix != ".toml":
-            raise InputError(
-                f"{file}: is not a netCDF file, nor named .toml; expected a scenario or a result of historysim run"
-            )
+@height_map_options
+def show(file: Path, **height_map: Any) -> None:
+    """Say in a few lines what FILE holds: a scenario, a result, or a height map."""
+    kind = _kind(file)
+    if kind == "scenario":
         _print_lines(_scenario_lines(file))
+        return
+    if kind == "height map":
+        from historysim.surfaces.summary import summary
+
+        _print_lines([*summary(_height_map(file, **height_map)), ("form taken off", height_map["form"])])
         return
     from historysim import analysis
 
@@ -118,14 +137,36 @@ def show(file: Path) -> None:
 
 
 @main.command()
-@click.argument("result", type=path_type)
-@click.option("-o", "--output", type=path_type, help="The picture (PNG, PDF, SVG). [default: RESULT with .png]")
-def plot(result: Path, output: Path | None) -> None:
-    """Draw RESULT (netCDF): the friction loop, the loads, and the slip state of the asperities."""
-    with _opened(result) as history:
-        output = output or result.with_suffix(".png")
-        _check_target(output, result)
-        _draw(history, output)
+@click.argument("file", type=path_type)
+@click.option("-o", "--output", type=path_type, help="The picture (PNG, PDF, SVG). [default: FILE's name with .png]")
+@click.option("--step", help="Draw the surface of a result at this step, or at the peak normal load: a number or peak.")
+@height_map_options
+def plot(file: Path, output: Path | None, step: str | None, **height_map: Any) -> None:
+    """Draw FILE.
+
+    A result: the friction loop, the loads, and the slip state of the asperities; with --step the surface, its summits
+    in contact coloured by their slip state. A scenario or a height map: the surface with its summits.
+    """
+    kind = _kind(file)
+    if step is not None and kind != "result":
+        raise InputError(f"--step {step}: {file} is a {kind}; expected a result of historysim run, which has steps")
+    if output is None:
+        beside = file if kind == "result" else Path(file.name)
+        output = beside.with_name(f"{file.stem}_surface.png" if step or kind != "result" else f"{file.stem}.png")
+    _check_target(output, file)
+    from historysim.plots.surface import surface_picture
+
+    if kind == "scenario":
+        _save(surface_picture(_scenario_surface(file)), output)
+    elif kind == "height map":
+        surface = _height_map(file, **height_map)
+        _save(surface_picture(_map_surface(surface, file.name)), output)
+    else:
+        with _opened(file) as history:
+            if step is None:
+                _draw(history, output)
+            else:
+                _save(surface_picture(_result_surface(file, history), history, _step(step, history)), output)
     click.echo(output)
 
 
@@ -143,7 +184,7 @@ def _check_target(path: Path, *sources: Path) -> None:
 
 def _scenario_lines(path: Path) -> list[tuple[str, str]]:
     from historysim import scenario
-    from historysim.analysis import duration_text
+    from historysim.units import duration_text
 
     loaded = scenario.load(path)
     ensemble, events = loaded.checked()
@@ -155,6 +196,91 @@ def _scenario_lines(path: Path) -> list[tuple[str, str]]:
         ("substeps", str(loaded.substeps)),
         ("recorded asperities", loaded.record if isinstance(loaded.record, str) else f"{len(loaded.record):,} chosen"),
     ]
+
+
+def _kind(path: Path) -> str:
+    """Tell a scenario, a result and a height map apart."""
+    if path.suffix == ".toml":
+        return "scenario"
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder; expected a scenario, a result of historysim run, or a height map")
+    if not path.is_file():
+        raise InputError(
+            f"{path}: there is no such file; expected a scenario, a result of historysim run, or a height map"
+        )
+    if not _is_netcdf(path):
+        return "height map"
+    import netCDF4
+
+    # maps come as netCDF too; a file that does not open is left to the reader of results, which says what is wrong
+    with suppress(OSError, RuntimeError), netCDF4.Dataset(path) as file:
+        if "historysim_version" not in file.ncattrs():
+            return "height map"
+    return "result"
+
+
+def _height_map(
+    path: Path,
+    *,
+    pixel_size: tuple[str, ...],
+    height_unit: str | None,
+    lateral_unit: str | None,
+    channel: str | None,
+    form: str,
+) -> "Surface":
+    from historysim.surfaces.measured import read_surface
+
+    if len(pixel_size) > 2:
+        raise InputError(f"--pixel-size came {len(pixel_size)} times; expected it once, or twice for x and y")
+    try:
+        surface = read_surface(
+            path,
+            pixel_size=(pixel_size[0], pixel_size[-1]) if pixel_size else None,
+            height_unit=height_unit,
+            lateral_unit=lateral_unit,
+            channel=int(channel) if channel is not None and channel.isdecimal() else channel,
+        )
+    except InputError as error:
+        raise InputError(
+            f"{error} (read as a height map: neither named .toml nor a result of historysim run)"
+        ) from error
+    return surface.detrended(form)
+
+
+def _map_surface(surface: "Surface", title: str) -> "xr.Dataset":
+    from historysim import surface_group
+
+    summits = surface.summits(3 if 1 in surface.shape else 9)
+    return surface_group.dataset(summits, surface).assign_attrs(title=title)
+
+
+def _scenario_surface(path: Path) -> "xr.Dataset":
+    from historysim import scenario, surface_group
+
+    loaded = scenario.load(path)
+    ground = loaded.ground()
+    return surface_group.dataset(ground.summits, ground.surface).assign_attrs(title=loaded.title or path.stem)
+
+
+def _result_surface(path: Path, history: "xr.Dataset") -> "xr.Dataset":
+    import xarray as xr
+
+    from historysim.plots.surface import surface_of
+    from historysim.surface_group import GROUP
+
+    try:
+        return xr.load_dataset(path, engine="netcdf4", group=GROUP)
+    except (OSError, KeyError):
+        return surface_of(history)
+
+
+def _step(text: str, history: "xr.Dataset") -> int:
+    if text == "peak":
+        return int(history["total_normal_load"].values.argmax())
+    try:
+        return int(text)
+    except ValueError:
+        raise InputError(f"--step {text}: expected a number from 0 to {history.sizes['step'] - 1}, or peak") from None
 
 
 def _print_lines(lines: Iterable[tuple[str, str]]) -> None:
@@ -174,6 +300,8 @@ def _is_netcdf(path: Path) -> bool:
 
 @contextmanager
 def _opened(path: Path) -> Iterator["xr.Dataset"]:
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder; expected a scenario, a result of historysim run, or a height map")
     if not path.is_file():
         raise InputError(f"{path}: there is no such file; expected a result of historysim run (netCDF)")
     if not _is_netcdf(path):
@@ -198,7 +326,10 @@ def _opened(path: Path) -> Iterator["xr.Dataset"]:
 def _draw(history: "xr.Dataset", picture: Path) -> None:
     from historysim.plots.history import overview
 
-    figure = overview(history)
+    _save(overview(history), picture)
+
+
+def _save(figure: "Figure", picture: Path) -> None:
     known = figure.canvas.get_supported_filetypes()
     kind = picture.suffix.removeprefix(".").lower()
     if kind not in known:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from operator import eq
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Protocol
+from typing import TYPE_CHECKING, Annotated, Any
 
 import attrs
 from cattrs import Converter
@@ -28,7 +28,6 @@ from historysim.events import (
 from historysim.schema import (
     Force,
     Length,
-    Lengths,
     Number,
     Numbers,
     Pressure,
@@ -37,12 +36,19 @@ from historysim.schema import (
     Time,
     at,
     misfit,
-    nearest,
     reported,
     schema_converter,
     shown,
     table,
     text,
+)
+from historysim.surface_kinds import (
+    Ground,
+    MapKind,
+    SurfaceKind,
+    channel_from_toml,
+    map_from_toml,
+    surface_from_toml,
 )
 from historysim.tables import Column, check_delimiter, column_from_toml, read_table
 
@@ -123,77 +129,7 @@ def _material(key: str, entry: MaterialEntry | None) -> "Material":
         return material(str(entry))
 
 
-# -- surfaces --------------------------------------------------------------------------------------
-
-
-class Surface(Protocol):
-    """``[surface]``: one class for each kind; a new kind is a new class in ``SURFACES``."""
-
-    def summits(self, folder: Path) -> dict[str, Any]:
-        """Give the arguments that the Ensemble takes from the surface, and ``friction`` if it has its own."""
-
-
-@attrs.frozen
-class Sphere:
-    """One spherical asperity."""
-
-    radius: Length
-
-    def summits(self, folder: Path) -> dict[str, Any]:  # noqa: ARG002 - a sphere needs no file
-        """Give one summit at height 0."""
-        return {"summit_height": 0.0, "summit_radius": self.radius}
-
-
-@attrs.frozen
-class InlineSummits:
-    """Summits written out in the scenario; a single radius stands for all."""
-
-    height: Lengths
-    radius: Lengths
-    x: Lengths | None = None
-    y: Lengths | None = None
-
-    def summits(self, folder: Path) -> dict[str, Any]:  # noqa: ARG002 - they are in the scenario itself
-        """Give the summits."""
-        return {"summit_height": self.height, "summit_radius": self.radius, "x": self.x, "y": self.y}
-
-
-@attrs.frozen
-class SummitColumns:
-    """Which column of the summit table holds what."""
-
-    height: Column
-    radius: Column
-    x: Column | None = None
-    y: Column | None = None
-    friction: Column | None = None
-
-
-@attrs.frozen
-class SummitTable:
-    """Summits from a CSV file."""
-
-    file: str
-    columns: SummitColumns
-    delimiter: str = attrs.field(default=",", validator=check_delimiter)
-
-    def summits(self, folder: Path) -> dict[str, Any]:
-        """Read the summits."""
-        units = {"height": "m", "radius": "m", "x": "m", "y": "m", "friction": "1"}
-        with at("surface"):
-            found = read_table(folder / self.file, _given(self.columns), units, self.delimiter).columns
-        names = {"height": "summit_height", "radius": "summit_radius"}
-        return {names.get(key, key): values for key, values in found.items()}
-
-
-def _sphere_or_summits(entry: Mapping[str, Any]) -> type:
-    return SummitTable if "file" in entry else InlineSummits
-
-
-SURFACES: Mapping[str, Callable[[Mapping[str, Any]], type]] = {
-    "sphere": lambda _: Sphere,
-    "summits": _sphere_or_summits,
-}
+# -- friction --------------------------------------------------------------------------------------
 
 
 @attrs.frozen
@@ -467,7 +403,7 @@ class Sections:
     """A scenario file, section by section."""
 
     materials: Materials
-    surface: Surface
+    surface: SurfaceKind
     loading: AnyLoading
     friction: Friction | None = None
     record: Record = Record()
@@ -512,8 +448,24 @@ class Scenario:
         """The asperities to record: ``"touching"``, ``"all"``, ``"totals"`` or indices."""
         return self.sections.record.asperities
 
-    def ensemble(self) -> "Ensemble":
+    def ground(self) -> Ground:
+        """Make the surface and its summits.
+
+        Raises
+        ------
+        InputError
+            A surface that cannot be used; the message names file and field.
+        """
+        with reported(self.path.name), at("surface"):
+            return self.sections.surface.ground(self.path.parent)
+
+    def ensemble(self, ground: Ground | None = None) -> "Ensemble":
         """Build the ensemble.
+
+        Parameters
+        ----------
+        ground : Ground, optional
+            What `ground` has made, where it is needed for something else too.
 
         Raises
         ------
@@ -522,12 +474,13 @@ class Scenario:
         """
         from historysim.ensemble import Ensemble
 
+        ground = ground or self.ground()
         with reported(self.path.name):
             pair = self.sections.materials.pair()
-            arguments = self.sections.surface.summits(self.path.parent)
-            arguments = {"friction": self._friction("friction" in arguments)} | arguments
+            friction = self._friction(ground.friction is not None)
             with at("surface"):
-                ensemble = Ensemble(pair, **arguments)
+                coefficients = ground.friction if friction is None else friction
+                ensemble = Ensemble.from_summits(pair, ground.summits, coefficients)
             self._check_record(len(ensemble))
         return ensemble
 
@@ -549,15 +502,15 @@ class Scenario:
                 raise misfit(problem, "loading", "substeps")
         return events
 
-    def checked(self) -> "tuple[Ensemble, list[Event]]":
-        """Build ensemble and events, and check the one against the other.
+    def checked(self, ground: Ground | None = None) -> "tuple[Ensemble, list[Event]]":
+        """Build ensemble and events, and check the one against the other; parameters as for `ensemble`.
 
         Raises
         ------
         InputError
             As for either, or a change of friction with a wrong number of coefficients.
         """
-        ensemble, events = self.ensemble(), self.events()
+        ensemble, events = self.ensemble(ground), self.events()
         for event in events:
             if isinstance(event, FrictionChange) and isinstance(event.friction, tuple):
                 given, expected = len(event.friction), len(ensemble)
@@ -627,7 +580,9 @@ def _converter() -> Converter:
     for kind, hook in (
         (MaterialEntry | None, _material_entry),
         (Column, _column),
-        (Surface, _surface),
+        (SurfaceKind, surface_from_toml),
+        (MapKind, map_from_toml),
+        (int | str | None, channel_from_toml),
         (AnyLoading, _loading),
         (str | tuple[int, ...], _record),
     ):
@@ -641,17 +596,6 @@ def _material_entry(converter: Converter, value: object, _: object) -> MaterialE
 
 def _column(_: Converter, value: object, __: object) -> Column:
     return column_from_toml(value)
-
-
-def _surface(converter: Converter, value: object, _: object) -> Surface:
-    entry = dict(table(value))
-    if "kind" not in entry:
-        raise misfit(f"missing; expected one of {', '.join(SURFACES)}", "kind")
-    kind = entry.pop("kind")
-    if not isinstance(kind, str) or kind not in SURFACES:
-        raise misfit(f"{shown(kind)}; {nearest(str(kind), SURFACES)}", "kind")
-    surface: Surface = converter.structure(entry, SURFACES[kind](entry))
-    return surface
 
 
 def _loading(converter: Converter, value: object, _: object) -> AnyLoading:

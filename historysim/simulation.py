@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from historysim import log, recorder, scenario, scheduler
+from historysim import log, recorder, scenario, scheduler, surface_group
 from historysim._version import __version__
 from historysim.ensemble import Ensemble
 from historysim.errors import FrictionLimitError, InputError, LoadError
@@ -72,7 +72,8 @@ def run(path: str | Path, output: str | Path | None = None, *, progress: bool = 
     path : path
         A scenario in TOML.
     output : path, optional
-        A netCDF file to stream the history to; an existing one is replaced when the new one is complete.
+        A netCDF file to stream the history to, with the surface in the group ``surface``; an existing one is replaced
+        when the new one is complete.
     progress : bool
         Show a progress bar on standard error where that is a terminal and the run is long.
 
@@ -93,7 +94,8 @@ def run(path: str | Path, output: str | Path | None = None, *, progress: bool = 
     import xarray as xr
 
     loaded = scenario.load(path)
-    ensemble, events = loaded.ensemble(), loaded.events()
+    ground = loaded.ground()
+    ensemble, events = loaded.ensemble(ground), loaded.events()
     asperities = recorder.chosen_asperities(ensemble, events, loaded.record)
     columns = 1 if asperities is None else max(asperities.size, 1)
     most_rows = max(1, min(ROWS_BETWEEN_REPORTS, recorder.BLOCK_CELLS // columns))
@@ -107,6 +109,7 @@ def run(path: str | Path, output: str | Path | None = None, *, progress: bool = 
         _walk(ensemble, events, plan, memory, saturate=loaded.saturate, progress=progress)
         return memory.dataset()
     with recorder.recording(Path(output), ensemble, asperities, steps, attributes) as file:
+        surface_group.write(file.file, surface_group.dataset(ground.summits, ground.surface))
         _walk(ensemble, events, plan, file, saturate=loaded.saturate, progress=progress)
     return xr.open_dataset(output, decode_times=False)
 

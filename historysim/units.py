@@ -19,6 +19,8 @@ _KINDS = {
     "1": ("a plain number", "%"),
 }
 
+_PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 # "10 500 N" and "1,5 N" must not pass as the unit 500 N or a product with 5 N
 _STRAY_NUMBER = re.compile(r"(?:^|[\s*/.,·(@])[+-]?[\d.,]")
@@ -154,6 +156,30 @@ def conversion_factor(unit_text: str, unit: str) -> float:
     if not (math.isfinite(factor) and factor > 0):
         raise InputError(f"{_shown(unit_text)} is {factor:g} {unit}; expected a positive, finite unit such as {sample}")
     return factor
+
+
+def quantity_text(value: float, unit: str, digits: int = 4) -> str:
+    """Write a quantity with the prefix that leaves one to three digits before the point: ``"90 mN"``."""
+    factor, prefix = prefixed(value)
+    return f"{value * factor:.{digits}g} {prefix}{unit}"
+
+
+def duration_text(seconds: float) -> str:
+    """Write a time in the unit in which people speak of it: ``"12.5 min"``."""
+    for unit, length, least in (("h", 3600.0, 7200.0), ("min", 60.0, 600.0)):
+        if seconds >= least:
+            return f"{seconds / length:.4g} {unit}"
+    return f"{seconds:.4g} s" if seconds >= 1 else quantity_text(seconds, "s")
+
+
+def prefixed(value: float) -> tuple[float, str]:
+    """Choose the SI prefix for a value: the factor to multiply by, and the prefix."""
+    magnitude = abs(value)
+    if not (math.isfinite(magnitude) and magnitude > 0):
+        return 1.0, ""
+    exponent = 3 * math.floor(math.log10(magnitude * (1 + 1e-9)) / 3)
+    exponent = min(max(exponent, min(_PREFIXES)), max(_PREFIXES))
+    return 10.0**-exponent, _PREFIXES[exponent]
 
 
 def _kind(unit: str) -> tuple[str, str]:

@@ -16,7 +16,7 @@ class Variable:
     ----------
     name : str
     dimensions : tuple of str
-        Of ``step`` and ``asperity``.
+        Of ``step`` and ``asperity``; in the group of the surface ``x``, ``y`` and ``summit``.
     units : str
         UDUNITS text; "1" where dimensionless, empty for flags.
     long_name : str
@@ -84,3 +84,20 @@ PER_ASPERITY = (
     Variable("slip_state", _BOTH, "", "slip state", "int8", _SLIP_FLAGS),
     Variable("dissipated_energy", _BOTH, "J", "energy dissipated by friction since the start"),
 )
+
+SURFACE = (
+    Variable("x", ("x",), "m", "position along x"),
+    Variable("y", ("y",), "m", "position along y"),
+    Variable("height", ("x", "y"), "m", "height of the surface"),
+)
+"""The height map, in the group ``surface`` of a result."""
+
+_SUMMIT = ("summit",)
+
+SUMMITS = (
+    Variable("summit_height", _SUMMIT, "m", "height of the summit"),
+    Variable("summit_radius", _SUMMIT, "m", "radius of the summit"),
+    Variable("summit_x", _SUMMIT, "m", "position of the summit along x"),
+    Variable("summit_y", _SUMMIT, "m", "position of the summit along y"),
+)
+"""All summits, in the same group; ``asperity`` in the history is their index."""

@@ -5,6 +5,7 @@ import sys
 import time
 
 import netCDF4
+import numpy as np
 import pytest
 from broken import BLOCKS, LOADS_CSV, MEASURED, SUMMITS_CSV, WAYPOINTS, broken_bytes, broken_documents
 from click.testing import CliRunner
@@ -114,6 +115,44 @@ def test_plot_draws_beside_the_result_or_where_it_is_told(folder):
     assert files(folder) == ["ball.nc", "ball.png", "ball.toml", "loop.PDF", "loop.svg"]
 
 
+def test_a_height_map_is_shown_and_drawn(folder):
+    np.savetxt(folder / "map.txt", np.pad([[4.0]], 2))
+    np.savetxt(folder / "profile.csv", [0, 3, 0, 1, 0])
+    units = ("--pixel-size", "2 µm", "--height-unit", "nm", "--form", "mean")
+    lines = dict(line.split("  ", 1) for line in call("show", "map.txt", *units).output.splitlines())
+    found = {key: value.strip() for key, value in lines.items()}
+    # one point of 4 nm among 25: Rq² = 16/25 - (4/25)² nm²; the curvature there is 4 nm 2/(2 µm)²
+    assert found["points"] == "5 × 5, 2 µm apart"
+    assert found["rms height Rq"] == "783.8 pm"
+    assert found["height range Rz"] == "4 nm"
+    assert found["summits, 9-point rule"] == "1, 0.01 per µm²"
+    assert found["mean summit radius"] == "500 µm, median 500 µm"
+    assert "summits, 3-point rule          2\n" in call("show", "profile.csv", *units).output
+    assert call("plot", "map.txt", *units).output == "map_surface.png\n"
+    assert call("plot", "profile.csv", *units, "-o", "profile.svg").exit_code == 0
+    assert "summit radius" in (folder / "profile.svg").read_text(encoding="utf-8")
+
+
+def test_the_surface_of_a_scenario_and_of_a_step_is_drawn(folder):
+    random = """kind = "random"
+shape = [64, 32]
+pixel_size = 1e-6
+rms_height = 1e-7
+autocorrelation_length = 1e-5
+seed = 3"""
+    text = SCENARIO.replace('kind = "sphere"', random).replace("radius = ", "#")
+    (folder / "rough.toml").write_text(text, encoding="utf-8")
+    assert call("plot", "rough.toml").output == "rough_surface.png\n"
+    assert call("run", "rough.toml").exit_code == 0
+    assert call("plot", "rough.nc", "--step", "peak").output == "rough_surface.png\n"
+    assert call("plot", "rough.nc", "--step", "-1", "-o", "last.svg").exit_code == 0
+    assert call("run", "ball.toml", "-q").exit_code == 0
+    assert call("plot", "ball.nc", "--step", "0").exit_code == 0
+    assert files(folder) == sorted(
+        ["ball.nc", "ball.toml", "ball_surface.png", "last.svg", "rough.nc", "rough.toml", "rough_surface.png"]
+    )
+
+
 def test_help_answers_at_once():
     code = (
         "import sys\n"
@@ -164,6 +203,9 @@ def test_what_cannot_be_run_leaves_no_file(folder, old, new, code, said):
     assert (folder / "ball.nc").read_text(encoding="utf-8") == "an older result"
 
 
+PIXEL = ("--pixel-size", "1 µm", "--height-unit", "nm")
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
@@ -178,11 +220,21 @@ def test_what_cannot_be_run_leaves_no_file(folder, old, new, code, said):
         (["rnu", "ball.toml"], "No such command 'rnu'"),
         (["run", "ball.toml", "--polt"], "No such option"),
         (["show", "none.nc"], "there is no such file"),
-        (["show", "notes.txt"], "notes.txt: is not a netCDF file, nor named .toml"),
+        (
+            ["show", "notes.txt"],
+            "line 1: 'notes' (read as a height map: neither named .toml nor a result of historysim run)",
+        ),
         (["show", "."], "is a folder"),
         (["plot", "none.nc"], "none.nc: there is no such file"),
-        (["plot", "ball.toml"], "ball.toml: is not a netCDF file"),
-        (["plot", "stranger.nc"], "stranger.nc: is not a finished result"),
+        (["plot", "ball.toml", "--step", "1"], "--step 1: ball.toml is a scenario; expected a result"),
+        (["plot", "good.nc", "--step", "two"], "--step two: expected a number from 0 to 10, or peak"),
+        (["plot", "good.nc", "--step", "21"], "step 21: the history has 11 steps; expected -11 to 10"),
+        (["show", "map.txt"], "map.txt: does not name the unit of its heights; give height_unit"),
+        (["show", "map.txt", "--pixel-size", "1 N", "--height-unit", "nm"], "pixel_size"),
+        (["show", "map.txt", *PIXEL, "--form", "cone"], "form is 'cone'; expected one of mean, plane"),
+        (["show", "map.txt", *PIXEL, *PIXEL, *PIXEL], "--pixel-size came 3 times"),
+        (["plot", "map.txt", *PIXEL, "--step", "1"], "map.txt is a height map; expected a result"),
+        (["plot", "stranger.nc"], "stranger.nc: holds no heights"),
         (["plot", "cut.nc"], "cut.nc: is damaged"),
         (["show", "cut.nc"], "cut.nc: is damaged"),
         (["plot", "good.nc", "-o", "good.nc"], "good.nc: would overwrite what it is made from"),
@@ -192,6 +244,7 @@ def test_what_cannot_be_run_leaves_no_file(folder, old, new, code, said):
 )
 def test_bad_input_gets_code_2_and_one_message(folder, arguments, said):
     (folder / "notes.txt").write_text("notes", encoding="utf-8")
+    (folder / "map.txt").write_text("0 1 0\n1 5 1\n0 1 0\n", encoding="utf-8")
     with netCDF4.Dataset(folder / "stranger.nc", "w") as stranger:
         stranger.createDimension("step", 1)
     assert call("run", "ball.toml", "-q", "-o", "good.nc").exit_code == 0

@@ -215,7 +215,7 @@ def test_importing_the_module_loads_nothing_heavy():
         ('kind = "sphere"', "", "s.toml: surface.kind: missing; expected one of sphere, summits"),
         ('kind = "sphere"', "kind = 7", "s.toml: surface.kind: 7; expected one of"),
         ("radius = 1.0", "", "s.toml: surface.radius: missing"),
-        ("radius = 1.0", "radius = -1.0", "s.toml: surface: summit_radius"),
+        ("radius = 1.0", "radius = -1.0", "s.toml: surface: radius is -1"),
         ("contact_modulus = 1.0", "", "s.toml: materials: shear_modulus given; expected either first and second"),
         ("contact_modulus = 1.0", "contact_modulus = 0", "s.toml: materials: "),
         ("coefficient = 0.5", "coefficient = [0.5, 0.4]", "s.toml: surface: friction"),

@@ -24,6 +24,9 @@ from historysim.surfaces.summits import Summits, find_summits
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 
+ROUNDING = 32 * np.finfo(np.float64).eps
+"""Height over the largest one, up to which what is left of a surface without its form is taken for rounding."""
+
 
 def _heights(values: npt.ArrayLike) -> Floats:
     try:
@@ -147,6 +150,9 @@ class Surface:
             See `fit_form`.
         """
         left = self.heights - self.form(form).heights
+        # a surface that is its own form leaves rounding, which is no roughness
+        if np.nanmax(np.abs(left)) <= ROUNDING * np.nanmax(np.abs(self.heights)):
+            left = np.where(self.missing, np.nan, 0.0)
         return type(self)(left, self.pixel_size, periodic=self.periodic and form == "mean")
 
     def scaled(self, rms_height: float) -> Self:

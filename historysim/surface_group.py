@@ -1,0 +1,75 @@
+"""The surface beside the history: its summits, and its height map where there is one, as a group of a result."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from historysim.surfaces.heights import Surface
+from historysim.surfaces.summits import Summits
+from historysim.variables import SUMMITS, SURFACE, Variable
+
+if TYPE_CHECKING:
+    import netCDF4
+    import xarray as xr
+
+GROUP = "surface"
+MOST_POINTS = 512
+"""Points of a height map along each axis that are kept: what a picture can show."""
+
+Array = npt.NDArray[Any]
+
+
+def dataset(summits: Summits, surface: Surface | None = None) -> "xr.Dataset":
+    """Return summits, and the height map thinned to what a picture can show, as a Dataset.
+
+    Parameters
+    ----------
+    summits : Summits
+        All summits, in the order of the ensemble.
+    surface : Surface, optional
+        The map that they were found on.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions ``summit`` and, with a map, ``x`` and ``y``; see `historysim.variables`. The attribute ``thinning``
+        says that every so many-th point of the map is kept.
+    """
+    import xarray as xr
+
+    columns = (summits.height, summits.radius, summits.x, summits.y)
+    values: list[tuple[Variable, Array]] = [
+        (variable, column) for variable, column in zip(SUMMITS, columns, strict=True) if column is not None
+    ]
+    attributes: dict[str, Any] = {"nominal_area": summits.nominal_area} if summits.nominal_area else {}
+    if surface is not None:
+        stride = -(-max(surface.shape) // MOST_POINTS)
+        axes = (
+            np.arange(0, size, stride) * pixel for size, pixel in zip(surface.shape, surface.pixel_size, strict=True)
+        )
+        values += zip(SURFACE, (*axes, surface.heights[::stride, ::stride]), strict=True)
+        attributes["thinning"] = stride
+    return xr.Dataset(
+        {variable.name: (variable.dimensions, column, variable.attributes) for variable, column in values},
+        attrs=attributes,
+    )
+
+
+def write(file: "netCDF4.Dataset", content: "xr.Dataset") -> None:
+    """Write what `dataset` gives into the group ``surface`` of an open file.
+
+    Missing heights are NaN, which is their ``_FillValue``; nothing else has one.
+    """
+    group = file.createGroup(GROUP)
+    group.setncatts(content.attrs)
+    for name, size in content.sizes.items():
+        group.createDimension(str(name), size)
+    for variable in (*SURFACE, *SUMMITS):
+        if variable.name in content.variables:
+            fill = np.nan if variable.name == "height" else False
+            made = group.createVariable(
+                variable.name, variable.dtype, variable.dimensions, fill_value=fill, compression="zlib"
+            )
+            made.setncatts(variable.attributes)
+            made[:] = content[variable.name].values

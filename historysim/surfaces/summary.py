@@ -1,0 +1,89 @@
+"""A surface in a few lines."""
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+
+from historysim.errors import InputError
+from historysim.surfaces.heights import Surface
+from historysim.units import quantity_text
+
+
+def summary(surface: Surface, rule: int = 9) -> list[tuple[str, str]]:
+    """Say in a few lines what a height map is like.
+
+    Parameters
+    ----------
+    surface : Surface
+    rule : int
+        That the summits are found by; a profile has rule 3.
+
+    Returns
+    -------
+    list of (label, text)
+        Size, missing points, heights, slopes, curvatures, bandwidth, autocorrelation lengths, lay and summits; "none"
+        for what the surface does not have.
+    """
+    found = surface.statistics()
+    points = _product(f"{count:,}" for count in surface.shape if count > 1)
+    pixels = _product(_length(pixel) for pixel in dict.fromkeys(surface.pixel_size))
+    lengths = _product(_length(size) for size, count in zip(surface.size, surface.shape, strict=True) if count > 1)
+    return [
+        ("points", f"{points}, {pixels} apart"),
+        ("size", lengths),
+        ("missing", f"{100 * found.missing_fraction:.3g} % of the points" if found.missing_fraction else "none"),
+        ("rms height Rq", _length(found.rms_height)),
+        ("mean deviation Ra", _length(found.mean_deviation)),
+        ("height range Rz", _length(found.height_range)),
+        ("skewness, kurtosis", f"{_number(found.skewness)}, {_number(found.kurtosis)}"),
+        ("rms slope", _number(found.rms_slope)),
+        ("rms curvature", _number(found.rms_curvature, " 1/m")),
+        ("bandwidth ψ", _number(found.bandwidth)),
+        *_correlation_lines(surface),
+        *_summit_lines(surface, 3 if 1 in surface.shape else rule),
+    ]
+
+
+def _correlation_lines(surface: Surface) -> list[tuple[str, str]]:
+    try:
+        correlation = surface.autocorrelation()
+    except InputError:
+        return [("autocorrelation length", "none: all heights are equal")]
+    along_x, along_y = surface.shape[0] > 1, surface.shape[1] > 1
+    lines = []
+    for level, name in ((0.1, "0.1"), (1 / math.e, "1/e")):
+        lengths = [f"{_length(correlation.length('x', level))} along x"] if along_x else []
+        lengths += [f"{_length(correlation.length('y', level))} along y"] if along_y else []
+        lines.append((f"autocorrelation length at {name}", ", ".join(lengths)))
+    if along_x and along_y:
+        lines.append(("lay γ", _number(correlation.lay)))
+    return lines
+
+
+def _summit_lines(surface: Surface, rule: int) -> list[tuple[str, str]]:
+    summits = surface.summits(rule)
+    label = f"summits, {rule}-point rule"
+    if not len(summits):
+        return [(label, "none")]
+    density = "" if summits.density is None else f", {summits.density * 1e-12:.4g} per µm²"
+    return [
+        (label, f"{len(summits):,}{density}"),
+        ("mean summit height", f"{_length(float(summits.height.mean() - np.nanmean(surface.heights)))} over the mean"),
+        (
+            "mean summit radius",
+            f"{_length(float(summits.radius.mean()))}, median {_length(float(np.median(summits.radius)))}",
+        ),
+    ]
+
+
+def _product(texts: Iterable[str]) -> str:
+    return " × ".join(texts)
+
+
+def _length(value: float) -> str:
+    return "none" if math.isnan(value) else quantity_text(value, "m")
+
+
+def _number(value: float, unit: str = "") -> str:
+    return "none" if math.isnan(value) else f"{value:.4g}{unit}"
