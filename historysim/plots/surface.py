@@ -1,7 +1,7 @@
 """Pictures of a surface: its height map, its summits, and which of them stick or slip at a step of a history."""
 
 import textwrap
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import attrs
 import numpy as np
@@ -20,7 +20,9 @@ Floats = npt.NDArray[np.float64]
 
 MOST_MARKS = 20_000
 """Summits without contact that are marked; of more, evenly chosen ones."""
-SEPARATED = 0
+SEPARATED, TOUCHING = 0, -1
+ON_MAP = "#4aa8e0"
+"""Summits without contact on grey heights."""
 
 
 @attrs.frozen(eq=False)
@@ -30,7 +32,7 @@ class _Contact:
     Attributes
     ----------
     state : array (summit)
-        Slip state, or -1 where the summit touches and was not recorded.
+        Slip state, or `TOUCHING` where the summit touches and was not recorded.
     separation : float
         Height of the rigid flat [m].
     caption : str
@@ -117,7 +119,7 @@ def _contact(surface: xr.Dataset, history: xr.Dataset, step: int) -> _Contact:
     row = history.isel(step=step)
     separation = float(row["separation"])
     labels = surface["summit"].values if "summit" in surface.coords else np.arange(surface.sizes["summit"])
-    state = np.where(surface["summit_height"].values > separation, -1, SEPARATED).astype(np.int8)
+    state = np.where(surface["summit_height"].values > separation, TOUCHING, SEPARATED).astype(np.int8)
     if "slip_state" in row:
         state[np.searchsorted(labels, row["asperity"].values)] = row["slip_state"].values
     caption = (
@@ -191,30 +193,31 @@ def _draw_distribution(axes: "Axes", surface: xr.Dataset, contact: _Contact | No
         ylabel=f"summit radius $R$ ({radius_unit})",
     )
     if contact is not None:
-        _draw_legend(axes)
+        _draw_legend(axes, unknown=bool((contact.state == TOUCHING).any()))
 
 
 def _draw_marks(axes: "Axes", x: Floats, y: Floats, contact: _Contact | None, *, on_map: bool) -> None:
     state = np.zeros(x.size, dtype=np.int8) if contact is None else contact.state
     separated = np.flatnonzero(state == SEPARATED)
     separated = separated[:: max(-(-separated.size // MOST_MARKS), 1)]
-    few = separated.size <= 1000
-    faint: dict[str, Any] = {"color": "#7fb3d5" if on_map else FAINT, "markersize": 2.5 if few else 1.0}
-    axes.plot(x[separated], y[separated], ".", markeredgewidth=0, rasterized=True, **faint)
-    size = 16 if np.count_nonzero(state != SEPARATED) <= 500 else 7
-    for value, colour in (*enumerate(STATE_COLOURS), (-1, "none")):
+    size = float(np.clip(120 / np.sqrt(max(separated.size, 1)), 0.9, 4.0))
+    colour = ON_MAP if on_map else FAINT
+    axes.plot(x[separated], y[separated], ".", color=colour, ms=size, markeredgewidth=0, rasterized=True)
+    area = 16 if np.count_nonzero(state != SEPARATED) <= 500 else 7
+    for value, fill in (*enumerate(STATE_COLOURS), (TOUCHING, "none")):
         if value == SEPARATED:
             continue
         here = state == value
-        axes.scatter(x[here], y[here], s=size, c=colour, edgecolors=INK, linewidths=0.35, rasterized=True, zorder=3)
+        axes.scatter(x[here], y[here], s=area, c=fill, edgecolors=INK, linewidths=0.35, rasterized=True, zorder=3)
 
 
-def _draw_legend(axes: "Axes") -> None:
+def _draw_legend(axes: "Axes", *, unknown: bool) -> None:
     from matplotlib.lines import Line2D
 
+    entries = [*zip(STATES[1:], STATE_COLOURS[1:], strict=True), *([("touching, not recorded", "none")] * unknown)]
     handles = [
         Line2D([], [], marker="o", linestyle="", mfc=colour, mec=INK, mew=0.4, ms=4.5, label=name)
-        for name, colour in zip(STATES[1:], STATE_COLOURS[1:], strict=True)
+        for name, colour in entries
     ]
     handles.insert(0, Line2D([], [], marker=".", linestyle="", color=FAINT, ms=4, label=STATES[0]))
     axes.legend(handles=handles, loc="upper left", handletextpad=0.1, borderaxespad=0.2)
