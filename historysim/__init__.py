@@ -12,6 +12,7 @@ from historysim.errors import FrictionLimitError, HistorySimError, InputError, L
 if TYPE_CHECKING:
     from historysim.asperity import Asperity as Asperity
     from historysim.asperity import SlipState as SlipState
+    from historysim.contact.greenwood_williamson import GreenwoodWilliamson as GreenwoodWilliamson
     from historysim.ensemble import Ensemble as Ensemble
     from historysim.ensemble import EnsembleState as EnsembleState
     from historysim.events import FrictionChange as FrictionChange
@@ -24,6 +25,13 @@ if TYPE_CHECKING:
     from historysim.materials import material as material
     from historysim.simulation import replay as replay
     from historysim.simulation import run as run
+    from historysim.surfaces.distribution import drawn_summits as drawn_summits
+    from historysim.surfaces.distribution import quantile_summits as quantile_summits
+    from historysim.surfaces.heights import Surface as Surface
+    from historysim.surfaces.measured import read_surface as read_surface
+    from historysim.surfaces.random import random_surface as random_surface
+    from historysim.surfaces.summits import Summits as Summits
+    from historysim.surfaces.textured import textured_summits as textured_summits
 
 _HOMES = {
     "asperity": ("Asperity", "SlipState"),
@@ -31,6 +39,13 @@ _HOMES = {
     "events": ("FrictionChange", "NormalDisplacement", "NormalLoad", "TangentialDisplacement", "TangentialLoad"),
     "materials": ("Material", "MaterialPair", "material"),
     "simulation": ("replay", "run"),
+    "contact.greenwood_williamson": ("GreenwoodWilliamson",),
+    "surfaces.distribution": ("drawn_summits", "quantile_summits"),
+    "surfaces.heights": ("Surface",),
+    "surfaces.measured": ("read_surface",),
+    "surfaces.random": ("random_surface",),
+    "surfaces.summits": ("Summits",),
+    "surfaces.textured": ("textured_summits",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+    from historysim.adhering import AdheringAsperities
     from historysim.surfaces.heights import Surface
 
 NETCDF_BEGINNINGS = (b"\x89HDF\r\n\x1a\n", b"CDF\x01", b"CDF\x02", b"CDF\x05")
@@ -140,14 +141,23 @@ def show(file: Path, **height_map: Any) -> None:
 @click.argument("file", type=path_type)
 @click.option("-o", "--output", type=path_type, help="The picture (PNG, PDF, SVG). [default: FILE's name with .png]")
 @click.option("--step", help="Draw the surface of a result at this step, or at the peak normal load: a number or peak.")
+@click.option("--adhesion", is_flag=True, help="Draw the adhesion map with asperities of a scenario.")
 @height_map_options
-def plot(file: Path, output: Path | None, step: str | None, **height_map: Any) -> None:
+def plot(file: Path, output: Path | None, step: str | None, adhesion: bool, **height_map: Any) -> None:
     """Draw FILE.
 
     A result: the friction loop, the loads, and the slip state of the asperities; with --step the surface, its summits
     in contact coloured by their slip state. A scenario or a height map: the surface with its summits.
     """
     kind = _kind(file)
+    if adhesion:
+        if kind != "scenario":
+            raise InputError(f"--adhesion: {file} is a {kind}; expected a scenario with [adhesion]")
+        output = output or Path(f"{file.stem}_adhesion.png")
+        _check_target(output, file)
+        _save(_adhesion_map(file), output)
+        click.echo(output)
+        return
     if step is not None and kind != "result":
         raise InputError(f"--step {step}: {file} is a {kind}; expected a result of historysim run, which has steps")
     if output is None:
@@ -195,6 +205,19 @@ def _scenario_lines(path: Path) -> list[tuple[str, str]]:
         ("events", f"{len(events):,} over {duration}"),
         ("substeps", str(loaded.substeps)),
         ("recorded asperities", loaded.record if isinstance(loaded.record, str) else f"{len(loaded.record):,} chosen"),
+        *_adhesion_lines(loaded.adhering(ensemble, events)),
+    ]
+
+
+def _adhesion_lines(contact: "AdheringAsperities | None") -> list[tuple[str, str]]:
+    if contact is None:
+        return []
+    zones = list(contact.regime)
+    counts = ", ".join(f"{zones.count(zone):,} {zone.label}" for zone in dict.fromkeys(zones))
+    share = -contact.pull_off_load.sum() / contact.normal_load.sum()
+    return [
+        ("adhesion regimes", f"{counts}, where the asperities are pressed most"),
+        ("adhesion left out", f"pull-off {100 * share:.2g} % of the normal load at most"),
     ]
 
 
@@ -260,6 +283,28 @@ def _scenario_surface(path: Path) -> "xr.Dataset":
     loaded = scenario.load(path)
     ground = loaded.ground()
     return surface_group.dataset(ground.summits, ground.surface).assign_attrs(title=loaded.title or path.stem)
+
+
+def _adhesion_map(path: Path) -> "Figure":
+    from historysim import scenario
+    from historysim.plots.adhesion import adhesion_map
+
+    loaded = scenario.load(path)
+    ensemble, events = loaded.checked()
+    contact = loaded.adhering(ensemble, events)
+    if contact is None:
+        raise InputError(f"{path}: has no [adhesion], or nothing touches; expected both to draw the adhesion map")
+    ranks = {"greatest load": 0, "median load": contact.asperity.size // 2, "least load": contact.asperity.size - 1}
+    marked = {rank: name for name, rank in reversed(ranks.items())}
+    return adhesion_map(
+        {
+            f"asperity {contact.asperity[rank]}, {name}": (
+                float(contact.maugis_parameter[rank]),
+                float(contact.load_parameter[rank]),
+            )
+            for rank, name in sorted(marked.items())
+        }
+    )
 
 
 def _result_surface(path: Path, history: "xr.Dataset") -> "xr.Dataset":

@@ -53,7 +53,7 @@ def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selec
             return np.arange(len(ensemble))
         if record == "touching":
             gap = ensemble.highest_summit - ensemble.summit_height
-            return np.flatnonzero(gap < _largest_approach(ensemble, events))
+            return np.flatnonzero(gap < largest_approach(ensemble, events))
         raise InputError(f"record is {record!r}; expected 'touching', 'all', 'totals' or a list of asperity indices")
     try:
         given = np.asarray(record)
@@ -73,7 +73,8 @@ def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selec
     return indices
 
 
-def _largest_approach(ensemble: Ensemble, events: Sequence[Event]) -> float:
+def largest_approach(ensemble: Ensemble, events: Sequence[Event]) -> float:
+    """Return the largest approach of the highest summit that events reach [m], 0 where nothing touches."""
     # channels run straight between waypoints, so the extremes are waypoints
     loads = [event.value for event in events if isinstance(event, NormalLoad)]
     approaches = [event.value for event in events if isinstance(event, NormalDisplacement)]

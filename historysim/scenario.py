@@ -53,6 +53,7 @@ from historysim.surface_kinds import (
 from historysim.tables import Column, check_delimiter, column_from_toml, read_table
 
 if TYPE_CHECKING:
+    from historysim.adhering import AdheringAsperities
     from historysim.ensemble import Ensemble
     from historysim.materials import Material, MaterialPair
 
@@ -137,6 +138,32 @@ class Friction:
     """``[friction]``: one coefficient, or one for each asperity."""
 
     coefficient: Numbers
+
+
+# -- adhesion --------------------------------------------------------------------------------------
+
+
+@attrs.frozen
+class Adhesion:
+    """``[adhesion]``: what says how adhesive the asperities are; the replay itself has no adhesion.
+
+    Without a work of adhesion it follows from the surface energies of the two materials (Girifalco and Good).
+    """
+
+    equilibrium_separation: Length
+    work_of_adhesion: SurfaceEnergy | None = None
+
+    def work(self, pair: "MaterialPair") -> float:
+        """Give the work of adhesion [J/m²]."""
+        if self.work_of_adhesion is not None:
+            return self.work_of_adhesion
+        from historysim.contact.adhesion import work_of_adhesion
+
+        energies = [material.surface_energy for material in (pair.first, pair.second) if material]
+        known = [energy for energy in energies if energy is not None]
+        if len(known) < 2:
+            raise misfit("missing; the materials have no surface energy to take it from", "work_of_adhesion")
+        return float(work_of_adhesion(*known))
 
 
 # -- loading ---------------------------------------------------------------------------------------
@@ -406,6 +433,7 @@ class Sections:
     surface: SurfaceKind
     loading: AnyLoading
     friction: Friction | None = None
+    adhesion: Adhesion | None = None
     record: Record = Record()
     title: str = ""
 
@@ -501,6 +529,31 @@ class Scenario:
                 problem = f"{steps:,} steps; expected {MOST_STEPS:,} at most; use fewer substeps"
                 raise misfit(problem, "loading", "substeps")
         return events
+
+    def adhering(self, ensemble: "Ensemble", events: Sequence[Event]) -> "AdheringAsperities | None":
+        """Say how adhesive the asperities are where they are pressed most.
+
+        None without ``[adhesion]``, or where nothing touches.
+
+        Raises
+        ------
+        InputError
+            An ``[adhesion]`` that cannot be used; the message names the field.
+        """
+        from historysim.adhering import adhering_asperities
+        from historysim.recorder import largest_approach
+
+        adhesion = self.sections.adhesion
+        with reported(self.path.name), at("adhesion"):
+            if adhesion is None:
+                return None
+            work = adhesion.work(ensemble.pair)
+            approach = largest_approach(ensemble, events)
+            if approach == 0:
+                return None
+            return adhering_asperities(
+                ensemble, approach, work_of_adhesion=work, equilibrium_separation=adhesion.equilibrium_separation
+            )
 
     def checked(self, ground: Ground | None = None) -> "tuple[Ensemble, list[Event]]":
         """Build ensemble and events, and check the one against the other; parameters as for `ensemble`.

@@ -153,6 +153,16 @@ seed = 3"""
     )
 
 
+def test_how_adhesive_a_scenario_is(folder):
+    check_refusal(process(folder, "plot", "ball.toml", "--adhesion"), 2, "ball.toml: has no [adhesion]")
+    text = SCENARIO.replace("[loading]", '[adhesion]\nequilibrium_separation = "0.2 nm"\n[loading]')
+    (folder / "ball.toml").write_text(text, encoding="utf-8")
+    assert "adhesion regimes     1 JKR, where the asperities are pressed most\n" in call("show", "ball.toml").output
+    assert call("plot", "ball.toml", "--adhesion").output == "ball_adhesion.png\n"
+    assert call("run", "ball.toml", "-q").exit_code == 0
+    assert "expected a scenario" in call("plot", "ball.nc", "--adhesion").output
+
+
 def test_help_answers_at_once():
     code = (
         "import sys\n"

@@ -38,6 +38,7 @@ ORDER = (
     "friction",
     "asperity",
     "ensemble",
+    "adhering",
     "events",
     "log",
     "scheduler",

@@ -20,6 +20,8 @@ RADII = [1.0, 2.0, 1.0, 0.5, 1.5]
 CONTRACT = {
     *("MaterialPair", "Material", "material", "Ensemble", "EnsembleState", "Asperity", "SlipState"),
     *("NormalLoad", "TangentialLoad", "NormalDisplacement", "TangentialDisplacement", "FrictionChange"),
+    *("Surface", "Summits", "random_surface", "read_surface", "textured_summits", "drawn_summits", "quantile_summits"),
+    *("GreenwoodWilliamson",),
     *("replay", "run", "HistorySimError", "InputError", "LoadError", "FrictionLimitError", "__version__"),
 }
 

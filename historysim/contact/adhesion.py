@@ -60,6 +60,11 @@ class Regime(enum.StrEnum):
     JKR = "jkr"
     RIGID = "rigid"
 
+    @property
+    def label(self) -> str:
+        """The name as it is written: ``"Hertz"``, ``"JKR"``."""
+        return self.value.upper() if self in {Regime.DMT, Regime.JKR} else self.value.capitalize()
+
 
 def work_of_adhesion(first: npt.ArrayLike, second: npt.ArrayLike, interfacial: npt.ArrayLike | None = None) -> Values:
     """Return the work of adhesion W [J/m²] of two surfaces: W = γ1 + γ2 - γ12, or 2√(γ1 γ2).

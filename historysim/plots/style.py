@@ -37,5 +37,5 @@ STYLE: dict[Any, Any] = {
 
 def scaled(values: Floats, unit: str) -> tuple[Floats, str]:
     """Return values times the factor of a readable SI prefix, and the unit with that prefix."""
-    factor, prefix = prefixed(np.abs(values).max(initial=0.0))
+    factor, prefix = prefixed(np.nanmax(np.abs(values), initial=0.0))
     return values * factor, prefix + unit

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 Floats = npt.NDArray[np.float64]
 
+MISSING = "#e8a5a0"
+"""Points of a map without a height."""
 MOST_MARKS = 20_000
 """Summits without contact that are marked; of more, evenly chosen ones."""
 SEPARATED, TOUCHING = 0, -1
@@ -145,6 +147,8 @@ def _draw_map(axes: "Axes", surface: xr.Dataset, contact: _Contact | None) -> No
 
 
 def _draw_heights(axes: "Axes", surface: xr.Dataset, factor: float) -> None:
+    import matplotlib as mpl
+
     heights, unit = scaled(surface["height"].values, "m")
     x, y = (surface[name].values * factor for name in ("x", "y"))
     half_x, half_y = (np.diff(axis[:2]).max(initial=0.0) / 2 or 0.5 for axis in (x, y))
@@ -153,7 +157,7 @@ def _draw_heights(axes: "Axes", surface: xr.Dataset, factor: float) -> None:
     image = axes.imshow(
         heights.T,
         origin="lower",
-        cmap="gray",
+        cmap=mpl.colormaps["gray"].with_extremes(bad=MISSING),
         vmin=low,
         vmax=high if high > low else low + 1,
         extent=(x[0] - half_x, x[-1] + half_x, y[0] - half_y, y[-1] + half_y),
