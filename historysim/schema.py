@@ -169,6 +169,11 @@ def _table_hook(cls: type, converter: Converter) -> Callable[[object, object], o
     return structure
 
 
+def given(section: Any) -> dict[str, Any]:
+    """Give the keys of a section that stand in the file, with their values."""
+    return {key: value for key, value in attrs.asdict(section, recurse=False).items() if value is not None}
+
+
 def table(value: object) -> dict[str, Any]:
     """Check that a value is a TOML table.
 

@@ -8,7 +8,7 @@ import attrs
 from cattrs import Converter
 
 from historysim.errors import InputError
-from historysim.schema import Length, Lengths, Number, Numbers, Quantity, at, misfit, nearest, shown, table
+from historysim.schema import Length, Lengths, Number, Numbers, Quantity, at, given, misfit, nearest, shown, table
 from historysim.tables import Column, check_delimiter, read_table
 
 if TYPE_CHECKING:
@@ -45,11 +45,6 @@ class SurfaceKind(Protocol):
 
     def ground(self, folder: Path) -> Ground:
         """Make the summits; paths are relative to the folder."""
-
-
-def _given(section: Any) -> dict[str, Any]:
-    """Give the keys of a section that stand in the file, with their values."""
-    return {key: value for key, value in attrs.asdict(section, recurse=False).items() if value is not None}
 
 
 # -- summits ---------------------------------------------------------------------------------------
@@ -113,7 +108,7 @@ class SummitTable:
         from historysim.surfaces.summits import Summits
 
         units = {"height": "m", "radius": "m", "x": "m", "y": "m", "friction": "1"}
-        found = read_table(folder / self.file, _given(self.columns), units, self.delimiter).columns
+        found = read_table(folder / self.file, given(self.columns), units, self.delimiter).columns
         friction = found.get("friction")
         return Ground(Summits(found["height"], found["radius"], found.get("x"), found.get("y")), friction=friction)
 
@@ -247,7 +242,7 @@ class StatisticsTable(Statistics):
     def distribution(self, folder: Path) -> "HeightDistribution":
         """Read the distribution of the heights."""
         units = {"height": "m", "gap": "m", "density": "1"}
-        found = read_table(folder / self.file, _given(self.columns), units, self.delimiter).columns
+        found = read_table(folder / self.file, given(self.columns), units, self.delimiter).columns
         with at("file"):
             return _tabulated(found.get("height"), found.get("gap"), found["density"])
 

@@ -49,6 +49,7 @@ ORDER = (
     "schema",
     "tables",
     "surface_kinds",
+    "loading_kinds",
     "scenario",
     "simulation",
     "analysis",
