@@ -7,13 +7,13 @@ import time
 import netCDF4
 import numpy as np
 import pytest
-from broken import BLOCKS, LOADS_CSV, MEASURED, SUMMITS_CSV, WAYPOINTS, broken_bytes, broken_documents
+from broken import DOCUMENTS, FILES, LOADS_CSV, MEASURED, SUMMITS_CSV, broken_bytes, broken_documents, keep_small
 from click.testing import CliRunner
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import historysim
-from historysim import scenario, simulation
+from historysim import simulation
 from historysim.cli import main
 
 SCENARIO = """
@@ -300,8 +300,7 @@ fuzz = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCh
 
 @pytest.fixture
 def short_runs(folder, monkeypatch):
-    monkeypatch.setattr(scenario, "MOST_EVENTS", 1000)
-    monkeypatch.setattr(scenario, "MOST_STEPS", 1000)
+    keep_small(monkeypatch)
     return folder
 
 
@@ -319,9 +318,9 @@ def check_that_it_ends_well(folder, files_to_write):
 
 
 @fuzz
-@given(document=st.one_of(broken_documents(), broken_bytes([WAYPOINTS, BLOCKS, MEASURED])))
+@given(document=st.one_of(broken_documents(), broken_bytes(DOCUMENTS)))
 def test_broken_scenarios_end_with_a_message_and_no_file(short_runs, document):
-    tables = {"summits.csv": SUMMITS_CSV.encode(), "loads.csv": LOADS_CSV.encode()}
+    tables = {name: content.encode() for name, content in FILES.items()}
     check_that_it_ends_well(short_runs, {"s.toml": document, **tables})
 
 
