@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 GROUP = "surface"
 MOST_POINTS = 512
-"""Points of a height map along each axis that are kept: what a picture can show."""
+"""Points of a height map along each axis that are kept, and as many in all of a profile: what a picture can show."""
 
 Array = npt.NDArray[Any]
 
@@ -44,7 +44,8 @@ def dataset(summits: Summits, surface: Surface | None = None) -> "xr.Dataset":
     ]
     attributes: dict[str, Any] = {"nominal_area": summits.nominal_area} if summits.nominal_area else {}
     if surface is not None:
-        strides = [-(-size // MOST_POINTS) for size in surface.shape]
+        most = MOST_POINTS**2 if 1 in surface.shape else MOST_POINTS
+        strides = [-(-size // most) for size in surface.shape]
         axes = (
             np.arange(0, size, stride) * pixel
             for size, stride, pixel in zip(surface.shape, strides, surface.pixel_size, strict=True)

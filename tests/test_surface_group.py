@@ -118,18 +118,17 @@ def test_missing_heights_are_nan_and_nothing_else_is(folder):
         ((513, 512), (2, 1)),
         ((1024, 700), (2, 2)),
         ((1025, 5), (3, 1)),
-        ((1, 2000), (1, 4)),
-        ((2000, 1), (4, 1)),
+        ((1, 2000), (1, 1)),
+        ((600_000, 1), (3, 1)),
     ],
 )
 def test_what_a_picture_cannot_show_of_a_map_is_left_out(shape, strides):
     heights = np.arange(np.prod(shape), dtype=float).reshape(shape)
     found = surface_group.dataset(Summits(0.0, 1.0), Surface(heights, (1e-6, 3e-6)))
     assert found.attrs["thinning"].tolist() == list(strides)
-    assert max(found.sizes["x"], found.sizes["y"]) <= MOST_POINTS
-    for i in range(found.sizes["x"]):
-        for j in {0, found.sizes["y"] - 1}:
-            assert found["height"].values[i, j] == heights[i * strides[0], j * strides[1]]
+    assert found["height"].size <= MOST_POINTS**2
+    kept = np.ix_(*(np.arange(0, size, stride) for size, stride in zip(shape, strides, strict=True)))
+    assert (found["height"].values == heights[kept]).all()
     assert found["x"].values == pytest.approx(np.arange(found.sizes["x"]) * strides[0] * 1e-6)
     assert found["y"].values == pytest.approx(np.arange(found.sizes["y"]) * strides[1] * 3e-6)
 
