@@ -231,6 +231,8 @@ PIXEL = ("--pixel-size", "1 µm", "--height-unit", "nm")
         (["plot", "good.nc", "--step", "21"], "step 21: the history has 11 steps; expected -11 to 10"),
         (["show", "map.txt"], "map.txt: does not name the unit of its heights; give height_unit"),
         (["show", "map.txt", "--pixel-size", "1 N", "--height-unit", "nm"], "pixel_size"),
+        (["show", "map.txt", "--pixel-size", "1e-200 m", "--height-unit", "nm"], "a number is so large or so small"),
+        (["plot", "map.txt", "--pixel-size", "1e200 m", "--height-unit", "nm"], "a number is so large or so small"),
         (["show", "map.txt", *PIXEL, "--form", "cone"], "form is 'cone'; expected one of mean, plane"),
         (["show", "map.txt", *PIXEL, *PIXEL, *PIXEL], "--pixel-size came 3 times"),
         (["plot", "map.txt", *PIXEL, "--step", "1"], "map.txt is a height map; expected a result"),
