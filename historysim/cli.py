@@ -213,7 +213,7 @@ def _kind(path: Path) -> str:
     import netCDF4
 
     # maps come as netCDF too; a file that does not open is left to the reader of results, which says what is wrong
-    with suppress(OSError, RuntimeError), netCDF4.Dataset(path) as file:
+    with suppress(OSError, RuntimeError, AttributeError), netCDF4.Dataset(path) as file:
         if "historysim_version" not in file.ncattrs():
             return "height map"
     return "result"
@@ -314,7 +314,7 @@ def _opened(path: Path) -> Iterator["xr.Dataset"]:
 
     try:
         history = xr.open_dataset(path, engine="netcdf4", decode_times=False)
-    except (OSError, RuntimeError, ValueError) as error:
+    except (OSError, RuntimeError, ValueError, AttributeError) as error:
         raise InputError(f"{path}: is damaged ({error}); run the scenario again") from error
     with history:
         if not history.attrs.get("complete"):

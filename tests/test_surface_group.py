@@ -273,20 +273,56 @@ def plot(path):
     return CliRunner().invoke(main, ["plot", str(path), "--step", "-1", "-o", str(path.parent / "picture.png")])
 
 
-@pytest.mark.parametrize("seed", range(40))
-def test_a_damaged_file_is_drawn_or_refused_with_one_message(folder, seed):
-    path, _ = run(folder, SECTIONS["random"])
-    content = bytearray(path.read_bytes())
-    generator = np.random.default_rng(seed)
-    start = int(generator.integers(0, len(content)))
-    length = int(generator.integers(1, 2000))
-    content[start : start + length] = generator.bytes(min(length, len(content) - start)) if seed % 2 else b""
-    path.write_bytes(content)
+@pytest.fixture(scope="module")
+def whole_file(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("whole")
+    write_files(folder)
+    return run(folder, SECTIONS["random"])[0].read_bytes()
+
+
+def damaged(content, generator):
+    """Cut off, or with some bytes changed, overwritten or taken out."""
+    content = bytearray(content)
+    start, length = int(generator.integers(len(content))), int(generator.integers(1, 2000))
+    match generator.choice(["cut", "change", "overwrite", "take out"]):
+        case "cut":
+            return content[:start]
+        case "change":
+            for place in generator.integers(len(content), size=5):
+                content[place] = generator.integers(256)
+        case "overwrite":
+            content[start : start + length] = generator.bytes(min(length, len(content) - start))
+        case "take out":
+            del content[start : start + length]
+    return content
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_a_damaged_file_is_drawn_or_refused_with_one_message(tmp_path, whole_file, seed):
+    path = tmp_path / "out.nc"
+    path.write_bytes(damaged(whole_file, np.random.default_rng(seed)))
     done = plot(path)
     assert done.exit_code in {0, 2}
     if done.exit_code:
         assert isinstance(done.exception, SystemExit)
         assert done.stderr.startswith("Error: ")
+
+
+def test_an_attribute_that_cannot_be_opened_is_a_damage(tmp_path, monkeypatch):
+    path = tmp_path / "out.nc"
+    with netCDF4.Dataset(path, "w"):
+        pass
+    original = netCDF4.Dataset.ncattrs
+
+    class Broken(netCDF4.Dataset):
+        def ncattrs(self):
+            original(self)
+            raise AttributeError("NetCDF: Can't open HDF5 attribute")
+
+    monkeypatch.setattr(netCDF4, "Dataset", Broken)
+    done = plot(path)
+    assert done.exit_code == 2
+    assert "out.nc: is damaged (NetCDF: Can't open HDF5 attribute); run the scenario again" in done.stderr
 
 
 @pytest.mark.parametrize("name", ["summit_height", "summit_radius", "height", "x", "summit_x"])
