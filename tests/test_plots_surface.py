@@ -59,12 +59,14 @@ def marks(axes):
     """Positions [m] of what is marked, by its state: 0 to 3, and -1 for what was not recorded."""
     factors = np.array([unit(axes.get_xlabel()), unit(axes.get_ylabel())])
     colours = {mpl.colors.to_rgba(colour): state for state, colour in enumerate(style.STATE_COLOURS)}
-    (dots,) = [line for line in axes.get_lines() if line.get_marker() == "."]
-    found = {0: np.column_stack([dots.get_xdata(), dots.get_ydata()]) / factors}
-    for collection in axes.collections:
-        faces = collection.get_facecolors()
-        state = colours[tuple(faces[0])] if len(faces) else -1
-        found[state] = np.asarray(collection.get_offsets()) / factors
+    found = {}
+    for line in axes.get_lines():
+        places = np.column_stack([line.get_xdata(), line.get_ydata()])
+        if line.get_marker() == ".":
+            found[0] = places / factors
+        elif line.get_marker() == "o":
+            fill = line.get_markerfacecolor()
+            found[-1 if fill == "none" else colours[mpl.colors.to_rgba(fill)]] = places / factors
     return found
 
 
@@ -78,7 +80,7 @@ def check_marks(axes, x, y, state):
 
 def flat(axes):
     """Where the line of the rigid flat stands [m]: on the x axis of a distribution, on the y axis of a profile."""
-    (line,) = [line for line in axes.get_lines() if line.get_marker() != "." and line.get_linestyle() == "--"]
+    (line,) = [line for line in axes.get_lines() if line.get_linestyle() == "--"]
     upright = np.ptp(line.get_xdata()) == 0
     return line.get_xdata()[0] / unit(axes.get_xlabel()) if upright else line.get_ydata()[0] / unit(axes.get_ylabel())
 
@@ -237,7 +239,7 @@ def test_a_profile_is_a_curve(shape, axis):
     for step in (0, 2, -1):
         _, panels = rendered(group, history, step)
         axes = panels[PROFILE]
-        (curve,) = [line for line in axes.get_lines() if line.get_linestyle() == "-" and line.get_marker() != "."]
+        (curve,) = [line for line in axes.get_lines() if line.get_linestyle() == "-"]
         assert axes.get_xlabel() == f"${axis}$ (µm)"
         assert axes.get_ylabel() == "height $z$ (nm)"
         np.testing.assert_allclose(curve.get_xdata(), np.arange(80), atol=1e-9)

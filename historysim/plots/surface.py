@@ -268,12 +268,13 @@ def _draw_marks(axes: "Axes", x: Floats, y: Floats, state: States) -> None:
         separated = np.random.default_rng(0).choice(separated, MOST_MARKS, replace=False)
     size = float(np.clip(120 / np.sqrt(max(separated.size, 1)), 0.9, 7.0))
     axes.plot(x[separated], y[separated], ".", color=NO_CONTACT, ms=size, markeredgewidth=0, rasterized=True)
-    area = 16 if np.count_nonzero(state != SEPARATED) <= 500 else 7
+    size = 4.0 if np.count_nonzero(state != SEPARATED) <= 500 else 2.6
     for value, fill in (*enumerate(STATE_COLOURS), (TOUCHING, "none")):
-        if value == SEPARATED:
-            continue
-        here = state == value
-        axes.scatter(x[here], y[here], s=area, c=fill, edgecolors=INK, linewidths=0.35, rasterized=True, zorder=3)
+        if value != SEPARATED:
+            here = state == value
+            axes.plot(
+                x[here], y[here], "o", mfc=fill, mec=INK, ms=size, markeredgewidth=0.35, rasterized=True, zorder=3
+            )
 
 
 def _draw_legend(figure: "Figure", surface: xr.Dataset, state: States, contact: _Contact | None) -> None:
