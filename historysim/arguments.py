@@ -1,6 +1,8 @@
 """Arguments of functions that take numbers in SI, checked, with messages that name them."""
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
 import numpy.typing as npt
@@ -47,3 +49,22 @@ def scalar(name: str, value: npt.ArrayLike, *, above: float = -math.inf, least: 
     if number.ndim:
         raise InputError(f"{name} is a list of shape {number.shape}; expected one number, in SI")
     return float(number)
+
+
+@contextmanager
+def representable() -> Iterator[None]:
+    """Check that floats can hold what is computed inside.
+
+    Raises
+    ------
+    InputError
+        An overflow, or a division by what has become 0.
+    """
+    try:
+        with np.errstate(over="raise", divide="raise", invalid="raise"):
+            yield
+    except ArithmeticError as error:
+        raise InputError(
+            "a number is so large or so small that its square, or a ratio to another, is beyond what floats hold; "
+            "expected lengths in SI, such as 1e-6 for a micrometre"
+        ) from error

@@ -251,6 +251,7 @@ def _height_map(
     channel: str | None,
     form: str,
 ) -> "Surface":
+    from historysim.arguments import representable
     from historysim.surfaces.measured import read_surface
 
     if len(pixel_size) > 2:
@@ -267,13 +268,16 @@ def _height_map(
         raise InputError(
             f"{error} (read as a height map: neither named .toml nor a result of historysim run)"
         ) from error
-    return surface.detrended(form)
+    with representable():
+        return surface.detrended(form)
 
 
 def _map_surface(surface: "Surface", title: str) -> "xr.Dataset":
     from historysim import surface_group
+    from historysim.arguments import representable
 
-    summits = surface.summits(3 if 1 in surface.shape else 9)
+    with representable():
+        summits = surface.summits(3 if 1 in surface.shape else 9)
     return surface_group.dataset(summits, surface).assign_attrs(title=title)
 
 

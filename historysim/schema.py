@@ -203,6 +203,8 @@ def text(value: object, _: object = str) -> str:
 def _integer(value: object, _: object) -> int:
     if isinstance(value, bool) or not isinstance(value, int):
         raise InputError(f"{shown(value)}; expected an integer")
+    if value.bit_length() > 63:
+        raise InputError(f"{shown(value)}; expected an integer of 64 bits at most, as TOML has them")
     return value
 
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 GROUP = "surface"
 MOST_POINTS = 512
-"""Points of a height map along each axis that are kept: what a picture can show."""
+"""Points of a height map along each axis that are kept, and as many in all of a profile: what a picture can show."""
 
 Array = npt.NDArray[Any]
 
@@ -34,7 +34,7 @@ def dataset(summits: Summits, surface: Surface | None = None) -> "xr.Dataset":
     -------
     xarray.Dataset
         Dimensions ``summit`` and, with a map, ``x`` and ``y``; see `historysim.variables`. The attribute ``thinning``
-        says that every so many-th point of the map is kept.
+        says that every so many-th point of the map is kept along x and along y.
     """
     import xarray as xr
 
@@ -44,22 +44,32 @@ def dataset(summits: Summits, surface: Surface | None = None) -> "xr.Dataset":
     ]
     attributes: dict[str, Any] = {"nominal_area": summits.nominal_area} if summits.nominal_area else {}
     if surface is not None:
-        stride = -(-max(surface.shape) // MOST_POINTS)
+        most = MOST_POINTS**2 if 1 in surface.shape else MOST_POINTS
+        strides = [-(-size // most) for size in surface.shape]
         axes = (
-            np.arange(0, size, stride) * pixel for size, pixel in zip(surface.shape, surface.pixel_size, strict=True)
+            np.arange(0, size, stride) * pixel
+            for size, stride, pixel in zip(surface.shape, strides, surface.pixel_size, strict=True)
         )
-        values += zip(SURFACE, (*axes, surface.heights[::stride, ::stride]), strict=True)
-        attributes["thinning"] = stride
-    return xr.Dataset(
-        {variable.name: (variable.dimensions, column, variable.attributes) for variable, column in values},
-        attrs=attributes,
-    )
+        values += zip(SURFACE, (*axes, surface.heights[:: strides[0], :: strides[1]]), strict=True)
+        attributes["thinning"] = np.array(strides, dtype=np.int32)
+    variables = {
+        variable.name: xr.Variable(
+            variable.dimensions, column, variable.attributes, encoding={"_FillValue": _fill_value(variable)}
+        )
+        for variable, column in values
+    }
+    return xr.Dataset(variables, attrs=attributes)
+
+
+def _fill_value(variable: Variable) -> float | None:
+    """Give what stands for a missing value: NaN for heights; nothing else is ever missing."""
+    return np.nan if variable.name == "height" else None
 
 
 def write(file: "netCDF4.Dataset", content: "xr.Dataset") -> None:
     """Write what `dataset` gives into the group ``surface`` of an open file.
 
-    Missing heights are NaN, which is their ``_FillValue``; nothing else has one.
+    What stands there is the same as what ``to_netcdf`` makes of it.
     """
     group = file.createGroup(GROUP)
     group.setncatts(content.attrs)
@@ -67,9 +77,13 @@ def write(file: "netCDF4.Dataset", content: "xr.Dataset") -> None:
         group.createDimension(str(name), size)
     for variable in (*SURFACE, *SUMMITS):
         if variable.name in content.variables:
-            fill = np.nan if variable.name == "height" else False
+            fill = _fill_value(variable)
             made = group.createVariable(
-                variable.name, variable.dtype, variable.dimensions, fill_value=fill, compression="zlib"
+                variable.name,
+                variable.dtype,
+                variable.dimensions,
+                fill_value=False if fill is None else fill,
+                compression="zlib",
             )
             made.setncatts(variable.attributes)
             made[:] = content[variable.name].values

@@ -1,6 +1,7 @@
 """The kinds of ``[surface]`` in a scenario: the keys of each, and the summits that it gives."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Protocol
 
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
 Area = Annotated[float, Quantity("m2")]
 SummitDensity = Annotated[float, Quantity("m-2")]
 Angle = Annotated[float, Quantity("rad")]
+
+DEEPEST = 20
+"""Sums within sums that are followed."""
 
 
 @attrs.frozen(eq=False)
@@ -47,6 +51,15 @@ class SurfaceKind(Protocol):
         """Make the summits; paths are relative to the folder."""
 
 
+@contextmanager
+def _in_file(name: str) -> Iterator[None]:
+    """Say of an InputError raised inside that this file is to blame."""
+    try:
+        yield
+    except InputError as error:
+        raise misfit(f"{name}: {error}", "file") from error
+
+
 # -- summits ---------------------------------------------------------------------------------------
 
 
@@ -65,7 +78,7 @@ class Sphere:
 
 @attrs.frozen
 class InlineSummits:
-    """Summits written out in the scenario; a single height or radius stands for all."""
+    """Summits written out in the scenario; a single number stands for all."""
 
     height: Lengths
     radius: Lengths
@@ -78,9 +91,11 @@ class InlineSummits:
 
         from historysim.surfaces.summits import Summits
 
-        height = np.atleast_1d(self.height)
-        if height.size == 1:
-            height = np.broadcast_to(height, np.size(self.radius))
+        sizes = {key: np.size(value) for key, value in given(self).items()}
+        for key, size in sizes.items():
+            if size == 0:
+                raise misfit("an empty array; expected one number, or one for each summit", key)
+        height = np.broadcast_to(self.height, max(sizes.values())) if sizes["height"] == 1 else self.height
         return Ground(Summits(height, self.radius, self.x, self.y))
 
 
@@ -108,9 +123,14 @@ class SummitTable:
         from historysim.surfaces.summits import Summits
 
         units = {"height": "m", "radius": "m", "x": "m", "y": "m", "friction": "1"}
-        found = read_table(folder / self.file, given(self.columns), units, self.delimiter).columns
-        friction = found.get("friction")
-        return Ground(Summits(found["height"], found["radius"], found.get("x"), found.get("y")), friction=friction)
+        rows = read_table(folder / self.file, given(self.columns), units, self.delimiter)
+        found = rows.columns
+        for key, expected in (("radius", "more than 0"), ("friction", "0 or more")):
+            for line, value in zip(rows.lines, found.get(key, ()), strict=False):
+                if value < 0 or (value == 0 and key == "radius"):
+                    raise misfit(f"{self.file}: line {line}: {key} is {value:g}; expected {expected}, in SI", "file")
+        summits = Summits(found["height"], found["radius"], found.get("x"), found.get("y"))
+        return Ground(summits, friction=found.get("friction"))
 
 
 @attrs.frozen
@@ -129,6 +149,7 @@ class Textured:
         """Make the array; by a scaling law the radius is that of the one asperity which the array replaces."""
         import math
 
+        from historysim.arguments import representable
         from historysim.surfaces.textured import LAWS, split, textured_summits
 
         radius = self.radius
@@ -136,8 +157,8 @@ class Textured:
             if self.scaling not in LAWS:
                 raise misfit(f"{shown(self.scaling)}; {nearest(self.scaling, LAWS)}", "scaling")
             radius = float(split(radius, max(math.prod(self.count), 1), self.scaling))
-        return Ground(
-            textured_summits(
+        with representable():
+            summits = textured_summits(
                 self.count,  # type: ignore[arg-type] # its length is checked there
                 self.pitch,  # type: ignore[arg-type] # likewise
                 radius,
@@ -145,7 +166,7 @@ class Textured:
                 radius_scatter=self.radius_scatter,
                 seed=self.seed,
             )
-        )
+        return Ground(summits)
 
 
 # -- statistics ------------------------------------------------------------------------------------
@@ -166,13 +187,15 @@ class Statistics:
 
     def ground(self, folder: Path) -> Ground:
         """Make the summits."""
+        from historysim.arguments import representable
         from historysim.surfaces.distribution import drawn_summits, quantile_summits
 
-        heights = self.distribution(folder)
         amount = {"summit_density": self.summit_density, "nominal_area": self.nominal_area}
-        if self.seed is None:
-            return Ground(quantile_summits(heights, self.radius, **amount))
-        return Ground(drawn_summits(heights, self.radius, **amount, seed=self.seed))
+        with representable():
+            heights = self.distribution(folder)
+            if self.seed is None:
+                return Ground(quantile_summits(heights, self.radius, **amount))
+            return Ground(drawn_summits(heights, self.radius, **amount, seed=self.seed))
 
 
 @attrs.frozen(kw_only=True)
@@ -196,9 +219,8 @@ def _tabulated(height: Any, gap: Any, density: Any) -> "HeightDistribution":
 
 def _height_or_gap(self: "InlineStatistics | DensityColumns") -> None:
     if (self.height is None) == (self.gap is None):
-        raise InputError(
-            "neither height nor gap" if self.height is None else "both height and gap; expected one of them"
-        )
+        told = "neither height nor gap" if self.height is None else "both height and gap"
+        raise InputError(f"{told}; expected one of them")
 
 
 @attrs.frozen(kw_only=True)
@@ -243,7 +265,7 @@ class StatisticsTable(Statistics):
         """Read the distribution of the heights."""
         units = {"height": "m", "gap": "m", "density": "1"}
         found = read_table(folder / self.file, given(self.columns), units, self.delimiter).columns
-        with at("file"):
+        with _in_file(self.file):
             return _tabulated(found.get("height"), found.get("gap"), found["density"])
 
 
@@ -269,8 +291,11 @@ class HeightMap:
 
     def ground(self, folder: Path) -> Ground:
         """Make the map and find its summits."""
-        surface = self.surface(folder)
-        summits = surface.summits(self.rule)
+        from historysim.arguments import representable
+
+        with representable():
+            surface = self.surface(folder)
+            summits = surface.summits(self.rule)
         if not len(summits):
             points = " × ".join(map(str, surface.shape))
             raise InputError(
@@ -337,7 +362,8 @@ class Measured(HeightMap):
         with at("form"):
             measured = measured.detrended(self.form)
         if self.rms_height is not None:
-            measured = measured.scaled(self.rms_height)
+            with at("rms_height"):
+                measured = measured.scaled(self.rms_height)
         return measured.mirrored() if self.mirrored else measured
 
 
@@ -364,10 +390,14 @@ class Sum(HeightMap):
 Choice = Callable[[Mapping[str, Any]], type]
 
 
+def _summits(entry: Mapping[str, Any]) -> type:
+    return SummitTable if {"file", "columns"} & set(entry) else InlineSummits
+
+
 def _statistics(entry: Mapping[str, Any]) -> type:
-    if "file" in entry:
+    if {"file", "columns"} & set(entry):
         return StatisticsTable
-    return InlineStatistics if "density" in entry else GaussianStatistics
+    return InlineStatistics if {"density", "height", "gap"} & set(entry) else GaussianStatistics
 
 
 MAPS: Mapping[str, Choice] = {
@@ -377,7 +407,7 @@ MAPS: Mapping[str, Choice] = {
 }
 KINDS: Mapping[str, Choice] = {
     "sphere": lambda _: Sphere,
-    "summits": lambda entry: SummitTable if "file" in entry else InlineSummits,
+    "summits": _summits,
     "textured": lambda _: Textured,
     "statistics": _statistics,
     **MAPS,
@@ -390,19 +420,31 @@ def surface_from_toml(converter: Converter, value: object, _: object) -> Surface
     Raises
     ------
     InputError
-        An unknown kind, or keys that do not fit it.
+        An unknown kind, keys that do not fit it, or sums within sums without end.
     """
+    level, depth = _parts(value), 0
+    while level:
+        level, depth = [part for entry in level for part in _parts(entry)], depth + 1
+        if depth > DEEPEST:
+            raise InputError(f"sums within sums, more than {DEEPEST} deep; expected fewer")
     surface: SurfaceKind = _structured(converter, value, KINDS)
     return surface
 
 
 def map_from_toml(converter: Converter, value: object, _: object) -> MapKind:
     """Structure a surface that has to be a height map; errors as for `surface_from_toml`."""
+    if "rule" in table(value):
+        raise misfit("belongs to the surface as a whole; expected it beside first and second", "rule")
     surface: MapKind = _structured(converter, value, MAPS)
     return surface
 
 
-def channel_from_toml(_: Converter, value: object, __: object) -> int | str | None:
+def _parts(entry: object) -> list[object]:
+    """Give the two surfaces of what may be a sum."""
+    return [entry[key] for key in ("first", "second") if key in entry] if isinstance(entry, dict) else []
+
+
+def channel_from_toml(converter: Converter, value: object, _: object) -> int | str | None:
     """Structure the number or name of a channel.
 
     Raises
@@ -412,7 +454,7 @@ def channel_from_toml(_: Converter, value: object, __: object) -> int | str | No
     """
     if isinstance(value, bool) or not isinstance(value, int | str | None):
         raise InputError(f"{shown(value)}; expected the number of a channel, from 0, or its name")
-    return value
+    return converter.structure(value, int) if isinstance(value, int) else value
 
 
 def _structured(converter: Converter, value: object, kinds: Mapping[str, Choice]) -> Any:
@@ -421,5 +463,7 @@ def _structured(converter: Converter, value: object, kinds: Mapping[str, Choice]
         raise misfit(f"missing; expected one of {', '.join(kinds)}", "kind")
     kind = entry.pop("kind")
     if not isinstance(kind, str) or kind not in kinds:
-        raise misfit(f"{shown(kind)}; {nearest(str(kind), kinds)}", "kind")
+        # one that is known elsewhere is no slip of the pen
+        word = kind if isinstance(kind, str) and kind not in KINDS else ""
+        raise misfit(f"{shown(kind)}; {nearest(word, kinds)}", "kind")
     return converter.structure(entry, kinds[kind](entry))

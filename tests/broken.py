@@ -4,6 +4,9 @@ import tomllib
 
 from hypothesis import strategies as st
 
+from historysim import scenario
+from historysim.surfaces import distribution, random, textured
+
 SPHERE = """
 [materials]
 contact_modulus = 1.0
@@ -68,8 +71,109 @@ tangential_displacement = { column = "U", unit = "nm" }
 asperities = "totals"
 """
 
+PRESSED = """
+[materials]
+contact_modulus = "40 GPa"
+shear_modulus = "10 GPa"
+[friction]
+coefficient = 0.2
+[loading]
+waypoints = [{ time = 0, normal_load = "1 mN" }, { after = 1, tangential_displacement = "5 nm" }]
+"""
+
+TEXTURED = (
+    PRESSED
+    + """
+[surface]
+kind = "textured"
+count = [4, 3]
+pitch = ["10 µm", 1e-5]
+radius = "2 µm"
+scaling = "self-similar"
+height_scatter = "1 nm"
+radius_scatter = 0.1
+seed = 1
+"""
+)
+
+GAUSSIAN = (
+    PRESSED
+    + """
+[surface]
+kind = "statistics"
+radius = "2 µm"
+summit_density = "0.01 µm-2"
+nominal_area = "2000 µm2"
+rms_height = "10 nm"
+"""
+)
+
+DENSITY = (
+    PRESSED
+    + """
+[surface]
+kind = "statistics"
+file = "density.csv"
+radius = "2 µm"
+summit_density = 1e10
+nominal_area = 2e-9
+seed = 3
+[surface.columns]
+gap = { column = "g", unit = "nm" }
+density = "p"
+"""
+)
+
+RANDOM = (
+    PRESSED
+    + """
+[surface]
+kind = "random"
+shape = [16, 12]
+pixel_size = ["1 µm", "2 µm"]
+rms_height = "10 nm"
+autocorrelation_length = ["4 µm", 4e-6]
+autocorrelation = "gaussian"
+skewness = -0.1
+kurtosis = 3.1
+seed = 1
+rule = 5
+"""
+)
+
+ROUGH_ON_ROUGH = (
+    PRESSED
+    + """
+[surface]
+kind = "sum"
+shift = ["1 µm", 0]
+rotation = "10 degree"
+[surface.first]
+kind = "random"
+shape = [9, 8]
+pixel_size = 1e-6
+rms_height = 1e-8
+autocorrelation_length = 4e-6
+seed = 1
+[surface.second]
+kind = "measured"
+file = "map.txt"
+pixel_size = "1 µm"
+height_unit = "nm"
+form = "quadratic"
+rms_height = "5 nm"
+mirrored = true
+"""
+)
+
+SURFACES = [TEXTURED, GAUSSIAN, DENSITY, RANDOM, ROUGH_ON_ROUGH]
+DOCUMENTS = [WAYPOINTS, BLOCKS, MEASURED, *SURFACES]
+
 SUMMITS_CSV = "z,R,mu\n0,1e-5,0.2\n12.5,2e-5,0.1\n"
 LOADS_CSV = "t;U;N\n0;0;50\n\n0.5;100;50\n1.0;-100;50.5\n"
+DENSITY_CSV = "g,p\n0,1\n5,2\n20,0\n"
+MAP_TXT = "# a map\n" + "0 1 0 3 0 1 2 0 1\n1 9 2 0 1 0 1 3 0\n0 2 1 4 8 2 0 1 nan\n" * 3
+FILES = {"summits.csv": SUMMITS_CSV, "loads.csv": LOADS_CSV, "density.csv": DENSITY_CSV, "map.txt": MAP_TXT}
 
 WORDS = [
     "time",
@@ -83,6 +187,10 @@ WORDS = [
     "waypoints",
     "each",
     "x",
+    "seed",
+    "rule",
+    "height",
+    "second",
     "",
 ]
 VALUES = st.one_of(
@@ -91,12 +199,40 @@ VALUES = st.one_of(
     st.sampled_from([0, -1, 10**400, 10**30, 2**63]),
     st.floats(),
     st.text(max_size=20),
-    st.sampled_from(["50 mN", "1e999 N", "-3 nm", "silicon", "summits", "sphere", "totals", "loads.csv", "§"]),
+    st.sampled_from(
+        [
+            "50 mN",
+            "1e999 N",
+            "-3 nm",
+            "silicon",
+            "summits",
+            "sphere",
+            "totals",
+            "loads.csv",
+            "sum",
+            "map.txt",
+            "1 µm",
+            "§",
+        ]
+    ),
     st.dates(),
     st.datetimes(),
     st.lists(st.one_of(st.integers(), st.text(max_size=3), st.floats()), max_size=3),
+    st.sampled_from([1e-300, 1e300, 5e-324, 1.7e308, 1e-9]),
     st.dictionaries(st.sampled_from(WORDS), st.one_of(st.integers(), st.text(max_size=3)), max_size=3),
 )
+
+
+def keep_small(monkeypatch):
+    """Let what is larger than any test needs be refused, as what is larger than any machine holds is."""
+    for module, name in (
+        (scenario, "MOST_EVENTS"),
+        (scenario, "MOST_STEPS"),
+        (distribution, "MOST_SUMMITS"),
+        (textured, "MOST_SUMMITS"),
+        (random, "MOST_PIXELS"),
+    ):
+        monkeypatch.setattr(module, name, 1000)
 
 
 def toml(value):
@@ -124,7 +260,7 @@ def places(value, path=()):
 
 @st.composite
 def broken_documents(draw):
-    document = tomllib.loads(draw(st.sampled_from([WAYPOINTS, BLOCKS, MEASURED])))
+    document = tomllib.loads(draw(st.sampled_from(DOCUMENTS)))
     for _ in range(draw(st.integers(1, 4))):
         path = draw(st.sampled_from([place for place in places(document) if place]))
         *above, key = path

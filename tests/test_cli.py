@@ -7,13 +7,13 @@ import time
 import netCDF4
 import numpy as np
 import pytest
-from broken import BLOCKS, LOADS_CSV, MEASURED, SUMMITS_CSV, WAYPOINTS, broken_bytes, broken_documents
+from broken import DOCUMENTS, FILES, LOADS_CSV, MEASURED, SUMMITS_CSV, broken_bytes, broken_documents, keep_small
 from click.testing import CliRunner
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import historysim
-from historysim import scenario, simulation
+from historysim import simulation
 from historysim.cli import main
 
 SCENARIO = """
@@ -241,6 +241,8 @@ PIXEL = ("--pixel-size", "1 µm", "--height-unit", "nm")
         (["plot", "good.nc", "--step", "21"], "step 21: the history has 11 steps; expected -11 to 10"),
         (["show", "map.txt"], "map.txt: does not name the unit of its heights; give height_unit"),
         (["show", "map.txt", "--pixel-size", "1 N", "--height-unit", "nm"], "pixel_size"),
+        (["show", "map.txt", "--pixel-size", "1e-200 m", "--height-unit", "nm"], "a number is so large or so small"),
+        (["plot", "map.txt", "--pixel-size", "1e200 m", "--height-unit", "nm"], "a number is so large or so small"),
         (["show", "map.txt", *PIXEL, "--form", "cone"], "form is 'cone'; expected one of mean, plane"),
         (["show", "map.txt", *PIXEL, *PIXEL, *PIXEL], "--pixel-size came 3 times"),
         (["plot", "map.txt", *PIXEL, "--step", "1"], "map.txt is a height map; expected a result"),
@@ -310,8 +312,7 @@ fuzz = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCh
 
 @pytest.fixture
 def short_runs(folder, monkeypatch):
-    monkeypatch.setattr(scenario, "MOST_EVENTS", 1000)
-    monkeypatch.setattr(scenario, "MOST_STEPS", 1000)
+    keep_small(monkeypatch)
     return folder
 
 
@@ -329,9 +330,9 @@ def check_that_it_ends_well(folder, files_to_write):
 
 
 @fuzz
-@given(document=st.one_of(broken_documents(), broken_bytes([WAYPOINTS, BLOCKS, MEASURED])))
+@given(document=st.one_of(broken_documents(), broken_bytes(DOCUMENTS)))
 def test_broken_scenarios_end_with_a_message_and_no_file(short_runs, document):
-    tables = {"summits.csv": SUMMITS_CSV.encode(), "loads.csv": LOADS_CSV.encode()}
+    tables = {name: content.encode() for name, content in FILES.items()}
     check_that_it_ends_well(short_runs, {"s.toml": document, **tables})
 
 

@@ -5,7 +5,20 @@ import sys
 from pathlib import Path
 
 import pytest
-from broken import BLOCKS, LOADS_CSV, MEASURED, SPHERE, SUMMITS_CSV, WAYPOINTS, broken_bytes, broken_documents
+from broken import (
+    BLOCKS,
+    DENSITY,
+    DOCUMENTS,
+    FILES,
+    LOADS_CSV,
+    MEASURED,
+    ROUGH_ON_ROUGH,
+    SPHERE,
+    WAYPOINTS,
+    broken_bytes,
+    broken_documents,
+    keep_small,
+)
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -22,8 +35,8 @@ from historysim.events import (
 
 @pytest.fixture
 def folder(tmp_path):
-    (tmp_path / "summits.csv").write_text(SUMMITS_CSV, encoding="utf-8")
-    (tmp_path / "loads.csv").write_text(LOADS_CSV, encoding="utf-8")
+    for name, content in FILES.items():
+        (tmp_path / name).write_text(content, encoding="utf-8")
     return tmp_path
 
 
@@ -191,6 +204,11 @@ def test_importing_the_module_loads_nothing_heavy():
         ("[{ time", "[] #[{ time", "s.toml: loading: no waypoints"),
         ("[loading]", "[loading]\nsubsteps = 0", "s.toml: loading.substeps: 0; expected an integer from 1"),
         ("[loading]", "[loading]\nsubsteps = 1.5", "s.toml: loading.substeps: 1.5; expected an integer"),
+        (
+            "[loading]",
+            f"[loading]\nsubsteps = {2**63}",
+            "loading.substeps: 9223372036854775808; expected an integer of 64",
+        ),
         ("[loading]", "[loading]\nsubsteps = 90_000_000", "s.toml: loading.substeps: 180,000,000 steps; expected"),
         ("[loading]", "[loading]\nsaturate = 1", "s.toml: loading.saturate: 1; expected true or false"),
         (
@@ -385,22 +403,35 @@ def check_that_it_is_built_or_refused(folder, document):
 fuzz = settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
+@pytest.fixture
+def small(folder, monkeypatch):
+    keep_small(monkeypatch)
+    return folder
+
+
+@pytest.mark.parametrize("document", DOCUMENTS)
+def test_what_is_to_be_broken_is_good(small, document):
+    assert built(small, document)
+
+
 @fuzz
 @given(document=broken_documents())
-def test_broken_documents_are_refused(folder, document):
-    check_that_it_is_built_or_refused(folder, document)
+def test_broken_documents_are_refused(small, document):
+    check_that_it_is_built_or_refused(small, document)
 
 
 @fuzz
-@given(document=broken_bytes([WAYPOINTS, BLOCKS, MEASURED]))
-def test_broken_text_is_refused(folder, document):
-    check_that_it_is_built_or_refused(folder, document)
+@given(document=broken_bytes(DOCUMENTS))
+def test_broken_text_is_refused(small, document):
+    check_that_it_is_built_or_refused(small, document)
 
 
 @fuzz
-@given(table=broken_bytes([SUMMITS_CSV, LOADS_CSV]), name=st.sampled_from(["summits.csv", "loads.csv"]))
-def test_broken_tables_are_refused(folder, table, name):
-    for file, content in (("summits.csv", SUMMITS_CSV), ("loads.csv", LOADS_CSV)):
-        Path(folder / file).write_text(content, encoding="utf-8")
-    (folder / name).write_bytes(table)
-    check_that_it_is_built_or_refused(folder, MEASURED.encode())
+@given(data=st.data(), document=st.sampled_from([MEASURED, DENSITY, ROUGH_ON_ROUGH]))
+def test_broken_tables_are_refused(small, data, document):
+    names = [name for name in FILES if name in document]
+    broken = data.draw(st.sampled_from(names))
+    for name, content in FILES.items():
+        Path(small / name).write_text(content, encoding="utf-8")
+    (small / broken).write_bytes(data.draw(broken_bytes([FILES[broken]])))
+    check_that_it_is_built_or_refused(small, document.encode())

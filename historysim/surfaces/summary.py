@@ -5,6 +5,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from historysim.arguments import representable
 from historysim.errors import InputError
 from historysim.surfaces.heights import Surface
 from historysim.units import quantity_text
@@ -17,18 +18,30 @@ def summary(surface: Surface, rule: int = 9) -> list[tuple[str, str]]:
     ----------
     surface : Surface
     rule : int
-        That the summits are found by; a profile has rule 3.
+        The summits are found by: 3, 5 or 9 points. A profile always has rule 3.
 
     Returns
     -------
     list of (label, text)
         Size, missing points, heights, slopes, curvatures, bandwidth, autocorrelation lengths, lay and summits; "none"
         for what the surface does not have.
+
+    Raises
+    ------
+    InputError
+        Another rule, or lengths whose squares no float holds.
     """
+    with representable():
+        return [*_height_lines(surface), *_correlation_lines(surface), *_summit_lines(surface, rule)]
+
+
+def _height_lines(surface: Surface) -> list[tuple[str, str]]:
     found = surface.statistics()
-    points = _product(f"{count:,}" for count in surface.shape if count > 1)
-    pixels = _product(_length(pixel) for pixel in dict.fromkeys(surface.pixel_size))
-    lengths = _product(_length(size) for size, count in zip(surface.size, surface.shape, strict=True) if count > 1)
+    # across a profile there is nothing to tell
+    axes = [axis for axis in (0, 1) if surface.shape[axis] > 1] or [0, 1]
+    points = _product(f"{surface.shape[axis]:,}" for axis in axes)
+    pixels = _product(dict.fromkeys(_length(surface.pixel_size[axis]) for axis in axes))
+    lengths = _product(_length(surface.size[axis]) for axis in axes)
     return [
         ("points", f"{points}, {pixels} apart"),
         ("size", lengths),
@@ -40,8 +53,6 @@ def summary(surface: Surface, rule: int = 9) -> list[tuple[str, str]]:
         ("rms slope", _number(found.rms_slope)),
         ("rms curvature", _number(found.rms_curvature, " 1/m")),
         ("bandwidth ψ", _number(found.bandwidth)),
-        *_correlation_lines(surface),
-        *_summit_lines(surface, 3 if 1 in surface.shape else rule),
     ]
 
 
@@ -62,6 +73,7 @@ def _correlation_lines(surface: Surface) -> list[tuple[str, str]]:
 
 
 def _summit_lines(surface: Surface, rule: int) -> list[tuple[str, str]]:
+    rule = 3 if 1 in surface.shape else rule
     summits = surface.summits(rule)
     label = f"summits, {rule}-point rule"
     if not len(summits):
