@@ -4,7 +4,7 @@ import tomllib
 
 from hypothesis import strategies as st
 
-from historysim import scenario
+from historysim import loading_kinds, scenario
 from historysim.surfaces import distribution, random, textured
 
 SPHERE = """
@@ -226,7 +226,7 @@ VALUES = st.one_of(
 def keep_small(monkeypatch):
     """Let what is larger than any test needs be refused, as what is larger than any machine holds is."""
     for module, name in (
-        (scenario, "MOST_EVENTS"),
+        (loading_kinds, "MOST_EVENTS"),
         (scenario, "MOST_STEPS"),
         (distribution, "MOST_SUMMITS"),
         (textured, "MOST_SUMMITS"),
