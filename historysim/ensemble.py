@@ -288,6 +288,7 @@ class Ensemble:
             units,
             saturate,
             self.tolerance,
+            compliance=0.0,
         )
         if path >= 0:
             raise FrictionLimitError(request * units.load, limit * units.load, path)
