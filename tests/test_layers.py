@@ -36,6 +36,7 @@ ORDER = (
     "memory",
     "friction",
     "asperity",
+    "instrument",
     "ensemble",
     "events",
     "log",

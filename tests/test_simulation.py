@@ -20,7 +20,7 @@ RADII = [1.0, 2.0, 1.0, 0.5, 1.5]
 CONTRACT = {
     *("MaterialPair", "Material", "material", "Ensemble", "EnsembleState", "Asperity", "SlipState"),
     *("NormalLoad", "TangentialLoad", "NormalDisplacement", "TangentialDisplacement", "FrictionChange"),
-    *("replay", "run", "HistorySimError", "InputError", "LoadError", "FrictionLimitError", "__version__"),
+    *("Instrument", "replay", "run", "HistorySimError", "InputError", "LoadError", "FrictionLimitError", "__version__"),
 }
 
 SCENARIO = """
