@@ -25,6 +25,7 @@ from historysim.events import (
     TangentialDisplacement,
     TangentialLoad,
 )
+from historysim.instrument import RIGID, Instrument
 from historysim.schema import (
     Force,
     Length,
@@ -201,6 +202,24 @@ class Friction:
     """``[friction]``: one coefficient, or one for each asperity."""
 
     coefficient: Numbers
+
+
+# -- instrument ------------------------------------------------------------------------------------
+
+
+@attrs.frozen
+class InSeries:
+    """``[instrument]``: what stands between the drive and the contact."""
+
+    lateral_stiffness: Annotated[float, Quantity("N m-1")]
+
+    def __attrs_post_init__(self) -> None:
+        """Check that it can be an instrument."""
+        self.instrument()
+
+    def instrument(self) -> Instrument:
+        """Build the instrument."""
+        return Instrument(self.lateral_stiffness)
 
 
 # -- loading ---------------------------------------------------------------------------------------
@@ -470,6 +489,7 @@ class Sections:
     surface: Surface
     loading: AnyLoading
     friction: Friction | None = None
+    instrument: InSeries | None = None
     record: Record = Record()
     title: str = ""
 
@@ -511,6 +531,11 @@ class Scenario:
     def record(self) -> str | tuple[int, ...]:
         """The asperities to record: ``"touching"``, ``"all"``, ``"totals"`` or indices."""
         return self.sections.record.asperities
+
+    @property
+    def instrument(self) -> Instrument:
+        """The instrument in series with the contact, rigid where none is named."""
+        return self.sections.instrument.instrument() if self.sections.instrument else RIGID
 
     def ensemble(self) -> "Ensemble":
         """Build the ensemble.

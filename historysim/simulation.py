@@ -98,7 +98,7 @@ def run(path: str | Path, output: str | Path | None = None, *, progress: bool = 
     import xarray as xr
 
     loaded = scenario.load(path)
-    ensemble, events, instrument = loaded.ensemble(), loaded.events(), RIGID
+    ensemble, events, instrument = loaded.ensemble(), loaded.events(), loaded.instrument
     asperities = recorder.chosen_asperities(ensemble, events, loaded.record)
     columns = 1 if asperities is None else max(asperities.size, 1)
     most_rows = max(1, min(ROWS_BETWEEN_REPORTS, recorder.BLOCK_CELLS // columns))

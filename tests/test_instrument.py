@@ -702,3 +702,98 @@ def test_a_label_is_found_from_label_and_load_together(count, seed, softness, de
     load, _ = kernel.load_at.py_func(gap, weight, label)
     found = kernel.label_at(gap, weight, label + compliance * load, guess, 1.0, compliance)
     assert found == pytest.approx(label, rel=16 * EPS)
+
+
+# -- scenarios and results -------------------------------------------------------------------------
+
+SCENARIO = """
+[materials]
+first = "silicon"
+second = "float glass"
+[surface]
+kind = "sphere"
+radius = "2.5 mm"
+[friction]
+coefficient = 0.12
+[instrument]
+lateral_stiffness = "334 mN/µm"
+[loading]
+substeps = 3
+waypoints = [
+    { time = 0, normal_load = "50 mN" },
+    { time = 1, tangential_displacement = "50 nm" },
+    { time = 2, tangential_displacement = "-20 nm", normal_load = "30 mN" },
+    { time = 3, friction = 0.1 },
+]
+"""
+
+
+@pytest.fixture
+def scenario(tmp_path):
+    def write(text=SCENARIO):
+        path = tmp_path / "unat.toml"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return write
+
+
+def test_a_scenario_names_its_instrument(scenario, tmp_path):
+    ran = hs.run(scenario())
+    assert ran.attrs["lateral_stiffness"] == 3.34e5
+    assert ran.drive_displacement.dims == ("step",)
+    assert ran.drive_displacement.attrs["units"] == "m"
+    assert ran.drive_displacement.values[[3, 6, 9]] == pytest.approx([50e-9, -20e-9, -20e-9], rel=1e-14)
+    bent = ran.total_tangential_load.values / 3.34e5
+    assert ran.drive_displacement.values - ran.tangential_displacement.values == pytest.approx(bent, abs=1e-22)
+    with hs.run(scenario(), tmp_path / "out.nc") as streamed:
+        assert streamed.attrs == ran.attrs
+        for name, values in ran.variables.items():
+            assert np.array_equal(streamed[name].values, values.values), name
+    pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+    events = [
+        hs.NormalLoad(0.0, 50e-3),
+        hs.TangentialDisplacement(1.0, 50e-9),
+        hs.NormalLoad(2.0, 30e-3),
+        hs.TangentialDisplacement(2.0, -20e-9),
+        hs.FrictionChange(3.0, 0.1),
+    ]
+    replayed = hs.replay(
+        hs.Ensemble(pair, 0.0, 2.5e-3, 0.12), events, substeps=3, instrument=hs.Instrument(lateral_stiffness=3.34e5)
+    )
+    xr.testing.assert_equal(replayed, ran)
+    assert replayed.attrs["lateral_stiffness"] == 3.34e5
+
+
+def test_without_the_section_there_is_no_instrument(scenario):
+    text = SCENARIO.replace('[instrument]\nlateral_stiffness = "334 mN/µm"\n', "")
+    ran = hs.run(scenario(text))
+    assert "drive_displacement" not in ran
+    assert "lateral_stiffness" not in ran.attrs
+    assert ran.tangential_displacement.values[3] == pytest.approx(50e-9, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("value", "said"),
+    [
+        ('"-3 N/m"', "unat.toml: instrument: Instrument: lateral_stiffness is -3.0; expected a number greater than 0"),
+        ("0", "unat.toml: instrument: Instrument: lateral_stiffness is 0.0; expected a number greater than 0"),
+        ("inf", "unat.toml: instrument.lateral_stiffness: inf is not a finite number"),
+        ('"334 mN"', "unat.toml: instrument.lateral_stiffness: '334 mN': 'mN' is not a unit of a stiffness"),
+        ("[1, 2]", "unat.toml: instrument.lateral_stiffness: an array; expected a number in N m-1"),
+        ("1\nstiffness = 2", "unat.toml: instrument.stiffness: unknown key; did you mean 'lateral_stiffness'?"),
+    ],
+)
+def test_an_instrument_that_cannot_be_is_named(scenario, value, said):
+    from historysim import scenario as scenarios
+
+    with pytest.raises(hs.InputError) as refused:
+        scenarios.load(scenario(SCENARIO.replace('"334 mN/µm"', value)))
+    assert str(refused.value).startswith(said)
+
+
+def test_an_empty_section_is_refused(scenario):
+    from historysim import scenario as scenarios
+
+    with pytest.raises(hs.InputError, match=r"^unat\.toml: instrument\.lateral_stiffness: missing"):
+        scenarios.load(scenario(SCENARIO.replace('lateral_stiffness = "334 mN/µm"', "")))
