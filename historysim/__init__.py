@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from historysim.events import NormalLoad as NormalLoad
     from historysim.events import TangentialDisplacement as TangentialDisplacement
     from historysim.events import TangentialLoad as TangentialLoad
+    from historysim.instrument import Instrument as Instrument
     from historysim.materials import Material as Material
     from historysim.materials import MaterialPair as MaterialPair
     from historysim.materials import material as material
@@ -37,6 +38,7 @@ _HOMES = {
     "asperity": ("Asperity", "SlipState"),
     "ensemble": ("Ensemble", "EnsembleState"),
     "events": ("FrictionChange", "NormalDisplacement", "NormalLoad", "TangentialDisplacement", "TangentialLoad"),
+    "instrument": ("Instrument",),
     "materials": ("Material", "MaterialPair", "material"),
     "simulation": ("replay", "run"),
     "contact.greenwood_williamson": ("GreenwoodWilliamson",),

@@ -11,6 +11,7 @@ from historysim import friction as friction_laws
 from historysim.arguments import checked
 from historysim.asperity import Asperity, SlipState
 from historysim.errors import FrictionLimitError, InputError
+from historysim.instrument import RIGID, Instrument, as_instrument
 from historysim.materials import MaterialPair
 from historysim.memory import kernel
 from historysim.memory.traction import TractionMemory
@@ -187,12 +188,17 @@ class Ensemble:
         tangential_displacement: float | None = None,
         friction: npt.ArrayLike | None = None,
         saturate: bool = False,
+        instrument: Instrument = RIGID,
     ) -> EnsembleState:
         """Return the state after one joint straight path; ``state`` itself is not changed.
 
         With both loads given, the path is straight in (N, T); with a displacement, straight in the
         approach and U. A channel that is not named is held as it was controlled last: a load stays, or
         a displacement does.
+
+        An instrument makes tangential displacements those of its drive, U + T/k_s: U is found so that
+        they are reached, or held. It is a parameter of the path and no part of the state, so give it with
+        each path that it drives.
 
         Parameters
         ----------
@@ -202,44 +208,52 @@ class Ensemble:
         normal_displacement : float, optional
             Approach of the highest summit from first touch to reach [m]; negative is a gap.
         tangential_displacement : float, optional
-            U to reach [m].
+            U to reach [m], or with an instrument the displacement of its drive.
         friction : array_like, optional
             New coefficients that act at the end of the path (see `FrictionChange`).
         saturate : bool
             Hold a tangential load beyond the limit at the limit.
+        instrument : Instrument, optional
+            In series with the contact.
 
         Raises
         ------
         FrictionLimitError
             |T| > Σ μ N.
         InputError
-            A value that is not finite, a negative normal load, both a load and a displacement of one channel.
+            A value that is not finite, a negative normal load, both a load and a displacement of one channel, or
+            what is no instrument.
         """
         normal = _channel("normal", normal_load, normal_displacement, state.normal_control, least=0.0)
         tangential = _channel("tangential", tangential_load, tangential_displacement, state.tangential_control)
-        state = self.walk(state, _single_path(normal, tangential), saturate=saturate)
+        state = self.walk(state, _single_path(normal, tangential), saturate=saturate, instrument=instrument)
         if friction is not None:
             hold = _single_path((state.normal_control, *kernel.STILL), (state.tangential_control, *kernel.STILL))
-            state = self.walk(self.with_friction(state, friction), hold, saturate=saturate)
+            state = self.with_friction(state, friction, instrument=instrument)
+            state = self.walk(state, hold, saturate=saturate, instrument=instrument)
         return state
 
-    def with_friction(self, state: EnsembleState, friction: npt.ArrayLike) -> EnsembleState:
+    def with_friction(
+        self, state: EnsembleState, friction: npt.ArrayLike, *, instrument: Instrument = RIGID
+    ) -> EnsembleState:
         """Return the state with other friction coefficients from now on, at the same displacements.
 
         Where a coefficient falls, springs beyond the new limit slip at once. A controlled tangential
-        load stays the one that is asked for: the next path, if only one that holds it, moves U until it
-        is there again.
+        load stays the one that is asked for, and so does the displacement of an instrument's drive: the
+        next path, if only one that holds it, moves U until it is there again. Until then the state tells
+        the tangential load before the springs slipped.
 
         Raises
         ------
         InputError
-            See `friction.coulomb`.
+            See `friction.coulomb`, or what is no instrument.
         """
+        held = _compliance(instrument, state.units) > 0 or state.tangential_control == kernel.LOAD
         coefficients = friction_laws.coulomb(friction, len(self))
         force = state.memory.now[kernel.TANGENTIAL_LOAD]
         state = self._regroup(state, coefficients)
         memory = kernel.change_friction(state.contact, kernel.copied(state.memory), coefficients[_leaders(state)])
-        if state.tangential_control == kernel.LOAD:
+        if held:
             memory.now[kernel.TANGENTIAL_LOAD] = force
         contact = state.contact._replace(friction=coefficients[_leaders(state)])
         return attrs.evolve(state, contact=contact, memory=memory)
@@ -252,6 +266,7 @@ class Ensemble:
         rows: kernel.Rows | None = None,
         asperities: npt.ArrayLike = (),
         saturate: bool = False,
+        instrument: Instrument = RIGID,
     ) -> EnsembleState:
         """Return the state after straight paths, one after the other, and record rows on the way.
 
@@ -267,11 +282,15 @@ class Ensemble:
             Indices of the asperities to record, in the order of the columns of ``rows``.
         saturate : bool
             Hold tangential loads beyond the limit at the limit.
+        instrument : Instrument, optional
+            In series with the contact: tangential displacements are those of its drive.
 
         Raises
         ------
         FrictionLimitError
             With the position of the path that cannot be walked.
+        InputError
+            What is no instrument.
         """
         units = state.units
         if rows is None:
@@ -288,6 +307,7 @@ class Ensemble:
             units,
             saturate,
             self.tolerance,
+            _compliance(instrument, units),
         )
         if path >= 0:
             raise FrictionLimitError(request * units.load, limit * units.load, path)
@@ -405,6 +425,11 @@ class Ensemble:
 def _leaders(state: EnsembleState) -> Integers:
     """Ensemble index of each group's highest asperity."""
     return state.order[state.contact.first[:-1]]
+
+
+def _compliance(instrument: Instrument, units: kernel.Units) -> float:
+    """Compliance of an instrument, dimensionless."""
+    return units.stiffness / as_instrument(instrument).lateral_stiffness
 
 
 def _channel(

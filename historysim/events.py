@@ -79,7 +79,7 @@ class TangentialLoad(LoadEvent):
 
 @attrs.frozen
 class TangentialDisplacement(LoadEvent):
-    """The rigid tangential displacement U [m] reached at a time."""
+    """The rigid tangential displacement U [m] reached at a time, or with an `Instrument` that of its drive."""
 
     channel = "tangential"
     unit = "m"

@@ -17,8 +17,9 @@ from historysim import ensemble as ensembles
 from historysim.ensemble import Ensemble
 from historysim.errors import InputError
 from historysim.events import Event, NormalDisplacement, NormalLoad
+from historysim.instrument import RIGID, Instrument
 from historysim.memory import kernel
-from historysim.variables import COORDINATES, PER_ASPERITY, TOTALS, Variable
+from historysim.variables import BEHIND_A_SPRING, COORDINATES, PER_ASPERITY, TOTALS, Variable
 
 if TYPE_CHECKING:
     import netCDF4
@@ -94,18 +95,26 @@ class Recorder(abc.ABC):
         Rows that the whole history records.
     attributes : mapping
         Attributes of the Dataset or file.
+    instrument : Instrument, optional
+        In series with the contact.
     """
 
     ensemble: Ensemble
     asperities: npt.NDArray[np.int64] | None
     steps: int
     attributes: Mapping[str, Any]
+    instrument: Instrument = attrs.field(default=RIGID, kw_only=True)
     _filled: int = attrs.field(default=0, init=False)
 
     @property
     def columns(self) -> int:
         """Number of recorded asperities."""
         return 0 if self.asperities is None else self.asperities.size
+
+    @property
+    def totals(self) -> tuple[Variable, ...]:
+        """Variables along ``step`` alone."""
+        return TOTALS if self.instrument.rigid else (*TOTALS, *BEHIND_A_SPRING)
 
     @abc.abstractmethod
     def room(self, count: int) -> kernel.Rows:
@@ -114,6 +123,29 @@ class Recorder(abc.ABC):
     @abc.abstractmethod
     def record(self, times: Array) -> None:
         """Take what stands in the room last given as the rows at these times."""
+
+    def _projected(self, rows: kernel.Rows) -> list[tuple[Variable, Array]]:
+        """Variables along ``step``, with their values."""
+        totals = rows.totals
+        displacement, load = totals[:, kernel.ROW_DISPLACEMENT], totals[:, kernel.ROW_TANGENTIAL]
+        values = {
+            "total_normal_load": totals[:, kernel.ROW_NORMAL],
+            "total_tangential_load": load,
+            "separation": self.ensemble.highest_summit - totals[:, kernel.ROW_APPROACH],
+            "tangential_displacement": displacement,
+            "contact_count": totals[:, kernel.ROW_COUNT],
+            "real_contact_area": totals[:, kernel.ROW_AREA],
+            "tangential_stiffness": totals[:, kernel.ROW_STIFFNESS],
+            "total_dissipated_energy": totals[:, kernel.ROW_DISSIPATED],
+            "friction_limit": totals[:, kernel.ROW_LIMIT],
+            "saturated": totals[:, kernel.ROW_SATURATED],
+            "drive_displacement": self.instrument.drive_displacement(displacement, load),
+        }
+        projected = [(variable, values[variable.name].astype(variable.dtype)) for variable in self.totals]
+        if self.asperities is not None:
+            arrays = (rows.normal_load, rows.tangential_load, rows.contact_radius, rows.stick_radius)
+            projected += zip(PER_ASPERITY, (*arrays, rows.slip_state, rows.dissipated), strict=True)
+        return projected
 
 
 @final
@@ -149,7 +181,7 @@ class DatasetRecorder(Recorder):
             for variable, values in [
                 *_coordinates(self.ensemble, self.asperities),
                 (COORDINATES[0], self._times),
-                *_projected(self.ensemble, self._rows, self.asperities),
+                *self._projected(self._rows),
             ]
         }
         names = {variable.name for variable in COORDINATES}
@@ -173,7 +205,7 @@ class FileRecorder(Recorder):
             self.file.createDimension("asperity", self.columns)
         fixed = _coordinates(self.ensemble, self.asperities)
         declared = [variable for variable, _ in fixed]
-        declared += [COORDINATES[0], *TOTALS, *(PER_ASPERITY if self.asperities is not None else ())]
+        declared += [COORDINATES[0], *self.totals, *(PER_ASPERITY if self.asperities is not None else ())]
         auxiliary = [variable.name for variable in declared if variable in COORDINATES and variable.name != "asperity"]
         for variable in declared:
             made = self.file.createVariable(variable.name, variable.dtype, variable.dimensions, fill_value=False)
@@ -193,7 +225,7 @@ class FileRecorder(Recorder):
         """Write what stands in the room last given as the rows at these times."""
         where = slice(self._filled, self._filled + times.size)
         self.file["time"][where] = times
-        for variable, values in _projected(self.ensemble, self._rows, self.asperities):
+        for variable, values in self._projected(self._rows):
             self.file[variable.name][where] = values
         self._filled += times.size
 
@@ -205,6 +237,7 @@ def recording(
     asperities: npt.NDArray[np.int64] | None,
     steps: int,
     attributes: Mapping[str, Any],
+    instrument: Instrument = RIGID,
 ) -> Iterator[FileRecorder]:
     """Record into a netCDF file, which appears under its name only when all rows stand in it.
 
@@ -212,7 +245,7 @@ def recording(
     ----------
     path : Path
         An existing file is replaced, at the end.
-    ensemble, asperities, steps, attributes
+    ensemble, asperities, steps, attributes, instrument
         See `Recorder`.
 
     Raises
@@ -230,7 +263,7 @@ def recording(
     os.close(handle)
     try:
         with netCDF4.Dataset(name, "w", format="NETCDF4") as file:
-            yield FileRecorder(ensemble, asperities, steps, attributes, file)
+            yield FileRecorder(ensemble, asperities, steps, attributes, file, instrument=instrument)
             file.setncattr("complete", np.int8(1))
         Path(name).chmod(0o666 & ~_umask())
         Path(name).replace(path)
@@ -257,27 +290,3 @@ def _coordinates(ensemble: Ensemble, asperities: npt.NDArray[np.int64] | None) -
     values = {"asperity": asperities}
     values |= {name: source[asperities] for name, source in sources.items() if source is not None}
     return [(variable, values[variable.name]) for variable in COORDINATES if variable.name in values]
-
-
-def _projected(
-    ensemble: Ensemble, rows: kernel.Rows, asperities: npt.NDArray[np.int64] | None
-) -> list[tuple[Variable, Array]]:
-    """Variables along ``step``, with their values."""
-    totals = rows.totals
-    values = {
-        "total_normal_load": totals[:, kernel.ROW_NORMAL],
-        "total_tangential_load": totals[:, kernel.ROW_TANGENTIAL],
-        "separation": ensemble.highest_summit - totals[:, kernel.ROW_APPROACH],
-        "tangential_displacement": totals[:, kernel.ROW_DISPLACEMENT],
-        "contact_count": totals[:, kernel.ROW_COUNT],
-        "real_contact_area": totals[:, kernel.ROW_AREA],
-        "tangential_stiffness": totals[:, kernel.ROW_STIFFNESS],
-        "total_dissipated_energy": totals[:, kernel.ROW_DISSIPATED],
-        "friction_limit": totals[:, kernel.ROW_LIMIT],
-        "saturated": totals[:, kernel.ROW_SATURATED],
-    }
-    projected = [(variable, values[variable.name].astype(variable.dtype)) for variable in TOTALS]
-    if asperities is not None:
-        arrays = (rows.normal_load, rows.tangential_load, rows.contact_radius, rows.stick_radius)
-        projected += zip(PER_ASPERITY, (*arrays, rows.slip_state, rows.dissipated), strict=True)
-    return projected

@@ -20,12 +20,14 @@ from historysim.events import (
     Event,
     FrictionChange,
 )
+from historysim.instrument import RIGID, Instrument
 from historysim.loading_kinds import MOST_STEPS, AnyLoading, loading_from_toml
 from historysim.schema import (
     Length,
     Number,
     Numbers,
     Pressure,
+    Stiffness,
     SurfaceEnergy,
     at,
     given,
@@ -117,6 +119,24 @@ class Friction:
     coefficient: Numbers
 
 
+# -- instrument ------------------------------------------------------------------------------------
+
+
+@attrs.frozen
+class InSeries:
+    """``[instrument]``: what stands between the drive and the contact."""
+
+    lateral_stiffness: Stiffness
+
+    def __attrs_post_init__(self) -> None:
+        """Check that it can be an instrument."""
+        self.instrument()
+
+    def instrument(self) -> Instrument:
+        """Build the instrument."""
+        return Instrument(self.lateral_stiffness)
+
+
 # -- adhesion --------------------------------------------------------------------------------------
 
 
@@ -165,6 +185,7 @@ class Sections:
     loading: AnyLoading
     friction: Friction | None = None
     adhesion: Adhesion | None = None
+    instrument: InSeries | None = None
     record: Record = Record()
     title: str = ""
 
@@ -206,6 +227,11 @@ class Scenario:
     def record(self) -> str | tuple[int, ...]:
         """The asperities to record: ``"touching"``, ``"all"``, ``"totals"`` or indices."""
         return self.sections.record.asperities
+
+    @property
+    def instrument(self) -> Instrument:
+        """The instrument in series with the contact, rigid where none is named."""
+        return self.sections.instrument.instrument() if self.sections.instrument else RIGID
 
     def ground(self) -> Ground:
         """Make the surface and its summits.

@@ -10,6 +10,7 @@ from historysim._version import __version__
 from historysim.ensemble import Ensemble
 from historysim.errors import FrictionLimitError, InputError, LoadError
 from historysim.events import Event, time_text
+from historysim.instrument import RIGID, Instrument, as_instrument
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,6 +26,7 @@ def replay(
     substeps: int = 1,
     saturate: bool = False,
     record: recorder.Selection = "touching",
+    instrument: Instrument = RIGID,
 ) -> "xr.Dataset":
     """Replay load events across an ensemble.
 
@@ -39,6 +41,9 @@ def replay(
         Hold tangential loads beyond the friction limit at the limit, and flag the step, instead of raising.
     record : {"touching", "all", "totals"} or sequence of int
         Asperities to record: those that touch at any time, all, none (totals alone), or a few by index.
+    instrument : Instrument, optional
+        In series with the contact: tangential displacements of the events are those of its drive, which is
+        recorded beside that of the contact.
 
     Returns
     -------
@@ -48,7 +53,7 @@ def replay(
     Raises
     ------
     InputError
-        Events, substeps or a selection that cannot be used as they are.
+        Events, substeps, a selection or an instrument that cannot be used as they are.
     LoadError
         A load that the contact cannot carry; the message names the event.
     """
@@ -58,8 +63,8 @@ def replay(
     asperities = recorder.chosen_asperities(ensemble, events, record)
     plan = list(scheduler.stretches(events, substeps))
     steps = sum(stretch.row_time.size for stretch in plan)
-    attributes = _attributes(ensemble, events)
-    memory = recorder.DatasetRecorder(ensemble, asperities, steps, attributes)
+    attributes = _attributes(ensemble, events, as_instrument(instrument))
+    memory = recorder.DatasetRecorder(ensemble, asperities, steps, attributes, instrument=instrument)
     _walk(ensemble, events, plan, memory, saturate=saturate)
     return memory.dataset()
 
@@ -95,20 +100,20 @@ def run(path: str | Path, output: str | Path | None = None, *, progress: bool = 
 
     loaded = scenario.load(path)
     ground = loaded.ground()
-    ensemble, events = loaded.ensemble(ground), loaded.events()
+    ensemble, events, instrument = loaded.ensemble(ground), loaded.events(), loaded.instrument
     asperities = recorder.chosen_asperities(ensemble, events, loaded.record)
     columns = 1 if asperities is None else max(asperities.size, 1)
     most_rows = max(1, min(ROWS_BETWEEN_REPORTS, recorder.BLOCK_CELLS // columns))
     plan = list(scheduler.stretches(events, loaded.substeps, most_rows))
     steps = sum(stretch.row_time.size for stretch in plan)
-    attributes = {**_attributes(ensemble, events), "scenario": loaded.text}
+    attributes = {**_attributes(ensemble, events, instrument), "scenario": loaded.text}
     if loaded.title:
         attributes["title"] = loaded.title
     if output is None:
-        memory = recorder.DatasetRecorder(ensemble, asperities, steps, attributes)
+        memory = recorder.DatasetRecorder(ensemble, asperities, steps, attributes, instrument=instrument)
         _walk(ensemble, events, plan, memory, saturate=loaded.saturate, progress=progress)
         return memory.dataset()
-    with recorder.recording(Path(output), ensemble, asperities, steps, attributes) as file:
+    with recorder.recording(Path(output), ensemble, asperities, steps, attributes, instrument) as file:
         surface_group.write(file.file, surface_group.dataset(ground.summits, ground.surface))
         _walk(ensemble, events, plan, file, saturate=loaded.saturate, progress=progress)
     return xr.open_dataset(output, decode_times=False)
@@ -131,12 +136,20 @@ def _walk(
         for stretch in plan:
             rows = target.room(stretch.row_time.size)
             try:
-                state = ensemble.walk(state, stretch.paths, rows=rows, asperities=asperities, saturate=saturate)
+                state = ensemble.walk(
+                    state,
+                    stretch.paths,
+                    rows=rows,
+                    asperities=asperities,
+                    saturate=saturate,
+                    instrument=target.instrument,
+                )
             except FrictionLimitError as error:
                 raise _at(events, stretch.event[error.path], error) from None
             if stretch.friction is not None:
                 try:
-                    state = ensemble.with_friction(state, stretch.friction.friction)
+                    friction = stretch.friction.friction
+                    state = ensemble.with_friction(state, friction, instrument=target.instrument)
                 except InputError as error:
                     raise _at(events, stretch.friction_event, error) from None
             target.record(stretch.row_time)
@@ -149,10 +162,11 @@ def _at(events: Sequence[Event], index: int, error: LoadError | InputError) -> L
     return LoadError(message) if isinstance(error, LoadError) else InputError(message)
 
 
-def _attributes(ensemble: Ensemble, events: Sequence[Event]) -> dict[str, Any]:
+def _attributes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrument) -> dict[str, Any]:
     import numba
     import numpy as np
 
+    in_series = {} if instrument.rigid else {"lateral_stiffness": instrument.lateral_stiffness}
     return {
         "Conventions": "CF-1.11",
         "title": f"Load history of {len(ensemble)} asperities",
@@ -162,6 +176,7 @@ def _attributes(ensemble: Ensemble, events: Sequence[Event]) -> dict[str, Any]:
         "made_with": f"Python {platform.python_version()}, numpy {np.__version__}, numba {numba.__version__}",
         "contact_modulus": ensemble.pair.contact_modulus,
         "shear_modulus": ensemble.pair.shear_modulus,
+        **in_series,
         "number_of_asperities": len(ensemble),
         "number_of_events": len(events),
         "event_digest": f"sha256:{log.digest(events)}",

@@ -76,6 +76,11 @@ TOTALS = (
     ),
 )
 
+BEHIND_A_SPRING = (
+    Variable("drive_displacement", _STEP, "m", "tangential displacement of the drive of the instrument"),
+)
+"""Totals that there are with an instrument in series."""
+
 PER_ASPERITY = (
     Variable("normal_load", _BOTH, "N", "normal load of the asperity"),
     Variable("tangential_load", _BOTH, "N", "tangential load of the asperity"),

@@ -37,6 +37,7 @@ ORDER = (
     "memory",
     "friction",
     "asperity",
+    "instrument",
     "ensemble",
     "adhering",
     "events",

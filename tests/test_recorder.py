@@ -317,6 +317,7 @@ CASES = {
     "positions": ('"all"', POSITIONS),
     "totals": ('"totals"', POSITIONS),
     "a few": ("[3, 1]", POSITIONS),
+    "instrument": ('"all"', f"{POSITIONS}\n[instrument]\nlateral_stiffness = 3.34"),
 }
 
 

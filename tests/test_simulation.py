@@ -21,7 +21,7 @@ CONTRACT = {
     *("MaterialPair", "Material", "material", "Ensemble", "EnsembleState", "Asperity", "SlipState"),
     *("NormalLoad", "TangentialLoad", "NormalDisplacement", "TangentialDisplacement", "FrictionChange"),
     *("Surface", "Summits", "random_surface", "read_surface", "textured_summits", "drawn_summits", "quantile_summits"),
-    *("GreenwoodWilliamson",),
+    *("GreenwoodWilliamson", "Instrument"),
     *("replay", "run", "HistorySimError", "InputError", "LoadError", "FrictionLimitError", "__version__"),
 }
 

@@ -13,6 +13,9 @@ highest summit, is ``N(a) = k (a - h)^(3/2)``; P is the sum of N over a friction
 
 holds for a group and, with N in the place of P, for each of its asperities (theory of Jäger and
 Ciavarella; memory diagrams of Aleshin et al.). Slip sets m = ±μ from the edge to one slip front.
+Since dw = m da and dT = m dP along the polyline, any r w + c T over r a + c P(a) is a polyline with the
+same slopes m, within the same cone: a displacement (r = 1, c = 0), a load (r = 0, c = 1) and the
+displacement of a drive behind a spring of compliance c (r = 1) all move the contact by one update.
 
 Everything here is dimensionless: lengths over the largest summit radius R0, loads over
 (4/3) E* R0², k = √(R/R0), tangential displacements over θ R0. Tolerances are relative.
@@ -128,6 +131,17 @@ class Paths(NamedTuple):
     first_row: Integers
 
 
+class Aim(NamedTuple):
+    """Where the tangential channel goes: ``rigid`` V + ``compliance`` T = ``value``.
+
+    A displacement has (1, 0), a load (0, 1), the displacement of a drive behind a spring (1, c).
+    """
+
+    value: float
+    rigid: float
+    compliance: float
+
+
 class Rows(NamedTuple):
     """Recorded rows in SI units: totals (row, quantity), and per recorded asperity the projections (row, column)."""
 
@@ -233,25 +247,31 @@ def load_at(gap: Floats, weight: Floats, approach: float) -> tuple[float, float]
 
 
 @_exact
-def approach_at(gap: Floats, weight: Floats, load: float, guess: float) -> float:
-    """Approach at which asperities, in ascending gap, carry a load: Newton on P^(2/3), bracketed."""
+def label_at(gap: Floats, weight: Floats, total: float, guess: float, rigid: float, compliance: float) -> float:
+    """Label a at which rigid·(a - h) + compliance·P(a), with the smallest gap h, is a total.
+
+    Asperities stand in ascending gap. Newton on the power 2/3, bracketed.
+    """
     low = gap[0]
-    if load <= 0.0:
+    if total <= 0.0:
         return low
     # the deepest asperity alone would carry it here
-    high = low + (load / weight[0]) ** (2.0 / 3.0)
-    if gap.size == 1:
+    high = low + (total / (compliance * weight[0])) ** (2.0 / 3.0)
+    if rigid > 0.0:
+        high = min(high, low + total / rigid)
+    elif gap.size == 1:
         return high
     approach = guess if low < guess <= high else high
     for _ in range(100):
-        present, slope = load_at(gap, weight, approach)
-        if present == load:
+        load, stiffness = load_at(gap, weight, approach)
+        present, slope = rigid * (approach - gap[0]) + compliance * load, rigid + compliance * stiffness
+        if present == total:
             return approach
-        if present < load:
+        if present < total:
             low = approach
         else:
             high = approach
-        step = 1.5 * present / slope * math.expm1(math.log1p((load - present) / present) * (2.0 / 3.0))
+        step = 1.5 * present / slope * math.expm1(math.log1p((total - present) / present) * (2.0 / 3.0))
         following = approach + step
         if not low <= following <= high:
             following = 0.5 * (low + high)
@@ -262,6 +282,12 @@ def approach_at(gap: Floats, weight: Floats, load: float, guess: float) -> float
             return following
         approach = following
     return approach
+
+
+@_exact
+def approach_at(gap: Floats, weight: Floats, load: float, guess: float) -> float:
+    """Approach at which asperities, in ascending gap, carry a load."""
+    return label_at(gap, weight, load, guess, 0.0, 1.0)
 
 
 # ---------------------------------------------------------------- energy
@@ -334,6 +360,18 @@ def stored_energy(contact: Contact, memory: Memory, energy: Floats) -> float:
 
 
 @_inline
+def to_displacement(displacement: float) -> Aim:
+    """Go to a displacement."""
+    return Aim(displacement, 1.0, 0.0)
+
+
+@_inline
+def to_load(force: float) -> Aim:
+    """Go to a tangential load."""
+    return Aim(force, 0.0, 1.0)
+
+
+@_inline
 def put(
     stack: Floats,
     index: int,
@@ -387,7 +425,7 @@ def edge_at(stack: Floats, depth: int, d: float, load: float) -> tuple[int, floa
     return top, d, anchor, load, tangential
 
 
-@_exact
+@_inline
 def slip_front(
     stack: Floats,
     segment: int,
@@ -396,17 +434,16 @@ def slip_front(
     x1: float,
     y1: float,
     friction: float,
-    by_force: bool,
+    rigid: float,
+    compliance: float,
 ) -> tuple[int, float, float, float]:
     """Walk from the edge inward to the slip front.
 
-    The same walk serves displacements, with (label, anchor) as (x, y), and forces, with (normal,
-    tangential load). Returns how many vertices are kept, x at the front, the direction of slip,
-    and the slip at the front, which is 0 unless the whole contact slides. The front lies on the last
-    vertex kept where x says so; vertices on the way are wiped out.
+    The same walk serves every `Aim`: x is ``rigid`` times the label and ``compliance`` times the normal
+    load, y the same of anchor and tangential load. Returns how many vertices are kept, x at the front, the
+    direction of slip, and the slip at the front, which is 0 unless the whole contact slides. The front lies
+    on the last vertex kept where x says so; vertices on the way are wiped out.
     """
-    x_column = NORMAL if by_force else LABEL
-    y_column = TANGENTIAL if by_force else ANCHOR
     sign = 1.0 if y1 >= y_edge else -1.0
     tie = TIE * (abs(y1) + abs(y_edge) + friction * x1)
     x = x_edge
@@ -414,8 +451,9 @@ def slip_front(
     met_vertex = x1 > x_edge and slip <= tie
     while segment > 0 and not met_vertex:
         slope = stack[segment, SLOPE]
-        x_low = stack[segment - 1, x_column]
-        slip_low = sign * (y1 - stack[segment - 1, y_column]) - friction * (x1 - x_low)
+        x_low = rigid * stack[segment - 1, LABEL] + compliance * stack[segment - 1, NORMAL]
+        y_low = rigid * stack[segment - 1, ANCHOR] + compliance * stack[segment - 1, TANGENTIAL]
+        slip_low = sign * (y1 - y_low) - friction * (x1 - x_low)
         if slip_low < -tie and slope != sign * friction:
             return segment, max(x - slip / (friction - sign * slope), x_low), sign, 0.0
         segment -= 1
@@ -425,7 +463,7 @@ def slip_front(
         return 0, x, sign, slip
     while segment > 0 and stack[segment, SLOPE] == sign * friction:
         segment -= 1
-    return segment + 1, stack[segment, x_column], sign, 0.0
+    return segment + 1, rigid * stack[segment, LABEL] + compliance * stack[segment, NORMAL], sign, 0.0
 
 
 @_exact
@@ -513,9 +551,8 @@ def slip_group(
     d0: float,
     v0: float,
     d1: float,
-    v1: float,
     load: float,
-    force: float,
+    aim: Aim,
     segment: int,
     edge: float,
     kept: int,
@@ -525,26 +562,32 @@ def slip_group(
 ) -> tuple[int, float, float]:
     """Do what is left of `move_group` where springs slip, the front being found: energy, and the new outer end."""
     stack = group.stack
-    by_force = not math.isnan(force)
+    goal, rigid, compliance = aim
     slope = sign * group.friction
     below = max(kept - 1, 0)
     front, front_anchor = stack[below, LABEL], stack[below, ANCHOR]
     front_load, front_force = stack[below, NORMAL], stack[below, TANGENTIAL]
-    inner = kept > 0 and x_front != (front_load if by_force else front)
+    inner = kept > 0 and x_front != rigid * front + compliance * front_load
     inner_slope = 0.0
     if inner:
         inner_slope = stack[kept, SLOPE]
-        label, normal = x_front, x_front
-        if by_force:
+        label = x_front
+        if compliance > 0.0:
             outer = edge if kept == segment else stack[kept, LABEL]
-            label = min(max(approach_at(group.gap, group.weight, normal, outer), front), outer)
-        else:
-            normal = load_at(group.gap, group.weight, label)[0]
+            total = x_front - rigid * group.gap[0]
+            label = min(max(label_at(group.gap, group.weight, total, outer, rigid, compliance), front), outer)
+        normal, stiffness = (x_front, np.inf) if rigid == 0.0 else load_at(group.gap, group.weight, label)
         front_anchor += inner_slope * (label - front)
         front_force += inner_slope * (normal - front_load)
         front, front_load = label, normal
-    if by_force:
-        v1 = front_anchor + slope * (d1 - front)
+        # measured from what was prescribed, so that rounding does not add up from loop to loop within one another;
+        # the one that changes faster along the polyline takes it up
+        y_front = goal - slope * (rigid * (d1 - front) + compliance * (load - front_load))
+        if rigid >= compliance * stiffness:
+            front_anchor = y_front - compliance * front_force
+        else:
+            front_force = (y_front - rigid * front_anchor) / compliance
+    v1 = goal if compliance == 0.0 else front_anchor + slope * (d1 - front) + rigid * sign * slip
     energy = 0.0
     if d1 < d0:
         energy = withdrawal_energy(group, depth, segment, d0, v0, d1, v1)
@@ -553,60 +596,62 @@ def slip_group(
         put(stack, below, front, v1 - slope * (d1 - front), 0.0, v1, 0.0, 0.0)
         kept = 1
     elif inner:
-        # measured from what was prescribed, so that rounding does not add up from loop to loop within one another
-        if by_force:
-            front_force = force - slope * (load - front_load)
-        else:
-            front_anchor = v1 - slope * (d1 - front)
         put(stack, kept, front, front_anchor, inner_slope, v1, front_load, front_force)
         kept += 1
-    reached = force if by_force else front_force + slope * (load - front_load)
+    reached = goal if rigid == 0.0 else front_force + slope * (load - front_load)
     put(stack, kept, d1, v1, slope, v1, load, reached)
     return kept + 1, v1, energy
 
 
-@_exact
+@_inline
+def first_reach(group: Group, d0: float, v0: float, d1: float, load: float, aim: Aim) -> float:
+    """Displacement that a group reaches which first touches on its straight path from (d0, v0) to approach d1.
+
+    All its springs are strained alike, or all slide.
+    """
+    if aim.compliance == 0.0:
+        return aim.value
+    slope = (aim.value - aim.rigid * v0) / (aim.rigid * (d1 - d0) + aim.compliance * load)
+    if aim.rigid > 0.0 and abs(slope) > group.friction:
+        return aim.value - aim.compliance * math.copysign(group.friction * load, slope)
+    return v0 + slope * (d1 - d0)
+
+
+@_inline
 def move_group(
-    group: Group, depth: int, d0: float, v0: float, d1: float, v1: float, load: float, force: float
+    group: Group, depth: int, d0: float, v0: float, d1: float, load: float, aim: Aim
 ) -> tuple[int, float, float]:
-    """Carry one group straight from (d0, v0) to approach d1, exactly: to a tangential force, or if that is NaN to v1.
+    """Carry one group straight from (d0, v0) to approach d1 and to where it aims, exactly.
 
     The group touches at d1, where it carries ``load``; its stack has ``depth`` vertices, or none at d0
     where that is 0. Returns the depth, the displacement reached, and the energy dissipated.
     """
     stack, friction = group.stack, group.friction
-    by_force = not math.isnan(force)
+    y1, rigid, compliance = aim
     if depth == 0:
-        if by_force:
-            # from nothing, a force proportional to the load strains all springs alike
-            v1 = v0 + force / load * (d1 - d0)
-            by_force, force = False, math.nan
-        depth = touch(group, depth, d0, v0, d1, v1)
+        depth = touch(group, depth, d0, v0, d1, first_reach(group, d0, v0, d1, load, aim))
     segment, edge, anchor, edge_load, edge_force = edge_at(stack, depth, d1, load)
-    if by_force:
-        x1, y1, x_edge, y_edge = load, force, edge_load, edge_force
-    else:
-        x1, y1, x_edge, y_edge = d1, v1, edge, anchor
+    x1, x_edge = rigid * d1 + compliance * load, rigid * edge + compliance * edge_load
+    y_edge = rigid * anchor + compliance * edge_force
     change, hold = abs(y1 - y_edge), friction * (x1 - x_edge)
     tie = TIE * (abs(y1) + abs(y_edge) + friction * x1)
     # at the edge itself rounding is no reason to slip; new springs slip when they tie with the limit
     if y1 == y_edge or (change <= tie if hold == 0.0 else change < hold - tie):
         energy = 0.0
         slope = (y1 - y_edge) / (x1 - x_edge) if x1 > x_edge else 0.0
-        if by_force:
-            v1 = anchor + slope * (d1 - edge)
+        v1 = y1 if compliance == 0.0 else anchor + slope * (d1 - edge)
         if d1 < d0:
             energy = withdrawal_energy(group, depth, segment, d0, v0, d1, v1)
             put(stack, segment, d1, anchor, stack[segment, SLOPE], v1, load, edge_force)
             depth = segment + 1
         elif d1 > edge:
             top = segment if segment > 0 and stack[segment, SLOPE] == slope else segment + 1
-            reached = force if by_force else edge_force + slope * (load - edge_load)
+            reached = y1 if rigid == 0.0 else edge_force + slope * (load - edge_load)
             put(stack, top, d1, v1, slope, v1, load, reached)
             depth = top + 1
         return depth, v1, energy
-    kept, x_front, sign, slip = slip_front(stack, segment, x_edge, y_edge, x1, y1, friction, by_force)
-    return slip_group(group, depth, d0, v0, d1, v1, load, force, segment, edge, kept, x_front, sign, slip)
+    kept, x_front, sign, slip = slip_front(stack, segment, x_edge, y_edge, x1, y1, friction, rigid, compliance)
+    return slip_group(group, depth, d0, v0, d1, load, aim, segment, edge, kept, x_front, sign, slip)
 
 
 @_inline
@@ -626,7 +671,7 @@ def force_of_group(
         return edge_force + slope * (load - edge_load), (load - edge_load) / (d1 - d0), 0.0
     if v1 == anchor:
         return edge_force, load_at(group.gap, group.weight, edge)[1], 0.0
-    kept, front, sign, _ = slip_front(stack, segment, edge, anchor, d1, v1, friction, False)
+    kept, front, sign, _ = slip_front(stack, segment, edge, anchor, d1, v1, friction, 1.0, 0.0)
     slope = sign * friction
     if kept == 0:
         return slope * load, 0.0, 0.0
@@ -873,41 +918,51 @@ def next_guess(
 
 
 @_exact
-def displacement_at(contact: Contact, memory: Memory, shares: Floats, d1: float, force: float) -> float:
-    """Displacement at which a straight path in (d, V) to approach d1 ends with a tangential load.
+def displacement_at(contact: Contact, memory: Memory, shares: Floats, d1: float, aim: Aim) -> float:
+    """Displacement at which a straight path in (d, V) to approach d1 ends where it aims.
 
-    Where nothing touches at d1: the anchor of the last spring to leave, which is one of the highest summit.
-    At the friction limit: the least displacement, to rounding, at which all groups slide. A request beyond
-    the limit is noted in ``memory.now``.
+    Where nothing touches at d1, a load leaves V at the anchor of the last spring to leave, which is one of the
+    highest summit. A load at the friction limit is met by the least displacement, to rounding, at which all groups
+    slide; a request beyond the limit is noted in ``memory.now``.
     """
+    now = memory.now
+    goal, rigid, compliance = aim
+    if shares.size == 0 and rigid > 0.0:
+        return goal
     if shares.size == 0:
-        return memory.vertices[0, 0, ANCHOR] if memory.depth[0] > 0 else memory.now[DISPLACEMENT]
+        return memory.vertices[0, 0, ANCHOR] if memory.depth[0] > 0 else now[DISPLACEMENT]
     limit = 0.0
     for index in range(shares.size):
         limit += contact.friction[index] * shares[index]
-    if abs(force) > limit * (1.0 + LIMIT_SLACK):
-        memory.now[REQUEST], memory.now[LIMIT] = force, limit
-    force = min(max(force, -limit), limit)
-    accuracy = 4.0 * EPSILON * limit
-    stride = contact.friction.max() * d1
+    reach, stride = contact.friction.max() * d1, np.inf
+    if rigid == 0.0:
+        if abs(goal) > limit * (1.0 + LIMIT_SLACK):
+            now[REQUEST], now[LIMIT] = goal, limit
+        goal = min(max(goal, -limit), limit)
+        # what slides has no stiffness to tell how far
+        stride = reach
+    scale = rigid * abs(goal) + compliance * limit
+    accuracy = 4.0 * EPSILON * scale
     low, high = -np.inf, np.inf
-    v = memory.now[DISPLACEMENT]
-    if d1 == memory.now[APPROACH] and abs(force - total_force(contact, memory)) <= TIE * limit:
+    v = now[DISPLACEMENT]
+    if d1 == now[APPROACH] and abs(goal - rigid * v - compliance * total_force(contact, memory)) <= TIE * scale:
         # held: rounding is no reason to move
         return v
-    if force != memory.now[TANGENTIAL_LOAD]:
+    change = goal - rigid * v - compliance * now[TANGENTIAL_LOAD]
+    if change != 0.0:
         # a little on the way, so that the first stiffness is that of the direction in which it goes
-        v += math.copysign(1e-9 * stride, force - memory.now[TANGENTIAL_LOAD])
+        v += math.copysign(1e-9 * reach, change)
     for _ in range(200):
-        present, stiffness, curvature = force_at(contact, memory, shares, d1, v)
-        missing = force - present
+        force, stiffness, curvature = force_at(contact, memory, shares, d1, v)
+        missing = goal - rigid * v - compliance * force
         if abs(missing) <= accuracy:
             return v
         if missing > 0.0:
             low = v
         else:
             high = v
-        following = next_guess(v, missing, stiffness, curvature, low, high, stride)
+        slope, bend = rigid + compliance * stiffness, compliance * curvature
+        following = next_guess(v, missing, slope, bend, low, high, stride)
         if following in (low, high, v):
             return v
         v = following
@@ -915,10 +970,10 @@ def displacement_at(contact: Contact, memory: Memory, shares: Floats, d1: float,
 
 
 @_exact
-def move(contact: Contact, memory: Memory, d1: float, v1: float, load: float, force: float) -> Memory:
-    """Carry all groups straight in (d, V) to approach d1, where they carry ``load``.
+def move(contact: Contact, memory: Memory, d1: float, load: float, aim: Aim) -> Memory:
+    """Carry all groups straight in (d, V) to approach d1, where they carry ``load``, and to where they aim.
 
-    They go to a tangential force within the friction limit or, where that is NaN, to displacement v1.
+    A tangential load has to be within the friction limit.
     """
     room = memory.vertices.shape[1]
     # a front and an edge; a polyline steeper than μ may be cut in every segment
@@ -928,12 +983,10 @@ def move(contact: Contact, memory: Memory, d1: float, v1: float, load: float, fo
     now, groups = memory.now, contact.friction.size
     d0, v0 = now[APPROACH], now[DISPLACEMENT]
     shares = group_loads(contact, d1) if groups > 1 else np.full(1 if d1 > 0.0 else 0, load)
-    by_force = False
-    if not math.isnan(force):
-        by_force = groups == 1 and shares.size > 0 and not memory.steep[0]
-        if not by_force:
-            v1 = displacement_at(contact, memory, shares, d1, force)
-    still = d1 == d0 and v1 == v0 and not by_force
+    alone = groups == 1 and shares.size > 0 and not memory.steep[0]
+    path = aim if alone or aim.compliance == 0.0 else to_displacement(displacement_at(contact, memory, shares, d1, aim))
+    v1 = path.value
+    still = d1 == d0 and v1 == v0 and path.compliance == 0.0
     for index in range(groups):
         depth = memory.depth[index]
         if still or (index >= shares.size and depth == 0):
@@ -947,15 +1000,12 @@ def move(contact: Contact, memory: Memory, d1: float, v1: float, load: float, fo
             memory.depth[index], energy = move_steep_group(group, depth, d0, v0, d1, v1, shares[index])
             memory.steep[index] = is_steep(group.stack, memory.depth[index], group.friction)
         else:
-            goal = force if by_force else math.nan
-            memory.depth[index], reached, energy = move_group(group, depth, d0, v0, d1, v1, shares[index], goal)
-            if by_force:
-                v1 = reached
+            memory.depth[index], v1, energy = move_group(group, depth, d0, v0, d1, shares[index], path)
         now[DISSIPATED] += energy
     now[APPROACH] = d1
     now[DISPLACEMENT] = v1
     now[NORMAL_LOAD] = load
-    now[TANGENTIAL_LOAD] = total_force(contact, memory) if math.isnan(force) else force
+    now[TANGENTIAL_LOAD] = aim.value if aim.rigid == 0.0 else total_force(contact, memory)
     return memory
 
 
@@ -1007,7 +1057,7 @@ def ramp(contact: Contact, memory: Memory, load: float, force: float, tolerance:
         for k in range(1, chords + 1):
             step_load, step_force = toward(load0, load, k / chords), toward(force0, force, k / chords)
             d1 = approach_for(contact, fine, step_load)
-            fine = move(contact, fine, d1, fine.now[DISPLACEMENT], step_load, step_force)
+            fine = move(contact, fine, d1, step_load, to_load(step_force))
         if small or sticks:
             return fine
         if chords == 1:
@@ -1208,8 +1258,8 @@ def record_asperities(
 
 
 @_exact
-def destination(contact: Contact, memory: Memory, paths: Paths, p: int) -> tuple[float, float, float, float]:
-    """Where a path goes: approach, normal load, displacement, and the tangential load or NaN where it is not given."""
+def destination(contact: Contact, memory: Memory, paths: Paths, p: int, compliance: float) -> tuple[float, float, Aim]:
+    """Where a path goes: approach, normal load, and the aim of the tangential channel."""
     now = memory.now
     if paths.normal_control[p] == LOAD:
         load = toward(now[NORMAL_LOAD], paths.normal_target[p], paths.normal_fraction[p])
@@ -1217,10 +1267,11 @@ def destination(contact: Contact, memory: Memory, paths: Paths, p: int) -> tuple
     else:
         d = toward(now[APPROACH], paths.normal_target[p], paths.normal_fraction[p])
         load = load_at(contact.sorted_gap, contact.sorted_weight, d)[0]
+    target, fraction = paths.tangential_target[p], paths.tangential_fraction[p]
     if paths.tangential_control[p] == LOAD:
-        force = toward(now[TANGENTIAL_LOAD], paths.tangential_target[p], paths.tangential_fraction[p])
-        return d, load, now[DISPLACEMENT], force
-    return d, load, toward(now[DISPLACEMENT], paths.tangential_target[p], paths.tangential_fraction[p]), math.nan
+        return d, load, to_load(toward(now[TANGENTIAL_LOAD], target, fraction))
+    present = now[DISPLACEMENT] + compliance * now[TANGENTIAL_LOAD]
+    return d, load, Aim(toward(present, target, fraction), 1.0, compliance)
 
 
 @_exact
@@ -1262,10 +1313,12 @@ def replay(
     units: Units,
     saturate: bool,
     tolerance: float,
+    compliance: float,
 ) -> tuple[Memory, int, float, float]:
     """Walk paths one after the other and record their rows; ``columns`` gives each column's asperity.
 
-    Returns the memory, and the path that asks for more than the friction limit with the request and
+    Displacements of the tangential channel are those of a drive behind a spring of a compliance; with 0, the
+    contact's. Returns the memory, and the path that asks for more than the friction limit with the request and
     the limit (dimensionless); the memory is then of no use. The path is -1 where all could be walked.
     """
     work = np.zeros((5, contact.gap.size if columns.size > 0 else 0))
@@ -1274,17 +1327,20 @@ def replay(
         now = memory.now
         parts = paths.parts[p]
         load0, force0, d0, v0 = now[NORMAL_LOAD], now[TANGENTIAL_LOAD], now[APPROACH], now[DISPLACEMENT]
-        d1, load, v1, request = destination(contact, memory, paths, p)
-        by_force = not math.isnan(request)
+        d1, load, aim = destination(contact, memory, paths, p, compliance)
+        request, by_force = aim.value, aim.rigid == 0.0
         limit0 = friction_limit(contact, d0, load0) if by_force and saturate else np.inf
         limit = friction_limit(contact, d1, load) if by_force else np.inf
         held = by_force and abs(request) > limit * (1.0 + LIMIT_SLACK)
         if held and not saturate:
             return memory, p, request, limit
-        force = min(max(request, -limit), limit) if by_force else math.nan
+        force = min(max(request, -limit), limit)
+        if by_force:
+            aim = to_load(force)
         loads = paths.normal_control[p] == LOAD and by_force
-        if by_force and parts > 1 and not loads:
-            v1 = displacement_at(contact, memory, group_loads(contact, d1), d1, force)
+        v1 = aim.value
+        if aim.compliance > 0.0 and parts > 1 and not loads:
+            v1 = displacement_at(contact, memory, group_loads(contact, d1), d1, aim)
         for part in range(1, parts + 1):
             share = part / parts
             held_now = held and part == parts
@@ -1296,9 +1352,10 @@ def replay(
             elif loads:
                 memory = ramp(contact, memory, toward(load0, load, share), toward(force0, force, share), tolerance)
             else:
-                d, v = toward(d0, d1, share), toward(v0, v1, share)
+                d = toward(d0, d1, share)
                 step_load = load if d == d1 else load_at(contact.sorted_gap, contact.sorted_weight, d)[0]
-                memory = move(contact, memory, d, v, step_load, force if part == parts else math.nan)
+                step = aim if part == parts else to_displacement(toward(v0, v1, share))
+                memory = move(contact, memory, d, step_load, step)
             if memory.now[LIMIT] > 0.0 and not saturate:
                 return memory, p, memory.now[REQUEST], memory.now[LIMIT]
             memory.now[LIMIT] = 0.0

@@ -48,6 +48,13 @@ def history(contact, steps, tangential, normal_swing):
     return events
 
 
+def as_stiff_as(contact):
+    """Lateral stiffness of the pressed contact before anything slips [N/m]."""
+    pressed = contact.advance(contact.initial_state(), normal_displacement=np.ptp(contact.summit_height) + 30e-9)
+    moved = contact.advance(pressed, tangential_displacement=1e-15)
+    return moved.tangential_load / 1e-15
+
+
 def median_time(action, repeats):
     action()
     times = []
@@ -82,11 +89,15 @@ def main():
     print(f"{'ns/(asperity·step)':>20}{'ms/step':>9}")
     for one_coefficient in (True, False):
         contact = ensemble(count, one_coefficient)
-        for tangential in ("displacement", "load"):
-            for normal_swing in (0.0, 0.1) if tangential == "displacement" else (0.0, 1e-3):
+        for tangential in ("displacement", "load", "drive"):
+            instrument = hs.Instrument(as_stiff_as(contact) if tangential == "drive" else np.inf)
+            for normal_swing in (0.0, 1e-3) if tangential == "load" else (0.0, 0.1):
                 events = history(contact, steps, tangential, normal_swing)
                 for record in ("all", "totals"):
-                    seconds = median_time(lambda: hs.replay(contact, events, record=record), repeats)  # noqa: B023
+                    seconds = median_time(
+                        lambda: hs.replay(contact, events, record=record, instrument=instrument),  # noqa: B023
+                        repeats,
+                    )
                     print(
                         f"{'one' if one_coefficient else 'one each':<14}{tangential:<14}"
                         f"{f'±{normal_swing:.1%}' if normal_swing else 'constant':<14}{record:<10}"
