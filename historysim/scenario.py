@@ -44,7 +44,7 @@ from historysim.schema import (
     table,
     text,
 )
-from historysim.tables import Column, check_delimiter, column_from_toml, read_table
+from historysim.tables import Characters, Column, Format, Table, column_from_toml, read_table
 
 if TYPE_CHECKING:
     from historysim.ensemble import Ensemble
@@ -169,19 +169,28 @@ class SummitColumns:
     friction: Column | None = None
 
 
-@attrs.frozen
-class SummitTable:
-    """Summits from a CSV file."""
+@attrs.frozen(kw_only=True, slots=False)
+class NumbersFile(Format):
+    """A file of numbers, and how it is written."""
 
     file: str
+
+    def table(self, folder: Path, columns: object, units: Mapping[str, str]) -> Table:
+        """Read columns out of it."""
+        return read_table(folder / self.file, _given(columns), units, self)
+
+
+@attrs.frozen(kw_only=True)
+class SummitTable(NumbersFile):
+    """Summits from a file."""
+
     columns: SummitColumns
-    delimiter: str = attrs.field(default=",", validator=check_delimiter)
 
     def summits(self, folder: Path) -> dict[str, Any]:
         """Read the summits."""
         units = {"height": "m", "radius": "m", "x": "m", "y": "m", "friction": "1"}
         with at("surface"):
-            found = read_table(folder / self.file, _given(self.columns), units, self.delimiter).columns
+            found = self.table(folder, self.columns, units).columns
         names = {"height": "summit_height", "radius": "summit_radius"}
         return {names.get(key, key): values for key, values in found.items()}
 
@@ -416,32 +425,29 @@ class LoadColumns:
 
 
 @attrs.frozen(kw_only=True)
-class Measured(Loading):
-    """``loading.file``: a CSV file in which every sample is a waypoint."""
+class Measured(Loading, NumbersFile):
+    """``loading.file``: a file in which every sample is a waypoint."""
 
-    file: str
     columns: LoadColumns
-    delimiter: str = attrs.field(default=",", validator=check_delimiter)
 
     def events(self, folder: Path) -> list[Event]:
         """Read the events."""
         units = {"time": "s"} | {key: kind.unit for key, kind in LOADS.items()}
         with at("loading"):
-            found = read_table(folder / self.file, _given(self.columns), units, self.delimiter)
-            times = found.columns.pop("time")
-            samples = zip(*found.columns.values(), strict=True)
-            kinds = [LOADS[key] for key in found.columns]
+            found = self.table(folder, self.columns, units)
+            times, *channels = (found.columns[key].tolist() for key in _given(self.columns))
+            kinds = [LOADS[key] for key in _given(self.columns) if key != "time"]
             events: list[Event] = []
             previous = times[0]
-            for time, line, sample in zip(times, found.lines, samples, strict=True):
+            for row, (time, *sample) in enumerate(zip(times, *channels, strict=True)):
                 if time < previous:
                     problem = f"the time {time:g} s comes after {previous:g} s; expected times that do not decrease"
-                    raise misfit(f"{self.file}: line {line}: {problem}", "file")
+                    raise misfit(f"{self.file}: {found.place(row)}: {problem}", "file")
                 previous = time
                 try:
                     events.extend([kind(time, value) for kind, value in zip(kinds, sample, strict=True)])
                 except InputError as error:
-                    raise misfit(f"{self.file}: line {line}: {error}", "file") from error
+                    raise misfit(f"{self.file}: {found.place(row)}: {error}", "file") from error
         return events
 
 
@@ -627,6 +633,8 @@ def _converter() -> Converter:
     for kind, hook in (
         (MaterialEntry | None, _material_entry),
         (Column, _column),
+        (Characters, _characters),
+        (Characters | None, _characters),
         (Surface, _surface),
         (AnyLoading, _loading),
         (str | tuple[int, ...], _record),
@@ -641,6 +649,12 @@ def _material_entry(converter: Converter, value: object, _: object) -> MaterialE
 
 def _column(_: Converter, value: object, __: object) -> Column:
     return column_from_toml(value)
+
+
+def _characters(_: Converter, value: object, __: object) -> str:
+    if not isinstance(value, str):
+        raise InputError(f"{shown(value)}; expected a text")
+    return value
 
 
 def _surface(converter: Converter, value: object, _: object) -> Surface:

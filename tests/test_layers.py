@@ -44,6 +44,17 @@ ORDER = (
     "recorder",
     "measured",
     "schema",
+    "tables.columns",
+    "tables.settled",
+    "tables.lines",
+    "tables.heading",
+    "tables.from_text",
+    "tables.arrays",
+    "tables.from_json",
+    "tables.from_hdf5",
+    "tables.from_matlab",
+    "tables.from_netcdf",
+    "tables.from_tdms",
     "tables",
     "surface_kinds",
     "scenario",
@@ -57,7 +68,7 @@ ANYONE = "_version"
 FREE = ("", "__main__")
 READERS = ("analysis", "plots.history")
 ENGINE = {"memory", "friction", "asperity", "ensemble", "scheduler", "recorder", "scenario", "simulation"}
-HEAVY = {"numpy", "scipy", "numba", "xarray", "netCDF4", "matplotlib", "cf_units", "tqdm"}
+HEAVY = {"numpy", "scipy", "numba", "xarray", "netCDF4", "matplotlib", "cf_units", "tqdm", "h5py", "nptdms"}
 
 
 def modules(root):

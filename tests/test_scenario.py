@@ -301,7 +301,7 @@ def test_messages_name_the_field_of_a_table(folder, old, new, said):
         (b"t;U;N\n0;0;50\n1;0\n", "line 3: 2 values where the header names 3 columns"),
         (b"t;U;N\n0;0;50;1\n", "line 2: 4 values where the header names 3 columns"),
         (b"t;U;N\n0;0;fifty\n", "line 2, column 'N': 'fifty'; expected a finite number"),
-        (b"t;U;N\n0;0;50,5\n", "line 2, column 'N': '50,5'; expected a finite number; write the decimal comma"),
+        (b"t;U;N\n0;0;50,5\n", "line 2, column 'N': '50,5'; expected a finite number; if it has a decimal comma, say"),
         (b"t;U;N\n0;nan;50\n", "line 2, column 'U': 'nan'; expected a finite number"),
         (b"t;U;N\n0;1_0;50\n", "line 2, column 'U': '1_0'; expected a finite number"),
         (b"t;U;N\n0;;50\n", "line 2, column 'U': ''; expected a finite number"),
