@@ -62,10 +62,19 @@ class Contents:
         above, dot, name = array.name.rpartition(".")
         beside = [array.name + ending for ending in _UNIT_ENDINGS] if name else []
         beside += [f"{above}{dot}{word}.{name}" for word in ("unit", "units")]
-        if [other.name.rpartition(".")[0] for other in self.arrays].count(above) == 1:
-            beside += [f"{above}{dot}unit", f"{above}{dot}units"]
+        alone = [word for word in (f"{above}{dot}unit", f"{above}{dot}units") if word in self.texts]
+        if alone and len(_long(array)) < 2 and len(self._beside(above)) == 1:
+            beside += alone
         units = (array.unit, unit_in(array.name), *(self.texts.get(text) for text in beside))
         return tuple(unit.strip() for unit in units if unit and unit.strip())
+
+    def _beside(self, above: str) -> list[Array]:
+        return [array for array in self.arrays if array.name.rpartition(".")[0] == above]
+
+
+def _long(array: Array) -> list[int]:
+    """Return the axes of an array along which it has not just one value."""
+    return [axis for axis, count in enumerate(array.shape) if count != 1]
 
 
 @contextmanager
@@ -107,8 +116,6 @@ def _column(contents: Contents, column: Column, transposed: bool | None, most_ro
     array, index = _chosen(contents.arrays, column)
     selection, label = _selection(array, index, transposed)
     count = _count(array, selection)
-    if not count:
-        raise InputError(f"column {label} has no values; expected one for each sample")
     if count > most_rows:
         raise InputError(f"column {label} has more than {most_rows:,} values; thin or split it")
     values = _numbers(array.read(selection), label)
@@ -148,7 +155,9 @@ def _selection(array: Array, index: int | None, transposed: bool | None) -> tupl
     what = f"column {name}" if array.name else name
     size = " × ".join(map(str, array.shape))
     everything: list[slice | int] = [slice(None)] * len(array.shape)
-    long = [axis for axis, count in enumerate(array.shape) if count != 1]
+    if 0 in array.shape:
+        raise InputError(f"{what} has no values; expected one for each sample")
+    long = _long(array)
     if len(long) > 2:
         raise InputError(f"{what} has {len(long)} dimensions ({size}); expected a column, or a matrix")
     if len(long) < 2:
@@ -213,7 +222,7 @@ def describe(contents: Contents, layout: Format) -> list[Listing]:
 
 
 def _listings(contents: Contents, array: Array, transposed: bool | None) -> Iterator[Listing]:
-    long = [axis for axis, count in enumerate(array.shape) if count != 1]
+    long = _long(array)
     count = 1
     if len(long) == 2:
         rows, columns = (array.shape[axis] for axis in long)

@@ -93,9 +93,11 @@ def _check_delimiter(_: object, attribute: "attrs.Attribute[str | None]", value:
         raise misfit(f'{value!r}; expected one character, as in ",", ";" or "\\t"', attribute.name)
 
 
-def _check_decimal(_: object, attribute: "attrs.Attribute[str]", value: str) -> None:
-    if value not in {".", ","}:
+def _check_decimal(layout: "Format", attribute: "attrs.Attribute[str]", value: str) -> None:
+    if not isinstance(value, str) or value not in {".", ","}:
         raise misfit(f'{shown(value)}; expected "." or ","', attribute.name)
+    if value == layout.delimiter:
+        raise misfit(f"{value!r}, as the delimiter; expected another sign", attribute.name)
 
 
 def _check_header(_: object, attribute: "attrs.Attribute[int | None]", value: int | None) -> None:
@@ -157,11 +159,6 @@ class Format:
     encoding: str = attrs.field(default="utf-8", validator=_check_encoding)
     comment: Characters = attrs.field(default="#", validator=_check_comment)
     transposed: bool | None = attrs.field(default=None, validator=_check_transposed)
-
-    def __attrs_post_init__(self) -> None:
-        """Check that delimiter and decimal sign can be told apart."""
-        if self.delimiter == self.decimal:
-            raise misfit(f"{self.delimiter!r}, as the decimal sign; expected another character", "delimiter")
 
 
 @attrs.frozen(eq=False)

@@ -1,7 +1,8 @@
 """HDF5: arrays by their paths, with units from their attributes.
 
 h5py, and not netCDF4, which can open many such files too, but refuses the whole file for one dangling link or one
-dataset without a space, and ends the process at a group that holds itself.
+dataset without a space, and ends the process at a group that holds itself. HDF5 itself does not come to an end at about
+one file in ten thousand with random damage, where that hits the heap of an attribute of variable length.
 """
 
 from collections.abc import Iterator

@@ -97,12 +97,14 @@ def _undecodable(content: bytes, encoding: str) -> str:
 
 def _rows(lines: Iterator[str], heading: Heading, layout: Format) -> Iterator[tuple[list[int], list[list[str]]]]:
     """Yield the rows, many at once, and the numbers of their lines."""
+    # a line of nothing but tabs is a row, if they are the delimiters
+    blank = None if heading.delimiter == " " else " \t\n".replace(heading.delimiter, "")
     above = heading.above
     while physical := list(islice(lines, AT_ONCE)):
         numbers = [
             line_number
             for line_number, line in enumerate(physical, above + 1)
-            if not line.isspace() and not (layout.comment and line.lstrip().startswith(layout.comment))
+            if line.strip(blank) and not (layout.comment and line.lstrip().startswith(layout.comment))
         ]
         kept = physical if len(numbers) == len(physical) else [physical[each - above - 1] for each in numbers]
         above += len(physical)

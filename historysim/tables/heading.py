@@ -6,7 +6,6 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from itertools import islice
-from typing import NoReturn
 
 import attrs
 
@@ -67,25 +66,18 @@ class Heading:
             )
         if isinstance(column.column, int):
             return self._place_of_position(column.column, column.unit)
-        places = [place for place, name in enumerate(self.names) if name == column.column]
-        if not places:
-            known = [name for name in dict.fromkeys(self.names) if name]
-            raise InputError(f"there is no column {column.column!r}; {nearest(column.column, known)}")
+        if not _is_named(column, self.names):
+            raise _absent(column, self.names)
         if self.misfit:
             raise InputError(self.misfit)
+        places = [place for place, name in enumerate(self.names) if name == column.column]
         if column.occurrence is None and len(places) > 1:
             raise InputError(
                 f"the header names column {column.column!r} {len(places)} times, at positions "
                 f"{', '.join(str(place + 1) for place in places)}; say which, as in "
                 f"{_written(column.column, len(places))} or {{ column = {places[-1] + 1} }}"
             )
-        occurrence = column.occurrence or 1
-        if occurrence > len(places):
-            raise InputError(
-                f"there is no occurrence {occurrence} of column {column.column!r}; the header names it "
-                f"{'once' if len(places) == 1 else f'{len(places)} times'}"
-            )
-        return places[occurrence - 1]
+        return places[(column.occurrence or 1) - 1]
 
     def _place_of_position(self, position: int, unit: str | None) -> int:
         if position > self.width:
@@ -114,6 +106,20 @@ class Heading:
             return f"{{ column = {place + 1} }}{under}"
         several = self.names.count(name) > 1
         return _written(name, self.names[: place + 1].count(name) if several else None)
+
+
+def _is_named(column: Column, names: Sequence[str]) -> bool:
+    return list(names).count(str(column.column)) >= (column.occurrence or 1)
+
+
+def _absent(column: Column, names: Sequence[str]) -> InputError:
+    name = str(column.column)
+    count = list(names).count(name)
+    if not count:
+        known = [known for known in dict.fromkeys(names) if known]
+        return InputError(f"there is no column {name!r}; {nearest(name, known)}")
+    times = "once" if count == 1 else f"{count} times"
+    return InputError(f"there is no occurrence {column.occurrence} of column {name!r}; the header names it {times}")
 
 
 def _written(name: str, occurrence: int | None) -> str:
@@ -225,30 +231,24 @@ class Head:
 
     def _below_names(self, columns: Sequence[Column]) -> Heading:
         """Find the first line that holds all names, in a comment if nowhere else."""
-        wanted = [(str(column.column), column.occurrence or 1) for column in columns]
         candidates = sorted(self.lines, key=lambda line: line.is_comment)
         if self.layout.header:
             candidates = [self._header_line()]
         found = []
-        held_most, most = 0, list[str]()
+        nearly: list[str] = []
         for delimiter in self._delimiters:
             for line in candidates:
                 names = line.fields(delimiter)
-                held = sum(names.count(name) >= occurrence for name, occurrence in wanted)
-                if held == len(wanted):
+                absent = [column for column in columns if not _is_named(column, names)]
+                if not absent:
                     found.append(self._below(line, delimiter))
                     break
-                if held > held_most:
-                    held_most, most = held, names
+                if len(absent) < len(columns):
+                    nearly = nearly or names
         if not found:
-            self._refuse_names(columns, most or self._likely_names())
+            names = nearly or self._likely_names()
+            raise next(_absent(column, names) for column in columns if not _is_named(column, names))
         return next((heading for heading in found if self._fits(heading, columns)), found[0])
-
-    def _refuse_names(self, columns: Sequence[Column], names: list[str]) -> NoReturn:
-        heading = Heading(",", 0, 0, tuple(names))
-        for column in columns:
-            heading.place(attrs.evolve(column, occurrence=column.occurrence or 1))
-        raise InputError("no line holds all names that are asked for; expected them in one header")
 
     def _likely_names(self) -> list[str]:
         if self.layout.header:
@@ -284,7 +284,7 @@ class Head:
         problem = (
             f"{ragged(rows[0].number, len(first), f'the header names {len(names)} columns')}; if the line is as it "
             "should be, a name is missing or superfluous, and others may stand over the wrong columns: give columns by "
-            "position, as in { column = 3 }"
+            f"position, as in {{ column = 3 }}, or say which line is the header, if it is not line {header.number}"
         )
         return attrs.evolve(heading, width=_width(rows, delimiter, len(first)), misfit=problem)
 
