@@ -18,7 +18,7 @@ from historysim.events import (
     TangentialLoad,
 )
 from historysim.schema import Force, Length, Numbers, Quantity, Time, at, given, misfit, shown, table
-from historysim.tables import Column, check_delimiter, read_table
+from historysim.tables import Column, NumbersFile
 
 MOST_EVENTS = 10_000_000
 MOST_STEPS = 100_000_000
@@ -242,32 +242,29 @@ class LoadColumns:
 
 
 @attrs.frozen(kw_only=True)
-class Measured(Loading):
-    """``loading.file``: a CSV file in which every sample is a waypoint."""
+class Measured(NumbersFile, Loading):
+    """``loading.file``: a file in which every sample is a waypoint."""
 
-    file: str
     columns: LoadColumns
-    delimiter: str = attrs.field(default=",", validator=check_delimiter)
 
     def events(self, folder: Path) -> list[Event]:
         """Read the events."""
         units = {"time": "s"} | {key: kind.unit for key, kind in LOADS.items()}
         with at("loading"):
-            found = read_table(folder / self.file, given(self.columns), units, self.delimiter)
-            times = found.columns.pop("time")
-            samples = zip(*found.columns.values(), strict=True)
-            kinds = [LOADS[key] for key in found.columns]
+            found = self.table(folder, given(self.columns), units)
+            times, *channels = (found.columns[key].tolist() for key in given(self.columns))
+            kinds = [LOADS[key] for key in given(self.columns) if key != "time"]
             events: list[Event] = []
             previous = times[0]
-            for time, line, sample in zip(times, found.lines, samples, strict=True):
+            for row, (time, *sample) in enumerate(zip(times, *channels, strict=True)):
                 if time < previous:
                     problem = f"the time {time:g} s comes after {previous:g} s; expected times that do not decrease"
-                    raise misfit(f"{self.file}: line {line}: {problem}", "file")
+                    raise misfit(f"{self.file}: {found.place(row)}: {problem}", "file")
                 previous = time
                 try:
                     events.extend([kind(time, value) for kind, value in zip(kinds, sample, strict=True)])
                 except InputError as error:
-                    raise misfit(f"{self.file}: line {line}: {error}", "file") from error
+                    raise misfit(f"{self.file}: {found.place(row)}: {error}", "file") from error
         return events
 
 

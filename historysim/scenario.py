@@ -45,7 +45,7 @@ from historysim.surface_kinds import (
     map_from_toml,
     surface_from_toml,
 )
-from historysim.tables import Column, column_from_toml
+from historysim.tables import Characters, Column, column_from_toml
 
 if TYPE_CHECKING:
     from historysim.adhering import AdheringAsperities
@@ -390,6 +390,8 @@ def _converter() -> Converter:
     for kind, hook in (
         (MaterialEntry | None, _material_entry),
         (Column, _column),
+        (Characters, _characters),
+        (Characters | None, _characters),
         (SurfaceKind, surface_from_toml),
         (MapKind, map_from_toml),
         (int | str | None, channel_from_toml),
@@ -406,6 +408,12 @@ def _material_entry(converter: Converter, value: object, _: object) -> MaterialE
 
 def _column(_: Converter, value: object, __: object) -> Column:
     return column_from_toml(value)
+
+
+def _characters(_: Converter, value: object, __: object) -> str:
+    if not isinstance(value, str):
+        raise InputError(f"{shown(value)}; expected a text")
+    return value
 
 
 def _record(converter: Converter, value: object, _: object) -> str | tuple[int, ...]:

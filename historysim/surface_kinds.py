@@ -10,7 +10,7 @@ from cattrs import Converter
 
 from historysim.errors import InputError
 from historysim.schema import Length, Lengths, Number, Numbers, Quantity, at, given, misfit, nearest, shown, table
-from historysim.tables import Column, check_delimiter, read_table
+from historysim.tables import Column, NumbersFile
 
 if TYPE_CHECKING:
     from historysim.surfaces.distribution import HeightDistribution
@@ -110,25 +110,24 @@ class SummitColumns:
     friction: Column | None = None
 
 
-@attrs.frozen
-class SummitTable:
+@attrs.frozen(kw_only=True)
+class SummitTable(NumbersFile):
     """Summits from a table."""
 
-    file: str
     columns: SummitColumns
-    delimiter: str = attrs.field(default=",", validator=check_delimiter)
 
     def ground(self, folder: Path) -> Ground:
         """Read the summits."""
         from historysim.surfaces.summits import Summits
 
         units = {"height": "m", "radius": "m", "x": "m", "y": "m", "friction": "1"}
-        rows = read_table(folder / self.file, given(self.columns), units, self.delimiter)
+        rows = self.table(folder, given(self.columns), units)
         found = rows.columns
         for key, expected in (("radius", "more than 0"), ("friction", "0 or more")):
-            for line, value in zip(rows.lines, found.get(key, ()), strict=False):
+            for row, value in enumerate(found.get(key, ())):
                 if value < 0 or (value == 0 and key == "radius"):
-                    raise misfit(f"{self.file}: line {line}: {key} is {value:g}; expected {expected}, in SI", "file")
+                    problem = f"{rows.place(row)}: {key} is {value:g}; expected {expected}, in SI"
+                    raise misfit(f"{self.file}: {problem}", "file")
         summits = Summits(found["height"], found["radius"], found.get("x"), found.get("y"))
         return Ground(summits, friction=found.get("friction"))
 
@@ -254,17 +253,15 @@ class DensityColumns:
 
 
 @attrs.frozen(kw_only=True)
-class StatisticsTable(Statistics):
+class StatisticsTable(NumbersFile, Statistics):
     """A density of heights or gaps from a file."""
 
-    file: str
     columns: DensityColumns
-    delimiter: str = attrs.field(default=",", validator=check_delimiter)
 
     def distribution(self, folder: Path) -> "HeightDistribution":
         """Read the distribution of the heights."""
         units = {"height": "m", "gap": "m", "density": "1"}
-        found = read_table(folder / self.file, given(self.columns), units, self.delimiter).columns
+        found = self.table(folder, given(self.columns), units).columns
         with _in_file(self.file):
             return _tabulated(found.get("height"), found.get("gap"), found["density"])
 

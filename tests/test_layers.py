@@ -48,6 +48,17 @@ ORDER = (
     "surface_group",
     "measured",
     "schema",
+    "tables.columns",
+    "tables.settled",
+    "tables.lines",
+    "tables.heading",
+    "tables.from_text",
+    "tables.arrays",
+    "tables.from_json",
+    "tables.from_hdf5",
+    "tables.from_matlab",
+    "tables.from_netcdf",
+    "tables.from_tdms",
     "tables",
     "surface_kinds",
     "loading_kinds",
@@ -62,7 +73,7 @@ ANYONE = "_version"
 FREE = ("", "__main__")
 READERS = ("analysis", "plots.history")
 ENGINE = {"memory", "friction", "asperity", "ensemble", "scheduler", "recorder", "scenario", "simulation"}
-HEAVY = {"numpy", "scipy", "numba", "xarray", "netCDF4", "matplotlib", "cf_units", "tqdm"}
+HEAVY = {"numpy", "scipy", "numba", "xarray", "netCDF4", "matplotlib", "cf_units", "tqdm", "h5py", "nptdms"}
 
 
 def modules(root):

@@ -161,6 +161,77 @@ def test_spreadsheets_that_mark_utf8_are_read(folder):
     assert len(events) == 6
 
 
+FROM_FILE = """
+[loading]
+file = "{file}"
+{layout}
+[loading.columns]
+time = {time}
+normal_load = {normal_load}
+"""
+
+
+@pytest.mark.parametrize(
+    ("file", "content", "layout", "time", "normal_load"),
+    [
+        ("r.tsv", "run 7\nt (s)\tF (mN)\n0\t50\n1\t70\n", "", '"t (s)"', '"F (mN)"'),
+        ("r.txt", "t\tF\n0\t50\n1\t70\n", 'delimiter = "\\t"', '"t"', '{ column = "F", unit = "mN" }'),
+        ("r.txt", "t F\n0 50\n1 70\n", 'delimiter = " "', '"t"', '{ column = "F", unit = "mN" }'),
+        ("r.csv", "0;0,05;9\n1;0,07;9\n", 'decimal = ","', "{ column = 1 }", "{ column = 2 }"),
+        ("r.csv", "t;t\n0;50\n1;70\n", "header = 1", "{ column = 1 }", '{ column = "t", occurrence = 2, unit = "mN" }'),
+        ("r.csv", "#t,F\n0,0.05\n1,0.07\n", 'comment = ""', '"#t"', '"F"'),
+        ("r.csv", "t,µ\n0,50\n1,70\n", 'encoding = "utf-8"', '"t"', '{ column = "µ", unit = "mN" }'),
+        (
+            "r.json",
+            '{"t": [0, 1], "m": [[9, 9], [50, 70]], "m unit": "mN"}',
+            "transposed = true",
+            '"t"',
+            '{ column = "m", index = 2 }',
+        ),
+    ],
+)
+def test_loads_of_many_kinds_of_files(folder, file, content, layout, time, normal_load):
+    (folder / file).write_text(content, encoding="utf-8")
+    loading = FROM_FILE.format(file=file, layout=layout, time=time, normal_load=normal_load)
+    events = loaded(folder, SPHERE + loading).events()
+    assert [event.time for event in events] == [0.0, 1.0]
+    assert [event.value for event in events] == pytest.approx([0.05, 0.07])
+    assert all(type(event.time) is float and type(event.value) is float for event in events)
+
+
+@pytest.mark.parametrize(
+    ("layout", "column", "said"),
+    [
+        ("delimiter = 7", '"F"', "s.toml: loading.delimiter: 7; expected a text"),
+        ('delimiter = ";"\ndecimal = ";"', '"F"', 's.toml: loading.decimal: the text \';\'; expected "." or ","'),
+        ('delimiter = ","\ndecimal = ","', '"F"', "s.toml: loading.decimal: ',', as the delimiter"),
+        ("header = -1", '"F"', "s.toml: loading.header: -1; expected the number of a line"),
+        ('encoding = "utf-9"', '"F"', "s.toml: loading.encoding: the text 'utf-9'; expected an encoding"),
+        ("transposed = 1", '"F"', "s.toml: loading.transposed: 1; expected true or false"),
+        ('delimitr = ";"', '"F"', "s.toml: loading.delimitr: unknown key; did you mean 'delimiter'?"),
+        ("", '{ column = "F", index = 1 }', "s.toml: loading.file: r.csv: index = 1 counts the columns of a matrix"),
+        ("", "{ column = 0 }", "s.toml: loading.columns.normal_load.column: 0; expected a position counted from 1"),
+        ("", '{ column = "F", unit = "s" }', "s.toml: loading.columns.normal_load.unit: 's' is not a unit of a force"),
+        (
+            "",
+            '{ column = "F / kN", unit = "mN" }',
+            "s.toml: loading.columns.normal_load.unit: 'mN', but r.csv: column 'F",
+        ),
+        ("", '"x [mm]"', "s.toml: loading.file: r.csv: column 'x [mm]': 'mm' is not a unit of a force"),
+    ],
+)
+def test_messages_about_how_a_file_is_written(folder, layout, column, said):
+    (folder / "r.csv").write_text("t,F,F / kN,x [mm]\n0,1,2,3\n", encoding="utf-8")
+    loading = FROM_FILE.format(file="r.csv", layout=layout, time='"t"', normal_load=column)
+    assert said in refusal(folder, SPHERE + loading)
+
+
+def test_times_that_decrease_are_named_by_their_row(folder):
+    (folder / "r.json").write_text('{"t": [0, 2, 1], "F": [1, 1, 1]}', encoding="utf-8")
+    loading = FROM_FILE.format(file="r.json", layout="", time='"t"', normal_load='"F"')
+    assert "s.toml: loading.file: r.json: row 3: the time 1 s comes after 2 s" in refusal(folder, SPHERE + loading)
+
+
 def test_importing_the_module_loads_nothing_heavy():
     code = "import sys, historysim.scenario; print({'numpy', 'xarray', 'netCDF4', 'cf_units'} & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -319,7 +390,7 @@ def test_messages_name_the_field_of_a_table(folder, old, new, said):
         (b"t;U;N\n0;0;50\n1;0\n", "line 3: 2 values where the header names 3 columns"),
         (b"t;U;N\n0;0;50;1\n", "line 2: 4 values where the header names 3 columns"),
         (b"t;U;N\n0;0;fifty\n", "line 2, column 'N': 'fifty'; expected a finite number"),
-        (b"t;U;N\n0;0;50,5\n", "line 2, column 'N': '50,5'; expected a finite number; write the decimal comma"),
+        (b"t;U;N\n0;0;50,5\n", "line 2, column 'N': '50,5'; expected a finite number; if it has a decimal comma, say"),
         (b"t;U;N\n0;nan;50\n", "line 2, column 'U': 'nan'; expected a finite number"),
         (b"t;U;N\n0;1_0;50\n", "line 2, column 'U': '1_0'; expected a finite number"),
         (b"t;U;N\n0;;50\n", "line 2, column 'U': ''; expected a finite number"),

@@ -1,0 +1,225 @@
+"""Files of numbers: named columns of measured records and lists → SI numbers."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from importlib import import_module
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import attrs
+
+from historysim.errors import InputError
+from historysim.schema import at
+from historysim.tables.columns import Characters, Column, Format, Found, Listing, Table, column_from_toml
+from historysim.tables.settled import fitting, settled
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    from historysim.tables.arrays import Contents
+
+__all__ = [
+    "MOST_ROWS",
+    "Characters",
+    "Column",
+    "Format",
+    "Listing",
+    "NumbersFile",
+    "Table",
+    "column_from_toml",
+    "describe",
+    "read_table",
+]
+
+MOST_ROWS = 10_000_000
+
+# everything else is a text
+_READERS = {
+    ".json": "from_json",
+    ".mat": "from_matlab",
+    ".h5": "from_hdf5",
+    ".hdf5": "from_hdf5",
+    ".hdf": "from_hdf5",
+    ".nc": "from_netcdf",
+    ".nc4": "from_netcdf",
+    ".cdf": "from_netcdf",
+    ".tdms": "from_tdms",
+}
+
+
+def read_table(
+    path: str | PathLike[str],
+    columns: Mapping[str, Column],
+    units: Mapping[str, str | tuple[str, ...]],
+    format: Format | None = None,  # noqa: A002 - the word for it
+    *,
+    missing: bool = False,
+) -> Table:
+    """Read named columns out of a file.
+
+    Parameters
+    ----------
+    path : path-like
+        JSON (.json), MATLAB (.mat), HDF5 (.h5, .hdf5, .hdf), netCDF (.nc, .nc4, .cdf), TDMS (.tdms); anything else is
+        a text with one row on each line.
+    columns : mapping of str to Column
+        What each wanted quantity is called in the file.
+    units : mapping of str to str or tuple of str
+        The SI unit of each wanted quantity; of several, the first that the unit of the column converts to.
+    format : Format, optional
+        How the file is written, where that has to be said.
+    missing : bool
+        Whether values may be missing: nothing, nan, NA, null or - in a text, NaN or null in JSON, NaN, a masked value
+        or ``_FillValue`` elsewhere.
+
+    Returns
+    -------
+    Table
+        The values in SI under the keys of ``columns``, NaN where missing.
+
+    Raises
+    ------
+    InputError
+        A file that cannot be read or is damaged, a column that is not there or not alone, a unit that is unknown, does
+        not fit, or is not the one in the file, no rows, too many of them, columns of different lengths, a row with a
+        superfluous value, a value that is missing, infinite or no number; the message names line or row, and column.
+    """
+    path = Path(path)
+    wanted = {key: (unit,) if isinstance(unit := units[key], str) else unit for key in columns}
+    for key, column in columns.items():
+        _check_unit(key, column, wanted[key])
+    with _file(path):
+        found, lines = _found(path, columns, format or Format(), missing)
+    table = Table({}, {}, lines)
+    for key, measured in found.items():
+        unit, factor = _settled(path, key, columns[key], measured, wanted[key])
+        with _file(path):
+            table.columns[key], table.units[key] = _scaled(measured, factor, table), unit
+    return table
+
+
+def describe(path: str | PathLike[str], format: Format | None = None) -> list[Listing]:  # noqa: A002 - as above
+    """List the columns of a file.
+
+    Parameters
+    ----------
+    path : path-like
+        The file, of the kinds that `read_table` reads.
+    format : Format, optional
+        How the file is written, where that has to be said.
+
+    Returns
+    -------
+    list of Listing
+        Its columns, and the texts that stand beside them.
+
+    Raises
+    ------
+    InputError
+        A file that cannot be read or is damaged, or a text without rows of numbers.
+    """
+    path, layout = Path(path), format or Format()
+    with _file(path):
+        if _is_text(path):
+            from historysim.tables import from_text
+
+            return from_text.describe(path, layout)
+        from historysim.tables import arrays
+
+        with _opened(path, layout) as contents:
+            return arrays.describe(contents, layout)
+
+
+@contextmanager
+def _file(path: Path) -> Iterator[None]:
+    """Say of an InputError raised inside that it is about a file."""
+    with at("file"):
+        try:
+            _check_that_it_is_there(path)
+            yield
+        except InputError as error:
+            raise InputError(f"{path.name}: {error}") from error
+        except OSError as error:
+            raise InputError(f"{path.name}: cannot be read: {error.strerror or error}") from error
+
+
+def _check_that_it_is_there(path: Path) -> None:
+    try:
+        there = path.is_file()
+    except (OSError, ValueError):
+        there = False
+    if not there:
+        raise InputError(f"there is no such file in {path.parent}; expected a path relative to the scenario")
+
+
+def _is_text(path: Path) -> bool:
+    return path.suffix.lower() not in _READERS
+
+
+def _opened(path: Path, layout: Format) -> "AbstractContextManager[Contents]":
+    reader = import_module(f"historysim.tables.{_READERS[path.suffix.lower()]}")
+    opened: AbstractContextManager[Contents] = reader.opened(path, layout)
+    return opened
+
+
+def _found(
+    path: Path, columns: Mapping[str, Column], layout: Format, missing: bool
+) -> "tuple[dict[str, Found], npt.NDArray[np.int64] | None]":
+    if _is_text(path):
+        from historysim.tables import from_text
+
+        return from_text.read(path, columns, layout, missing=missing, most_rows=MOST_ROWS)
+    from historysim.tables import arrays
+
+    with _opened(path, layout) as contents:
+        return arrays.read(contents, columns, layout, missing=missing, most_rows=MOST_ROWS), None
+
+
+def _check_unit(key: str, column: Column, wanted: Sequence[str]) -> None:
+    if column.unit is not None:
+        with at("columns", key, "unit"):
+            fitting(column.unit, wanted)
+
+
+def _settled(path: Path, key: str, column: Column, found: Found, wanted: Sequence[str]) -> tuple[str, float]:
+    name = f"column {found.name}"
+    if column.unit is None:
+        with _file(path):
+            return settled(None, found.units, wanted, name)
+    with at("columns", key, "unit"):
+        return settled(column.unit, found.units, wanted, f"{path.name}: {name}")
+
+
+def _scaled(column: Found, factor: float, table: Table) -> "npt.NDArray[np.float64]":
+    import numpy as np
+
+    with np.errstate(over="ignore", invalid="ignore"):
+        values = column.values * factor
+    beyond = np.isinf(values)
+    if beyond.any():
+        row = int(np.argmax(beyond))
+        raise InputError(
+            f"{table.place(row)}, column {column.name}: {column.values[row]:g} is beyond the largest float in SI"
+        )
+    return values
+
+
+# a section of a scenario that names a file inherits this beside others, and two bases with slots do not mix
+@attrs.frozen(kw_only=True, slots=False)
+class NumbersFile(Format):
+    """A file of numbers, and how it is written."""
+
+    file: str
+
+    def table(
+        self,
+        folder: Path,
+        columns: Mapping[str, Column],
+        units: Mapping[str, str | tuple[str, ...]],
+        *,
+        missing: bool = False,
+    ) -> Table:
+        """Read columns out of it, as `read_table` does; the path is relative to the folder."""
+        return read_table(folder / self.file, columns, units, self, missing=missing)

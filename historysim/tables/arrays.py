@@ -1,0 +1,260 @@
+"""Files that hold named arrays: which column of which array is meant."""
+
+import json
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+
+from historysim.errors import InputError
+from historysim.schema import nearest, shown
+from historysim.tables.columns import Column, Format, Found, Listing
+from historysim.tables.settled import unit_in
+
+Floats = npt.NDArray[np.float64]
+Selection = tuple[slice | int, ...]
+
+# JSON has no NaN, so that some programs write it as a text
+_MISSING = {"nan", "na", "null", "-", ""}
+_UNIT_ENDINGS = (" unit", " units", "_unit", "_units", ".unit", ".units")
+MOST_LISTED = 100
+
+
+@attrs.frozen(eq=False)
+class Array:
+    """An array in a file.
+
+    Attributes
+    ----------
+    name : str
+        Its name; empty if it is all that the file holds.
+    shape : tuple of int
+        Its shape.
+    read : callable
+        Gives a part of it, selected as numpy does: an array of numpy, masked or not, or a list with None where
+        missing.
+    unit : str
+        The unit that the file gives it, or nothing.
+    """
+
+    name: str
+    shape: tuple[int, ...]
+    read: Callable[[Selection], Any]
+    unit: str = ""
+
+
+@attrs.frozen
+class Contents:
+    """What a file holds: arrays, and texts beside them."""
+
+    arrays: list[Array]
+    texts: dict[str, str] = attrs.Factory(dict)
+
+    def units(self, array: Array) -> tuple[str, ...]:
+        """Say what the file has as the unit of an array: in an attribute, in the name, or in a text beside it.
+
+        Such texts are ``force_unit``, ``units.force``, and ``unit`` where no other array stands beside it.
+        """
+        above, dot, name = array.name.rpartition(".")
+        beside = [array.name + ending for ending in _UNIT_ENDINGS] if name else []
+        beside += [f"{above}{dot}{word}.{name}" for word in ("unit", "units")]
+        alone = [word for word in (f"{above}{dot}unit", f"{above}{dot}units") if word in self.texts]
+        if alone and len(_long(array)) < 2 and len(self._beside(above)) == 1:
+            beside += alone
+        units = (array.unit, unit_in(array.name), *(self.texts.get(text) for text in beside))
+        return tuple(unit.strip() for unit in units if unit and unit.strip())
+
+    def _beside(self, above: str) -> list[Array]:
+        return [array for array in self.arrays if array.name.rpartition(".")[0] == above]
+
+
+def _long(array: Array) -> list[int]:
+    """Return the axes of an array along which it has not just one value."""
+    return [axis for axis, count in enumerate(array.shape) if count != 1]
+
+
+@contextmanager
+def readable(kind: str) -> Iterator[None]:
+    """Turn whatever a library trips over in a damaged file into an InputError."""
+    try:
+        yield
+    except InputError:
+        raise
+    except Exception as error:
+        told = str(error).strip().partition("\n")[0] if isinstance(error, OSError | ValueError | RuntimeError) else ""
+        reason = told or type(error).__name__
+        raise InputError(f"is damaged, or no {kind} file ({reason[:200]})") from error
+
+
+def read(
+    contents: Contents, columns: Mapping[str, Column], layout: Format, *, missing: bool, most_rows: int
+) -> dict[str, Found]:
+    """Read columns out of arrays. Errors as in `historysim.tables.read_table`."""
+    found = {key: _column(contents, column, layout.transposed, most_rows) for key, column in columns.items()}
+    lengths = {key: len(column.values) for key, column in found.items()}
+    if len(set(lengths.values())) > 1:
+        counted = ", ".join(f"{found[key].name} has {length}" for key, length in lengths.items())
+        raise InputError(f"columns of different lengths: {counted}; expected one value of each for every sample")
+    for column in found.values():
+        _check(column, missing=missing)
+    return found
+
+
+def _check(column: Found, *, missing: bool) -> None:
+    wrong = np.isinf(column.values) if missing else ~np.isfinite(column.values)
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        came = "missing (NaN)" if np.isnan(column.values[row]) else f"{column.values[row]:g}"
+        raise InputError(f"row {row + 1}, column {column.name}: {came}; expected a finite number")
+
+
+def _column(contents: Contents, column: Column, transposed: bool | None, most_rows: int) -> Found:
+    array, index = _chosen(contents.arrays, column)
+    selection, label = _selection(array, index, transposed)
+    count = _count(array, selection)
+    if count > most_rows:
+        raise InputError(f"column {label} has more than {most_rows:,} values; thin or split it")
+    values = _numbers(array.read(selection), label)
+    if len(values) != count:
+        raise InputError(f"column {label} has {len(values)} of its {count} values; the file is cut short")
+    return Found(label, values, contents.units(array))
+
+
+def _chosen(arrays: Sequence[Array], column: Column) -> tuple[Array, int | None]:
+    """Find the array, and which of its columns is meant."""
+    if column.occurrence is not None:
+        raise InputError(
+            f"occurrence = {column.occurrence} counts names in the header of a text; expected a name alone, or with "
+            "index, as in { column = 'data', index = 2 }"
+        )
+    if isinstance(column.column, int):
+        nameless = [array for array in arrays if not array.name]
+        if not nameless:
+            raise InputError(
+                f"there is no column {column.column}, since the arrays in this file have names; "
+                f"{nearest('', [array.name for array in arrays])}"
+            )
+        return nameless[0], column.column
+    matches = [array for array in arrays if array.name == column.column]
+    if not matches:
+        raise InputError(
+            f"there is no column {column.column!r}; {nearest(column.column, [array.name for array in arrays])}"
+        )
+    if len(matches) > 1:
+        raise InputError(f"{len(matches)} arrays go by the name {column.column!r}; rename all but one")
+    return matches[0], column.index
+
+
+def _selection(array: Array, index: int | None, transposed: bool | None) -> tuple[Selection, str]:
+    """Select one column of an array, and name it."""
+    name = repr(array.name) if array.name else "the file"
+    what = f"column {name}" if array.name else name
+    size = " × ".join(map(str, array.shape))
+    everything: list[slice | int] = [slice(None)] * len(array.shape)
+    if 0 in array.shape:
+        raise InputError(f"{what} has no values; expected one for each sample")
+    long = _long(array)
+    if len(long) > 2:
+        raise InputError(f"{what} has {len(long)} dimensions ({size}); expected a column, or a matrix")
+    if len(long) < 2:
+        if index not in {None, 1}:
+            raise InputError(f"there is no column {index} in {name}, which is a single column; leave the index out")
+        return tuple(everything), name
+    rows, columns = long
+    if transposed is None and array.shape[rows] <= array.shape[columns]:
+        raise InputError(
+            f"{what} is a matrix of {size}, so its rows may be what was recorded, and its columns the samples; "
+            "say transposed = true if they are, or transposed = false"
+        )
+    if transposed:
+        rows, columns = columns, rows
+    count = array.shape[columns]
+    if index is None or index > count:
+        came = "" if index is None else f"there is no column {index} in it; "
+        example = f"{{ column = {array.name!r}, index = {count} }}" if array.name else f"{{ column = {count} }}"
+        raise InputError(f"{what} is a matrix of {size}; {came}expected one of its columns, as in {example}")
+    everything[columns] = index - 1
+    return tuple(everything), f"{index} of {name}"
+
+
+def _numbers(values: Any, name: str) -> Floats:
+    """Convert what was read into floats, NaN where missing."""
+    if isinstance(values, list):
+        return _numbers_of_list(values, name)
+    values = np.ma.asanyarray(values)
+    if values.dtype.kind not in "fiu":
+        raise InputError(f"column {name} holds {_kind(values.dtype)}; expected real numbers")
+    with np.errstate(over="ignore", invalid="ignore"):
+        floats = values.astype(np.float64)
+    return np.asarray(np.ma.filled(floats, np.nan)).ravel()
+
+
+def _numbers_of_list(values: list[Any], name: str) -> Floats:
+    if not set(map(type, values)) <= {int, float}:
+        values = [_number(value, name, row) for row, value in enumerate(values)]
+    try:
+        return np.array(values, dtype=np.float64)
+    except OverflowError as error:
+        raise InputError(f"column {name} holds an integer beyond the largest float") from error
+
+
+def _number(value: Any, name: str, row: int) -> float:
+    if value is None or (isinstance(value, str) and value.strip().lower() in _MISSING):
+        return np.nan
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InputError(f"row {row + 1}, column {name}: {shown(value)}; expected a number")
+    return value
+
+
+def _kind(dtype: np.dtype[Any]) -> str:
+    kinds = {"b": "true and false", "c": "complex numbers", "S": "texts", "U": "texts", "M": "dates", "m": "time spans"}
+    return kinds.get(dtype.kind, "something else than numbers")
+
+
+def describe(contents: Contents, layout: Format) -> list[Listing]:
+    """List the columns of arrays."""
+    listings = [listing for array in contents.arrays for listing in _listings(contents, array, layout.transposed)]
+    return [*listings, *(Listing(_quoted(name), "", "a text", text) for name, text in contents.texts.items())]
+
+
+def _listings(contents: Contents, array: Array, transposed: bool | None) -> Iterator[Listing]:
+    long = _long(array)
+    count = 1
+    if len(long) == 2:
+        rows, columns = (array.shape[axis] for axis in long)
+        transposed = rows < columns if transposed is None else transposed
+        count = rows if transposed else columns
+    separate = len(long) == 2 and count <= MOST_LISTED
+    units = ", ".join(contents.units(array))
+    for index in range(1, count + 1) if separate else [None]:
+        reference = _reference(array.name, index)
+        try:
+            selection, _ = _selection(array, index, transposed)
+            first = _numbers(array.read(_first(selection)), "")
+        except InputError:
+            yield Listing(reference, units, " × ".join(map(str, array.shape)), "")
+        else:
+            yield Listing(reference, units, str(_count(array, selection)), f"{first[0]:g}" if len(first) else "")
+
+
+def _count(array: Array, selection: Selection) -> int:
+    """Count the values that a selection takes."""
+    return math.prod(size for size, part in zip(array.shape, selection, strict=True) if isinstance(part, slice))
+
+
+def _first(selection: Selection) -> Selection:
+    return tuple(slice(0, 1) if isinstance(part, slice) else part for part in selection)
+
+
+def _reference(name: str, index: int | None) -> str:
+    if not name:
+        return f"{{ column = {index or 1} }}"
+    return _quoted(name) if index is None else f"{{ column = {_quoted(name)}, index = {index} }}"
+
+
+def _quoted(name: str) -> str:
+    return json.dumps(name, ensure_ascii=False)

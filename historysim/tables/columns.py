@@ -1,0 +1,225 @@
+"""What is wanted of a file of numbers, how the file is written, and what was found."""
+
+from typing import TYPE_CHECKING, Annotated
+
+import attrs
+
+from historysim.schema import misfit, nearest, shown, text
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+Characters = Annotated[str, "as they stand: white space counts"]
+
+
+def _check_name(_: object, attribute: "attrs.Attribute[str | int]", value: str | int) -> None:
+    if isinstance(value, str):
+        if not value.strip():
+            raise misfit(f"{shown(value)}; expected a text that is not blank", attribute.name)
+        return
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise misfit(f"{shown(value)}; expected a name, or a position counted from 1", attribute.name)
+    if value < 1:
+        raise misfit(f"{shown(value)}; expected a position counted from 1", attribute.name)
+
+
+def _check_unit(_: object, attribute: "attrs.Attribute[str | None]", value: str | None) -> None:
+    if value is not None and not (isinstance(value, str) and value.strip()):
+        raise misfit(f"{shown(value)}; expected a text that is not blank", attribute.name)
+
+
+def _check_count(_: object, attribute: "attrs.Attribute[int]", value: int | None) -> None:
+    if value is not None and (isinstance(value, bool) or not isinstance(value, int) or value < 1):
+        raise misfit(f"{shown(value)}; expected an integer of 1 or more", attribute.name)
+
+
+@attrs.frozen
+class Column:
+    """A column of a file.
+
+    Attributes
+    ----------
+    column : str or int
+        Its name; in a text also its position, counted from 1. Where names stand inside each other, the name is a path:
+        ``"run.force"`` in JSON and MATLAB files, ``"run/force"`` in HDF5, netCDF and TDMS files.
+    unit : str, optional
+        The unit of its values. Without it, the unit that the file names, else SI.
+    occurrence : int, optional
+        Which one, counted from 1, of the columns with this name in the header of a text.
+    index : int, optional
+        Which column of a matrix, counted from 1.
+
+    Raises
+    ------
+    InputError
+        Anything else.
+    """
+
+    column: str | int = attrs.field(validator=_check_name)
+    unit: str | None = attrs.field(default=None, validator=_check_unit)
+    occurrence: int | None = attrs.field(default=None, validator=_check_count)
+    index: int | None = attrs.field(default=None, validator=_check_count)
+
+    def __attrs_post_init__(self) -> None:
+        """Check that it is one column."""
+        if isinstance(self.column, int) and (self.occurrence, self.index) != (None, None):
+            raise misfit("a position is one column already; expected it alone", "column")
+
+
+def column_from_toml(value: object, _: object = Column) -> Column:
+    """Structure ``"name"`` or ``{ column = "name", unit = "mN" }``.
+
+    Raises
+    ------
+    InputError
+        Anything else.
+    """
+    if not isinstance(value, dict):
+        return Column(text(value))
+    known = [field.name for field in attrs.fields(Column)]
+    for key in value:
+        if key not in known:
+            raise misfit(f"unknown key; {nearest(key, known)}", key)
+    if "column" not in value:
+        raise misfit("missing; expected the name of a column in the file", "column")
+    return Column(**value)
+
+
+def _check_delimiter(_: object, attribute: "attrs.Attribute[str | None]", value: str | None) -> None:
+    if value is None:
+        return
+    if not isinstance(value, str) or len(value) != 1 or value in "\r\n\"'.+-\0" or value.isalnum():
+        raise misfit(f'{value!r}; expected one character, as in ",", ";" or "\\t"', attribute.name)
+
+
+def _check_decimal(layout: "Format", attribute: "attrs.Attribute[str]", value: str) -> None:
+    if not isinstance(value, str) or value not in {".", ","}:
+        raise misfit(f'{shown(value)}; expected "." or ","', attribute.name)
+    if value == layout.delimiter:
+        raise misfit(f"{value!r}, as the delimiter; expected another sign", attribute.name)
+
+
+def _check_header(_: object, attribute: "attrs.Attribute[int | None]", value: int | None) -> None:
+    if value is not None and (isinstance(value, bool) or not isinstance(value, int) or value < 0):
+        raise misfit(f"{shown(value)}; expected the number of a line, or 0 where there is no header", attribute.name)
+
+
+def _check_encoding(_: object, attribute: "attrs.Attribute[str]", value: str) -> None:
+    try:
+        known = "1".encode(value).decode(value) == "1"
+    except (LookupError, ValueError, TypeError):
+        known = False
+    if not known:
+        raise misfit(f'{shown(value)}; expected an encoding such as "utf-8", "utf-16" or "latin-1"', attribute.name)
+
+
+def _check_comment(_: object, attribute: "attrs.Attribute[str]", value: str) -> None:
+    if not isinstance(value, str) or (value and (not value.strip() or value[0].isalnum() or value[0] in "+-.,")):
+        problem = 'expected what a comment starts with, such as "#", or "" where there are none'
+        raise misfit(f"{shown(value)}; {problem}", attribute.name)
+
+
+def _check_transposed(_: object, attribute: "attrs.Attribute[bool | None]", value: bool | None) -> None:
+    if value is not None and not isinstance(value, bool):
+        raise misfit(f"{shown(value)}; expected true or false", attribute.name)
+
+
+# a section of a scenario that names a file inherits these keys beside its own; two bases with slots do not mix
+@attrs.frozen(kw_only=True, slots=False)
+class Format:
+    """How the numbers are written in a file.
+
+    Attributes
+    ----------
+    delimiter : str, optional
+        What stands between two values of a text; ``" "`` is any white space. Found when not given.
+    decimal : str
+        The decimal sign of a text, ``"."`` or ``","``.
+    header : int, optional
+        The line of a text that names the columns, counted from 1; 0 where there is none. When not given, it is the
+        first line that holds all names asked for.
+    encoding : str
+        The encoding of a text or of JSON.
+    comment : str
+        What a line of comment in a text starts with; empty where there are none.
+    transposed : bool, optional
+        Whether the rows of a matrix are what is recorded, and its columns the samples. When not given, a matrix with
+        more rows than columns has a sample in each row; any other is refused.
+
+    Raises
+    ------
+    InputError
+        Anything else.
+    """
+
+    delimiter: Characters | None = attrs.field(default=None, validator=_check_delimiter)
+    decimal: str = attrs.field(default=".", validator=_check_decimal)
+    header: int | None = attrs.field(default=None, validator=_check_header)
+    encoding: str = attrs.field(default="utf-8", validator=_check_encoding)
+    comment: Characters = attrs.field(default="#", validator=_check_comment)
+    transposed: bool | None = attrs.field(default=None, validator=_check_transposed)
+
+
+@attrs.frozen(eq=False)
+class Table:
+    """Columns of SI numbers.
+
+    Attributes
+    ----------
+    columns : dict of str to numpy.ndarray (rows,)
+        The values in SI, NaN where missing.
+    units : dict of str to str
+        The SI unit of each.
+    lines : numpy.ndarray (rows,) of int, optional
+        The line that each row stands on, counted from 1, in a text.
+    """
+
+    columns: "dict[str, npt.NDArray[np.float64]]"
+    units: dict[str, str]
+    lines: "npt.NDArray[np.int64] | None" = None
+
+    def place(self, row: int) -> str:
+        """Say where in the file a row, counted from 0, stands."""
+        return f"row {row + 1}" if self.lines is None else f"line {self.lines[row]}"
+
+
+@attrs.frozen
+class Listing:
+    """One column of a file, in texts to be shown.
+
+    Attributes
+    ----------
+    column : str
+        How a scenario names it.
+    unit : str
+        The unit that the file names, or nothing.
+    values : str
+        How many values it has.
+    first : str
+        The first of them.
+    """
+
+    column: str
+    unit: str
+    values: str
+    first: str
+
+
+@attrs.frozen(eq=False)
+class Found:
+    """A column as it stands in the file.
+
+    Attributes
+    ----------
+    name : str
+        What a message calls it.
+    values : numpy.ndarray (rows,)
+        Its values in the unit of the file, finite, or NaN where missing.
+    units : tuple of str
+        What the file says that its unit is: nothing, once, or in several places.
+    """
+
+    name: str
+    values: "npt.NDArray[np.float64]"
+    units: tuple[str, ...] = ()

@@ -1,0 +1,91 @@
+"""HDF5: arrays by their paths, with units from their attributes.
+
+h5py, and not netCDF4, which can open many such files too, but refuses the whole file for one dangling link or one
+dataset without a space, and ends the process at a group that holds itself. HDF5 itself does not come to an end at about
+one file in ten thousand with random damage, where that hits the heap of an attribute of variable length.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from historysim.errors import InputError
+from historysim.tables.arrays import Array, Contents, Selection, readable
+from historysim.tables.columns import Format
+
+if TYPE_CHECKING:
+    import h5py
+
+
+@contextmanager
+def opened(path: Path, _: Format) -> Iterator[Contents]:
+    """Give what an HDF5 file holds.
+
+    Raises
+    ------
+    InputError
+        A damaged file, or of another kind.
+    """
+    with datasets(path, "HDF5") as found, readable("HDF5"):
+        yield Contents([array for name, dataset in found.items() for array in _arrays(name, dataset)])
+
+
+@contextmanager
+def datasets(path: Path, kind: str) -> "Iterator[dict[str, h5py.Dataset]]":
+    """Give all datasets of a file by their paths.
+
+    Raises
+    ------
+    InputError
+        A damaged file, or of another kind.
+    """
+    import h5py
+
+    with readable(kind), h5py.File(path, "r") as file:
+        found: dict[str, h5py.Dataset] = {}
+
+        def add(name: str, item: object) -> None:
+            if isinstance(item, h5py.Dataset):
+                found[name] = item
+
+        file.visititems(add)
+        yield found
+
+
+def attribute(dataset: "h5py.Dataset", name: str) -> str:
+    """Return a text among the attributes, empty if there is none."""
+    value = dataset.attrs.get(name, "")
+    if isinstance(value, np.ndarray):
+        value = value.ravel()[0] if value.size == 1 else ""
+    if isinstance(value, bytes):
+        value = value.decode("utf-8", "replace")
+    return value if isinstance(value, str) else ""
+
+
+def _arrays(name: str, dataset: "h5py.Dataset") -> Iterator[Array]:
+    if dataset.shape is None:
+        return
+    unit = attribute(dataset, "units") or attribute(dataset, "unit")
+    if dataset.dtype.names is None:
+        yield Array(name, dataset.shape, lambda selection: _read(dataset, selection), unit)
+        return
+    for field in dataset.dtype.names:
+        yield Array(f"{name}/{field}", dataset.shape, _field(dataset, field))
+
+
+def _field(dataset: "h5py.Dataset", field: str) -> Any:
+    return lambda selection: dataset.fields(field)[selection]
+
+
+def _read(dataset: "h5py.Dataset", selection: Selection) -> Any:
+    for name in ("scale_factor", "add_offset"):
+        if name in dataset.attrs:
+            raise InputError(
+                f"{dataset.name!r} has the attribute {name}; name the file .nc, so that it is read as netCDF"
+            )
+    values = dataset[selection]
+    fill = dataset.attrs.get("_FillValue")
+    return values if fill is None else np.ma.masked_equal(values, np.ravel(fill)[0])

@@ -1,0 +1,86 @@
+"""JSON: arrays by the path of their keys, matrices as lists of lists, and lists of records."""
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from historysim.errors import InputError
+from historysim.tables.arrays import Array, Contents, Selection, readable
+from historysim.tables.columns import Format
+from historysim.tables.from_text import decoded
+
+
+@contextmanager
+def opened(path: Path, layout: Format) -> Iterator[Contents]:
+    """Give what a JSON file holds.
+
+    Raises
+    ------
+    InputError
+        Not JSON, in another encoding, or with one key twice.
+    """
+    text = decoded(path, layout.encoding)
+    with readable("JSON"):
+        try:
+            document = json.loads(text, object_pairs_hook=_object)
+        except RecursionError:
+            raise InputError("is nested too deeply; expected arrays by their keys") from None
+    contents = Contents([])
+    _gather(contents, "", document)
+    yield contents
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        names = [key for key, _ in pairs]
+        twice = next(key for key in names if names.count(key) > 1)
+        raise InputError(f"the key {twice!r} stands twice in one object; rename one of them")
+    return found
+
+
+def _gather(contents: Contents, name: str, value: Any) -> None:
+    """Add what stands under a name."""
+    if isinstance(value, dict):
+        for key, item in value.items():
+            _gather(contents, f"{name}.{key}" if name else key, item)
+    elif isinstance(value, str):
+        contents.texts[name] = value
+    elif not isinstance(value, list):
+        contents.arrays.append(Array(name, (), lambda _: [value]))
+    elif value and all(isinstance(item, dict) for item in value):
+        for key in dict.fromkeys(key for record in value for key in record):
+            records = [record.get(key) for record in value]
+            contents.arrays.append(_array(f"{name}.{key}" if name else key, records))
+    else:
+        contents.arrays.append(_array(name, value))
+
+
+def _array(name: str, values: list[Any]) -> Array:
+    kinds = set(map(type, values))
+    if kinds != {list}:
+        return Array(name, (len(values),), lambda selection: values[selection[0]])
+    width = len(values[0])
+    if set(map(len, values)) != {width}:
+        return Array(name, (len(values),), lambda _: _refuse(name, values))
+
+    def read(selection: Selection) -> list[Any]:
+        rows, columns = selection
+        if isinstance(rows, int):
+            chosen: list[Any] = values[rows][columns]
+            return chosen
+        if isinstance(columns, int):
+            return [row[columns] for row in values[rows]]
+        return [item for row in values[rows] for item in row[columns]]
+
+    return Array(name, (len(values), width), read)
+
+
+def _refuse(name: str, rows: list[list[Any]]) -> None:
+    row = next(row for row, values in enumerate(rows) if len(values) != len(rows[0]))
+    raise InputError(
+        f"column {name!r}: its lists have different lengths: {len(rows[0])} in the first, {len(rows[row])} in number "
+        f"{row + 1}; expected a matrix"
+    )

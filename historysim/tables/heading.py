@@ -1,0 +1,385 @@
+"""Where in a text the table begins, what stands between its values, and what its columns are called."""
+
+import csv
+import json
+import re
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from itertools import islice
+
+import attrs
+
+from historysim.errors import InputError
+from historysim.schema import nearest
+from historysim.tables.columns import Column, Format
+from historysim.tables.lines import brief, number, split
+from historysim.tables.settled import unit_in
+
+# the header is looked for in so many lines
+SEARCHED = 1000
+
+_DELIMITERS = ("\t", ";", "|", ",", " ")
+_LIKE_A_NUMBER = re.compile(r"[+-]?(?:\d[\d.,]*|[.,]\d+)(?:e[+-]?\d+)?|[+-]?nan|na|null", re.IGNORECASE)
+_TWO_NUMBERS = re.compile(r"\d([;,\t| ])\s*(?=[+-]?[.\d])")
+_BRACKETED = re.compile(r"\(.*\)|\[.*\]")
+
+
+@attrs.frozen
+class Heading:
+    """What is known of a table in a text.
+
+    Attributes
+    ----------
+    delimiter : str
+        What stands between two values.
+    above : int
+        The number of lines above the first row.
+    width : int
+        The number of values in a row.
+    names : tuple of str
+        What the header says, empty without one.
+    brackets : tuple of str
+        A line of units in brackets below the header, empty without one.
+    misfit : str
+        Why the names cannot be trusted to stand over their own columns, empty if they do.
+    """
+
+    delimiter: str
+    above: int
+    width: int
+    names: tuple[str, ...] = ()
+    brackets: tuple[str, ...] = ()
+    misfit: str = ""
+
+    def place(self, column: Column) -> int:
+        """Return the index of a column.
+
+        Raises
+        ------
+        InputError
+            No such column, several, or one that may not stand below its name.
+        """
+        if column.index is not None:
+            raise InputError(
+                f"index = {column.index} counts the columns of a matrix, but this is a text; expected the name of the "
+                "column, or its position as in { column = 3 }"
+            )
+        if isinstance(column.column, int):
+            return self._place_of_position(column.column, column.unit)
+        if not _is_named(column, self.names):
+            raise _absent(column, self.names)
+        if self.misfit:
+            raise InputError(self.misfit)
+        places = [place for place, name in enumerate(self.names) if name == column.column]
+        if column.occurrence is None and len(places) > 1:
+            raise InputError(
+                f"the header names column {column.column!r} {len(places)} times, at positions "
+                f"{', '.join(str(place + 1) for place in places)}; say which, as in "
+                f"{_written(column.column, len(places))} or {{ column = {places[-1] + 1} }}"
+            )
+        return places[(column.occurrence or 1) - 1]
+
+    def _place_of_position(self, position: int, unit: str | None) -> int:
+        if position > self.width:
+            raise InputError(f"there is no column {position}; the rows have {self.width} values")
+        if self.misfit and unit is None and any(map(unit_in, self.names)):
+            raise InputError(f'{self.misfit}; and say the unit of column {position}, as in unit = "N"')
+        return position - 1
+
+    def label(self, place: int) -> str:
+        """Name a column in a message."""
+        name = "" if self.misfit or place >= len(self.names) else self.names[place]
+        return repr(name) if name else str(place + 1)
+
+    def units(self, place: int) -> tuple[str, ...]:
+        """Say what the header has as the unit of a column."""
+        if self.misfit:
+            return ()
+        texts = [line[place] for line in (self.names, self.brackets) if place < len(line)]
+        return tuple(unit for unit in map(unit_in, texts) if unit)
+
+    def reference(self, place: int) -> str:
+        """Write a column as a scenario does."""
+        name = self.names[place] if place < len(self.names) else ""
+        if self.misfit or not name:
+            under = f" # under {name!r}" if name else ""
+            return f"{{ column = {place + 1} }}{under}"
+        several = self.names.count(name) > 1
+        return _written(name, self.names[: place + 1].count(name) if several else None)
+
+
+def _is_named(column: Column, names: Sequence[str]) -> bool:
+    return list(names).count(str(column.column)) >= (column.occurrence or 1)
+
+
+def _absent(column: Column, names: Sequence[str]) -> InputError:
+    name = str(column.column)
+    count = list(names).count(name)
+    if not count:
+        known = [known for known in dict.fromkeys(names) if known]
+        return InputError(f"there is no column {name!r}; {nearest(name, known)}")
+    times = "once" if count == 1 else f"{count} times"
+    return InputError(f"there is no occurrence {column.occurrence} of column {name!r}; the header names it {times}")
+
+
+def _written(name: str, occurrence: int | None) -> str:
+    quoted = json.dumps(name, ensure_ascii=False)
+    return quoted if occurrence is None else f"{{ column = {quoted}, occurrence = {occurrence} }}"
+
+
+@attrs.frozen
+class _Line:
+    """A line that is not blank."""
+
+    number: int
+    text: str
+    is_comment: bool
+
+    def fields(self, delimiter: str) -> list[str]:
+        """Split it; empty if it cannot be."""
+        try:
+            rows = split([self.text], delimiter)
+        except csv.Error:
+            return []
+        return [field.strip() for field in rows[0]] if len(rows) == 1 else []
+
+
+@attrs.frozen
+class Head:
+    """The first lines of a text.
+
+    Attributes
+    ----------
+    physical : list of str
+        All of them.
+    lines : list of _Line
+        Those that are not blank, without the mark of a comment.
+    layout : Format
+        What is known of the text.
+    """
+
+    physical: list[str]
+    lines: list[_Line]
+    layout: Format
+
+    @classmethod
+    def of(cls, stream: Iterable[str], layout: Format) -> "Head":
+        """Take the first lines of a text.
+
+        Raises
+        ------
+        InputError
+            None that is not blank.
+        """
+        physical = list(islice(stream, SEARCHED))
+        if physical:
+            physical[0] = physical[0].removeprefix("\ufeff")
+        lines = []
+        for line_number, text in enumerate(physical, 1):
+            bare = text.lstrip()
+            is_comment = bool(layout.comment) and bare.startswith(layout.comment)
+            if is_comment:
+                bare = bare.removeprefix(layout.comment)
+            if bare.strip():
+                lines.append(_Line(line_number, bare if is_comment else text, is_comment))
+        if not lines:
+            raise InputError("is empty; expected a header line with the names of the columns")
+        return cls(physical, lines, layout)
+
+    def heading(self, columns: Sequence[Column]) -> Heading:
+        """Find the table that holds some columns; without any, the one that looks most like a table.
+
+        Raises
+        ------
+        InputError
+            None that does, or lines that can be read in two ways.
+        """
+        named = [column for column in columns if isinstance(column.column, str)]
+        if self.layout.header == 0 and named:
+            raise InputError(
+                f"has no header, as header = 0 says, and so no column {named[0].column!r}; expected positions, such as "
+                "{ column = 1 }"
+            )
+        if named:
+            found = self._below_names(named)
+        elif self.layout.header:
+            found = self._below(self._header_line(), self._likely_delimiter())
+        else:
+            found = self._of_numbers()
+            if columns and self.layout.delimiter is None:
+                self._check_that_it_is_clear(found)
+        if columns and not self.layout.header:
+            self._check_that_nothing_is_left_out(found)
+        return found
+
+    @property
+    def _delimiters(self) -> Sequence[str]:
+        given = self.layout.delimiter
+        return [each for each in _DELIMITERS if each != self.layout.decimal] if given is None else [given]
+
+    def _rows(self, above: int = 0) -> list[_Line]:
+        return [line for line in self.lines if line.number > above and not line.is_comment]
+
+    def _header_line(self) -> _Line:
+        for line in self.lines:
+            if line.number == self.layout.header:
+                return line
+        raise InputError(
+            f"line {self.layout.header} is no header; expected the number of a line that is not blank, among the first "
+            f"{len(self.physical)}"
+        )
+
+    def _below_names(self, columns: Sequence[Column]) -> Heading:
+        """Find the first line that holds all names, in a comment if nowhere else."""
+        candidates = sorted(self.lines, key=lambda line: line.is_comment)
+        if self.layout.header:
+            candidates = [self._header_line()]
+        found = []
+        nearly: list[str] = []
+        for delimiter in self._delimiters:
+            for line in candidates:
+                names = line.fields(delimiter)
+                absent = [column for column in columns if not _is_named(column, names)]
+                if not absent:
+                    found.append(self._below(line, delimiter))
+                    break
+                if len(absent) < len(columns):
+                    nearly = nearly or names
+        if not found:
+            names = nearly or self._likely_names()
+            raise next(_absent(column, names) for column in columns if not _is_named(column, names))
+        return next((heading for heading in found if self._fits(heading, columns)), found[0])
+
+    def _likely_names(self) -> list[str]:
+        if self.layout.header:
+            return self._header_line().fields(self._likely_delimiter())
+        try:
+            heading = self._of_numbers()
+        except InputError:
+            return self.lines[0].fields(self._likely_delimiter())
+        return list(heading.names) or self.lines[0].fields(heading.delimiter)
+
+    def _fits(self, heading: Heading, columns: Sequence[Column]) -> bool:
+        """Whether there are numbers, or nothing, below the names."""
+        rows = self._rows(heading.above)
+        row = rows[0].fields(heading.delimiter) if rows else []
+        if heading.misfit or not row:
+            return False
+        places = [heading.place(attrs.evolve(column, occurrence=column.occurrence or 1)) for column in columns]
+        return all(number(row[place], self.layout.decimal) is not None for place in places)
+
+    def _below(self, header: _Line, delimiter: str) -> Heading:
+        """Describe the table that has a line as its header."""
+        above = header.number
+        names = _without_blank_end(header.fields(delimiter))
+        rows = self._rows(above)
+        brackets: list[str] = []
+        if rows and _are_brackets(rows[0].fields(delimiter)):
+            brackets = rows[0].fields(delimiter)
+            above = rows.pop(0).number
+        heading = Heading(delimiter, above, len(names), tuple(names), tuple(brackets))
+        first = rows[0].fields(delimiter) if rows else []
+        if not first or len(_without_blank_end(first)) <= len(names) <= len(first):
+            return heading
+        problem = (
+            f"{ragged(rows[0].number, len(first), f'the header names {len(names)} columns')}; if the line is as it "
+            "should be, a name is missing or superfluous, and others may stand over the wrong columns: give columns by "
+            f"position, as in {{ column = 3 }}, or say which line is the header, if it is not line {header.number}"
+        )
+        return attrs.evolve(heading, width=_width(rows, delimiter, len(first)), misfit=problem)
+
+    def _likely_delimiter(self) -> str:
+        """Find what splits most of the last lines into equally many values."""
+        rows = self._rows()[-10:]
+        for delimiter in self._delimiters:
+            width, count = _usual_width(rows, delimiter)
+            if width > 1 and 2 * count > len(rows):
+                return delimiter
+        return self._delimiters[0]
+
+    def _of_numbers(self) -> Heading:
+        """Describe the table that begins where the numbers begin."""
+        delimiter = self._likely_delimiter()
+        width, _ = _usual_width(self._rows()[-10:], delimiter)
+        first = None
+        for line in self._rows():
+            fields = line.fields(delimiter)
+            if len(fields) == width and any(map(_LIKE_A_NUMBER.fullmatch, fields)):
+                first = line
+                break
+        if first is None:
+            raise InputError("has no rows of numbers; expected one line for each sample")
+        before = [line for line in self.lines if line.number < first.number]
+        if before and self.layout.header != 0:
+            header = before[-2] if len(before) > 1 and _are_brackets(before[-1].fields(delimiter)) else before[-1]
+            names = header.fields(delimiter)
+            if len(names) >= min(width, 2) and not any(map(_LIKE_A_NUMBER.fullmatch, names)):
+                return self._below(header, delimiter)
+        above = first.number - 1
+        return Heading(delimiter, above, _width(self._rows(above), delimiter, width))
+
+    def _check_that_it_is_clear(self, heading: Heading) -> None:
+        """Refuse values that another delimiter or decimal sign would make into two, or two into one."""
+        rows = [(line.number, line.fields(heading.delimiter)) for line in self._rows(heading.above)]
+        unclear = [
+            (line_number, field)
+            for line_number, fields in rows
+            for field in fields
+            if any(match.group(1) != self.layout.decimal for match in _TWO_NUMBERS.finditer(field))
+        ]
+        if not heading.names and heading.delimiter == "," and all(_like_a_decimal_comma(fields) for _, fields in rows):
+            unclear = [(rows[0][0], ",".join(rows[0][1]))]
+        for line_number, field in unclear[:1]:
+            raise InputError(
+                f"line {line_number}: {brief(field)} may be one value or two; say what stands between values, as in "
+                'delimiter = ";", and the decimal sign if it is a comma, as in decimal = ","'
+            )
+
+    def _check_that_nothing_is_left_out(self, heading: Heading) -> None:
+        """Refuse a row above the header, and where there is no header, any line of numbers above the rows."""
+        for line in self._rows():
+            if line.number > heading.above:
+                break
+            fields = line.fields(heading.delimiter)
+            filled = [field for field in fields if field]
+            is_wide = len(fields) == heading.width or not heading.names or bool(heading.misfit)
+            if is_wide and filled and all(map(_LIKE_A_NUMBER.fullmatch, filled)):
+                raise InputError(
+                    f"line {line.number} looks like a row of numbers, but the table begins below line {heading.above}; "
+                    f"if so, say header = {heading.above}"
+                )
+
+
+def ragged(line_number: int, count: int, expected: str) -> str:
+    """Say that a row has another number of values than expected."""
+    values = "1 value" if count == 1 else f"{count} values"
+    return (
+        f"line {line_number}: {values} where {expected}; expected one value for each column, and the delimiter of the "
+        "header"
+    )
+
+
+def _like_a_decimal_comma(fields: list[str]) -> bool:
+    return len(fields) == 2 and fields[0].lstrip("+-").isdigit() and fields[1].isdigit()
+
+
+def _are_brackets(fields: list[str]) -> bool:
+    return any(fields) and all(not field or _BRACKETED.fullmatch(field) for field in fields)
+
+
+def _without_blank_end(fields: list[str]) -> list[str]:
+    while fields and not fields[-1]:
+        fields = fields[:-1]
+    return fields
+
+
+def _usual_width(rows: Sequence[_Line], delimiter: str) -> tuple[int, int]:
+    """Return the most common number of values, and how many rows have it."""
+    counts = Counter(len(line.fields(delimiter)) for line in rows)
+    return counts.most_common(1)[0] if counts else (0, 0)
+
+
+def _width(rows: Sequence[_Line], delimiter: str, usual: int) -> int:
+    """Count the columns, without blank ones that delimiters at the ends of the lines make."""
+    fields = [line.fields(delimiter) for line in rows]
+    return max((len(_without_blank_end(row)) for row in fields if len(row) == usual), default=usual)

@@ -1,0 +1,95 @@
+"""The unit of a column, as the scenario has it and as the file has it."""
+
+import math
+import re
+from collections.abc import Sequence
+
+from historysim.errors import InputError
+from historysim.units import conversion_factor
+
+# "Force.(kN)", "Force [kN] filtered", "Force / kN"; a number in brackets counts something, and is no unit
+_BRACKETS = re.compile(r"\(((?:[^()]|\([^()]*\))*)\)|\[([^\[\]]*)\]")
+_SLASH = re.compile(r"\s/\s+([^\s/]+)\s*$")
+# factors of one unit, reached in different ways
+_ROUNDING = 1e-12
+
+
+def unit_in(name: str) -> str | None:
+    """Return the unit in a name: in the last brackets, or at its end after a slash between spaces."""
+    matches = [*_BRACKETS.finditer(name)] or [*_SLASH.finditer(name)]
+    unit = next(filter(None, matches[-1].groups()), "").strip() if matches else ""
+    return unit if re.search(r"[^\W\d_]|[%°]", unit) else None
+
+
+def fitting(unit: str, wanted: Sequence[str]) -> tuple[str, float]:
+    """Return the first of some SI units that a unit converts to, and the factor.
+
+    Raises
+    ------
+    InputError
+        None of them, an unknown unit, or one that no factor converts.
+    """
+    problems = []
+    for si in wanted:
+        try:
+            return si, conversion_factor(unit, si)
+        except InputError as error:
+            problems.append(error)
+    if len(problems) == 1:
+        raise problems[0]
+    raise InputError(f"{unit!r} converts to none of {', '.join(wanted)}; expected a unit that does")
+
+
+def settled(explicit: str | None, units: Sequence[str], wanted: Sequence[str], column: str) -> tuple[str, float]:
+    """Return the SI unit of a column and the factor that takes its values there.
+
+    Parameters
+    ----------
+    explicit : str, optional
+        The unit that the scenario gives.
+    units : sequence of str
+        The units that the file gives.
+    wanted : sequence of str
+        SI units that the column may be in; the first if neither gives a unit.
+    column : str
+        What a message calls the column.
+
+    Raises
+    ------
+    InputError
+        Units that are not the same, do not fit, or, from the file alone, are unknown.
+    """
+    known = [unit for unit in units if _is_known(unit)]
+    if explicit is not None:
+        si, factor = fitting(explicit, wanted)
+        for unit in known:
+            if not _is_same(unit, si, factor):
+                raise InputError(f"{explicit!r}, but {column} is in {unit!r}; expected the same unit, or none here")
+        return si, factor
+    if not units:
+        return wanted[0], 1.0
+    if len(known) < len(units):
+        unknown = next(unit for unit in units if unit not in known)
+        raise InputError(f'{column}: {unknown!r} is not a known unit; give it one, as in unit = "{wanted[0]}"')
+    try:
+        si, factor = fitting(known[0], wanted)
+    except InputError as error:
+        raise InputError(f"{column}: {error}") from error
+    for unit in known[1:]:
+        if not _is_same(unit, si, factor):
+            raise InputError(f"{column} is in {known[0]!r} here and {unit!r} there; expected one unit")
+    return si, factor
+
+
+def _is_same(unit: str, si: str, factor: float) -> bool:
+    try:
+        return math.isclose(conversion_factor(unit, si), factor, rel_tol=_ROUNDING)
+    except InputError:
+        return False
+
+
+def _is_known(unit: str) -> bool:
+    try:
+        return conversion_factor(unit, unit) > 0
+    except InputError:
+        return False
