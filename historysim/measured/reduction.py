@@ -137,6 +137,18 @@ def turning_points(values: npt.ArrayLike, dead_band: float = 0.0) -> Integers:
     return kept[:count].copy()
 
 
+def reversals(values: npt.ArrayLike, dead_band: float = 0.0) -> Integers:
+    """Return the turning points that the record shows to be ones: with a swing of the dead band or more on both sides.
+
+    The first and the last sample are none, nor is an extreme near either end of the record. Parameters and errors as
+    in `turning_points`.
+    """
+    kept = turning_points(values, dead_band)
+    swings = np.abs(np.diff(np.asarray(values, dtype=np.float64)[kept]))
+    wide = (swings > 0) & (swings >= dead_band)
+    return kept[1:-1][wide[1:] & wide[:-1]]
+
+
 def kept_points(
     tangential: npt.ArrayLike,
     normal_load: npt.ArrayLike | None = None,
