@@ -1,16 +1,18 @@
 """What a recorded history says about its contact: functions of a Dataset."""
 
-import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
 from historysim.errors import InputError
+from historysim.units import quantity_text
+
+if TYPE_CHECKING:
+    from historysim.loops import Definitions, Loops
 
 Floats = npt.NDArray[np.float64]
-
-_PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
 
 def preliminary_displacement(history: xr.Dataset) -> xr.DataArray:
@@ -101,6 +103,49 @@ def drift(history: xr.Dataset, first: int, second: int) -> float:
     return float(abs(capacity[second] - capacity[first]))
 
 
+def friction_loops(
+    history: xr.Dataset, *, dead_band: float | None = None, skip: int = 0, definitions: "Definitions | None" = None
+) -> "Loops":
+    """Split a history into friction loops, and read off what each of them says.
+
+    `historysim.loops.find_loops` does so with a measured record, by the same definitions: the two can be compared.
+    How finely the history is recorded matters: between steps it is taken as straight (see ``substeps``).
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history, with or without asperities.
+    dead_band : float, optional
+        The smallest swing of the tangential displacement that counts [m]; by default a millionth of its range, which
+        passes over rounding alone.
+    skip : int
+        How many loops at the start are left out.
+    definitions : Definitions, optional
+        What is taken for sliding, for reached, and for the beginning of a branch.
+
+    Returns
+    -------
+    Loops
+
+    Raises
+    ------
+    InputError
+        A history without a whole loop.
+    """
+    from historysim.loops import DEFAULT, find_loops
+
+    displacement = history["tangential_displacement"].values
+    return find_loops(
+        history["time"].values,
+        displacement,
+        history["total_tangential_load"].values,
+        history["total_normal_load"].values,
+        dead_band=1e-6 * float(np.ptp(displacement)) if dead_band is None else dead_band,
+        skip=skip,
+        definitions=DEFAULT if definitions is None else definitions,
+    )
+
+
 def summary(history: xr.Dataset) -> list[tuple[str, str]]:
     """Say in a few lines what happened.
 
@@ -138,28 +183,12 @@ def summary(history: xr.Dataset) -> list[tuple[str, str]]:
     return lines
 
 
-def quantity_text(value: float, unit: str, digits: int = 4) -> str:
-    """Write a quantity with the prefix that leaves one to three digits before the point: ``"90 mN"``."""
-    factor, prefix = prefixed(value)
-    return f"{value * factor:.{digits}g} {prefix}{unit}"
-
-
 def duration_text(seconds: float) -> str:
     """Write a time in the unit in which people speak of it: ``"12.5 min"``."""
     for unit, length, least in (("h", 3600.0, 7200.0), ("min", 60.0, 600.0)):
         if seconds >= least:
             return f"{seconds / length:.4g} {unit}"
     return f"{seconds:.4g} s" if seconds >= 1 else quantity_text(seconds, "s")
-
-
-def prefixed(value: float) -> tuple[float, str]:
-    """Choose the SI prefix for a value: the factor to multiply by, and the prefix."""
-    magnitude = abs(value)
-    if not (math.isfinite(magnitude) and magnitude > 0):
-        return 1.0, ""
-    exponent = 3 * math.floor(math.log10(magnitude * (1 + 1e-9)) / 3)
-    exponent = min(max(exponent, min(_PREFIXES)), max(_PREFIXES))
-    return 10.0**-exponent, _PREFIXES[exponent]
 
 
 def is_complete(history: xr.Dataset) -> bool:

@@ -1,4 +1,4 @@
-"""Quantities with units, at the boundary only: inside, every number is a float in SI."""
+"""Quantities with units, at the boundary only, as they come and as people read them: inside, all is floats in SI."""
 
 import math
 import re
@@ -18,6 +18,8 @@ _KINDS = {
     "N m-1": ("a stiffness", "mN/µm"),
     "1": ("a plain number", "%"),
 }
+
+_PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 # "10 500 N" and "1,5 N" must not pass as the unit 500 N or a product with 5 N
@@ -154,6 +156,22 @@ def conversion_factor(unit_text: str, unit: str) -> float:
     if not (math.isfinite(factor) and factor > 0):
         raise InputError(f"{_shown(unit_text)} is {factor:g} {unit}; expected a positive, finite unit such as {sample}")
     return factor
+
+
+def quantity_text(value: float, unit: str, digits: int = 4) -> str:
+    """Write a quantity with the prefix that leaves one to three digits before the point: ``"90 mN"``."""
+    factor, prefix = prefixed(value)
+    return f"{value * factor:.{digits}g} {prefix}{unit}"
+
+
+def prefixed(value: float) -> tuple[float, str]:
+    """Choose the SI prefix for a value: the factor to multiply by, and the prefix."""
+    magnitude = abs(value)
+    if not (math.isfinite(magnitude) and magnitude > 0):
+        return 1.0, ""
+    exponent = 3 * math.floor(math.log10(magnitude * (1 + 1e-9)) / 3)
+    exponent = min(max(exponent, min(_PREFIXES)), max(_PREFIXES))
+    return 10.0**-exponent, _PREFIXES[exponent]
 
 
 def _kind(unit: str) -> tuple[str, str]:

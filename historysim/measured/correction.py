@@ -301,10 +301,11 @@ def _without(samples: Floats, removed: Floats) -> Correction:
 def _midpoints(time: Floats, samples: Floats, dead_band: float, skip: int, least: int) -> tuple[Floats, Floats]:
     """Return the mean times and the midpoints of successive cycles."""
     turns = reversals(samples, dead_band)
-    cycles = turns[: turns.size // 2 * 2].reshape(-1, 2)[max(skip, 0) :]
-    if cycles.shape[0] < least or skip < 0:
+    cycles = turns[: turns.size // 2 * 2].reshape(-1, 2)
+    if scalar("skip", skip) % 1 or not 0 <= skip <= len(cycles) - least:
         raise InputError(
-            f"the channel has {turns.size // 2} cycles at a dead band of {dead_band:g}, of which {skip} are left out; "
+            f"the channel has {len(cycles)} cycles at a dead band of {dead_band:g}, of which {skip} are left out; "
             f"expected {least} or more to be left: lower dead_band or skip"
         )
+    cycles = cycles[int(skip) :]
     return time[cycles].mean(axis=1), samples[cycles].mean(axis=1)

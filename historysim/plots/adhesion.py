@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from historysim.analysis import prefixed
 from historysim.contact.adhesion import (
     DMT_BELOW,
     JKR_ABOVE,
@@ -20,6 +19,7 @@ from historysim.contact.adhesion import (
 )
 from historysim.errors import InputError, LoadError
 from historysim.plots.style import FAINT, INK, STYLE
+from historysim.units import prefixed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from historysim.analysis import prefixed
 from historysim.plots.style import FAINT, INK, STATE_COLOURS, STATES, STYLE, scaled
+from historysim.units import prefixed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

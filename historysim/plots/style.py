@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from historysim.analysis import prefixed
+from historysim.units import prefixed
 
 Floats = npt.NDArray[np.float64]
 
