@@ -14,8 +14,9 @@ What is read off a branch, with the choices that `Definitions` has:
 - **preliminary displacement**: u where f has first come a given share p of the way from the reversal to F. One asperity
   at constant normal load that slid before the reversal has 2 θμδ (1 - (1 - p)^(2/3)), which tends to 2 θμδ, twice the
   preliminary displacement of virgin loading (Masing).
-- **stiffness** at the reversal: the slope of the least-squares line of T over U in the first part of the branch. It is
-  less than k_t = 8 G* Σa by what the curve bends there, and by any noise of U.
+- **stiffness** at the reversal: the slope of the least-squares line through the first part of the branch, of U over T
+  where that part is told by the load, and of T over U where it is told by the displacement, so that noise of the other
+  channel does not tilt it. It is less than k_t = 8 G* Σa by what the curve bends there.
 
 and off a whole loop:
 
@@ -42,7 +43,7 @@ Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 Direction = Literal["forward", "backward", "both"]
 
-DIRECTIONS = ("forward", "backward")
+DIRECTIONS: tuple[Direction, Direction] = ("forward", "backward")
 
 # what each quantity is called, and its unit
 BRANCH_QUANTITIES = {
@@ -58,7 +59,6 @@ LOOP_QUANTITIES = {
     "tangential_load_gap": ("gap in tangential load", "N"),
 }
 
-LEAST_SAMPLES = 2
 WRONG_WAY = -0.05
 
 
@@ -244,7 +244,7 @@ class Loops:
         U [m] and T [N] at the end of the loop less those at its start.
     """
 
-    record: Record
+    record: Record = attrs.field(repr=False)
     definitions: Definitions
     number: Integers
     ends: Integers
@@ -298,12 +298,10 @@ class Loops:
 
         Values are mean ± standard deviation over the loops, and the largest of the gaps without its sign.
         """
-        table = [("quantity", *DIRECTIONS, "both")]
+        table: list[tuple[str, str, str, str]] = [("quantity", *DIRECTIONS, "both")]
         for name, (label, unit) in BRANCH_QUANTITIES.items():
-            forward, backward, both = (
-                self._text(name, unit, direction) for direction in ("forward", "backward", "both")
-            )
-            table.append((label, forward, backward, both))
+            forward, backward = (self._text(name, unit, direction) for direction in DIRECTIONS)
+            table.append((label, forward, backward, self._text(name, unit, "both")))
         for name, (label, unit) in LOOP_QUANTITIES.items():
             if name.endswith("_gap"):
                 text = quantity_text(float(np.abs(getattr(self, name)).max()), unit)
@@ -483,10 +481,9 @@ def _branch(u: Floats, f: Floats, normal: Floats | None, definitions: Definition
     if rise > 0:
         preliminary = _at(_crossing(f, f[0] + definitions.reached * rise), u)
         if isinstance(initial, FirstLoad):
-            ends_at = _crossing(f, f[0] + initial.share * rise)
+            stiffness = 1 / _slope(_crossing(f, f[0] + initial.share * rise), f, u)
         else:
-            ends_at = _crossing(u, initial.length)
-        stiffness = _slope(ends_at, u, f)
+            stiffness = _slope(_crossing(u, initial.length), u, f)
     return force, load, force / load if load > 0 else math.nan, preliminary, stiffness
 
 
@@ -518,14 +515,12 @@ def _mean_from(place: float, u: Floats, values: Floats) -> float:
     return float(_area(along, heights) / length) if length > 0 else float(heights[-1])
 
 
-def _slope(place: float, u: Floats, f: Floats) -> float:
-    """Return the least-squares slope over the samples up to a place; NaN for fewer than two."""
+def _slope(place: float, x: Floats, y: Floats) -> float:
+    """Return the least-squares slope of y over x in the samples up to a place; NaN where it is not positive."""
     count = 0 if math.isnan(place) else int(place) + 1
-    across, up = u[:count], f[:count]
-    if count < LEAST_SAMPLES or np.ptp(across) == 0:
-        return math.nan
-    across = across - across.mean()
-    return float(across @ up / (across @ across))
+    across = x[:count] - x[:count].mean() if count else x[:0]
+    slope = float(across @ y[:count])
+    return slope / float(across @ across) if slope > 0 else math.nan
 
 
 def _area(u: Floats, f: Floats) -> float:
