@@ -364,7 +364,7 @@ def test_missing_samples_are_counted():
         (lambda: resample([0, 1], [1], [0]), r"values is of shape \(1,\); expected \(2,\)"),
         (lambda: resample([0, 1], [1, -math.inf], [0]), r"values\[1\] is -inf"),
         (lambda: resample([0, 1], [1, 2], [math.nan]), r"onto\[0\] is nan"),
-        (lambda: resample([0, 1], [1, 2], [0], max_gap=0), "max_gap is 0 s; expected more than 0"),
+        (lambda: resample([0, 1], [1, 2], [0], max_gap=0), "max_gap is 0; expected a finite number greater than 0"),
     ],
 )
 def test_bad_input_is_explained(call, message):

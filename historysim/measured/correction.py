@@ -289,7 +289,7 @@ def contact_displacement(displacement: npt.ArrayLike, tangential_load: npt.Array
     """
     measured = channel("displacement", displacement)
     load = channel("tangential_load", tangential_load, measured.size)
-    if isinstance(stiffness, float) and stiffness == math.inf:
+    if stiffness == math.inf:
         return _without(measured, np.zeros_like(load))
     return _without(measured, load / scalar("stiffness", stiffness, above=0))
 

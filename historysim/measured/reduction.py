@@ -9,8 +9,8 @@ What the reduction changes
 --------------------------
 Let the normal load be constant and the displacement U be reduced with the dead band ε, and let M be the reduced
 displacement in step with the record (`in_step`). At constant normal load a contact is a row of springs k with
-deflections σ = U - P that slip at r, P being the play of U: with everything that stands in P, ``T = Σ k σ``, initial
-stiffness ``k_t = Σ k`` (8 G* Σa), virgin curve ``T_v(u) = Σ k min(u, r)``. Then
+deflections σ = U - P, where P, the play of U with a half width r, holds all that is remembered. It gives the load
+``T = Σ k σ``, the initial stiffness ``k_t = Σ k`` (8 G* Σa) and the virgin curve ``T_v(u) = Σ k min(u, r)``. Then
 
 1. **Where a swing of ε or more ends, and wherever U is at a new extreme of such a swing, the state is exactly that of
    the whole record**, and so is T. In a branch that rises from e, U stays above U(e) and falls back by less than ε from
@@ -30,9 +30,8 @@ Under a controlled tangential load the same holds with T and U exchanged, as lon
 where a swing ends, and ``|ΔU| ≤ 2 U_v(ε/2)`` on the way, U_v being the virgin curve read the other way.
 
 With ``ε = 0`` only samples within monotone stretches are left out, and nothing changes at all. All this holds for any
-number of asperities and any friction coefficients, and for displacements with respect to which the memory is rate
-independent. With a normal load that varies, memory depends on the joint path of both channels; `kept_points` says how
-far that path is kept.
+number of asperities and any friction coefficients. With a normal load that varies, memory depends on the joint path of
+both channels, and `kept_points` says how far that path is kept; what that does to the loads has no such bound here.
 
 M. Brokate and J. Sprekels, *Hysteresis and Phase Transitions* (1996), chapter 2: play, stop, wipe-out.
 """
@@ -301,20 +300,19 @@ def resample(
     Raises
     ------
     InputError
-        Times that are missing or do not rise, channels of different lengths, infinite values, `max_gap` of 0 or less.
+        Times that are missing or do not rise, channels of different lengths, infinite values, a `max_gap` of 0 or less.
     """
     times = clock(time)
     samples = _with_gaps("values", values)
     if samples.shape != times.shape:
         raise InputError(f"values is of shape {samples.shape}; expected {times.shape}, one for each time")
-    if not max_gap > 0:
-        raise InputError(f"max_gap is {max_gap:g} s; expected more than 0")
+    longest = math.inf if max_gap == math.inf else scalar("max_gap", max_gap, above=0)
     wanted = checked("onto", onto)
     own = times + scalar("shift", shift)
     result = np.interp(wanted, own, samples, left=math.nan, right=math.nan)
     before = np.clip(np.searchsorted(own, wanted, side="right") - 1, 0, own.size - 1)
     after = np.minimum(before + 1, own.size - 1)
-    bridged = (own[after] - own[before] <= max_gap) | (wanted == own[before])
+    bridged = (own[after] - own[before] <= longest) | (wanted == own[before])
     return np.where(bridged, result, math.nan)
 
 
