@@ -1,11 +1,16 @@
 """What a recorded history says about its contact: functions of a Dataset."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
 from historysim.errors import InputError
 from historysim.units import duration_text, quantity_text
+
+if TYPE_CHECKING:
+    from historysim.loops import Definitions, Loops
 
 Floats = npt.NDArray[np.float64]
 
@@ -96,6 +101,49 @@ def drift(history: xr.Dataset, first: int, second: int) -> float:
             raise InputError(f"step {step}: the history has {steps} steps; expected {-steps} to {steps - 1}")
     capacity, _ = _capacity(history)
     return float(abs(capacity[second] - capacity[first]))
+
+
+def friction_loops(
+    history: xr.Dataset, *, dead_band: float | None = None, skip: int = 0, definitions: "Definitions | None" = None
+) -> "Loops":
+    """Split a history into friction loops, and read off what each of them says.
+
+    `historysim.loops.find_loops` does so with a measured record, by the same definitions: the two can be compared.
+    How finely the history is recorded matters: between steps it is taken as straight (see ``substeps``).
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history, with or without asperities.
+    dead_band : float, optional
+        The smallest swing of the tangential displacement that counts [m]; by default a millionth of its range, which
+        passes over rounding alone.
+    skip : int
+        How many loops at the start are left out.
+    definitions : Definitions, optional
+        What is taken for sliding, for reached, and for the beginning of a branch.
+
+    Returns
+    -------
+    Loops
+
+    Raises
+    ------
+    InputError
+        A history without a whole loop.
+    """
+    from historysim.loops import DEFAULT, find_loops
+
+    displacement = history["tangential_displacement"].values
+    return find_loops(
+        history["time"].values,
+        displacement,
+        history["total_tangential_load"].values,
+        history["total_normal_load"].values,
+        dead_band=1e-6 * float(np.ptp(displacement)) if dead_band is None else dead_band,
+        skip=skip,
+        definitions=DEFAULT if definitions is None else definitions,
+    )
 
 
 def summary(history: xr.Dataset) -> list[tuple[str, str]]:

@@ -2,7 +2,7 @@
 
 import os
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from historysim.adhering import AdheringAsperities
+    from historysim.comparison import Comparison
+    from historysim.measured.record import Record
+    from historysim.observation import Observation, Passage
+    from historysim.scenario import Scenario
     from historysim.surfaces.heights import Surface
 
 NETCDF_BEGINNINGS = (b"\x89HDF\r\n\x1a\n", b"CDF\x01", b"CDF\x02", b"CDF\x05")
@@ -178,6 +182,144 @@ def plot(file: Path, output: Path | None, step: str | None, adhesion: bool, **he
             else:
                 _save(surface_picture(_result_surface(file, history), history, _step(step, history)), output)
     click.echo(output)
+
+
+@main.command()
+@click.argument("file", type=path_type)
+@click.option("--skip", default=0, show_default=True, help="Loops at the start to leave out.")
+@click.option("--dead-band", help='Swings below which there is no reversal, as "5 nm". [default: that of the scenario]')
+@click.option("-o", "--output", type=path_type, help="Also write all loops to this file (netCDF).")
+def loops(file: Path, skip: int, dead_band: str | None, output: Path | None) -> None:
+    """Say what the friction loops of FILE are like: of a scenario's measured record, or of a result."""
+    from historysim.units import quantity
+
+    try:
+        band = None if dead_band is None else quantity(dead_band, "m")
+    except InputError as error:
+        raise InputError(f"--dead-band: {error}") from error
+    if output is not None:
+        _check_target(output, file)
+    kind = _kind(file)
+    if kind == "height map":
+        raise InputError(f"{file}: is no scenario (.toml) and no result of historysim run; expected one of them")
+    if kind == "result":
+        from historysim import analysis
+
+        with _opened(file) as history:
+            found = analysis.friction_loops(history, dead_band=band, skip=skip)
+    else:
+        from historysim.loops import find_loops
+
+        loaded, record = _measured(file, *([] if output is None else [output]))
+        with _reported(loaded):
+            found = find_loops(
+                record.time,
+                record["tangential_displacement"],
+                record["tangential_load"],
+                record.get("normal_load"),
+                dead_band=record.dead_band["tangential_displacement"] if band is None else band,
+                skip=skip,
+            )
+        _print_lines(record.remarks)
+    if output is not None:
+        with _finished(output) as unfinished:
+            found.to_dataset().to_netcdf(unfinished)
+    _print_table(found.rows())
+    if output is not None:
+        click.echo(output)
+
+
+@main.command()
+@click.argument("scenario", type=path_type)
+@click.option("--skip", default=0, show_default=True, help="Loops at the start to leave out.")
+@click.option("-o", "--output", type=path_type, help="The picture. [default: SCENARIO's name with _comparison.png]")
+def compare(scenario: Path, skip: int, output: Path | None) -> None:
+    """Set the model of SCENARIO beside what was measured: time series, loops, energy per loop."""
+    output = output or Path(f"{scenario.stem}_comparison.png")
+    _check_target(output, scenario)
+    from historysim.observation import observe, passed
+
+    loaded, record = _measured(scenario, output)
+    with _reported(loaded):
+        observation = observe(record, skip=skip)
+    passage = passed(loaded.ensemble(), loaded.instrument, observation)
+    comparison = _compared(record, observation, passage, skip)
+    _save(_comparison_picture(comparison, loaded), output)
+    _print_lines([*record.remarks, *comparison.summary()])
+    _print_table(comparison.rows())
+    click.echo(output)
+
+
+@main.command()
+@click.argument("scenario", type=path_type)
+@click.option(
+    "-o", "--output", type=path_type, help="The fitted scenario. [default: SCENARIO's name with _fitted.toml]"
+)
+def fit(scenario: Path, output: Path | None) -> None:
+    """Fit parameters of SCENARIO, as its [fit] says, to what was measured; write the fitted scenario and a picture."""
+    output = output or Path(f"{scenario.stem}_fitted.toml")
+    if output.suffix != ".toml":
+        raise InputError(f"{output}: {output.suffix or 'no'} ending; expected .toml, since it is a scenario")
+    picture = output.with_suffix(".png")
+    _check_target(output, scenario)
+    _check_target(picture, scenario)
+    from historysim import fitting, scenario_fit
+    from historysim.observation import observe
+
+    loaded, record = _measured(scenario, output, picture)
+    section, model, start = scenario_fit.model_of(loaded)
+    with _reported(loaded):
+        observation = observe(
+            record, skip=section.skip, displacement_noise=section.displacement_noise, load_noise=section.load_noise
+        )
+        found = fitting.fit(model, start, observation)
+    comparison = _compared(record, observation, found.passage, section.skip)
+    text = scenario_fit.fitted_text(loaded, found, output)
+    with _finished(output) as unfinished:
+        unfinished.write_text(text, encoding="utf-8")
+        _save(_comparison_picture(comparison, loaded), picture)
+    _print_lines([*record.remarks, *found.summary(), *comparison.summary()])
+    _print_table(comparison.rows())
+    click.echo(picture)
+    click.echo(output)
+
+
+def _measured(path: Path, *targets: Path) -> "tuple[Scenario, Record]":
+    """Load a scenario and the record that it replays, which none of the targets may overwrite."""
+    from historysim import scenario
+
+    loaded = scenario.load(path)
+    record = loaded.measured()
+    for target in targets:
+        _check_target(target, path.parent / loaded.sections.loading.file)  # type: ignore[union-attr] # it is measured
+    return loaded, record
+
+
+@contextmanager
+def _reported(loaded: "Scenario") -> Iterator[None]:
+    """Name the scenario, where its record is not what it is taken for."""
+    from historysim.schema import at, reported
+
+    with reported(loaded.path.name), at("loading"):
+        yield
+
+
+def _compared(record: "Record", observation: "Observation", passage: "Passage", skip: int) -> "Comparison":
+    from historysim.comparison import compare as compared
+
+    return compared(observation, passage, dead_band=record.dead_band["tangential_displacement"], skip=skip)
+
+
+def _comparison_picture(comparison: "Comparison", loaded: "Scenario") -> "Figure":
+    from historysim.plots.comparison import comparison_picture
+
+    return comparison_picture(comparison, loaded.title)
+
+
+def _print_table(rows: Sequence[tuple[str, ...]]) -> None:
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for row in rows:
+        click.echo("  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip())
 
 
 def _check_target(path: Path, *sources: Path) -> None:
@@ -383,11 +525,17 @@ def _save(figure: "Figure", picture: Path) -> None:
     kind = picture.suffix.removeprefix(".").lower()
     if kind not in known:
         raise InputError(f"{picture}: {kind or 'no'} ending; expected one of {', '.join(sorted(known))}")
-    unfinished = picture.with_name(f".{picture.name}.{os.getpid()}.part")
+    with _finished(picture) as unfinished, warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing from")
+        figure.savefig(unfinished, format=kind, dpi=200)
+
+
+@contextmanager
+def _finished(path: Path) -> Iterator[Path]:
+    """Give the name of a file beside this one, which takes its place as soon as it is written, and only then."""
+    unfinished = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        with warnings.catch_warnings():
-            warnings.filterwarnings("ignore", message="Glyph .* missing from")
-            figure.savefig(unfinished, format=kind, dpi=200)
-        unfinished.replace(picture)
+        yield unfinished
+        unfinished.replace(path)
     finally:
         unfinished.unlink(missing_ok=True)

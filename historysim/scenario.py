@@ -21,8 +21,9 @@ from historysim.events import (
     FrictionChange,
 )
 from historysim.instrument import RIGID, Instrument
-from historysim.loading_kinds import MOST_STEPS, AnyLoading, loading_from_toml
+from historysim.loading_kinds import MOST_STEPS, AnyLoading, Measured, channel_hooks, loading_from_toml
 from historysim.schema import (
+    Force,
     Length,
     Number,
     Numbers,
@@ -32,6 +33,7 @@ from historysim.schema import (
     at,
     given,
     misfit,
+    nearest,
     reported,
     schema_converter,
     shown,
@@ -51,6 +53,7 @@ if TYPE_CHECKING:
     from historysim.adhering import AdheringAsperities
     from historysim.ensemble import Ensemble
     from historysim.materials import Material, MaterialPair
+    from historysim.measured.record import Record as MeasuredRecord
 
 
 # -- materials -------------------------------------------------------------------------------------
@@ -166,6 +169,33 @@ class Adhesion:
 # -- the whole -------------------------------------------------------------------------------------
 
 
+FITTED = ("friction", "shear_modulus", "lateral_stiffness", "height_scale")
+
+
+@attrs.frozen
+class FitSection:
+    """``[fit]``: what is fitted to what was measured, and how noisy that is."""
+
+    parameters: tuple[str, ...]
+    skip: int = 0
+    displacement_noise: Length | None = None
+    load_noise: Force | None = None
+
+    def __attrs_post_init__(self) -> None:
+        """Check the names and the numbers."""
+        if not self.parameters or len(set(self.parameters)) < len(self.parameters):
+            raise misfit("expected one or more parameters, each of them once", "parameters")
+        for index, name in enumerate(self.parameters):
+            if name not in FITTED:
+                raise misfit(f"{shown(name)}; {nearest(name, FITTED)}", "parameters", index)
+        if self.skip < 0:
+            raise misfit(f"{self.skip}; expected 0 or more", "skip")
+        for key in ("displacement_noise", "load_noise"):
+            value = getattr(self, key)
+            if value is not None and value < 0:
+                raise misfit(f"{value:g}; expected 0 or more", key)
+
+
 RECORDS = ("touching", "all", "totals")
 
 
@@ -187,6 +217,7 @@ class Sections:
     adhesion: Adhesion | None = None
     instrument: InSeries | None = None
     record: Record = Record()
+    fit: FitSection | None = None
     title: str = ""
 
 
@@ -312,6 +343,20 @@ class Scenario:
                 ensemble, approach, work_of_adhesion=work, equilibrium_separation=adhesion.equilibrium_separation
             )
 
+    def measured(self) -> "MeasuredRecord":
+        """Read the measured record that the scenario replays.
+
+        Raises
+        ------
+        InputError
+            A scenario whose loading is not measured, or a record that cannot be used.
+        """
+        loading = self.sections.loading
+        with reported(self.path.name):
+            if not isinstance(loading, Measured):
+                raise misfit("is written out; expected a measured file", "loading")
+            return loading.record(self.path.parent)
+
     def checked(self, ground: Ground | None = None) -> "tuple[Ensemble, list[Event]]":
         """Build ensemble and events, and check the one against the other; parameters as for `ensemble`.
 
@@ -399,6 +444,7 @@ def _converter() -> Converter:
         (str | tuple[int, ...], _record),
     ):
         converter.register_structure_hook_func(partial(eq, kind), partial(hook, converter))
+    channel_hooks(converter)
     return converter
 
 

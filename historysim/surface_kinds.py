@@ -382,6 +382,29 @@ class Sum(HeightMap):
         return first.combined(second, shift=self.shift, rotation=self.rotation)
 
 
+# -- of any kind -----------------------------------------------------------------------------------
+
+
+def _positive(_: object, attribute: "attrs.Attribute[float]", value: float) -> None:
+    if not value > 0:
+        raise misfit(f"{value:g}; expected a number greater than 0", attribute.name)
+
+
+@attrs.frozen
+class Scaled:
+    """Any surface, with the heights of its summits stretched about their mean; their radii stay."""
+
+    kind: SurfaceKind
+    height_scale: float = attrs.field(validator=_positive)
+
+    def ground(self, folder: Path) -> Ground:
+        """Make the summits."""
+        ground = self.kind.ground(folder)
+        mean = ground.summits.height.mean()
+        height = mean + self.height_scale * (ground.summits.height - mean)
+        return attrs.evolve(ground, summits=ground.summits.at_heights(height))
+
+
 # -- by their names --------------------------------------------------------------------------------
 
 Choice = Callable[[Mapping[str, Any]], type]
@@ -424,8 +447,10 @@ def surface_from_toml(converter: Converter, value: object, _: object) -> Surface
         level, depth = [part for entry in level for part in _parts(entry)], depth + 1
         if depth > DEEPEST:
             raise InputError(f"sums within sums, more than {DEEPEST} deep; expected fewer")
-    surface: SurfaceKind = _structured(converter, value, KINDS)
-    return surface
+    entry = dict(table(value))
+    scale = converter.structure(entry.pop("height_scale"), Number) if "height_scale" in entry else None
+    surface: SurfaceKind = _structured(converter, entry, KINDS)
+    return surface if scale is None else Scaled(surface, scale)
 
 
 def map_from_toml(converter: Converter, value: object, _: object) -> MapKind:

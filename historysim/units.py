@@ -1,4 +1,4 @@
-"""Quantities with units, at the boundary only: inside, every number is a float in SI."""
+"""Quantities with units, at the boundary only, as they come and as people read them: inside, all is floats in SI."""
 
 import math
 import re

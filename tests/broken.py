@@ -4,7 +4,8 @@ import tomllib
 
 from hypothesis import strategies as st
 
-from historysim import loading_kinds, scenario
+from historysim import scenario
+from historysim.loading_kinds import written
 from historysim.surfaces import distribution, random, textured
 
 SPHERE = """
@@ -226,7 +227,7 @@ VALUES = st.one_of(
 def keep_small(monkeypatch):
     """Let what is larger than any test needs be refused, as what is larger than any machine holds is."""
     for module, name in (
-        (loading_kinds, "MOST_EVENTS"),
+        (written, "MOST_EVENTS"),
         (scenario, "MOST_STEPS"),
         (distribution, "MOST_SUMMITS"),
         (textured, "MOST_SUMMITS"),

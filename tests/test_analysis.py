@@ -93,23 +93,6 @@ def test_the_summary_tells_of_loads_held_at_the_limit(history):
 
 
 @pytest.mark.parametrize(
-    ("value", "text"),
-    [
-        (0.09, "90 mN"),
-        (-1.5e-6, "-1.5 µN"),
-        (0.0, "0 N"),
-        (1000.0, "1 kN"),
-        (999.96, "1000 N"),
-        (1e-3, "1 mN"),
-        (1e-20, "1e-05 fN"),
-        (1e13, "1e+04 GN"),
-    ],
-)
-def test_quantities_get_a_prefix(value, text):
-    assert analysis.quantity_text(value, "N") == text
-
-
-@pytest.mark.parametrize(
     ("seconds", "text"), [(0.0, "0 s"), (0.02, "20 ms"), (42.0, "42 s"), (750.0, "12.5 min"), (9000.0, "2.5 h")]
 )
 def test_durations_are_spoken(seconds, text):

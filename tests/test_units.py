@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from historysim.errors import InputError
-from historysim.units import conversion_factor, quantity
+from historysim.units import conversion_factor, quantity, quantity_text
 
 
 @pytest.mark.parametrize("number", [0.05, -3, 0, Fraction(1, 4), np.float64(2.5), np.float32(0.5), np.int64(7)])
@@ -146,3 +146,20 @@ def test_nothing_heavy_is_imported_for_a_plain_number():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.09, "90 mN"),
+        (-1.5e-6, "-1.5 µN"),
+        (0.0, "0 N"),
+        (1000.0, "1 kN"),
+        (999.96, "1000 N"),
+        (1e-3, "1 mN"),
+        (1e-20, "1e-05 fN"),
+        (1e13, "1e+04 GN"),
+    ],
+)
+def test_quantities_get_a_prefix(value, text):
+    assert quantity_text(value, "N") == text

@@ -71,6 +71,10 @@ class Summits:
             nominal_area=None if nominal_area is None else scalar("nominal_area", nominal_area, above=0),
         )
 
+    def at_heights(self, height: npt.ArrayLike) -> Self:
+        """Return the same summits at other heights [m]."""
+        return type(self)(height, self.radius, self.x, self.y, nominal_area=self.nominal_area)
+
     def __len__(self) -> int:
         """Return the number of summits."""
         return self.height.size

@@ -1,43 +1,17 @@
-"""The kinds of ``[loading]`` in a scenario: waypoints, blocks of them, or a measured file, and the events they make."""
+"""``[loading]`` that is written out in the scenario: waypoints, and blocks of them."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 import attrs
-from cattrs import Converter
 
 from historysim.errors import InputError
-from historysim.events import (
-    Event,
-    FrictionChange,
-    LoadEvent,
-    NormalDisplacement,
-    NormalLoad,
-    TangentialDisplacement,
-    TangentialLoad,
-)
-from historysim.schema import Force, Length, Numbers, Quantity, Time, at, given, misfit, shown, table
-from historysim.tables import Column, NumbersFile
+from historysim.events import Event, LoadEvent
+from historysim.loading_kinds.base import CHANGES, Loading, one_of_each
+from historysim.schema import Force, Length, Numbers, Quantity, Time, at, misfit, shown
 
 MOST_EVENTS = 10_000_000
-MOST_STEPS = 100_000_000
-
-LOADS: Mapping[str, type[LoadEvent]] = {
-    "normal_load": NormalLoad,
-    "normal_displacement": NormalDisplacement,
-    "tangential_load": TangentialLoad,
-    "tangential_displacement": TangentialDisplacement,
-}
-CHANGES: Mapping[str, Callable[[float, Any], Event]] = {**LOADS, "friction": FrictionChange}
-
-
-def _one_of_each(self: object) -> None:
-    for channel in ("normal", "tangential"):
-        if all(getattr(self, f"{channel}_{kind}") is not None for kind in ("load", "displacement")):
-            raise InputError(
-                f"{channel}_load and {channel}_displacement together; expected one of them: the other is its answer"
-            )
 
 
 @attrs.frozen
@@ -59,7 +33,7 @@ class Waypoint:
             raise InputError(f"{given}; expected either the time itself, or the time after the waypoint before it")
         if self.after is not None and self.after < 0:
             raise misfit(f"{self.after:g} s; expected 0 s or more", "after")
-        _one_of_each(self)
+        one_of_each(self)
         if not self.changes:
             raise InputError(f"nothing to reach; expected one or more of {', '.join(CHANGES)}")
 
@@ -96,19 +70,6 @@ class _Timeline:
 
 
 @attrs.frozen(kw_only=True)
-class Loading:
-    """What every kind of loading has."""
-
-    substeps: int = 1
-    saturate: bool = False
-
-    def __attrs_post_init__(self) -> None:
-        """Check the substeps."""
-        if not 1 <= self.substeps <= MOST_STEPS:
-            raise misfit(f"{shown(self.substeps)}; expected an integer from 1 to {MOST_STEPS:,}", "substeps")
-
-
-@attrs.frozen(kw_only=True)
 class Waypoints(Loading):
     """``loading.waypoints``: what is reached, and when."""
 
@@ -141,7 +102,7 @@ class Each:
         """Check that there are values, as many of one as of the other."""
         if self.after < 0:
             raise misfit(f"{self.after:g} s; expected 0 s or more", "after")
-        _one_of_each(self)
+        one_of_each(self)
         lengths = {key: len(value) for key in CHANGES if (value := getattr(self, key)) is not None}
         if not lengths or 0 in lengths.values() or len(set(lengths.values())) > 1:
             counted = ", ".join(f"{count} of {key}" for key, count in lengths.items())
@@ -222,68 +183,3 @@ class Blocks(Loading):
             with at("loading", "blocks", index):
                 block.extend(line)
         return line.events
-
-
-@attrs.frozen
-class LoadColumns:
-    """Which column of a measured sequence holds what."""
-
-    time: Column
-    normal_load: Column | None = None
-    normal_displacement: Column | None = None
-    tangential_load: Column | None = None
-    tangential_displacement: Column | None = None
-
-    def __attrs_post_init__(self) -> None:
-        """Check that there is a load."""
-        _one_of_each(self)
-        if len(given(self)) == 1:
-            raise InputError(f"only time; expected one or more of {', '.join(LOADS)}")
-
-
-@attrs.frozen(kw_only=True)
-class Measured(NumbersFile, Loading):
-    """``loading.file``: a file in which every sample is a waypoint."""
-
-    columns: LoadColumns
-
-    def events(self, folder: Path) -> list[Event]:
-        """Read the events."""
-        units = {"time": "s"} | {key: kind.unit for key, kind in LOADS.items()}
-        with at("loading"):
-            found = self.table(folder, given(self.columns), units)
-            times, *channels = (found.columns[key].tolist() for key in given(self.columns))
-            kinds = [LOADS[key] for key in given(self.columns) if key != "time"]
-            events: list[Event] = []
-            previous = times[0]
-            for row, (time, *sample) in enumerate(zip(times, *channels, strict=True)):
-                if time < previous:
-                    problem = f"the time {time:g} s comes after {previous:g} s; expected times that do not decrease"
-                    raise misfit(f"{self.file}: {found.place(row)}: {problem}", "file")
-                previous = time
-                try:
-                    events.extend([kind(time, value) for kind, value in zip(kinds, sample, strict=True)])
-                except InputError as error:
-                    raise misfit(f"{self.file}: {found.place(row)}: {error}", "file") from error
-        return events
-
-
-AnyLoading = Waypoints | Blocks | Measured
-LOADINGS: Mapping[str, type] = {"waypoints": Waypoints, "blocks": Blocks, "file": Measured}
-
-
-def loading_from_toml(converter: Converter, value: object, _: object) -> AnyLoading:
-    """Structure ``[loading]``.
-
-    Raises
-    ------
-    InputError
-        Not exactly one kind of loading, or keys that do not fit it.
-    """
-    entry = table(value)
-    given = [key for key in LOADINGS if key in entry]
-    if len(given) != 1:
-        found = " and ".join(given) or ", ".join(repr(key) for key in entry) or "nothing"
-        raise InputError(f"{found} given; expected exactly one of waypoints, blocks and file")
-    loading: AnyLoading = converter.structure(entry, LOADINGS[given[0]])
-    return loading

@@ -1,0 +1,98 @@
+"""A model beside a measurement: the same displacements, both loads, and what their loops say."""
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+
+from historysim.errors import InputError
+from historysim.loops import BRANCH_QUANTITIES, LOOP_QUANTITIES, Loops, find_loops
+from historysim.observation import Observation, Passage
+from historysim.units import prefixed, quantity_text
+
+Floats = npt.NDArray[np.float64]
+
+
+@attrs.frozen(eq=False)
+class Comparison:
+    """A model beside a measurement.
+
+    Attributes
+    ----------
+    observation : Observation
+        What was measured.
+    passage : Passage
+        What the model does along it.
+    measured, model : Loops or None
+        Loops of both, None where the record has none.
+    """
+
+    observation: Observation
+    passage: Passage
+    measured: Loops | None
+    model: Loops | None
+
+    @property
+    def difference(self) -> Floats:
+        """Measured less model tangential load (sample) [N], from the first sample that is compared on."""
+        off: Floats = self.observation.tangential_load - self.passage.tangential_load
+        return off[self.observation.first :]
+
+    def summary(self) -> list[tuple[str, str]]:
+        """Say in a few lines how far the two are apart."""
+        off = self.difference
+        largest = float(np.abs(self.observation.tangential_load[self.observation.first :]).max(initial=0.0))
+        rms = float(np.sqrt(np.mean(off**2)))
+        share = f", {100 * rms / largest:.3g} % of the largest tangential load" if largest > 0 else ""
+        return [
+            ("samples compared", f"{off.size:,}"),
+            ("loops", "none" if self.measured is None else f"{len(self.measured):,}"),
+            ("rms difference", f"{quantity_text(rms, 'N')}{share}"),
+        ]
+
+    def rows(self) -> list[tuple[str, str, str]]:
+        """Return a table of texts: quantity, measured, model; means over the loops ± their standard deviations."""
+        if self.measured is None or self.model is None:
+            return []
+        table = [("quantity", "measured", "model")]
+        for name, (label, unit) in {**BRANCH_QUANTITIES, **LOOP_QUANTITIES}.items():
+            if not name.endswith("_gap"):
+                table.append((label, _text(self.measured, name, unit), _text(self.model, name, unit)))
+        return table
+
+
+def compare(observation: Observation, passage: Passage, *, dead_band: float = 0.0, skip: int = 0) -> Comparison:
+    """Set a model beside a measurement.
+
+    Parameters
+    ----------
+    observation : Observation
+    passage : Passage
+        From `observation.passed`.
+    dead_band : float
+        The smallest swing of the displacement that counts as a reversal [m].
+    skip : int
+        Loops at the start that are left out.
+    """
+    found: list[Loops | None] = []
+    for moved, load in (
+        (observation.displacement, observation.tangential_load),
+        (passage.displacement, passage.tangential_load),
+    ):
+        try:
+            found.append(
+                find_loops(observation.time, moved, load, observation.normal_load, dead_band=dead_band, skip=skip)
+            )
+        except InputError:
+            # a record need not have a whole loop to be compared
+            found.append(None)
+    return Comparison(observation, passage, *found)
+
+
+def _text(loops: Loops, name: str, unit: str) -> str:
+    statistics = loops.statistics(name)
+    if statistics.count == 0:
+        return "–"
+    factor, prefix = prefixed(statistics.mean) if unit != "1" else (1.0, "")
+    scatter = f" ± {statistics.standard_deviation * factor:.2g}" if statistics.count > 1 else ""
+    symbol = {"1": "", "N m-1": f" {prefix}N/m"}.get(unit, f" {prefix}{unit}")
+    return f"{statistics.mean * factor:.4g}{scatter}{symbol}"

@@ -1,0 +1,1 @@
+"""Measured load sequences: what was recorded, made ready for the contact."""

@@ -1,0 +1,127 @@
+"""Range pairs of a sequence: its cycles after the rainflow count of ASTM E1049-85, section 5.4.4.
+
+The count goes through the turning points, with the last three of those that are left in mind. As soon as the range
+between the last two is not smaller than the one before it, that one before is counted and taken out: as a full cycle,
+or as a half cycle where it begins at the first point that is left. At the end the ranges that are left are half cycles.
+
+Range pairs and memory
+----------------------
+A full cycle is a small loop within a larger swing. It closes when the sequence passes the turning point from which it
+has begun, and at constant normal load that is the moment at which a contact with Masing memory forgets both of its
+turning points (wipe-out): from then on everything is as if the loop had not been. Hence, in any such sequence,
+
+- every full cycle is a closed loop of the contact, and dissipates ΔW of its range wherever on the way it lies
+  (`contact.mindlin.dissipated_energy_per_loop` for one asperity);
+- the half cycles, one after the other, are the sequence without these loops, `RangePairs.residue`, which leads to the
+  same state as the whole sequence; the energy of the whole is that of the residue and of the closed loops.
+
+The converse holds but for the first point: a loop that begins there is two half cycles, and a virgin contact also
+forgets a reversal without any loop, when the sequence passes its mirror image on the virgin curve.
+
+ASTM E1049-85 (2017), *Standard practices for cycle counting in fatigue analysis*; Matsuishi and Endo (1968); Downing
+and Socie, *Int. J. Fatigue* 4 (1982) 31-40.
+"""
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+from historysim.measured.reduction import turning_points
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+
+@attrs.frozen(eq=False)
+class RangePairs:
+    """Cycles of a sequence, in the order in which they are counted.
+
+    Attributes
+    ----------
+    range : array (cycle)
+        Peak to valley, positive, in the unit of the sequence.
+    mean : array (cycle)
+        Half way between peak and valley.
+    count : array (cycle)
+        1 for a full cycle, 0.5 for a half cycle.
+    start, end : array of int (cycle)
+        The samples at which the range begins and ends. A full cycle goes on from its end to the value of its start.
+    """
+
+    range: Floats
+    mean: Floats
+    count: Floats
+    start: Integers
+    end: Integers
+
+    @property
+    def residue(self) -> Integers:
+        """Samples that are left when all full cycles are taken out: the half cycles, one after the other."""
+        half = self.count < 1
+        return np.append(self.start[half], self.end[half][-1:])
+
+
+def range_pairs(values: npt.ArrayLike, *, dead_band: float = 0.0) -> RangePairs:
+    """Count the cycles of a sequence.
+
+    Parameters
+    ----------
+    values : array_like (sample)
+        A displacement [m] or a load [N], in any unit.
+    dead_band : float
+        The smallest swing that counts as a reversal, as in `turning_points`.
+
+    Returns
+    -------
+    RangePairs
+        None in a sequence that stays where it is.
+
+    Raises
+    ------
+    InputError
+        Missing or infinite samples, or a dead band below 0.
+    """
+    kept = turning_points(values, dead_band)
+    samples = np.asarray(values, dtype=np.float64)
+    # a record that rests at its end has its last turning point twice
+    kept = kept[np.diff(samples[kept], prepend=np.nan) != 0]
+    start, end = np.empty(kept.size, dtype=np.int64), np.empty(kept.size, dtype=np.int64)
+    full = np.empty(kept.size, dtype=np.bool_)
+    cycles = _count(samples[kept], start, end, full)
+    start, end = kept[start[:cycles]], kept[end[:cycles]]
+    return RangePairs(
+        range=np.abs(samples[end] - samples[start]),
+        # the sum of the two may be too large for a float
+        mean=0.5 * samples[start] + 0.5 * samples[end],
+        count=np.where(full[:cycles], 1.0, 0.5),
+        start=start,
+        end=end,
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def _count(points: Floats, start: Integers, end: Integers, full: npt.NDArray[np.bool_]) -> int:
+    """Write where each cycle starts and ends, and whether it is full; return how many there are."""
+    left = np.empty(points.size, dtype=np.int64)
+    # what is left stands in left[first:stop]
+    first = stop = cycles = 0
+    for point in range(points.size):
+        left[stop] = point
+        stop += 1
+        while stop - first >= 3:
+            before, peak, last = left[stop - 3], left[stop - 2], left[stop - 1]
+            if abs(points[last] - points[peak]) < abs(points[peak] - points[before]):
+                break
+            start[cycles], end[cycles] = before, peak
+            full[cycles] = stop - first > 3
+            if full[cycles]:
+                left[stop - 3] = last
+                stop -= 2
+            else:
+                first += 1
+            cycles += 1
+    for i in range(first, stop - 1):
+        start[cycles], end[cycles], full[cycles] = left[i], left[i + 1], False
+        cycles += 1
+    return cycles

@@ -1,0 +1,158 @@
+"""`Record`: a measured load sequence in SI on one clock, with what was measured beside it."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+
+from historysim.errors import InputError
+from historysim.events import Event, NormalDisplacement, NormalLoad, TangentialDisplacement, TangentialLoad
+from historysim.measured.reduction import kept_points
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+EVENTS: Mapping[str, type[Any]] = {
+    "normal_load": NormalLoad,
+    "normal_displacement": NormalDisplacement,
+    "tangential_load": TangentialLoad,
+    "tangential_displacement": TangentialDisplacement,
+}
+TANGENTIAL = ("tangential_displacement", "tangential_load")
+NORMAL = ("normal_load", "normal_displacement")
+
+
+@attrs.frozen(eq=False)
+class Record:
+    """A measured load sequence.
+
+    Attributes
+    ----------
+    time : array (sample)
+        Times, which do not decrease [s].
+    channels : mapping of str to array (sample)
+        What is replayed [N or m], by the names of the load channels.
+    response : mapping of str to array (sample)
+        What was measured beside it, to compare with.
+    dead_band : mapping of str to float
+        Swings of a channel below which are noise [N or m]; 0 where nothing is said.
+    reduced : bool
+        Whether only the samples are replayed that the contact remembers (see `reduction.kept_points`).
+    remarks : tuple of (label, text)
+        What was done to the record on the way here.
+    row : array (sample), optional
+        Where each sample stood in its file, for messages.
+    """
+
+    time: Floats
+    channels: Mapping[str, Floats]
+    response: Mapping[str, Floats] = attrs.field(factory=dict)
+    dead_band: Mapping[str, float] = attrs.field(factory=dict)
+    reduced: bool = False
+    remarks: tuple[tuple[str, str], ...] = ()
+    row: Integers | None = None
+
+    def __getitem__(self, name: str) -> Floats:
+        """Return a channel, replayed or measured beside.
+
+        Raises
+        ------
+        InputError
+            It was not measured.
+        """
+        for group in (self.channels, self.response):
+            if name in group:
+                return group[name]
+        raise InputError(f"the record has no {name}; expected a column for it, in loading.columns or loading.response")
+
+    def get(self, name: str) -> Floats | None:
+        """Return a channel, or None where it was not measured."""
+        return self.channels.get(name, self.response.get(name))
+
+    def kept(self) -> Integers:
+        """Return the indices of the samples that are replayed."""
+        if not self.reduced:
+            return np.arange(self.time.size)
+        tangential = next((name for name in TANGENTIAL if name in self.channels), None)
+        normal = next((name for name in NORMAL if name in self.channels), None)
+        first = tangential or normal
+        assert first is not None  # noqa: S101 - a record has a channel
+        return kept_points(
+            self.channels[first],
+            None if normal is None or first == normal else self.channels[normal],
+            dead_band=self.dead_band.get(first, 0.0),
+            normal_dead_band=self.dead_band.get(normal or "", 0.0),
+        )
+
+    def events(self) -> list[Event]:
+        """Return the events: what each replayed channel has reached at each kept sample.
+
+        Raises
+        ------
+        InputError
+            A normal load that pulls, or a time before the one in front of it; the message names the place in the file.
+        """
+        check_order(self.time, self.place)
+        if "normal_load" in self.channels:
+            self.check_pressed()
+        kept = self.kept()
+        kinds = [EVENTS[name] for name in self.channels]
+        columns = [values[kept].tolist() for values in self.channels.values()]
+        events: list[Event] = []
+        for index, time, *sample in zip(kept.tolist(), self.time[kept].tolist(), *columns, strict=True):
+            try:
+                events.extend([kind(time, value) for kind, value in zip(kinds, sample, strict=True)])
+            except InputError as error:
+                raise InputError(f"{self.place(index)}: {error}") from error
+        return events
+
+    def check_pressed(self) -> None:
+        """Check that the normal load never pulls.
+
+        Raises
+        ------
+        InputError
+            It does; the message names the first place in the file.
+        """
+        load = self["normal_load"]
+        pulls = np.flatnonzero(load < 0)
+        if pulls.size:
+            raise InputError(
+                f"{self.place(int(pulls[0]))}: a normal load of {load[pulls[0]]:.6g} N pulls on the contact; expected "
+                "0 N or more: write scale = -1 where pressing counts negative, or negative_as_zero = true"
+            )
+
+    def place(self, sample: int) -> str:
+        """Say where a sample stood in its file."""
+        if self.row is None:
+            return f"the sample at t = {self.time[sample]:.9g} s"
+        return f"line {self.row[sample]}"
+
+
+def check_order(time: Floats, place: Callable[[int], str], *, rising: bool = False) -> None:
+    """Check that times do not decrease, or that they rise from sample to sample.
+
+    Parameters
+    ----------
+    time : array (sample)
+        [s].
+    place : callable
+        Says where a sample stood in its file.
+    rising : bool
+        Whether each time has to be later than the one before.
+
+    Raises
+    ------
+    InputError
+        They do not; the message names the place.
+    """
+    steps = np.diff(time)
+    back = np.flatnonzero(steps <= 0 if rising else steps < 0)
+    if back.size:
+        after = int(back[0]) + 1
+        expected = "times that rise from sample to sample" if rising else "times that do not decrease"
+        raise InputError(
+            f"{place(after)}: the time {time[after]:.9g} s comes after {time[after - 1]:.9g} s; expected {expected}"
+        )
