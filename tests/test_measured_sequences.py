@@ -144,7 +144,8 @@ def test_fit_finds_the_parameters_and_writes_them(folder):
     # the fitted scenario is compared, replayed and fitted again where it is
     again = call("compare", "out/found.toml", "-o", "c.png")
     assert again.exit_code == 0, again.output
-    for line in ("rms difference", "energy per loop", "stiffness at reversal"):
+    # as said by the fit, to what the places of the turning points are within the noise
+    for line in ("friction coefficient", "energy per loop", "stiffness at reversal"):
         assert number(again.output, line) == number(done.output, line)
     assert call("run", "out/found.toml", "-q", "-o", "r.nc").exit_code == 0
     refitted = call("fit", "out/found.toml")
@@ -346,8 +347,8 @@ def test_a_friction_damper(tmp_path, monkeypatch):
     assert "note " in done.output  # one ball does not know what a rubber band does
     energies = re.search(r"^energy per loop +(\S+) ± \S+ (k?J) +(\S+) ± \S+ (k?J)$", done.output, re.MULTILINE)
     measured, unit, model, other = energies.groups()
-    assert unit == other
-    assert float(model) == pytest.approx(float(measured), rel=0.2)
+    joules = {"J": 1.0, "kJ": 1e3}
+    assert float(model) * joules[other] == pytest.approx(float(measured) * joules[unit], rel=0.2)
     assert call("compare", "d_fitted.toml").exit_code == 0
 
 
