@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from historysim.adhering import AdheringAsperities
     from historysim.comparison import Comparison
+    from historysim.instrument import Instrument
     from historysim.measured.record import Record
     from historysim.observation import Observation, Passage
     from historysim.scenario import Scenario
@@ -186,6 +187,21 @@ def plot(file: Path, output: Path | None, step: str | None, adhesion: bool, **he
 
 @main.command()
 @click.argument("file", type=path_type)
+@click.option("--delimiter", help="What stands between two values of a text. [default: found]")
+@click.option("--decimal", default=".", show_default=True, help="The decimal sign of a text.")
+@click.option("--header", type=int, help="The line of a text that names the columns. [default: found]")
+@click.option("--encoding", default="utf-8", show_default=True, help="The encoding of a text.")
+def columns(file: Path, delimiter: str | None, decimal: str, header: int | None, encoding: str) -> None:
+    """List the columns of FILE, a file of numbers, as a scenario names them."""
+    from historysim.tables import Format, describe
+
+    layout = Format(delimiter=delimiter, decimal=decimal, header=header, encoding=encoding)
+    found = describe(file, layout)
+    _print_table([("column", "unit", "values", "first"), *((c.column, c.unit, c.values, c.first) for c in found)])
+
+
+@main.command()
+@click.argument("file", type=path_type)
 @click.option("--skip", default=0, show_default=True, help="Loops at the start to leave out.")
 @click.option("--dead-band", help='Swings below which there is no reversal, as "5 nm". [default: that of the scenario]')
 @click.option("-o", "--output", type=path_type, help="Also write all loops to this file (netCDF).")
@@ -243,7 +259,7 @@ def compare(scenario: Path, skip: int, output: Path | None) -> None:
     with _reported(loaded):
         observation = observe(record, skip=skip)
     passage = passed(loaded.ensemble(), loaded.instrument, observation)
-    comparison = _compared(record, observation, passage, skip)
+    comparison = _compared(record, observation, passage, skip, loaded.instrument)
     _save(_comparison_picture(comparison, loaded), output)
     _print_lines([*record.remarks, *comparison.summary()])
     _print_table(comparison.rows())
@@ -273,7 +289,7 @@ def fit(scenario: Path, output: Path | None) -> None:
             record, skip=section.skip, displacement_noise=section.displacement_noise, load_noise=section.load_noise
         )
         found = fitting.fit(model, start, observation)
-    comparison = _compared(record, observation, found.passage, section.skip)
+    comparison = _compared(record, observation, found.passage, section.skip, model(found.values)[1])
     text = scenario_fit.fitted_text(loaded, found, output)
     with _finished(output) as unfinished:
         unfinished.write_text(text, encoding="utf-8")
@@ -304,10 +320,13 @@ def _reported(loaded: "Scenario") -> Iterator[None]:
         yield
 
 
-def _compared(record: "Record", observation: "Observation", passage: "Passage", skip: int) -> "Comparison":
+def _compared(
+    record: "Record", observation: "Observation", passage: "Passage", skip: int, instrument: "Instrument"
+) -> "Comparison":
     from historysim.comparison import compare as compared
 
-    return compared(observation, passage, dead_band=record.dead_band["tangential_displacement"], skip=skip)
+    dead_band = record.dead_band["tangential_displacement"]
+    return compared(observation, passage, dead_band=dead_band, skip=skip, instrument=instrument)
 
 
 def _comparison_picture(comparison: "Comparison", loaded: "Scenario") -> "Figure":

@@ -5,6 +5,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.errors import InputError
+from historysim.instrument import RIGID, Instrument
 from historysim.loops import BRANCH_QUANTITIES, LOOP_QUANTITIES, Loops, find_loops
 from historysim.observation import Observation, Passage
 from historysim.units import prefixed, quantity_text
@@ -24,12 +25,15 @@ class Comparison:
         What the model does along it.
     measured, model : Loops or None
         Loops of both, None where the record has none.
+    instrument : Instrument
+        What the displacement was measured by.
     """
 
     observation: Observation
     passage: Passage
     measured: Loops | None
     model: Loops | None
+    instrument: Instrument = RIGID
 
     @property
     def difference(self) -> Floats:
@@ -60,7 +64,14 @@ class Comparison:
         return table
 
 
-def compare(observation: Observation, passage: Passage, *, dead_band: float = 0.0, skip: int = 0) -> Comparison:
+def compare(
+    observation: Observation,
+    passage: Passage,
+    *,
+    dead_band: float = 0.0,
+    skip: int = 0,
+    instrument: Instrument = RIGID,
+) -> Comparison:
     """Set a model beside a measurement.
 
     Parameters
@@ -72,6 +83,8 @@ def compare(observation: Observation, passage: Passage, *, dead_band: float = 0.
         The smallest swing of the displacement that counts as a reversal [m].
     skip : int
         Loops at the start that are left out.
+    instrument : Instrument
+        What the displacement was measured by.
     """
     found: list[Loops | None] = []
     for moved, load in (
@@ -85,7 +98,7 @@ def compare(observation: Observation, passage: Passage, *, dead_band: float = 0.
         except InputError:
             # a record need not have a whole loop to be compared
             found.append(None)
-    return Comparison(observation, passage, *found)
+    return Comparison(observation, passage, found[0], found[1], instrument)
 
 
 def _text(loops: Loops, name: str, unit: str) -> str:
@@ -93,6 +106,8 @@ def _text(loops: Loops, name: str, unit: str) -> str:
     if statistics.count == 0:
         return "–"
     factor, prefix = prefixed(statistics.mean) if unit != "1" else (1.0, "")
-    scatter = f" ± {statistics.standard_deviation * factor:.2g}" if statistics.count > 1 else ""
+    # a scatter at the level of rounding is none
+    spread = statistics.standard_deviation if statistics.standard_deviation > 1e-12 * abs(statistics.mean) else 0.0
+    scatter = f" ± {spread * factor:.2g}" if statistics.count > 1 else ""
     symbol = {"1": "", "N m-1": f" {prefix}N/m"}.get(unit, f" {prefix}{unit}")
     return f"{statistics.mean * factor:.4g}{scatter}{symbol}"

@@ -16,6 +16,9 @@ _KINDS = {
     "Pa": ("a pressure or modulus", "GPa"),
     "J m-2": ("an energy per area", "mJ m-2"),
     "N m-1": ("a stiffness", "mN/µm"),
+    "rad": ("an angle", "degree"),
+    "m2": ("an area", "mm2"),
+    "m-2": ("a number per area", "mm-2"),
     "1": ("a plain number", "%"),
 }
 

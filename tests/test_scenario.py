@@ -229,7 +229,9 @@ def test_messages_about_how_a_file_is_written(folder, layout, column, said):
 def test_times_that_decrease_are_named_by_their_row(folder):
     (folder / "r.json").write_text('{"t": [0, 2, 1], "F": [1, 1, 1]}', encoding="utf-8")
     loading = FROM_FILE.format(file="r.json", layout="", time='"t"', normal_load='"F"')
-    assert "s.toml: loading.file: r.json: row 3: the time 1 s comes after 2 s" in refusal(folder, SPHERE + loading)
+    assert "s.toml: loading.file: r.json: the sample at t = 1 s: the time 1 s comes after 2 s" in refusal(
+        folder, SPHERE + loading
+    )
 
 
 def test_importing_the_module_loads_nothing_heavy():

@@ -266,8 +266,24 @@ def test_14_two_rough_surfaces_are_their_sum(histories):
     check_preliminary_displacement(histories["14_rough_on_rough"], 80e-3, height, radius)
 
 
+def test_15_the_drives_loops_are_those_of_a_ball_behind_a_spring(histories):
+    history = histories["15_instrument_in_series"]
+    stiffness, limit = 334e3, FRICTION * 30e-3
+    drive, force = history.drive_displacement.values, history.total_tangential_load.values
+    np.testing.assert_allclose(drive, history.tangential_displacement.values + force / stiffness, rtol=0, atol=1e-18)
+    # the first reversal, at 14 s and 300 nm, ends gross slip under 30 mN; noise moves the turning points by some nm
+    turn = int(np.flatnonzero(history.time.values <= 14.0)[-1])
+    assert force[turn] == pytest.approx(limit, rel=1e-3)
+    approach = (9 * 30e-3**2 / (16 * 2.5e-3 * CONTACT_MODULUS**2)) ** (1 / 3)
+    down = np.flatnonzero((history.time.values > 14.0) & (history.time.values < 38.0) & (np.abs(force) < 0.9 * limit))
+    share = (limit - force[down]) / (2 * limit)
+    contact = drive[turn] - 2 * RATIO * FRICTION * approach * (1 - (1 - share) ** (2 / 3))
+    # on the way down, by Masing's rule, behind the spring; the waypoints' normal load is noisy by nothing
+    np.testing.assert_allclose(drive[down], contact - (limit - force[down]) / stiffness, rtol=0, atol=1e-12)
+
+
 def test_the_data_are_made_again_byte_for_byte(tmp_path):
-    for name in ("make_sequences.py", "make_heights.py"):
+    for name in ("make_sequences.py", "make_heights.py", "make_loops.py"):
         script = tmp_path / name
         script.write_bytes((ROOT / "data" / name).read_bytes())
         subprocess.run([sys.executable, script], check=True, capture_output=True)

@@ -596,3 +596,16 @@ def test_the_triaxial_record_with_the_missing_name_is_read_by_names(tmp_path):
         read_table(path, {"t": Column("Time.(s)")}, {"t": "s"})
     with pytest.raises(InputError, match="'V' is not a unit of a force"):
         read_table(path, {"F": Column("Force.(V)")}, {"F": "N"})
+
+
+def test_with_its_line_given_a_short_header_names_the_first_columns(tmp_path):
+    path = tmp_path / "short.tsv"
+    path.write_text("1 July\nt (s)\tF (kN)\tT (degC)\n0\t1.5\t20\t21\n1\t2.5\t20\t21\n", encoding="utf-8")
+    columns, units = {"t": Column("t (s)"), "F": Column("F (kN)")}, {"t": "s", "F": "N"}
+    with pytest.raises(InputError, match=r"line 3: 4 values where the header names 3 columns.*; header = 2 takes its"):
+        read_table(path, columns, units)
+    found = read_table(path, columns, units, Format(header=2))
+    assert found.columns["F"].tolist() == [1500.0, 2500.0]
+    path.write_text("t (s)\tF (kN)\n0\t1.5\t20\n1\t2.5\t20\t21\t3\n", encoding="utf-8")
+    with pytest.raises(InputError, match="line 3: 5 values"):
+        read_table(path, columns, units, Format(header=1))

@@ -1,7 +1,7 @@
 """Picture of a model beside a measurement."""
 
 import textwrap
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 Floats = npt.NDArray[np.float64]
 
 MOST_POINTS = 50_000
-MEASURED, MODEL = "#d1603d", "#12355b"
+MEASURED, CORRECTED, MODEL = "#d1603d", "#e0b73c", "#12355b"
 
 
 def comparison_picture(comparison: Comparison, title: str = "") -> "Figure":
@@ -63,16 +63,16 @@ def _draw_loops(axes: "Axes", comparison: Comparison) -> None:
     factor, prefix = prefixed(float(np.abs(observation.displacement).max()))
     force, force_prefix = _force(comparison)
     axes.axhline(0, color=FAINT, linewidth=0.4, zorder=0)
-    axes.plot(
-        observation.displacement[shown] * factor,
-        observation.tangential_load[shown] * force,
-        ".",
-        color=MEASURED,
-        markersize=1.6,
-        markeredgewidth=0,
-        label="measured",
-        rasterized=True,
-    )
+    dots: dict[str, Any] = {
+        "linestyle": "",
+        "marker": ".",
+        "ms": 2.4,
+        "markeredgewidth": 0,
+        "rasterized": True,
+        "zorder": 3,
+    }
+    load, modelled = observation.tangential_load, passage.tangential_load
+    axes.plot(observation.displacement[shown] * factor, load[shown] * force, color=MEASURED, label="measured", **dots)
     # along a branch the model passes the displacements in their order, not in that of time
     order = np.concatenate(
         [
@@ -86,19 +86,21 @@ def _draw_loops(axes: "Axes", comparison: Comparison) -> None:
     )
     # of a long record no more than a page can show, and all turning points
     order = order[np.union1d(np.arange(0, order.size, -(-order.size // MOST_POINTS)), observation.turns)]
-    axes.plot(
-        passage.displacement[order] * factor,
-        passage.tangential_load[order] * force,
-        color=MODEL,
-        linewidth=0.8,
-        label="model",
-        rasterized=True,
-    )
-    axes.legend(loc="upper left", borderaxespad=0.1, markerscale=4)
+    line: dict[str, Any] = {"color": MODEL, "linewidth": 0.8, "rasterized": True}
+    axes.plot(passage.displacement[order] * factor, modelled[order] * force, label="model", **line)
+    if not comparison.instrument.rigid:
+        stiffness = comparison.instrument.lateral_stiffness
+        contact = observation.displacement - load / stiffness
+        dots["color"] = CORRECTED
+        axes.plot(contact[shown] * factor, load[shown] * force, label="measured, of the contact", **dots)
+        contact = passage.displacement - modelled / stiffness
+        line["linestyle"] = (0, (4, 1.5))
+        axes.plot(contact[order] * factor, modelled[order] * force, label="model, of the contact", **line)
+    axes.legend(loc="center", markerscale=3)
     axes.margins(0.06)
     axes.set(
         title="Friction loops",
-        xlabel=f"measured displacement ({prefix}m)",
+        xlabel=f"displacement ({prefix}m)",
         ylabel=f"tangential load $T$ ({force_prefix}N)",
     )
 

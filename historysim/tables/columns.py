@@ -138,7 +138,8 @@ class Format:
         The decimal sign of a text, ``"."`` or ``","``.
     header : int, optional
         The line of a text that names the columns, counted from 1; 0 where there is none. When not given, it is the
-        first line that holds all names asked for.
+        first line that holds all names asked for. When given, it may have fewer names than there are columns: they
+        are those of the first ones.
     encoding : str
         The encoding of a text or of JSON.
     comment : str

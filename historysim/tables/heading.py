@@ -281,10 +281,15 @@ class Head:
         first = rows[0].fields(delimiter) if rows else []
         if not first or len(_without_blank_end(first)) <= len(names) <= len(first):
             return heading
+        if self.layout.header and len(names) < len(first):
+            # whoever gives the line has seen that the names stand over the first columns
+            unnamed = ("",) * (len(first) - len(names))
+            return attrs.evolve(heading, width=len(first), names=(*names, *unnamed))
         problem = (
             f"{ragged(rows[0].number, len(first), f'the header names {len(names)} columns')}; if the line is as it "
             "should be, a name is missing or superfluous, and others may stand over the wrong columns: give columns by "
-            f"position, as in {{ column = 3 }}, or say which line is the header, if it is not line {header.number}"
+            f"position, as in {{ column = 3 }}, or say which line is the header; header = {header.number} takes its "
+            "names for those of the first columns"
         )
         return attrs.evolve(heading, width=_width(rows, delimiter, len(first)), misfit=problem)
 
