@@ -193,9 +193,11 @@ def plot(file: Path, output: Path | None, step: str | None, adhesion: bool, **he
 @click.option("--encoding", default="utf-8", show_default=True, help="The encoding of a text.")
 def columns(file: Path, delimiter: str | None, decimal: str, header: int | None, encoding: str) -> None:
     """List the columns of FILE, a file of numbers, as a scenario names them."""
+    from historysim.schema import reported
     from historysim.tables import Format, describe
 
-    layout = Format(delimiter=delimiter, decimal=decimal, header=header, encoding=encoding)
+    with reported("columns"):
+        layout = Format(delimiter=delimiter, decimal=decimal, header=header, encoding=encoding)
     found = describe(file, layout)
     _print_table([("column", "unit", "values", "first"), *((c.column, c.unit, c.values, c.first) for c in found)])
 

@@ -163,6 +163,19 @@ def test_how_adhesive_a_scenario_is(folder):
     assert "expected a scenario" in call("plot", "ball.nc", "--adhesion").output
 
 
+def test_the_columns_of_a_file_are_listed(folder):
+    (folder / "loads.csv").write_text("t (s);F (kN)\n0,0;1,5\n0,5;2,5\n", encoding="utf-8")
+    done = call("columns", "loads.csv", "--decimal", ",")
+    assert done.exit_code == 0
+    assert done.output.splitlines() == [
+        "column    unit  values  first",
+        '"t (s)"   s     2       0,0',
+        '"F (kN)"  kN    2       1,5',
+    ]
+    check_refusal(process(folder, "columns", "nothing.csv"), 2, "nothing.csv: there is no such file")
+    check_refusal(process(folder, "columns", "loads.csv", "--decimal", "x"), 2, "decimal")
+
+
 def test_help_answers_at_once():
     code = (
         "import sys\n"
