@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from historysim.contact.greenwood_williamson import GreenwoodWilliamson as GreenwoodWilliamson
     from historysim.ensemble import Ensemble as Ensemble
     from historysim.ensemble import EnsembleState as EnsembleState
+    from historysim.event_log import EventLog as EventLog
     from historysim.events import FrictionChange as FrictionChange
     from historysim.events import NormalDisplacement as NormalDisplacement
     from historysim.events import NormalLoad as NormalLoad
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "asperity": ("Asperity", "SlipState"),
     "ensemble": ("Ensemble", "EnsembleState"),
+    "event_log": ("EventLog",),
     "events": ("FrictionChange", "NormalDisplacement", "NormalLoad", "TangentialDisplacement", "TangentialLoad"),
     "instrument": ("Instrument",),
     "materials": ("Material", "MaterialPair", "material"),

@@ -81,21 +81,207 @@ def main() -> None:
 @click.option("-o", "--output", type=path_type, help="The result (netCDF). [default: SCENARIO's name with .nc, here]")
 @click.option("--plot", "with_picture", is_flag=True, help="Also draw the result, beside it.")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing.")
-def run(scenario: Path, output: Path | None, with_picture: bool, quiet: bool) -> None:
-    """Replay SCENARIO (TOML) and write the history to a netCDF file."""
+@click.option("--resume", is_flag=True, help="Go on where an earlier run was ended, from its log.")
+@click.option(
+    "--snapshot-every",
+    type=click.IntRange(1),
+    metavar="STEPS",
+    help="Steps that a crash costs at most. [default: some seconds of replay]",
+)
+@click.option("--compression", type=click.Choice(["none", "zlib", "zstd"]), default="none", show_default=True)
+def run(
+    scenario: Path,
+    output: Path | None,
+    with_picture: bool,
+    quiet: bool,
+    resume: bool,
+    snapshot_every: int | None,
+    compression: str,
+) -> None:
+    """Replay SCENARIO (TOML), or the log of a run, and write the history to a netCDF file.
+
+    The log, NAME.history, stands beside the result from the beginning.
+    """
     output = output or Path(f"{scenario.stem}.nc")
     _check_target(output, scenario)
+    _check_target(output.with_suffix(".history"), *([] if scenario.suffix == ".history" else [scenario, output]))
     picture = output.with_suffix(".png")
     if with_picture:
         _check_target(picture, scenario, output)
     from historysim import analysis, simulation
 
-    with simulation.run(scenario, output, progress=not quiet) as history:
+    with simulation.run(
+        scenario,
+        output,
+        progress=not quiet,
+        resume=resume,
+        snapshot_every=snapshot_every,
+        compression=compression,
+        tell=_notice,
+    ) as history:
         if with_picture:
             _draw(history, picture)
         lines = [*analysis.summary(history), ("result", str(output))]
     if not quiet:
         _print_lines([*lines, ("picture", str(picture))] if with_picture else lines)
+
+
+@main.command()
+@click.argument("file", type=path_type)
+@click.option("--log", type=path_type, help="The log of a result. [default: NAME.history beside it]")
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing where all is well.")
+def verify(file: Path, log: Path | None, quiet: bool) -> None:
+    """Replay the log of a result, FILE, and compare every bit; or check FILE, a log, and its snapshots."""
+    from historysim import verification
+
+    if _is_log(file):
+        events, snapshots, digest = verification.verify_log(file, tell=_notice)
+        lines = [("events", f"{events:,}, sound"), ("snapshots", f"{snapshots:,}, as replayed"), ("digest", digest)]
+    else:
+        if file.is_file() and not _is_netcdf(file):
+            raise InputError(f"{file}: is neither a result of historysim run (netCDF) nor a log (NAME.history)")
+        differences = verification.verify_result(file, log, progress=not quiet, tell=_notice)
+        if differences:
+            told = "\n".join(f"  {difference.text}" for difference in differences)
+            raise NotPossible(f"{file}: is not what its log gives:\n{told}")
+        lines = [(str(file), "is what its log gives, bit for bit")]
+    if not quiet:
+        _print_lines(lines)
+
+
+@main.command()
+@click.argument("log", type=path_type)
+@click.option("--at", "moment", help='The time, as "12.5 s" or in s. [default: the end]')
+@click.option("--asperity", type=int, help="Look at this asperity: its state, its reversal points.")
+@click.option("-o", "--output", type=path_type, help="Write all asperities (netCDF); with --asperity a picture.")
+def state(log: Path, moment: str | None, asperity: int | None, output: Path | None) -> None:
+    """Say what the state was at a time in LOG (NAME.history)."""
+    if output is not None:
+        _check_target(output, log)
+    from historysim.event_log import EventLog
+    from historysim.units import quantity_text
+
+    with EventLog(log) as events:
+        time = float("inf") if moment is None else _time(moment, "--at")
+        found = events.state(at=time, tell=_notice)
+        if asperity is not None:
+            from historysim.plots.traction import reversal_table, summary, traction_picture
+
+            one = events.ensemble.asperity(asperity, found)
+            _print_lines(summary(one))
+            _print_table(reversal_table(one))
+            if output is not None:
+                _save(traction_picture(one), output)
+                click.echo(output)
+            return
+        _print_lines(
+            [
+                ("normal load", quantity_text(found.normal_load, "N")),
+                ("tangential load", quantity_text(found.tangential_load, "N")),
+                ("approach", quantity_text(found.approach, "m")),
+                ("tangential displacement", quantity_text(found.tangential_displacement, "m")),
+                ("dissipated energy", quantity_text(found.dissipated_energy, "J")),
+                ("stored energy", quantity_text(found.stored_energy, "J")),
+            ]
+        )
+        if output is not None:
+            _written(events.state_dataset(at=time), output)
+
+
+@main.command()
+@click.argument("log", type=path_type)
+@click.option("--at", "moment", required=True, help='The time, as "12.5 s" or in s.')
+@click.option("-o", "--output", type=path_type, required=True, help="The new log.")
+def fork(log: Path, moment: str, output: Path) -> None:
+    """Copy the past of LOG (NAME.history) up to a time to a new log, for another future."""
+    _check_target(output, log)
+    from historysim.event_log import EventLog
+
+    with EventLog(log) as events, events.fork(_time(moment, "--at"), output, tell=_notice) as made:
+        click.echo(f"{output}: {len(made):,} events")
+
+
+@main.command()
+@click.argument("log", type=path_type)
+@click.argument("table", type=path_type)
+def append(log: Path, table: Path) -> None:
+    """Append the events in TABLE (CSV) to LOG (NAME.history).
+
+    The table has a header line: time, and one or more of normal_load, normal_displacement, tangential_load,
+    tangential_displacement, friction. Numbers are SI, or carry units; an empty cell is no event.
+    """
+    from historysim.event_log import EventLog
+    from historysim.load_table import read_events
+
+    with EventLog(log) as events:
+        new = read_events(table)
+        try:
+            events.append(new)
+        except InputError as error:
+            raise InputError(f"{table}: {error}") from error
+        click.echo(f"{log}: {len(new):,} events appended, {len(events):,} in all")
+
+
+@main.command("log")
+@click.argument("file", metavar="LOG", type=path_type)
+@click.option("--kind", multiple=True, help="Only events of this kind: normal_load, friction, …; may come twice.")
+@click.option("--from", "begin", help='Only from this time on, as "12.5 s" or in s.')
+@click.option("--to", "end", help="Only up to this time.")
+@click.option("--first", type=click.IntRange(0), help="Only so many, the first ones.")
+@click.option("--last", type=click.IntRange(0), help="Only so many, the last ones.")
+def list_log(
+    file: Path, kind: tuple[str, ...], begin: str | None, end: str | None, first: int | None, last: int | None
+) -> None:
+    """List the events of LOG (NAME.history)."""
+    from historysim.event_log import EventLog
+    from historysim.events import time_text
+    from historysim.load_table import KINDS, name_of, value_text
+
+    for name in kind:
+        if name not in KINDS:
+            raise InputError(f"--kind {name}: expected one of {', '.join(KINDS)}")
+    start, stop = _time(begin or "-inf", "--from"), _time(end or "inf", "--to")
+    with EventLog(file) as log:
+        chosen = [
+            (number, event)
+            for number, event in enumerate(log.events())
+            if start <= event.time <= stop and (not kind or name_of(event) in kind)
+        ]
+    chosen = chosen[: len(chosen) if first is None else first]
+    chosen = chosen if last is None else chosen[max(len(chosen) - last, 0) :]
+    rows = [("event", "time", "kind", "value")]
+    for number, event in chosen:
+        name = name_of(event)
+        unit = "" if name == "friction" else f" {KINDS[name][1]}"
+        rows.append((str(number), time_text(event.time), name, f"{value_text(event)}{unit}"))
+    _print_table(rows)
+
+
+def _notice(text: str) -> None:
+    click.echo(f"Note: {text}", err=True)
+
+
+def _time(text: str, option: str) -> float:
+    from historysim.units import quantity
+
+    try:
+        return float(text)
+    except ValueError:
+        pass
+    try:
+        return quantity(text, "s")
+    except InputError as error:
+        raise InputError(f"{option}: {error}") from error
+
+
+def _written(history: "xr.Dataset", output: Path) -> None:
+    unfinished = output.with_name(f".{output.name}.{os.getpid()}.part")
+    try:
+        history.to_netcdf(unfinished)
+        unfinished.replace(output)
+    finally:
+        unfinished.unlink(missing_ok=True)
+    click.echo(output)
 
 
 @main.command()
@@ -123,10 +309,13 @@ def height_map_options(command: Callable[..., None]) -> Callable[..., None]:
 @click.argument("file", type=path_type)
 @height_map_options
 def show(file: Path, **height_map: Any) -> None:
-    """Say in a few lines what FILE holds: a scenario, a result, or a height map."""
+    """Say in a few lines what FILE holds: a scenario, a result, a log, or a height map."""
     kind = _kind(file)
     if kind == "scenario":
         _print_lines(_scenario_lines(file))
+        return
+    if kind == "log":
+        _print_lines(_log_lines(file))
         return
     if kind == "height map":
         from historysim.surfaces.summary import summary
@@ -169,6 +358,8 @@ def plot(file: Path, output: Path | None, step: str | None, adhesion: bool, **he
         beside = file if kind == "result" else Path(file.name)
         output = beside.with_name(f"{file.stem}_surface.png" if step or kind != "result" else f"{file.stem}.png")
     _check_target(output, file)
+    if kind == "log":
+        raise InputError(f"{file}: is a log; expected its result; historysim run {file} makes it again")
     from historysim.plots.surface import surface_picture
 
     if kind == "scenario":
@@ -384,6 +575,23 @@ def _adhesion_lines(contact: "AdheringAsperities | None") -> list[tuple[str, str
     ]
 
 
+def _log_lines(path: Path) -> list[tuple[str, str]]:
+    from historysim.event_log import EventLog
+    from historysim.units import duration_text
+
+    with EventLog(path) as log:
+        events, settings = log.events(), log.settings
+        duration = f" over {duration_text(events[-1].time - events[0].time)}" if events else ""
+        return [
+            ("title", settings["title"] or path.stem),
+            ("asperities", f"{len(log.ensemble):,}"),
+            ("events", f"{len(events):,}{duration}"),
+            ("substeps", str(settings["substeps"])),
+            ("made with", f"historysim {settings['historysim_version']}, {settings['made_with']}"),
+            ("digest", log.digest),
+        ]
+
+
 def _kind(path: Path) -> str:
     """Tell a scenario, a result and a height map apart."""
     if path.suffix == ".toml":
@@ -394,6 +602,8 @@ def _kind(path: Path) -> str:
         raise InputError(
             f"{path}: there is no such file; expected a scenario, a result of historysim run, or a height map"
         )
+    if _is_log(path):
+        return "log"
     if not _is_netcdf(path):
         return "height map"
     import netCDF4
@@ -500,6 +710,14 @@ def _print_lines(lines: Iterable[tuple[str, str]]) -> None:
     width = max((len(label) for label, _ in lines), default=0) + 2
     for label, value in lines:
         click.echo(f"{label:<{width}}{value}")
+
+
+def _is_log(path: Path) -> bool:
+    try:
+        with path.open("rb") as stream:
+            return stream.read(16) == b"SQLite format 3\x00"
+    except (OSError, ValueError):
+        return False
 
 
 def _is_netcdf(path: Path) -> bool:

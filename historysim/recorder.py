@@ -31,6 +31,13 @@ Selection = str | Sequence[int]
 BLOCK_CELLS = 1 << 21
 """Rows times asperities that are held in memory between writes to a file."""
 
+CHUNK_CELLS = 1 << 17
+COMPRESSIONS: dict[str, dict[str, Any]] = {
+    "none": {},
+    "zlib": {"compression": "zlib", "complevel": 1, "shuffle": True},
+    "zstd": {"compression": "zstd", "complevel": 3, "shuffle": True},
+}
+
 
 def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selection) -> npt.NDArray[np.int64] | None:
     """Return the indices of the asperities to record, ascending, or None for totals alone.
@@ -179,7 +186,7 @@ class DatasetRecorder(Recorder):
                 variable.dimensions, values, variable.attributes, encoding={"_FillValue": None, "dtype": variable.dtype}
             )
             for variable, values in [
-                *_coordinates(self.ensemble, self.asperities),
+                *coordinates_of(self.ensemble, self.asperities),
                 (COORDINATES[0], self._times),
                 *self._projected(self._rows),
             ]
@@ -193,9 +200,13 @@ class DatasetRecorder(Recorder):
 @final
 @attrs.define
 class FileRecorder(Recorder):
-    """Rows of one history, streamed to a netCDF file; use it through `recording`."""
+    """Rows of one history, streamed to a netCDF file; use it through `recording`.
+
+    Every variable has checksums (Fletcher-32), which the netCDF library checks on reading.
+    """
 
     file: "netCDF4.Dataset"
+    compression: str = "none"
     _rows: kernel.Rows = attrs.field(init=False)
 
     def __attrs_post_init__(self) -> None:
@@ -203,18 +214,29 @@ class FileRecorder(Recorder):
         self.file.createDimension("step", self.steps)
         if self.asperities is not None:
             self.file.createDimension("asperity", self.columns)
-        fixed = _coordinates(self.ensemble, self.asperities)
+        fixed = coordinates_of(self.ensemble, self.asperities)
         declared = [variable for variable, _ in fixed]
         declared += [COORDINATES[0], *self.totals, *(PER_ASPERITY if self.asperities is not None else ())]
         auxiliary = [variable.name for variable in declared if variable in COORDINATES and variable.name != "asperity"]
         for variable in declared:
-            made = self.file.createVariable(variable.name, variable.dtype, variable.dimensions, fill_value=False)
+            made = self.file.createVariable(
+                variable.name, variable.dtype, variable.dimensions, fill_value=False, **self._storage(variable)
+            )
             made.setncatts(variable.attributes)
             if variable not in COORDINATES:
                 beside = [name for name in auxiliary if self.file[name].dimensions[0] in variable.dimensions]
                 made.coordinates = " ".join(beside)
         for variable, values in fixed:
             self.file[variable.name][:] = values
+
+    def _storage(self, variable: Variable) -> dict[str, Any]:
+        """How a variable is cut into chunks, which checksums and compression need."""
+        sizes = [len(self.file.dimensions[name]) for name in variable.dimensions]
+        if 0 in sizes:
+            return {}
+        inner = min(sizes[-1], CHUNK_CELLS)
+        outer = [max(1, min(sizes[0], CHUNK_CELLS // inner))] if len(sizes) > 1 else []
+        return {"chunksizes": [*outer, inner], "fletcher32": True, **COMPRESSIONS[self.compression]}
 
     def room(self, count: int) -> kernel.Rows:
         """Return room for the next rows."""
@@ -238,6 +260,9 @@ def recording(
     steps: int,
     attributes: Mapping[str, Any],
     instrument: Instrument = RIGID,
+    *,
+    compression: str = "none",
+    unfinished: Path | None = None,
 ) -> Iterator[FileRecorder]:
     """Record into a netCDF file, which appears under its name only when all rows stand in it.
 
@@ -247,26 +272,37 @@ def recording(
         An existing file is replaced, at the end.
     ensemble, asperities, steps, attributes, instrument
         See `Recorder`.
+    compression : {"none", "zlib", "zstd"}
+    unfinished : Path, optional
+        What the file is called until then, on the same disk; by default a name of its own beside it.
 
     Raises
     ------
+    InputError
+        Another compression.
     OSError
         The folder cannot be written to, or the disk is full.
     """
     import netCDF4
 
+    check_compression(compression)
     # made here first, because the message of the netCDF library would not say what was wrong
     try:
-        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+        if unfinished is None:
+            handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+        else:
+            handle, name = os.open(unfinished, os.O_CREAT | os.O_WRONLY, 0o600), str(unfinished)
     except OSError as error:
         raise OSError(error.errno, error.strerror, str(path)) from None
     os.close(handle)
     try:
         with netCDF4.Dataset(name, "w", format="NETCDF4") as file:
-            yield FileRecorder(ensemble, asperities, steps, attributes, file, instrument=instrument)
+            yield FileRecorder(ensemble, asperities, steps, attributes, file, compression, instrument=instrument)
             file.setncattr("complete", np.int8(1))
         Path(name).chmod(0o666 & ~_umask())
+        _sync(name)
         Path(name).replace(path)
+        _sync(path.parent)
     except RuntimeError as error:
         # the only type of error that the netCDF library has for whatever the system refuses
         if not str(error).startswith("NetCDF: "):
@@ -276,13 +312,34 @@ def recording(
         Path(name).unlink(missing_ok=True)
 
 
+def check_compression(compression: str) -> None:
+    """Check that a result can be compressed in a way.
+
+    Raises
+    ------
+    InputError
+        An unknown way.
+    """
+    if compression not in COMPRESSIONS:
+        raise InputError(f"compression is {compression!r}; expected one of {', '.join(COMPRESSIONS)}")
+
+
+def _sync(path: str | Path) -> None:
+    """Bring a file, or what a folder names, to the disk: a rename must not come before what it names."""
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
 def _umask() -> int:
     mask = os.umask(0)
     os.umask(mask)
     return mask
 
 
-def _coordinates(ensemble: Ensemble, asperities: npt.NDArray[np.int64] | None) -> list[tuple[Variable, Array]]:
+def coordinates_of(ensemble: Ensemble, asperities: npt.NDArray[np.int64] | None) -> list[tuple[Variable, Array]]:
     """Coordinates along ``asperity``, with their values."""
     if asperities is None:
         return []

@@ -1,5 +1,6 @@
 """The surface beside the history: its summits, and its height map where there is one, as a group of a result."""
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -64,6 +65,20 @@ def dataset(summits: Summits, surface: Surface | None = None) -> "xr.Dataset":
 def _fill_value(variable: Variable) -> float | None:
     """Give what stands for a missing value: NaN for heights; nothing else is ever missing."""
     return np.nan if variable.name == "height" else None
+
+
+def from_arrays(arrays: Mapping[str, Array], attributes: Mapping[str, Any]) -> "xr.Dataset":
+    """Return what `dataset` gives from the arrays of its variables."""
+    import xarray as xr
+
+    return xr.Dataset(
+        {
+            variable.name: (variable.dimensions, arrays[variable.name], variable.attributes)
+            for variable in (*SURFACE, *SUMMITS)
+            if variable.name in arrays
+        },
+        attrs=dict(attributes),
+    )
 
 
 def write(file: "netCDF4.Dataset", content: "xr.Dataset") -> None:

@@ -63,7 +63,7 @@ def test_run_writes_the_result_here_and_says_what_came_out(folder):
     assert lines["result"] == "ball.nc"
     assert "peak normal load          50 mN\n" in done.stdout
     assert "peak tangential load      8 mN\n" in done.stdout
-    assert files(folder) == ["ball.nc", "ball.toml"]
+    assert files(folder) == ["ball.history", "ball.nc", "ball.toml"]
     with netCDF4.Dataset(folder / "ball.nc") as result:
         assert result.title == "a ball"
         assert result["total_tangential_load"][-1] == pytest.approx(8e-3)
@@ -73,7 +73,7 @@ def test_run_draws_beside_its_output(folder):
     (folder / "results").mkdir()
     done = call("run", "ball.toml", "-o", "results/out.nc", "--plot")
     assert done.exit_code == 0
-    assert files(folder / "results") == ["out.nc", "out.png"]
+    assert files(folder / "results") == ["out.history", "out.nc", "out.png"]
     assert (folder / "results/out.png").read_bytes().startswith(b"\x89PNG")
     assert done.output.splitlines()[-2].split() == ["result", "results/out.nc"]
     assert done.output.splitlines()[-1].split() == ["picture", "results/out.png"]
@@ -82,7 +82,7 @@ def test_run_draws_beside_its_output(folder):
 def test_run_can_be_quiet(folder):
     done = call("run", "ball.toml", "--quiet", "--plot")
     assert (done.exit_code, done.output) == (0, "")
-    assert files(folder) == ["ball.nc", "ball.png", "ball.toml"]
+    assert files(folder) == ["ball.history", "ball.nc", "ball.png", "ball.toml"]
 
 
 def test_validate_reads_and_writes_nothing(folder):
@@ -112,7 +112,7 @@ def test_plot_draws_beside_the_result_or_where_it_is_told(folder):
     assert call("plot", "ball.nc", "-o", "loop.PDF").exit_code == 0
     assert (folder / "loop.svg").read_text(encoding="utf-8").startswith("<?xml")
     assert (folder / "loop.PDF").read_bytes().startswith(b"%PDF")
-    assert files(folder) == ["ball.nc", "ball.png", "ball.toml", "loop.PDF", "loop.svg"]
+    assert files(folder) == ["ball.history", "ball.nc", "ball.png", "ball.toml", "loop.PDF", "loop.svg"]
 
 
 def test_a_height_map_is_shown_and_drawn(folder):
@@ -149,7 +149,10 @@ seed = 3"""
     assert call("run", "ball.toml", "-q").exit_code == 0
     assert call("plot", "ball.nc", "--step", "0").exit_code == 0
     assert files(folder) == sorted(
-        ["ball.nc", "ball.toml", "ball_surface.png", "last.svg", "rough.nc", "rough.toml", "rough_surface.png"]
+        [
+            *("ball.history", "ball.nc", "ball.toml", "ball_surface.png", "last.svg"),
+            *("rough.history", "rough.nc", "rough.toml", "rough_surface.png"),
+        ]
     )
 
 
@@ -198,6 +201,119 @@ def test_the_version_is_told(folder):
     assert done.stdout.endswith(f"version {historysim.__version__}\n")
 
 
+# -- the log ---------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def ran(folder):
+    assert call("run", "ball.toml", "-q", "--snapshot-every", "3").exit_code == 0
+    return folder
+
+
+@pytest.mark.usefixtures("ran")
+def test_a_result_and_its_log_are_verified():
+    done = call("verify", "ball.nc")
+    assert (done.exit_code, done.output) == (0, "ball.nc  is what its log gives, bit for bit\n")
+    done = call("verify", "ball.history")
+    assert done.exit_code == 0
+    assert "events     2, sound\n" in done.output
+    assert "ball.history" not in call("verify", "ball.nc", "-q").output
+    assert "events               " not in call("show", "ball.history").output
+    assert "digest" in call("show", "ball.history").output
+
+
+def test_a_changed_result_is_told_where(ran):
+    with netCDF4.Dataset(ran / "ball.nc", "a") as result:
+        result["total_tangential_load"][4] = 1.0
+    done = process(ran, "verify", "ball.nc")
+    check_refusal(
+        done, 1, "ball.nc: is not what its log gives:\n  total_tangential_load: 1 values differ, first at step 4"
+    )
+    (ran / "ball.history").unlink()
+    check_refusal(process(ran, "verify", "ball.nc"), 2, "ball.nc: its log ball.history is not there")
+
+
+def test_the_state_is_told_at_any_time(ran):
+    done = call("state", "ball.history", "--at", "0.5 s")
+    assert done.exit_code == 0
+    assert "normal load              50 mN\n" in done.output
+    assert "tangential load          4 mN\n" in done.output
+    assert "tangential load          8 mN\n" in call("state", "ball.history").output
+    assert call("state", "ball.history", "--at", "0.5", "-o", "all.nc").output.endswith("all.nc\n")
+    with netCDF4.Dataset(ran / "all.nc") as all_asperities:
+        assert all_asperities["tangential_load"][0, 0] == pytest.approx(4e-3)
+        assert all_asperities["time"][0] == 0.5
+    done = call("state", "ball.history", "--asperity", "0", "-o", "traction.png")
+    assert "slip state         partial slip\n" in done.output
+    assert "reversal point  radius" in done.output
+    assert (ran / "traction.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_fork_has_another_future(ran):
+    assert call("fork", "ball.history", "--at", "0.5", "-o", "fork.history").output == "fork.history: 3 events\n"
+    (ran / "more.csv").write_text("time,tangential_load\n2,-6 mN\n", encoding="utf-8")
+    done = call("append", "fork.history", "more.csv")
+    assert done.output == "fork.history: 1 events appended, 4 in all\n"
+    listed = call("log", "fork.history").output.splitlines()
+    assert listed[0].split() == ["event", "time", "kind", "value"]
+    assert listed[1].split() == ["0", "0", "s", "normal_load", "0.05", "N"]
+    assert listed[4].split() == ["3", "2", "s", "tangential_load", "-0.006", "N"]
+    assert call("run", "fork.history", "-q").exit_code == 0
+    assert call("verify", "fork.nc").exit_code == 0
+    with netCDF4.Dataset(ran / "fork.nc") as result:
+        assert result["total_tangential_load"][-1] == pytest.approx(-6e-3)
+    assert call("log", "ball.history", "--kind", "normal_load").output.count("\n") == 2
+    assert call("log", "fork.history", "--from", "0.4 s", "--to", "1").output.count("\n") == 3
+    assert call("log", "fork.history", "--first", "1").output.count("\n") == 2
+    assert call("log", "fork.history", "--last", "1").output.splitlines()[1].startswith("3 ")
+
+
+def test_a_run_is_resumed_from_its_log(ran):
+    (ran / "ball.nc").unlink()
+    done = call("run", "ball.toml", "--resume", "--compression", "zlib")
+    assert done.exit_code == 0
+    assert "Note: ball.history: has no snapshot whose rows are there" in done.stderr
+    assert call("verify", "ball.nc").exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["verify", "none.history"], "there is no such file"),
+        (["verify", "ball.toml"], "ball.toml: is neither a result of historysim run (netCDF) nor a log"),
+        (["state", "ball.nc"], "ball.nc: is no log, or damaged"),
+        (["state", "none.history"], "none.history: there is no such file; expected the log of a run"),
+        (["state", "ball.history", "--at", "noon"], "--at: 'noon'"),
+        (["state", "ball.history", "--asperity", "7"], "asperity 7 does not exist"),
+        (["state", "ball.history", "-o", "ball.history"], "would overwrite what it is made from"),
+        (["fork", "ball.history", "--at", "-1", "-o", "f.history"], "has no event up to t = -1 s"),
+        (["fork", "ball.history", "--at", "1", "-o", "ball.history"], "would overwrite what it is made from"),
+        (["append", "ball.history", "none.csv"], "none.csv: there is no such file; expected a table of events"),
+        (["append", "ball.history", "past.csv"], "past.csv: event 0 at t = 0.25 s: comes before the last event"),
+        (["log", "ball.history", "--kind", "load"], "--kind load: expected one of normal_load"),
+        (["run", "ball.toml", "-o", "x.history"], "x.history: would overwrite what it is made from"),
+        (["run", "ball.toml", "--snapshot-every", "0"], "Invalid value for '--snapshot-every'"),
+        (["plot", "ball.history"], "ball.history: is a log; expected its result"),
+    ],
+)
+def test_what_cannot_be_asked_of_a_log_gets_code_2(ran, arguments, said):
+    (ran / "past.csv").write_text("time,normal_load\n0.25,1 mN\n", encoding="utf-8")
+    before = files(ran)
+    check_refusal(process(ran, *arguments), 2, said)
+    assert files(ran) == before
+
+
+def test_a_log_that_is_being_written_is_told(ran):
+    from historysim.log.file import LogFile
+
+    (ran / "more.csv").write_text("time,normal_load\n5,1 mN\n", encoding="utf-8")
+    with LogFile(ran / "ball.history", write=True):
+        said = "ball.history: another process is writing it; wait until it is done"
+        check_refusal(process(ran, "append", "ball.history", "more.csv"), 1, said)
+        check_refusal(process(ran, "run", "ball.toml"), 1, said)
+        assert process(ran, "log", "ball.history").returncode == 0
+
+
 # -- how it ends when it cannot --------------------------------------------------------------------
 
 
@@ -222,7 +338,8 @@ def test_what_cannot_be_run_leaves_no_file(folder, old, new, code, said):
     (folder / "ball.toml").write_text(SCENARIO.replace(old, new), encoding="utf-8")
     (folder / "ball.nc").write_text("an older result", encoding="utf-8")
     check_refusal(process(folder, "run", "ball.toml", "--plot"), code, said)
-    assert files(folder) == ["ball.nc", "ball.toml"]
+    # loads that cannot be carried can be asked about
+    assert files(folder) == [*(["ball.history"] if code == 1 else []), "ball.nc", "ball.toml"]
     assert (folder / "ball.nc").read_text(encoding="utf-8") == "an older result"
 
 
@@ -305,7 +422,7 @@ def test_a_full_disk_ends_with_a_message(folder):
     command = ["sh", "-c", 'ulimit -f 1000; exec "$@"', "sh", sys.executable, "-m", "historysim", "run", "ball.toml"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     check_refusal(done, 1, "is the disk full?")
-    assert files(folder) == ["ball.toml"]
+    assert files(folder) == ["ball.history", "ball.toml"]
 
 
 def test_a_picture_that_fails_leaves_nothing_behind(folder, monkeypatch):
@@ -317,7 +434,7 @@ def test_a_picture_that_fails_leaves_nothing_behind(folder, monkeypatch):
 
     monkeypatch.setattr(Figure, "savefig", fail)
     assert call("run", "ball.toml", "--plot").exit_code == 1
-    assert files(folder) == ["ball.nc", "ball.toml"]
+    assert files(folder) == ["ball.history", "ball.nc", "ball.toml"]
 
 
 fuzz = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -339,7 +456,8 @@ def check_that_it_ends_well(folder, files_to_write):
     if done.exit_code:
         assert done.stderr.startswith("Error: ")
         assert "Traceback" not in done.stderr
-    assert files(folder) == sorted([*files_to_write, *([] if done.exit_code else ["s.nc"])])
+    written = {0: ["s.history", "s.nc"], 1: ["s.history"], 2: []}
+    assert files(folder) == sorted([*files_to_write, *written[done.exit_code]])
 
 
 @fuzz

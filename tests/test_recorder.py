@@ -502,7 +502,7 @@ def test_a_load_that_cannot_be_carried_leaves_an_older_file_as_it_was(scenario, 
     with pytest.raises(hs.LoadError, match=r"event 3 at t = 1\.5 s: "):
         hs.run(path, tmp_path / "out.nc")
     assert (tmp_path / "out.nc").read_bytes() == older
-    assert names(tmp_path) == ["five.toml", "out.nc"]
+    assert names(tmp_path) == ["five.toml", "out.history", "out.nc"]
 
 
 def test_a_finished_result_replaces_the_older_one_at_once(ensemble, tmp_path):

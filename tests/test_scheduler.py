@@ -11,7 +11,7 @@ import historysim as hs
 from historysim.ensemble import room
 from historysim.events import FrictionChange, LoadEvent
 from historysim.memory import kernel
-from historysim.scheduler import stretches
+from historysim.scheduler import AT_WAYPOINT, BEYOND_LAST, row_count, standing_at, stretches
 
 LOAD, DISPLACED = kernel.LOAD, kernel.DISPLACED
 HELD = (0.0, 0.0)
@@ -431,3 +431,48 @@ def test_breaking_stretches_changes_no_bit(ensemble):
         kept = (np.concatenate(totals), memory.now, memory.dissipated, memory.depth)
         ends.append([array.tobytes() for array in kept])
     assert ends[0] == ends[1] == ends[2]
+
+
+def test_stretches_break_between_times_however_often_friction_changes():
+    events = [hs.NormalLoad(0.0, 0.01)]
+    for time in range(1, 60):
+        events += [hs.TangentialLoad(time, 1e-4 * (time % 3)), hs.FrictionChange(time, 0.5 + 0.001 * (time % 2))]
+    plan = list(stretches(events, 2, 10))
+    stood = [stretch.standing for stretch in plan if stretch.standing]
+    assert len(stood) > 10
+    assert max(b.rows - a.rows for a, b in itertools.pairwise(stood)) < 10 + 2
+    assert [standing_at(events, standing.events, 2) for standing in stood] == stood
+
+
+def test_a_schedule_is_taken_up_where_it_stood():
+    events = [
+        hs.NormalLoad(0.0, 0.03),
+        hs.TangentialLoad(0.5, 0.001),
+        hs.FrictionChange(1.0, 0.4),
+        hs.NormalLoad(1.0, 0.02),
+        hs.NormalLoad(1.5, 0.025),
+        hs.NormalDisplacement(2.0, 0.02),
+        hs.TangentialDisplacement(3.0, 0.01),
+        hs.NormalLoad(4.0, 0.01),
+    ]
+    plan = list(stretches(events, 3, 1))
+    rows = []
+    for number, stretch in enumerate(plan):
+        rows.append(stretch.row_time.tolist())
+        if stretch.standing:
+            again = list(stretches(events, 3, 1, start=stretch.standing))
+            assert [one.row_time.tolist() for one in again] == [one.row_time.tolist() for one in plan[number + 1 :]]
+            for one, other in zip(again, plan[number + 1 :], strict=True):
+                assert all(np.array_equal(a, b) for a, b in zip(one.paths, other.paths, strict=True))
+                assert (one.standing, one.event) == (other.standing, other.event)
+            assert standing_at(events, stretch.standing.events, 3) == stretch.standing
+            assert stretch.standing.rows == sum(map(len, rows)) == row_count(events, 3, stretch.standing.time)
+
+
+def test_there_is_no_standing_in_the_midst_of_a_time():
+    events = [hs.NormalLoad(0.0, 0.01), hs.TangentialLoad(0.0, 0.0), hs.NormalLoad(1.0, 0.02)]
+    assert standing_at(events, 1) is None
+    assert standing_at(events, 0) is None
+    assert standing_at(events, 4) is None
+    assert standing_at(events, 2).heading == (AT_WAYPOINT, AT_WAYPOINT)
+    assert standing_at(events, 3).heading == (AT_WAYPOINT, BEYOND_LAST)

@@ -1,0 +1,141 @@
+"""The canonical form of events: the arrays that stand in a log, and the digests over them."""
+
+import hashlib
+import json
+import struct
+from collections import deque
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+
+from historysim.errors import InputError
+from historysim.events import (
+    Event,
+    FrictionChange,
+    LoadEvent,
+    NormalDisplacement,
+    NormalLoad,
+    TangentialDisplacement,
+    TangentialLoad,
+)
+
+KINDS: tuple[type[LoadEvent], ...] = (NormalLoad, NormalDisplacement, TangentialLoad, TangentialDisplacement)
+ONE_COEFFICIENT, MANY_COEFFICIENTS = len(KINDS), len(KINDS) + 1
+LINK = struct.Struct("<qqq")
+
+
+def digest(events: Iterable[Event]) -> str:
+    """SHA-256 of a sequence of events, over a canonical form that covers kind, order and every bit of the numbers."""
+    total = hashlib.sha256()
+    for event in events:
+        value = event.friction if isinstance(event, FrictionChange) else event.value
+        numbers = [number.hex() for number in value] if isinstance(value, tuple) else value.hex()
+        total.update(json.dumps([type(event).__name__, event.time.hex(), numbers]).encode() + b"\n")
+    return total.hexdigest()
+
+
+class Columns(NamedTuple):
+    """Events as bytes of little-endian arrays: a kind each (int8), a time and a value (float64).
+
+    A change of friction for each asperity has the number of its coefficients as value; they stand, one change after
+    the other, in ``coefficients`` (float64).
+    """
+
+    kind: bytes
+    time: bytes
+    value: bytes
+    coefficients: bytes
+
+
+def columns_of(events: Sequence[Event]) -> Columns:
+    """Return events, which have been checked, in columns."""
+    code = {kind: number for number, kind in enumerate(KINDS)}
+    kinds = bytearray()
+    values: list[float] = []
+    coefficients: list[float] = []
+    for event in events:
+        if isinstance(event, LoadEvent):
+            kinds.append(code[type(event)])
+            values.append(event.value)
+        elif isinstance(event.friction, tuple):
+            kinds.append(MANY_COEFFICIENTS)
+            values.append(float(len(event.friction)))
+            coefficients += event.friction
+        else:
+            kinds.append(ONE_COEFFICIENT)
+            values.append(event.friction)
+    time = np.fromiter((event.time for event in events), dtype="<f8", count=len(events))
+    return Columns(bytes(kinds), time.tobytes(), _floats(values), _floats(coefficients))
+
+
+def events_of(columns: Columns) -> list[Event]:
+    """Return the events that stand in columns.
+
+    Raises
+    ------
+    InputError
+        Columns that `columns_of` does not make.
+    """
+    kinds = np.frombuffer(columns.kind, dtype=np.int8)
+    if any(len(column) != 8 * kinds.size for column in (columns.time, columns.value)) or len(columns.coefficients) % 8:
+        raise InputError("holds columns of different lengths")
+    times, values = (np.frombuffer(column, dtype="<f8") for column in (columns.time, columns.value))
+    coefficients = np.frombuffer(columns.coefficients, dtype="<f8")
+    if kinds.size and not 0 <= kinds.min() <= kinds.max() <= MANY_COEFFICIENTS:
+        raise InputError("holds a kind of event that this version does not know; a later version has written it")
+    found = np.empty(kinds.size, dtype=object)
+    for code, kind in enumerate(KINDS):
+        where = np.flatnonzero(kinds == code)
+        found[where] = _made(kind, times[where].tolist(), values[where].tolist())
+    used = 0
+    for index in np.flatnonzero(kinds >= ONE_COEFFICIENT):
+        friction: float | tuple[float, ...] = float(values[index])
+        if kinds[index] == MANY_COEFFICIENTS:
+            count = int(values[index])
+            friction = tuple(coefficients[used : used + count].tolist())
+            used += count
+        found[index] = FrictionChange(float(times[index]), friction)
+    return list(found)
+
+
+def _made(kind: type[LoadEvent], times: list[float], values: list[float]) -> list[LoadEvent]:
+    """Make events of numbers that were checked when they came in: a million in the time of a tenth of them."""
+    events = [object.__new__(kind) for _ in times]
+    setters: dict[str, Any] = {field.name: getattr(kind, field.name).__set__ for field in attrs.fields(kind)}
+    deque(map(setters["time"], events, times), maxlen=0)
+    deque(map(setters["value"], events, values), maxlen=0)
+    return events
+
+
+def _floats(values: list[float]) -> bytes:
+    return np.array(values, dtype="<f8").tobytes()
+
+
+def link(before: bytes, first: int, columns: Columns) -> bytes:
+    """SHA-256 of a batch of events, chained to the link before it.
+
+    Parameters
+    ----------
+    before : bytes
+        The link before; that of the head for the first batch.
+    first : int
+        Events before this batch.
+    columns : Columns
+        The events.
+    """
+    total = hashlib.sha256(before + LINK.pack(first, len(columns.kind), len(columns.coefficients)))
+    for column in columns:
+        total.update(column)
+    return total.digest()
+
+
+def array_digest(arrays: Iterable[tuple[str, npt.NDArray[np.float64]]], text: str) -> bytes:
+    """SHA-256 of a text, and of named arrays with their shapes, as little-endian float64."""
+    total = hashlib.sha256(hashlib.sha256(text.encode()).digest())
+    for name, array in arrays:
+        total.update(json.dumps([name, array.shape]).encode())
+        total.update(array.astype("<f8", copy=False).tobytes())
+    return total.digest()

@@ -1,0 +1,158 @@
+"""The head of a log: everything beside the events that decides what comes out, so that no other file is needed."""
+
+import functools
+import json
+import math
+import platform
+from collections.abc import Mapping
+from typing import Any, Self
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+
+from historysim._version import __version__
+from historysim.ensemble import Ensemble
+from historysim.errors import InputError
+from historysim.instrument import RIGID, Instrument
+from historysim.log.canonical import array_digest
+from historysim.materials import MaterialPair
+
+Array = npt.NDArray[Any]
+
+FORMAT = 1
+OF_THE_ENSEMBLE = ("summit_height", "summit_radius", "friction", "x", "y")
+SURFACE = "surface."
+
+
+def made_with() -> str:
+    """Say which versions compute: bits may differ between them."""
+    import numba
+
+    return f"Python {platform.python_version()}, numpy {np.__version__}, numba {numba.__version__}"
+
+
+# slots would leave no room for what is computed once
+@attrs.frozen(eq=False, slots=False)
+class Head:
+    """What a log begins with.
+
+    Attributes
+    ----------
+    settings : dict
+        Numbers and texts that can stand in JSON: versions, the scenario as TOML text with its title and seed, the
+        moduli [Pa], the tolerance of the ensemble, the lateral stiffness of the instrument [N/m] (None where rigid),
+        substeps, saturate, and what is recorded.
+    arrays : dict
+        Of the ensemble, and what the result shows of the surface under names that begin with ``surface.``.
+    """
+
+    settings: Mapping[str, Any]
+    arrays: Mapping[str, Array] = attrs.field(repr=False)
+
+    @classmethod
+    def of(
+        cls,
+        ensemble: Ensemble,
+        *,
+        scenario: str = "",
+        title: str = "",
+        seed: int | None = None,
+        substeps: int = 1,
+        saturate: bool = False,
+        record: Any = "touching",
+        instrument: Instrument = RIGID,
+        surface: Mapping[str, Array] | None = None,
+        surface_attributes: Mapping[str, Any] | None = None,
+    ) -> Self:
+        """Put a head together; parameters as for `historysim.replay`, and the surface group of the result."""
+        arrays = {name: getattr(ensemble, name) for name in OF_THE_ENSEMBLE}
+        arrays |= {f"{SURFACE}{name}": values for name, values in (surface or {}).items()}
+        settings = {
+            "format": FORMAT,
+            "historysim_version": __version__,
+            "made_with": made_with(),
+            "scenario": scenario,
+            "title": title,
+            "seed": seed,
+            "contact_modulus": ensemble.pair.contact_modulus,
+            "shear_modulus": ensemble.pair.shear_modulus,
+            "tolerance": ensemble.tolerance,
+            "lateral_stiffness": None if instrument.rigid else instrument.lateral_stiffness,
+            "substeps": substeps,
+            "saturate": bool(saturate),
+            "record": record if isinstance(record, str) else [int(index) for index in record],
+            "surface_attributes": {
+                key: value.item() if isinstance(value, np.generic) else value
+                for key, value in (surface_attributes or {}).items()
+            },
+        }
+        kept = {
+            name: values.astype("<f8", order="C", copy=False) for name, values in arrays.items() if values is not None
+        }
+        return cls(settings, kept)
+
+    @property
+    def text(self) -> str:
+        """The settings, as they stand in the file."""
+        return json.dumps(self.settings, sort_keys=True, ensure_ascii=False, allow_nan=False)
+
+    @functools.cached_property
+    def link(self) -> bytes:
+        """The first link of the chain."""
+        return array_digest(sorted(self.arrays.items()), self.text)
+
+    @functools.cached_property
+    def ensemble(self) -> Ensemble:
+        """The ensemble, whole."""
+        own = {name: self.arrays[name] for name in OF_THE_ENSEMBLE if name in self.arrays}
+        pair = MaterialPair.from_moduli(
+            contact_modulus=self.settings["contact_modulus"], shear_modulus=self.settings["shear_modulus"]
+        )
+        return Ensemble(pair, **own, tolerance=self.settings["tolerance"])
+
+    @property
+    def instrument(self) -> Instrument:
+        """The instrument in series with the contact."""
+        stiffness = self.settings["lateral_stiffness"]
+        return Instrument(math.inf if stiffness is None else stiffness)
+
+    @property
+    def substeps(self) -> int:
+        """Rows per interval between event times."""
+        return int(self.settings["substeps"])
+
+    @property
+    def saturate(self) -> bool:
+        """Whether tangential loads beyond the friction limit are held at it."""
+        return bool(self.settings["saturate"])
+
+    @property
+    def record(self) -> Any:
+        """The asperities to record."""
+        return self.settings["record"]
+
+    @property
+    def version(self) -> str:
+        """The version of the program that made the log."""
+        return str(self.settings["historysim_version"])
+
+    @property
+    def surface(self) -> dict[str, Array]:
+        """Arrays of the surface group of the result."""
+        return {name.removeprefix(SURFACE): values for name, values in self.arrays.items() if name.startswith(SURFACE)}
+
+
+def head_from(text: str, arrays: Mapping[str, Array]) -> Head:
+    """Take a head from a file.
+
+    Raises
+    ------
+    InputError
+        A form that this version does not know.
+    """
+    settings = json.loads(text)
+    if not isinstance(settings, dict) or settings.get("format") != FORMAT:
+        form = settings.get("format") if isinstance(settings, dict) else settings
+        raise InputError(f"is a log of form {form!r}; expected {FORMAT}; a later version of historysim has written it")
+    return Head(settings, arrays)
