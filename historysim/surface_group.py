@@ -37,12 +37,10 @@ def dataset(summits: Summits, surface: Surface | None = None) -> "xr.Dataset":
         Dimensions ``summit`` and, with a map, ``x`` and ``y``; see `historysim.variables`. The attribute ``thinning``
         says that every so many-th point of the map is kept along x and along y.
     """
-    import xarray as xr
-
     columns = (summits.height, summits.radius, summits.x, summits.y)
-    values: list[tuple[Variable, Array]] = [
-        (variable, column) for variable, column in zip(SUMMITS, columns, strict=True) if column is not None
-    ]
+    arrays: dict[str, Array] = {
+        variable.name: column for variable, column in zip(SUMMITS, columns, strict=True) if column is not None
+    }
     attributes: dict[str, Any] = {"nominal_area": summits.nominal_area} if summits.nominal_area else {}
     if surface is not None:
         most = MOST_POINTS**2 if 1 in surface.shape else MOST_POINTS
@@ -51,34 +49,35 @@ def dataset(summits: Summits, surface: Surface | None = None) -> "xr.Dataset":
             np.arange(0, size, stride) * pixel
             for size, stride, pixel in zip(surface.shape, strides, surface.pixel_size, strict=True)
         )
-        values += zip(SURFACE, (*axes, surface.heights[:: strides[0], :: strides[1]]), strict=True)
-        attributes["thinning"] = np.array(strides, dtype=np.int32)
-    variables = {
-        variable.name: xr.Variable(
-            variable.dimensions, column, variable.attributes, encoding={"_FillValue": _fill_value(variable)}
-        )
-        for variable, column in values
-    }
-    return xr.Dataset(variables, attrs=attributes)
-
-
-def _fill_value(variable: Variable) -> float | None:
-    """Give what stands for a missing value: NaN for heights; nothing else is ever missing."""
-    return np.nan if variable.name == "height" else None
+        heights = surface.heights[:: strides[0], :: strides[1]]
+        arrays |= zip((variable.name for variable in SURFACE), (*axes, heights), strict=True)
+        attributes["thinning"] = strides
+    return from_arrays(arrays, attributes)
 
 
 def from_arrays(arrays: Mapping[str, Array], attributes: Mapping[str, Any]) -> "xr.Dataset":
     """Return what `dataset` gives from the arrays of its variables."""
     import xarray as xr
 
-    return xr.Dataset(
-        {
-            variable.name: (variable.dimensions, arrays[variable.name], variable.attributes)
-            for variable in (*SURFACE, *SUMMITS)
-            if variable.name in arrays
-        },
-        attrs=dict(attributes),
-    )
+    variables = {
+        variable.name: xr.Variable(
+            variable.dimensions,
+            arrays[variable.name],
+            variable.attributes,
+            encoding={"_FillValue": _fill_value(variable)},
+        )
+        for variable in (*SURFACE, *SUMMITS)
+        if variable.name in arrays
+    }
+    kept = {
+        key: np.array(value, dtype=np.int32) if isinstance(value, list) else value for key, value in attributes.items()
+    }
+    return xr.Dataset(variables, attrs=kept)
+
+
+def _fill_value(variable: Variable) -> float | None:
+    """Give what stands for a missing value: NaN for heights; nothing else is ever missing."""
+    return np.nan if variable.name == "height" else None
 
 
 def write(file: "netCDF4.Dataset", content: "xr.Dataset") -> None:

@@ -83,7 +83,7 @@ class Head:
             "saturate": bool(saturate),
             "record": record if isinstance(record, str) else [int(index) for index in record],
             "surface_attributes": {
-                key: value.item() if isinstance(value, np.generic) else value
+                key: value.tolist() if isinstance(value, np.generic | np.ndarray) else value
                 for key, value in (surface_attributes or {}).items()
             },
         }
