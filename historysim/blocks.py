@@ -81,7 +81,7 @@ class Blocks:
             unfinished.replace(path)
             sync_folder(self.folder)
         except OSError as error:
-            message = f"the result cannot be written ({error.strerror}); is the disk full?"
+            message = f"the rows cannot be written ({error.strerror}); is the disk full? then go on with --resume"
             raise OSError(error.errno or errno.EIO, message, str(self.folder)) from error
 
     def read(self, first: int) -> tuple[Array, kernel.Rows]:
@@ -130,6 +130,19 @@ class Blocks:
             number = path.stem if path.suffix == ".npz" else ""
             if path.name != "lock" and not (number.isdecimal() and int(number) < first):
                 path.unlink()
+
+    def check_room(self, output: Path) -> None:
+        """Check that a result of all blocks has room on the disk: HDF5 may crash where it meets the end of it.
+
+        Raises
+        ------
+        OSError
+            It has not.
+        """
+        needed = sum(path.stat().st_size for path in self.folder.glob("*.npz"))
+        if shutil.disk_usage(self.folder).free < needed:
+            message = f"No space left on device: the result needs {needed / 1e6:,.0f} MB; then go on with --resume"
+            raise OSError(errno.ENOSPC, message, str(output))
 
     def all(self, steps: int) -> Iterator[tuple[Array, kernel.Rows]]:
         """Read all blocks, in order."""

@@ -288,6 +288,8 @@ def project(
 def _assemble(head: Head, output: Path, target: BlockRecorder, attributes: dict[str, Any], compression: str) -> None:
     """Put the blocks together."""
     blocks, settings = target.blocks, head.settings
+    if compression == "none":
+        blocks.check_room(output)
     with recorder.recording(
         output,
         target.ensemble,

@@ -170,20 +170,21 @@ def faulty(tmp_path, stride):
     environment = {**os.environ, "LD_PRELOAD": str(library), "PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr[-2000:]
-    found = re.match(r"(\d+) calls; (\d+) runs went through, (\d+) ended with a message", done.stdout)
+    found = re.match(r"(\d+) calls; (\d+) runs went through, (\d+) ended with a message, (\d+) in a crash", done.stdout)
     return [int(number) for number in found.groups()]
 
 
 def test_a_write_sync_or_rename_that_fails_is_told_and_resumed(tmp_path):
-    calls, _, told = faulty(tmp_path, 19)
+    calls, _, told, _ = faulty(tmp_path, 19)
     assert calls > 40
     assert told > 10
 
 
 @pytest.mark.slow
 def test_every_write_sync_or_rename_may_fail(tmp_path):
-    calls, through, told = faulty(tmp_path, 1)
-    assert through + told == 6 * calls
+    calls, through, told, crashed = faulty(tmp_path, 1)
+    assert through + told + crashed == 6 * calls
+    assert crashed < 0.2 * told
 
 
 def test_a_folder_that_cannot_be_written_is_told(folder, monkeypatch):
@@ -195,6 +196,17 @@ def test_a_folder_that_cannot_be_written_is_told(folder, monkeypatch):
         hs.run(folder / "killed.toml", folder / "other.nc")
     monkeypatch.undo()
     assert names(folder) == ["killed.history", "killed.nc", "killed.toml"]
+
+
+def test_a_disk_without_room_for_the_result_is_told_and_the_run_goes_on_later(folder, whole, monkeypatch):
+    scenario, output, _ = interrupted(folder, monkeypatch)
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(10**9, 10**9, 10))
+    with pytest.raises(OSError, match=r"No space left on device: the result needs .* then go on with --resume"):
+        hs.run(scenario, output, resume=True, snapshot_every=EVERY)
+    monkeypatch.undo()
+    assert not output.exists()
+    hs.run(scenario, output, resume=True, snapshot_every=EVERY).close()
+    assert variables(output) == variables(whole / "killed.nc")
 
 
 # -- mixed up --------------------------------------------------------------------------------------
