@@ -19,10 +19,14 @@ if TYPE_CHECKING:
     from historysim.adhering import AdheringAsperities
     from historysim.comparison import Comparison
     from historysim.instrument import Instrument
+    from historysim.loops import Loops
     from historysim.measured.record import Record
     from historysim.observation import Observation, Passage
     from historysim.scenario import Scenario
     from historysim.surfaces.heights import Surface
+
+NOISE_SHARE = 0.05
+"""Swings of a result's displacement, over its range, below which no loop is looked for."""
 
 NETCDF_BEGINNINGS = (b"\x89HDF\r\n\x1a\n", b"CDF\x01", b"CDF\x02", b"CDF\x05")
 
@@ -396,7 +400,10 @@ def columns(file: Path, delimiter: str | None, decimal: str, header: int | None,
 @main.command()
 @click.argument("file", type=path_type)
 @click.option("--skip", default=0, show_default=True, help="Loops at the start to leave out.")
-@click.option("--dead-band", help='Swings below which there is no reversal, as "5 nm". [default: that of the scenario]')
+@click.option(
+    "--dead-band",
+    help="Swings below which there is no reversal, as \"5 nm\". [default: the scenario's; 5 % of a result's range]",
+)
 @click.option("-o", "--output", type=path_type, help="Also write all loops to this file (netCDF).")
 def loops(file: Path, skip: int, dead_band: str | None, output: Path | None) -> None:
     """Say what the friction loops of FILE are like: of a scenario's measured record, or of a result."""
@@ -415,27 +422,54 @@ def loops(file: Path, skip: int, dead_band: str | None, output: Path | None) -> 
         from historysim import analysis
 
         with _opened(file) as history:
+            displacement = history["tangential_displacement"].values
+            band = NOISE_SHARE * float(displacement.max() - displacement.min()) if band is None else band
             found = analysis.friction_loops(history, dead_band=band, skip=skip)
     else:
         from historysim.loops import find_loops
 
         loaded, record = _measured(file, *([] if output is None else [output]))
+        band = record.dead_band["tangential_displacement"] if band is None else band
         with _reported(loaded):
             found = find_loops(
                 record.time,
                 record["tangential_displacement"],
                 record["tangential_load"],
                 record.get("normal_load"),
-                dead_band=record.dead_band["tangential_displacement"] if band is None else band,
+                dead_band=band,
                 skip=skip,
             )
         _print_lines(record.remarks)
     if output is not None:
         with _finished(output) as unfinished:
             found.to_dataset().to_netcdf(unfinished)
+    _print_lines(_sequence_lines(found, band))
     _print_table(found.rows())
     if output is not None:
         click.echo(output)
+
+
+def _sequence_lines(loops: "Loops", dead_band: float) -> list[tuple[str, str]]:
+    """Say what range pairs the displacement has, and, at several loads, how friction goes with the load."""
+    import numpy as np
+
+    from historysim.fitting import power_law
+    from historysim.measured.range_pairs import range_pairs
+    from historysim.units import quantity_text
+
+    pairs = range_pairs(loops.record.displacement, dead_band=dead_band)
+    closed = pairs.range[pairs.count == 1]
+    largest = f", up to {quantity_text(float(closed.max()), 'm')}" if closed.size else ""
+    lines = [("range pairs", f"{closed.size:,} closed{largest}; {pairs.range.size - closed.size:,} half cycles")]
+    load, friction = loops.normal_load.mean(axis=1), loops.friction_coefficient.mean(axis=1)
+    known = (load > 0) & (friction > 0)
+    load, friction = load[known], friction[known]
+    # over one load there is nothing to tell
+    if load.size >= 3 and np.ptp(load) > 0.05 * load.max():
+        law = power_law(load, friction)
+        interval = f"95 %: {law.exponent_low:+.3f} to {law.exponent_high:+.3f}"
+        lines.append(("friction over load", f"coefficient goes with the power {law.exponent:+.3f} of N ({interval})"))
+    return lines
 
 
 @main.command()

@@ -87,7 +87,11 @@ GIVEN = ["measured.csv", "s.toml"]
 def test_loops_of_a_record(folder):
     done = call("loops", "s.toml")
     assert done.exit_code == 0, done.output
-    header, *rows = done.output.splitlines()
+    pairs, law, header, *rows = done.output.splitlines()
+    assert pairs.startswith("range pairs ")
+    exponent, low, high = map(float, re.findall(r"[+-]\d\.\d+", law))
+    assert low < exponent < high
+    assert abs(exponent) < 0.01
     assert header.split() == ["quantity", "forward", "backward", "both"]
     assert rows[-1].split() == ["loops", "3"]
     assert files(folder) == GIVEN
@@ -110,7 +114,7 @@ def test_loops_of_a_result(folder):
     done = call("loops", "s.nc", "--dead-band", "20 nm")
     assert done.exit_code == 0, done.output
     assert done.output.splitlines()[-1].split() == ["loops", "3"]
-    assert files(folder) == ["measured.csv", "s.nc", "s.toml"]
+    assert files(folder) == ["measured.csv", "s.history", "s.nc", "s.toml"]
 
 
 def test_compare_says_and_draws(folder):
