@@ -170,7 +170,9 @@ def faulty(tmp_path, stride):
     environment = {**os.environ, "LD_PRELOAD": str(library), "PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr[-2000:]
-    found = re.search(r"(\d+) calls; (\d+) runs went through, (\d+) ended with a message, (\d+) in a crash", done.stdout)
+    found = re.search(
+        r"(\d+) calls; (\d+) runs went through, (\d+) ended with a message, (\d+) in a crash", done.stdout
+    )
     assert found, done.stdout[-2000:]
     return [int(number) for number in found.groups()]
 
