@@ -1,5 +1,6 @@
 """The kinds of ``[surface]`` in a scenario: the keys of each, and the summits that it gives."""
 
+import abc
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -172,7 +173,7 @@ class Textured:
 
 
 @attrs.frozen(kw_only=True)
-class Statistics:
+class Statistics(abc.ABC):
     """So many summits per area, drawn with a seed or, without one, as quantiles."""
 
     radius: Length
@@ -180,9 +181,9 @@ class Statistics:
     nominal_area: Area
     seed: int | None = None
 
+    @abc.abstractmethod
     def distribution(self, folder: Path) -> "HeightDistribution":
         """Give the distribution of the heights."""
-        raise NotImplementedError
 
     def ground(self, folder: Path) -> Ground:
         """Make the summits."""
@@ -277,14 +278,14 @@ class MapKind(Protocol):
 
 
 @attrs.frozen(kw_only=True)
-class HeightMap:
+class HeightMap(abc.ABC):
     """What every kind with a height map has."""
 
     rule: int = 9
 
+    @abc.abstractmethod
     def surface(self, folder: Path) -> "Surface":
         """Make the map."""
-        raise NotImplementedError
 
     def ground(self, folder: Path) -> Ground:
         """Make the map and find its summits."""
