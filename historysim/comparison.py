@@ -8,7 +8,7 @@ from historysim.errors import InputError
 from historysim.instrument import RIGID, Instrument
 from historysim.loops import BRANCH_QUANTITIES, LOOP_QUANTITIES, Loops, find_loops
 from historysim.observation import Observation, Passage
-from historysim.units import prefixed, quantity_text
+from historysim.units import quantity_text
 
 Floats = npt.NDArray[np.float64]
 
@@ -60,7 +60,7 @@ class Comparison:
         table = [("quantity", "measured", "model")]
         for name, (label, unit) in {**BRANCH_QUANTITIES, **LOOP_QUANTITIES}.items():
             if not name.endswith("_gap"):
-                table.append((label, _text(self.measured, name, unit), _text(self.model, name, unit)))
+                table.append((label, self.measured.text(name, unit), self.model.text(name, unit)))
         return table
 
 
@@ -99,15 +99,3 @@ def compare(
             # a record need not have a whole loop to be compared
             found.append(None)
     return Comparison(observation, passage, found[0], found[1], instrument)
-
-
-def _text(loops: Loops, name: str, unit: str) -> str:
-    statistics = loops.statistics(name)
-    if statistics.count == 0:
-        return "–"
-    factor, prefix = prefixed(statistics.mean) if unit != "1" else (1.0, "")
-    # a scatter at the level of rounding is none
-    spread = statistics.standard_deviation if statistics.standard_deviation > 1e-12 * abs(statistics.mean) else 0.0
-    scatter = f" ± {spread * factor:.2g}" if statistics.count > 1 else ""
-    symbol = {"1": "", "N m-1": f" {prefix}N/m"}.get(unit, f" {prefix}{unit}")
-    return f"{statistics.mean * factor:.4g}{scatter}{symbol}"

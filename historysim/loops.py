@@ -300,14 +300,14 @@ class Loops:
         """
         table: list[tuple[str, str, str, str]] = [("quantity", *DIRECTIONS, "both")]
         for name, (label, unit) in BRANCH_QUANTITIES.items():
-            forward, backward = (self._text(name, unit, direction) for direction in DIRECTIONS)
-            table.append((label, forward, backward, self._text(name, unit, "both")))
+            forward, backward = (self.text(name, unit, direction) for direction in DIRECTIONS)
+            table.append((label, forward, backward, self.text(name, unit, "both")))
         for name, (label, unit) in LOOP_QUANTITIES.items():
             if name.endswith("_gap"):
                 text = quantity_text(float(np.abs(getattr(self, name)).max()), unit)
                 table.append((f"largest {label}", "", "", text))
             else:
-                table.append((label, "", "", self._text(name, unit, "both")))
+                table.append((label, "", "", self.text(name, unit, "both")))
         skipped = f", {self.number[0]} before them skipped" if self.number[0] else ""
         table.append(("loops", "", "", f"{len(self)}{skipped}"))
         return table
@@ -338,12 +338,15 @@ class Loops:
             },
         )
 
-    def _text(self, quantity: str, unit: str, direction: Direction) -> str:
+    def text(self, quantity: str, unit: str, direction: Direction = "both") -> str:
+        """Return mean ± standard deviation of a quantity as a text; parameters and errors as in `statistics`."""
         found = self.statistics(quantity, direction)
         if found.count == 0:
             return "–"
         factor, prefix = prefixed(found.mean) if unit != "1" else (1.0, "")
-        scatter = f" ± {found.standard_deviation * factor:.2g}" if found.count > 1 else ""
+        # a scatter at the level of rounding is none
+        spread = found.standard_deviation if found.standard_deviation > 1e-12 * abs(found.mean) else 0.0
+        scatter = f" ± {spread * factor:.2g}" if found.count > 1 else ""
         symbol = {"1": "", "N m-1": f" {prefix}N/m"}.get(unit, f" {prefix}{unit}")
         some = f" (of {found.count})" if found.count < len(self) else ""
         return f"{found.mean * factor:.4g}{scatter}{symbol}{some}"

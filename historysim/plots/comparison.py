@@ -1,13 +1,12 @@
 """Picture of a model beside a measurement."""
 
-import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from historysim.comparison import Comparison
-from historysim.plots.style import FAINT, INK, STYLE
+from historysim.plots.style import FAINT, INK, STYLE, plain_title
 from historysim.units import prefixed
 
 if TYPE_CHECKING:
@@ -45,8 +44,7 @@ def comparison_picture(comparison: Comparison, title: str = "") -> "Figure":
         _draw_energies(figure.add_subplot(grid[1, 0]), comparison)
         _draw_difference(figure.add_subplot(grid[1, 1], sharex=over_time), comparison)
         if title:
-            plain = textwrap.shorten(title, 110, placeholder=" …").replace("$", r"\$")
-            figure.suptitle(plain, x=0.01, ha="left", fontsize=9.5)
+            figure.suptitle(plain_title(title), x=0.01, ha="left", fontsize=9.5)
     return figure
 
 

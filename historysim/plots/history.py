@@ -1,7 +1,6 @@
 """Pictures of a recorded history: functions of a Dataset."""
 
 import itertools
-import textwrap
 from collections.abc import Iterator
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -10,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from historysim.plots.style import FAINT, INK, STATE_COLOURS, STATES, STYLE, scaled
+from historysim.plots.style import FAINT, INK, STATE_COLOURS, STATES, STYLE, plain_title, scaled
 from historysim.units import prefixed
 
 if TYPE_CHECKING:
@@ -57,9 +56,7 @@ def overview(history: xr.Dataset) -> "Figure":
         else:
             _draw_energy(last, thin)
         if title := history.attrs.get("title"):
-            # matplotlib takes what stands between dollar signs for mathematics
-            plain = textwrap.shorten(str(title), 110, placeholder=" …").replace("$", r"\$")
-            figure.suptitle(plain, x=0.01, ha="left", fontsize=9.5)
+            figure.suptitle(plain_title(str(title)), x=0.01, ha="left", fontsize=9.5)
     return figure
 
 

@@ -3,6 +3,7 @@
 Colours are told apart by readers with any colour vision and in grey print: lightness rises from stick to slip.
 """
 
+import textwrap
 from typing import Any
 
 import numpy as np
@@ -39,3 +40,8 @@ def scaled(values: Floats, unit: str) -> tuple[Floats, str]:
     """Return values times the factor of a readable SI prefix, and the unit with that prefix."""
     factor, prefix = prefixed(np.nanmax(np.abs(values), initial=0.0))
     return values * factor, prefix + unit
+
+
+def plain_title(title: str) -> str:
+    """Return a title that fits the width of a figure, with no mathematics between dollar signs."""
+    return textwrap.shorten(title, 110, placeholder=" …").replace("$", r"\$")

@@ -1,6 +1,5 @@
 """Pictures of a surface: its height map, its summits, and which of them stick or slip at a step of a history."""
 
-import textwrap
 from typing import TYPE_CHECKING, Any
 
 import attrs
@@ -9,7 +8,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from historysim.errors import InputError
-from historysim.plots.style import FAINT, INK, STATE_COLOURS, STATES, STYLE
+from historysim.plots.style import FAINT, INK, STATE_COLOURS, STATES, STYLE, plain_title
 from historysim.units import prefixed, quantity_text
 
 if TYPE_CHECKING:
@@ -120,7 +119,7 @@ def surface_picture(surface: xr.Dataset, history: xr.Dataset | None = None, step
         _draw_legend(figure, surface, state, contact)
         title = str((surface if history is None else history).attrs.get("title", ""))
         # matplotlib takes what stands between dollar signs for mathematics
-        lines = [textwrap.shorten(title, 110, placeholder=" …").replace("$", r"\$"), contact.caption if contact else ""]
+        lines = [plain_title(title), contact.caption if contact else ""]
         if any(lines):
             figure.suptitle("\n".join(filter(None, lines)), x=0.01, ha="left", fontsize=9)
     return figure
