@@ -10,44 +10,44 @@ from historysim._version import __version__
 from historysim.errors import FrictionLimitError, HistorySimError, InputError, LoadError
 
 if TYPE_CHECKING:
-    from historysim.asperity import Asperity as Asperity
-    from historysim.asperity import SlipState as SlipState
+    from historysim.asperities.asperity import Asperity as Asperity
+    from historysim.asperities.asperity import SlipState as SlipState
+    from historysim.asperities.ensemble import Ensemble as Ensemble
+    from historysim.asperities.ensemble import EnsembleState as EnsembleState
+    from historysim.asperities.instrument import Instrument as Instrument
     from historysim.contact.greenwood_williamson import GreenwoodWilliamson as GreenwoodWilliamson
-    from historysim.ensemble import Ensemble as Ensemble
-    from historysim.ensemble import EnsembleState as EnsembleState
-    from historysim.event_log import EventLog as EventLog
-    from historysim.events import FrictionChange as FrictionChange
-    from historysim.events import NormalDisplacement as NormalDisplacement
-    from historysim.events import NormalLoad as NormalLoad
-    from historysim.events import TangentialDisplacement as TangentialDisplacement
-    from historysim.events import TangentialLoad as TangentialLoad
-    from historysim.instrument import Instrument as Instrument
-    from historysim.materials import Material as Material
-    from historysim.materials import MaterialPair as MaterialPair
-    from historysim.materials import material as material
-    from historysim.simulation import replay as replay
-    from historysim.simulation import run as run
+    from historysim.contact.materials import Material as Material
+    from historysim.contact.materials import MaterialPair as MaterialPair
+    from historysim.contact.materials import material as material
+    from historysim.loads.events import FrictionChange as FrictionChange
+    from historysim.loads.events import NormalDisplacement as NormalDisplacement
+    from historysim.loads.events import NormalLoad as NormalLoad
+    from historysim.loads.events import TangentialDisplacement as TangentialDisplacement
+    from historysim.loads.events import TangentialLoad as TangentialLoad
+    from historysim.log.event_log import EventLog as EventLog
+    from historysim.scenario.run import replay as replay
+    from historysim.scenario.run import run as run
     from historysim.surfaces.distribution import drawn_summits as drawn_summits
     from historysim.surfaces.distribution import quantile_summits as quantile_summits
     from historysim.surfaces.heights import Surface as Surface
-    from historysim.surfaces.measured import read_surface as read_surface
     from historysim.surfaces.random import random_surface as random_surface
+    from historysim.surfaces.reading import read_surface as read_surface
     from historysim.surfaces.summits import Summits as Summits
     from historysim.surfaces.textured import textured_summits as textured_summits
 
 _HOMES = {
-    "asperity": ("Asperity", "SlipState"),
-    "ensemble": ("Ensemble", "EnsembleState"),
-    "event_log": ("EventLog",),
-    "events": ("FrictionChange", "NormalDisplacement", "NormalLoad", "TangentialDisplacement", "TangentialLoad"),
-    "instrument": ("Instrument",),
-    "materials": ("Material", "MaterialPair", "material"),
-    "simulation": ("replay", "run"),
+    "asperities.asperity": ("Asperity", "SlipState"),
+    "asperities.ensemble": ("Ensemble", "EnsembleState"),
+    "asperities.instrument": ("Instrument",),
     "contact.greenwood_williamson": ("GreenwoodWilliamson",),
+    "contact.materials": ("Material", "MaterialPair", "material"),
+    "loads.events": ("FrictionChange", "NormalDisplacement", "NormalLoad", "TangentialDisplacement", "TangentialLoad"),
+    "log.event_log": ("EventLog",),
+    "scenario.run": ("replay", "run"),
     "surfaces.distribution": ("drawn_summits", "quantile_summits"),
     "surfaces.heights": ("Surface",),
-    "surfaces.measured": ("read_surface",),
     "surfaces.random": ("random_surface",),
+    "surfaces.reading": ("read_surface",),
     "surfaces.summits": ("Summits",),
     "surfaces.textured": ("textured_summits",),
 }

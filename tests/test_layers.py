@@ -285,6 +285,6 @@ def test_a_module_without_a_place_is_seen(tmp_path):
     ],
 )
 def test_a_heavy_import_is_seen_where_it_runs_at_the_start(tmp_path, source, seen):
-    folder = made(tmp_path, cli="from historysim.units import quantity", units=source)
+    folder = made(tmp_path, cli="from historysim.basics.units import quantity", units=source)
     assert heavy_at_start(folder) == ({"units": {"numpy"}} if seen else {})
-    assert heavy_at_start(made(tmp_path, cli="def f():\n    import historysim.units")) == {}
+    assert heavy_at_start(made(tmp_path, cli="def f():\n    import historysim.basics.units")) == {}

@@ -10,7 +10,7 @@ import pytest
 from scipy import integrate, interpolate, optimize, stats
 
 import historysim as hs
-from historysim import analysis
+from historysim.results import analysis
 
 ROOT = Path(__file__).parents[1]
 SCENARIOS = sorted((ROOT / "scenarios").glob("*.toml"))

@@ -31,7 +31,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.arguments import Values, checked
+from historysim.basics.arguments import Values, checked
 from historysim.contact import hertz
 from historysim.errors import InputError, LoadError
 

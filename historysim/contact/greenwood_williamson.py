@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import gamma, hyp1f1
 
-from historysim.arguments import Values, checked, scalar
+from historysim.basics.arguments import Values, checked, scalar
 from historysim.contact import hertz
 from historysim.errors import InputError
 

@@ -10,7 +10,7 @@ Hertz, *J. reine angew. Math.* 92 (1882) 156-171; Johnson, *Contact Mechanics* (
 import numpy as np
 import numpy.typing as npt
 
-from historysim.arguments import Values, checked
+from historysim.basics.arguments import Values, checked
 from historysim.errors import InputError
 
 

@@ -20,7 +20,7 @@ follows Winogrodzka, *Pre-sliding behaviour of multi asperity ceramic contacts*,
 import numpy as np
 import numpy.typing as npt
 
-from historysim.arguments import Values, checked
+from historysim.basics.arguments import Values, checked
 from historysim.contact.hertz import half_chord, loaded_contact
 from historysim.errors import InputError
 

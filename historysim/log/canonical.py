@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.errors import InputError
-from historysim.events import (
+from historysim.loads.events import (
     Event,
     FrictionChange,
     LoadEvent,

@@ -21,11 +21,11 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
+from historysim.basics.lock import WriterLock
 from historysim.errors import InputError
-from historysim.events import Event, FrictionChange, check_sequence, time_text
+from historysim.loads.events import Event, FrictionChange, check_sequence, time_text
 from historysim.log import canonical
 from historysim.log.head import Head, head_from
-from historysim.log.lock import WriterLock
 from historysim.log.snapshot import Snapshot, snapshot_from
 
 ENDING = ".history"

@@ -12,11 +12,11 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim._version import __version__
-from historysim.ensemble import Ensemble
+from historysim.asperities.ensemble import Ensemble
+from historysim.asperities.instrument import RIGID, Instrument
+from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
-from historysim.instrument import RIGID, Instrument
 from historysim.log.canonical import array_digest
-from historysim.materials import MaterialPair
 
 Array = npt.NDArray[Any]
 

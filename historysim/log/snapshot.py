@@ -10,11 +10,11 @@ import attrs
 import numpy as np
 
 from historysim._version import __version__
-from historysim.ensemble import Ensemble, EnsembleState
+from historysim.asperities.ensemble import Ensemble, EnsembleState
 from historysim.errors import InputError
+from historysim.loads.schedule import Standing
 from historysim.log.head import made_with
 from historysim.memory import kernel
-from historysim.scheduler import Standing
 
 
 @attrs.frozen

@@ -10,7 +10,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.arguments import scalar
+from historysim.basics.arguments import scalar
 from historysim.errors import InputError
 from historysim.measured.reduction import channel, clock, in_step, reversals, turning_points
 

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.errors import InputError
-from historysim.events import Event, NormalDisplacement, NormalLoad, TangentialDisplacement, TangentialLoad
+from historysim.loads.events import Event, NormalDisplacement, NormalLoad, TangentialDisplacement, TangentialLoad
 from historysim.measured.reduction import kept_points
 
 Floats = npt.NDArray[np.float64]

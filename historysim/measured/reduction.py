@@ -42,7 +42,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from historysim.arguments import checked, scalar
+from historysim.basics.arguments import checked, scalar
 from historysim.errors import InputError
 
 Floats = npt.NDArray[np.float64]

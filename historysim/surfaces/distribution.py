@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import ndtri
 
-from historysim.arguments import checked, scalar
+from historysim.basics.arguments import checked, scalar
 from historysim.errors import InputError
 from historysim.surfaces.summits import Summits
 

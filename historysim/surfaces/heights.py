@@ -7,7 +7,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.arguments import checked, scalar
+from historysim.basics.arguments import checked, scalar
 from historysim.errors import InputError
 from historysim.surfaces.form import Form, fit_form
 from historysim.surfaces.resampling import COINCIDENT, resampled

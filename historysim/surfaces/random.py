@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 import scipy.fft
 
-from historysim.arguments import checked
+from historysim.basics.arguments import checked
+from historysim.basics.units import as_float
 from historysim.errors import InputError
 from historysim.surfaces.heights import Surface, pair_of
 from historysim.surfaces.johnson import Translation, translation
-from historysim.units import as_float
 
 Floats = npt.NDArray[np.float64]
 

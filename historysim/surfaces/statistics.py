@@ -12,10 +12,10 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.arguments import checked
+from historysim.basics.arguments import checked
+from historysim.basics.units import as_float
 from historysim.errors import InputError
 from historysim.surfaces.form import fit_form
-from historysim.units import as_float
 
 Floats = npt.NDArray[np.float64]
 Axis = Literal["x", "y"]

@@ -5,10 +5,10 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from historysim.arguments import representable
+from historysim.basics.arguments import representable
+from historysim.basics.units import quantity_text
 from historysim.errors import InputError
 from historysim.surfaces.heights import Surface
-from historysim.units import quantity_text
 
 
 def summary(surface: Surface, rule: int = 9) -> list[tuple[str, str]]:

@@ -17,7 +17,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.arguments import checked, scalar
+from historysim.basics.arguments import checked, scalar
 from historysim.contact import hertz
 from historysim.errors import InputError
 from historysim.surfaces.distribution import MOST_SUMMITS, generator

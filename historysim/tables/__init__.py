@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import attrs
 
 from historysim.errors import InputError
-from historysim.schema import at
+from historysim.scenario.schema import at
 from historysim.tables.columns import Characters, Column, Format, Found, Listing, Table, column_from_toml
 from historysim.tables.settled import fitting, settled
 

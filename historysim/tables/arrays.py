@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.errors import InputError
-from historysim.schema import nearest, shown
+from historysim.scenario.schema import nearest, shown
 from historysim.tables.columns import Column, Format, Found, Listing
 from historysim.tables.settled import unit_in
 

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import attrs
 
-from historysim.schema import misfit, nearest, shown, text
+from historysim.scenario.schema import misfit, nearest, shown, text
 
 if TYPE_CHECKING:
     import numpy as np

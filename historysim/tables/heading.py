@@ -10,7 +10,7 @@ from itertools import islice
 import attrs
 
 from historysim.errors import InputError
-from historysim.schema import nearest
+from historysim.scenario.schema import nearest
 from historysim.tables.columns import Column, Format
 from historysim.tables.lines import brief, number, split
 from historysim.tables.settled import unit_in

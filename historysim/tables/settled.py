@@ -4,8 +4,8 @@ import math
 import re
 from collections.abc import Sequence
 
+from historysim.basics.units import conversion_factor
 from historysim.errors import InputError
-from historysim.units import conversion_factor
 
 # "Force.(kN)", "Force [kN] filtered", "Force / kN"; a number in brackets counts something, and is no unit
 _BRACKETS = re.compile(r"\(((?:[^()]|\([^()]*\))*)\)|\[([^\[\]]*)\]")

@@ -1,0 +1,1 @@
+"""The bodies that remember: asperities, their ensemble, friction laws, the instrument, and whether the model holds."""

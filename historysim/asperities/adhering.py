@@ -1,0 +1,90 @@
+"""How adhesive the asperities of an ensemble are: which theory of adhesion each of them needs.
+
+The replay has no adhesion: what stands here says where that is fair.
+"""
+
+from typing import Any
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+
+from historysim.asperities.ensemble import Ensemble
+from historysim.basics.arguments import scalar
+from historysim.contact import adhesion, hertz
+
+Floats = npt.NDArray[np.float64]
+
+
+@attrs.frozen(eq=False)
+class AdheringAsperities:
+    """The asperities that touch, in the order of their normal loads, the greatest first.
+
+    Attributes
+    ----------
+    asperity : array (touching)
+        Index in the ensemble.
+    normal_load : array (touching)
+        Load N of each by Hertz [N].
+    load_parameter : array (touching)
+        N/(πWR) [1].
+    maugis_parameter : array (touching)
+        λ [1].
+    regime : array (touching) of Regime
+        Zone of the adhesion map.
+    pull_off_load : array (touching)
+        Load at which each would come off, by Maugis, < 0 [N].
+    """
+
+    asperity: npt.NDArray[np.int64]
+    normal_load: Floats
+    load_parameter: Floats
+    maugis_parameter: Floats
+    regime: npt.NDArray[np.object_]
+    pull_off_load: Floats
+
+
+def adhering_asperities(
+    ensemble: Ensemble, approach: float, *, work_of_adhesion: float, equilibrium_separation: float
+) -> AdheringAsperities:
+    """Return how adhesive the asperities are that touch at an approach.
+
+    Parameters
+    ----------
+    ensemble : Ensemble
+    approach : float
+        Of the highest summit from first touch [m], > 0, as it is without adhesion.
+    work_of_adhesion : float
+        W [J/m²], > 0.
+    equilibrium_separation : float
+        z0 [m], > 0.
+
+    Raises
+    ------
+    InputError
+        A number that is not finite or out of range.
+    """
+    modulus = ensemble.pair.contact_modulus
+    separation = ensemble.highest_summit - scalar("approach", approach, above=0)
+    depth = ensemble.summit_height - separation
+    touching = np.flatnonzero(depth > 0)
+    radius = ensemble.summit_radius[touching]
+    load = hertz.normal_load(depth[touching], summit_radius=radius, contact_modulus=modulus)
+    order = np.argsort(-load, kind="stable")
+    touching, radius, load = touching[order], radius[order], load[order]
+    contact: dict[str, Any] = {
+        "summit_radius": radius,
+        "contact_modulus": modulus,
+        "work_of_adhesion": work_of_adhesion,
+        "equilibrium_separation": equilibrium_separation,
+    }
+    parameter = adhesion.maugis_parameter(**contact)
+    relative = adhesion.load_parameter(load, summit_radius=radius, work_of_adhesion=work_of_adhesion)
+    return AdheringAsperities(
+        asperity=touching,
+        normal_load=load,
+        load_parameter=relative,
+        maugis_parameter=parameter,
+        regime=np.asarray(adhesion.regime(parameter, relative)),
+        pull_off_load=adhesion.maugis_pull_off_load(**contact),
+    )

@@ -1,0 +1,469 @@
+"""`Ensemble`: asperities that share one approach and one tangential displacement, and how their state moves."""
+
+import math
+from typing import Any, Self
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+
+from historysim.asperities import friction as friction_laws
+from historysim.asperities.asperity import Asperity, SlipState
+from historysim.asperities.instrument import RIGID, Instrument, as_instrument
+from historysim.basics.arguments import checked
+from historysim.contact.materials import MaterialPair
+from historysim.errors import FrictionLimitError, InputError
+from historysim.memory import kernel
+from historysim.memory.traction import TractionMemory
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+FIRST_ROOM = 6
+
+
+@attrs.frozen(eq=False)
+class EnsembleState:
+    """The state of an ensemble: a value, never changed once made.
+
+    Attributes
+    ----------
+    contact : kernel.Contact
+        Geometry and present friction, in the order of the friction groups.
+    order : array (asperity)
+        The ensemble's index of each asperity in that order.
+    memory : kernel.Memory
+        What the asperities remember, and the present loads, dimensionless.
+    units : kernel.Units
+    normal_control, tangential_control : int
+        How each channel was last controlled (`kernel.LOAD` or `kernel.DISPLACED`), which is how it is
+        held until it is told to move.
+    """
+
+    contact: kernel.Contact = attrs.field(repr=False)
+    order: Integers = attrs.field(repr=False)
+    memory: kernel.Memory = attrs.field(repr=False)
+    units: kernel.Units = attrs.field(repr=False)
+    normal_control: int = kernel.LOAD
+    tangential_control: int = kernel.LOAD
+
+    @property
+    def normal_load(self) -> float:
+        """Total normal load [N]."""
+        return float(self.memory.now[kernel.NORMAL_LOAD]) * self.units.load
+
+    @property
+    def tangential_load(self) -> float:
+        """Total tangential load [N]."""
+        return float(self.memory.now[kernel.TANGENTIAL_LOAD]) * self.units.load
+
+    @property
+    def approach(self) -> float:
+        """Approach of the highest summit from first touch [m]; negative where nothing touches."""
+        return float(self.memory.now[kernel.APPROACH]) * self.units.length
+
+    @property
+    def tangential_displacement(self) -> float:
+        """Rigid tangential displacement U [m]."""
+        return float(self.memory.now[kernel.DISPLACEMENT]) * self.units.displacement
+
+    @property
+    def dissipated_energy(self) -> float:
+        """Energy that friction has taken since the start, all asperities [J]."""
+        return float(self.memory.now[kernel.DISSIPATED]) * self.units.energy
+
+    @property
+    def stored_energy(self) -> float:
+        """Tangential elastic energy that all asperities hold [J]."""
+        unused = np.zeros(self.order.size)
+        return kernel.stored_energy(self.contact, self.memory, unused) * self.units.energy
+
+
+def _array(name: str, values: npt.ArrayLike, count: int | None = None, *, above: float = -math.inf) -> Floats:
+    array = np.atleast_1d(checked(name, values, above=above))
+    if array.ndim > 1 or array.size == 0:
+        raise InputError(f"{name} has shape {array.shape}; expected one number, or a list with one per asperity")
+    if count is not None and array.size not in {1, count}:
+        raise InputError(f"{name} has {array.size} values for {count} asperities; expected one, or one per asperity")
+    array = np.array(array if count is None else np.broadcast_to(array, count))
+    array.flags.writeable = False
+    return array
+
+
+@attrs.frozen(eq=False, init=False)
+class Ensemble:
+    """Hertzian asperities under one rigid flat: shared approach, shared tangential displacement, no other interaction.
+
+    Parameters
+    ----------
+    pair : MaterialPair
+    summit_height : array_like
+        Heights z of the summits over any datum [m], scalar or one per asperity.
+    summit_radius : array_like
+        Radii R [m], > 0, one for all or one per asperity.
+    friction : array_like
+        Coulomb coefficients μ ≥ 0, one for all or one per asperity.
+    x, y : array_like, optional
+        Positions of the summits [m]; carried along, without influence.
+    tolerance : float
+        Relative change of displacement and energy at which a ramp of both loads that has to be
+        refined is taken as settled (see `kernel.ramp`).
+
+    Raises
+    ------
+    InputError
+        A number that is not finite or out of range, or arrays of different lengths.
+    """
+
+    pair: MaterialPair
+    summit_height: Floats
+    summit_radius: Floats
+    friction: Floats
+    x: Floats | None
+    y: Floats | None
+    tolerance: float
+
+    def __init__(
+        self,
+        pair: MaterialPair,
+        summit_height: npt.ArrayLike,
+        summit_radius: npt.ArrayLike,
+        friction: npt.ArrayLike,
+        *,
+        x: npt.ArrayLike | None = None,
+        y: npt.ArrayLike | None = None,
+        tolerance: float = 1e-6,
+    ) -> None:
+        if not isinstance(pair, MaterialPair):
+            raise InputError(f"pair is {pair!r}; expected a MaterialPair")
+        height = _array("summit_height", summit_height)
+        count = max(height.size, np.size(summit_radius))
+        height = _array("summit_height", height, count)
+        coefficients = friction_laws.coulomb(friction, count)
+        coefficients.flags.writeable = False
+        self.__attrs_init__(
+            pair=pair,
+            summit_height=height,
+            summit_radius=_array("summit_radius", summit_radius, count, above=0),
+            friction=coefficients,
+            x=None if x is None else _array("x", x, count),
+            y=None if y is None else _array("y", y, count),
+            tolerance=float(checked("tolerance", tolerance, above=0)),
+        )
+
+    @classmethod
+    def from_summits(cls, pair: MaterialPair, summits: Any, friction: npt.ArrayLike, **options: Any) -> Self:
+        """Make an ensemble of summits, which have ``height``, ``radius``, ``x`` and ``y`` [m]."""
+        return cls(pair, summits.height, summits.radius, friction, x=summits.x, y=summits.y, **options)
+
+    def __len__(self) -> int:
+        """Return the number of asperities."""
+        return self.summit_height.size
+
+    @property
+    def highest_summit(self) -> float:
+        """Height of the highest summit [m]: the separation at first touch."""
+        return float(self.summit_height.max())
+
+    def initial_state(self) -> EnsembleState:
+        """Return the unloaded state: the highest summit just touches, nothing is remembered."""
+        contact, order = self._contact(self.friction, friction_laws.groups(self.friction))
+        count = contact.friction.size
+        memory = kernel.Memory(
+            vertices=np.zeros((count, FIRST_ROOM, 6)),
+            depth=np.zeros(count, dtype=np.int64),
+            steep=np.zeros(count, dtype=np.bool_),
+            dissipated=np.zeros(len(self)),
+            now=np.zeros(7),
+        )
+        return EnsembleState(contact, order, memory, self._units())
+
+    def advance(
+        self,
+        state: EnsembleState,
+        *,
+        normal_load: float | None = None,
+        normal_displacement: float | None = None,
+        tangential_load: float | None = None,
+        tangential_displacement: float | None = None,
+        friction: npt.ArrayLike | None = None,
+        saturate: bool = False,
+        instrument: Instrument = RIGID,
+    ) -> EnsembleState:
+        """Return the state after one joint straight path; ``state`` itself is not changed.
+
+        With both loads given, the path is straight in (N, T); with a displacement, straight in the
+        approach and U. A channel that is not named is held as it was controlled last: a load stays, or
+        a displacement does.
+
+        An instrument makes tangential displacements those of its drive, U + T/k_s: U is found so that
+        they are reached, or held. It is a parameter of the path and no part of the state, so give it with
+        each path that it drives.
+
+        Parameters
+        ----------
+        state : EnsembleState
+        normal_load, tangential_load : float, optional
+            Total loads to reach [N]; N ≥ 0.
+        normal_displacement : float, optional
+            Approach of the highest summit from first touch to reach [m]; negative is a gap.
+        tangential_displacement : float, optional
+            U to reach [m], or with an instrument the displacement of its drive.
+        friction : array_like, optional
+            New coefficients that act at the end of the path (see `FrictionChange`).
+        saturate : bool
+            Hold a tangential load beyond the limit at the limit.
+        instrument : Instrument, optional
+            In series with the contact.
+
+        Raises
+        ------
+        FrictionLimitError
+            |T| > Σ μ N.
+        InputError
+            A value that is not finite, a negative normal load, both a load and a displacement of one channel, or
+            what is no instrument.
+        """
+        normal = _channel("normal", normal_load, normal_displacement, state.normal_control, least=0.0)
+        tangential = _channel("tangential", tangential_load, tangential_displacement, state.tangential_control)
+        state = self.walk(state, kernel.paths_to(normal, tangential), saturate=saturate, instrument=instrument)
+        if friction is not None:
+            hold = kernel.paths_to(
+                kernel.Goals(state.normal_control, *kernel.STILL), kernel.Goals(state.tangential_control, *kernel.STILL)
+            )
+            state = self.with_friction(state, friction, instrument=instrument)
+            state = self.walk(state, hold, saturate=saturate, instrument=instrument)
+        return state
+
+    def with_friction(
+        self, state: EnsembleState, friction: npt.ArrayLike, *, instrument: Instrument = RIGID
+    ) -> EnsembleState:
+        """Return the state with other friction coefficients from now on, at the same displacements.
+
+        Where a coefficient falls, springs beyond the new limit slip at once. A controlled tangential
+        load stays the one that is asked for, and so does the displacement of an instrument's drive: the
+        next path, if only one that holds it, moves U until it is there again. Until then the state tells
+        the tangential load before the springs slipped.
+
+        Raises
+        ------
+        InputError
+            See `friction.coulomb`, or what is no instrument.
+        """
+        held = _compliance(instrument, state.units) > 0 or state.tangential_control == kernel.LOAD
+        coefficients = friction_laws.coulomb(friction, len(self))
+        force = state.memory.now[kernel.TANGENTIAL_LOAD]
+        state = self._regroup(state, coefficients)
+        memory = kernel.change_friction(state.contact, kernel.copied(state.memory), coefficients[_leaders(state)])
+        if held:
+            memory.now[kernel.TANGENTIAL_LOAD] = force
+        contact = state.contact._replace(friction=coefficients[_leaders(state)])
+        return attrs.evolve(state, contact=contact, memory=memory)
+
+    def walk(
+        self,
+        state: EnsembleState,
+        paths: kernel.Paths,
+        *,
+        rows: kernel.Rows | None = None,
+        asperities: npt.ArrayLike = (),
+        saturate: bool = False,
+        instrument: Instrument = RIGID,
+    ) -> EnsembleState:
+        """Return the state after straight paths, one after the other, and record rows on the way.
+
+        Parameters
+        ----------
+        state : EnsembleState
+        paths : kernel.Paths
+            With targets in N and m.
+        rows : kernel.Rows, optional
+            Room for the rows that the paths record, which is filled in SI units (see `room`); none are
+            recorded by default.
+        asperities : array_like (column)
+            Indices of the asperities to record, in the order of the columns of ``rows``.
+        saturate : bool
+            Hold tangential loads beyond the limit at the limit.
+        instrument : Instrument, optional
+            In series with the contact: tangential displacements are those of its drive.
+
+        Raises
+        ------
+        FrictionLimitError
+            With the position of the path that cannot be walked.
+        InputError
+            What is no instrument.
+        """
+        units = state.units
+        if rows is None:
+            rows = room(0, 0)
+            paths = paths._replace(parts=np.ones_like(paths.parts), recorded=np.zeros_like(paths.recorded))
+        position = np.empty(len(self), dtype=np.int64)
+        position[state.order] = np.arange(len(self))
+        memory, path, request, limit = kernel.replay(
+            state.contact,
+            kernel.copied(state.memory),
+            _scaled(paths, units),
+            rows,
+            position[np.asarray(asperities, dtype=np.int64)],
+            units,
+            saturate,
+            self.tolerance,
+            _compliance(instrument, units),
+        )
+        if path >= 0:
+            raise FrictionLimitError(request * units.load, limit * units.load, path)
+        return attrs.evolve(
+            state,
+            memory=memory,
+            normal_control=int(paths.normal_control[-1]),
+            tangential_control=int(paths.tangential_control[-1]),
+        )
+
+    def approach_at(self, normal_load: float) -> float:
+        """Approach of the highest summit [m] at which the asperities carry a total normal load [N] ≥ 0."""
+        state = self.initial_state()
+        load = normal_load / state.units.load
+        gap, weight = state.contact.sorted_gap, state.contact.sorted_weight
+        return kernel.approach_at(gap, weight, load, 0.0) * state.units.length
+
+    def asperity(self, index: int, state: EnsembleState) -> Asperity:
+        """Return one asperity, holding its memory in a state.
+
+        Raises
+        ------
+        InputError
+            An index that the ensemble does not have.
+        """
+        if not 0 <= index < len(self):
+            raise InputError(f"asperity {index} does not exist; expected an index from 0 to {len(self) - 1}")
+        position = int(np.flatnonzero(state.order == index)[0])
+        group = int(np.searchsorted(state.contact.first, position, side="right")) - 1
+        rows = room(1, 1)
+        hold = kernel.Goals(kernel.DISPLACED, *kernel.STILL)
+        self.walk(state, kernel.paths_to(hold, hold), rows=rows, asperities=[index])
+        stored = np.zeros(len(self))
+        kernel.stored_energy(state.contact, state.memory, stored)
+        gap = float(state.contact.gap[position]) * state.units.length
+        return Asperity(
+            index=index,
+            pair=self.pair,
+            summit_height=float(self.summit_height[index]),
+            summit_radius=float(self.summit_radius[index]),
+            friction=float(state.contact.friction[group]),
+            approach=state.approach - gap,
+            normal_load=float(rows.normal_load[0, 0]),
+            tangential_load=float(rows.tangential_load[0, 0]),
+            contact_radius=float(rows.contact_radius[0, 0]),
+            stick_radius=float(rows.stick_radius[0, 0]),
+            slip_state=SlipState(rows.slip_state[0, 0]),
+            dissipated_energy=float(rows.dissipated[0, 0]),
+            stored_energy=float(stored[position]) * state.units.energy,
+            memory=TractionMemory(
+                state.memory.vertices[group, : state.memory.depth[group]],
+                gap,
+                float(self.summit_radius[index]),
+                state.units,
+            ),
+        )
+
+    def _units(self) -> kernel.Units:
+        length = radius = float(self.summit_radius.max())
+        load = 4.0 / 3.0 * self.pair.contact_modulus * length**2
+        displacement = self.pair.displacement_ratio * length
+        return kernel.Units(
+            load=load,
+            length=length,
+            displacement=displacement,
+            energy=load * displacement,
+            radius=radius,
+            area=math.pi * radius * length,
+            stiffness=load / displacement,
+        )
+
+    def _contact(self, friction: Floats, group: Integers) -> tuple[kernel.Contact, Integers]:
+        """Order asperities by group and gap; ``friction`` and ``group`` are per asperity."""
+        scale = self.summit_radius.max()
+        gap = (self.summit_height.max() - self.summit_height) / scale
+        weight = np.sqrt(self.summit_radius / scale)
+        smallest = np.full(group.max() + 1, np.inf)
+        np.minimum.at(smallest, group, gap)
+        order = np.lexsort((gap, group, smallest[group]))
+        first = np.flatnonzero(np.diff(group[order], prepend=-1, append=-1))
+        by_gap = np.argsort(gap, kind="stable")
+        contact = kernel.Contact(
+            gap=gap[order],
+            weight=weight[order],
+            first=first.astype(np.int64),
+            friction=friction[order[first[:-1]]],
+            sorted_gap=gap[by_gap],
+            sorted_weight=weight[by_gap],
+        )
+        return contact, order.astype(np.int64)
+
+    def _regroup(self, state: EnsembleState, friction: Floats) -> EnsembleState:
+        """Split groups whose asperities no longer share a coefficient; each part keeps what the group remembers."""
+        old_group = np.empty(len(self), dtype=np.int64)
+        old_group[state.order] = np.repeat(np.arange(state.contact.friction.size), np.diff(state.contact.first))
+        contact, order = self._contact(state.contact.friction[old_group], friction_laws.groups(old_group, friction))
+        if contact.friction.size == state.contact.friction.size:
+            return state
+        dissipated = np.empty(len(self))
+        dissipated[state.order] = state.memory.dissipated
+        leader = contact.first[:-1]
+        parent = old_group[order[leader]]
+        touches = contact.gap[leader] < state.memory.now[kernel.APPROACH]
+        memory = kernel.Memory(
+            vertices=state.memory.vertices[parent],
+            depth=np.where(touches, state.memory.depth[parent], 0),
+            steep=state.memory.steep[parent],
+            dissipated=dissipated[order],
+            now=state.memory.now.copy(),
+        )
+        kernel.refresh_loads(contact, memory)
+        return attrs.evolve(state, contact=contact, order=order, memory=memory)
+
+
+def _leaders(state: EnsembleState) -> Integers:
+    """Ensemble index of each group's highest asperity."""
+    return state.order[state.contact.first[:-1]]
+
+
+def _compliance(instrument: Instrument, units: kernel.Units) -> float:
+    """Compliance of an instrument, dimensionless."""
+    return units.stiffness / as_instrument(instrument).lateral_stiffness
+
+
+def _channel(
+    name: str, load: float | None, displacement: float | None, control: int, least: float = -math.inf
+) -> kernel.Goals:
+    """Where one channel of a single path goes."""
+    if load is not None and displacement is not None:
+        raise InputError(f"both {name}_load and {name}_displacement came; expected one of them")
+    if load is not None:
+        return kernel.Goals(kernel.LOAD, float(checked(f"{name}_load", load, least=least)))
+    if displacement is not None:
+        return kernel.Goals(kernel.DISPLACED, float(checked(f"{name}_displacement", displacement)))
+    return kernel.Goals(control, *kernel.STILL)
+
+
+def _scaled(paths: kernel.Paths, units: kernel.Units) -> kernel.Paths:
+    normal = np.where(paths.normal_control == kernel.LOAD, units.load, units.length)
+    tangential = np.where(paths.tangential_control == kernel.LOAD, units.load, units.displacement)
+    return paths._replace(
+        normal_target=paths.normal_target / normal, tangential_target=paths.tangential_target / tangential
+    )
+
+
+def room(count: int, asperities: int) -> kernel.Rows:
+    """Return room for a number of recorded rows of a number of asperities."""
+    shape = (count, asperities)
+    return kernel.Rows(
+        totals=np.empty((count, kernel.ROW_SATURATED + 1)),
+        normal_load=np.empty(shape),
+        tangential_load=np.empty(shape),
+        contact_radius=np.empty(shape),
+        stick_radius=np.empty(shape),
+        slip_state=np.empty(shape, dtype=np.int8),
+        dissipated=np.empty(shape),
+    )

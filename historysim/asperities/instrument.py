@@ -1,0 +1,79 @@
+"""The instrument that moves the contact: a drive, and the spring between it and the contact."""
+
+import math
+from typing import TYPE_CHECKING, TypeVar
+
+import attrs
+
+from historysim.basics.units import as_float, is_number
+from historysim.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+Values = TypeVar("Values", float, "npt.NDArray[np.float64]")
+
+SOFTEST = 1e-100
+"""Smallest lateral stiffness [N/m]; nothing overflows with it."""
+
+
+def _stiff(instrument: object, attribute: "attrs.Attribute[float]", value: float) -> None:
+    if not (is_number(value) and value >= SOFTEST):
+        raise InputError(
+            f"{type(instrument).__name__}: {attribute.name} is {value!r}; expected a number greater than 0 "
+            f"({SOFTEST:g} or more), in N/m"
+        )
+
+
+@attrs.frozen
+class Instrument:
+    """A tribometer, which measures the displacement of its drive (or sensor), not of the contact.
+
+    In series with the contact, its lateral stiffness k_s makes the measured displacement U + T/k_s: that of
+    the contact, and what the tangential load bends the instrument by. It is elastic and remembers nothing, so
+    it is no part of a state; it says how tangential displacements act on one.
+
+    Parameters
+    ----------
+    lateral_stiffness : float
+        k_s [N/m], > 0. Infinite, by default: the drive's displacement is the contact's.
+
+    Raises
+    ------
+    InputError
+        A stiffness that is not a number, not positive, or below 1e-100 N/m.
+    """
+
+    lateral_stiffness: float = attrs.field(default=math.inf, converter=as_float, validator=_stiff)
+
+    @property
+    def rigid(self) -> bool:
+        """Whether the drive's displacement is the contact's."""
+        return self.lateral_stiffness == math.inf
+
+    def drive_displacement(self, tangential_displacement: Values, tangential_load: Values) -> Values:
+        """Return the displacement of the drive, U + T/k_s [m].
+
+        Parameters
+        ----------
+        tangential_displacement, tangential_load : float or array
+            U [m] and T [N] of the contact, of one shape.
+        """
+        return tangential_displacement + tangential_load / self.lateral_stiffness
+
+
+RIGID = Instrument()
+
+
+def as_instrument(given: object) -> Instrument:
+    """Return an argument that is an instrument.
+
+    Raises
+    ------
+    InputError
+        It is something else.
+    """
+    if not isinstance(given, Instrument):
+        raise InputError(f"instrument is {given!r}; expected an Instrument, such as Instrument(lateral_stiffness=3e5)")
+    return given

@@ -1,0 +1,240 @@
+"""Materials, pairs of them, and the built-in table."""
+
+import difflib
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any, Final, Self
+
+import attrs
+
+from historysim.basics.units import as_float
+from historysim.errors import InputError
+
+
+def _floats(value: tuple[float, ...]) -> tuple[float, ...]:
+    return tuple(as_float(item) for item in value) if isinstance(value, list | tuple) else value
+
+
+def _is_finite(value: object) -> bool:
+    return isinstance(value, float) and math.isfinite(value)
+
+
+def _positive(owner: object, attribute: "attrs.Attribute[float]", value: float) -> None:
+    if not (_is_finite(value) and value > 0):
+        raise InputError(
+            f"{type(owner).__name__}: {attribute.name} is {value!r}; expected a finite number greater than 0, in SI"
+        )
+
+
+def _poisson(owner: object, attribute: "attrs.Attribute[float]", value: float) -> None:
+    if not (_is_finite(value) and -1 < value <= 0.5):
+        raise InputError(
+            f"{type(owner).__name__}: {attribute.name} is {value!r}; expected a number greater than -1 and at most 0.5"
+        )
+
+
+def _text(owner: object, attribute: "attrs.Attribute[str]", value: str) -> None:
+    if not isinstance(value, str):
+        raise InputError(f"{type(owner).__name__}: {attribute.name} is {value!r}; expected a text")
+
+
+def _range(owner: object, attribute: "attrs.Attribute[tuple[float, float]]", value: tuple[float, float]) -> None:
+    ordered = isinstance(value, tuple) and len(value) == 2 and all(map(_is_finite, value)) and 0 <= value[0] <= value[1]
+    if not ordered:
+        raise InputError(
+            f"{type(owner).__name__}: {attribute.name} is {value!r}; expected the lower and the upper end of a range "
+            "[m], both finite and 0 or more"
+        )
+
+
+_ISOTROPIC: Any = None
+
+
+@attrs.frozen
+class Material:
+    """An elastic, isotropic material.
+
+    Parameters
+    ----------
+    name : str
+        Name, as it appears in output.
+    youngs_modulus : float
+        Young's modulus E [Pa], > 0.
+    poissons_ratio : float
+        Poisson's ratio ν [1], -1 < ν ≤ 0.5.
+    shear_modulus : float, optional
+        Shear modulus G [Pa], > 0; E / (2 (1 + ν)) where it is not given. Tabulated values of anisotropic or rounded
+        data need not agree with that relation.
+    surface_energy : float, optional
+        Surface energy γ [J/m²], > 0.
+    roughness : tuple of float, optional
+        Lower and upper end of the rms roughness Rq of the samples [m].
+    ball_radius : float, optional
+        Radius of the sample ball [m], > 0; None for a flat.
+    source : str, optional
+        Where the numbers come from; two materials that differ in nothing else are equal.
+
+    Raises
+    ------
+    InputError
+        A number that is not finite or out of its range, or a name or source that is not a text.
+    """
+
+    name: str = attrs.field(validator=_text)
+    youngs_modulus: float = attrs.field(converter=as_float, validator=_positive)
+    poissons_ratio: float = attrs.field(converter=as_float, validator=_poisson)
+    shear_modulus: float = attrs.field(
+        default=_ISOTROPIC,
+        converter=attrs.converters.optional(as_float),
+        validator=attrs.validators.optional(_positive),
+    )
+    surface_energy: float | None = attrs.field(
+        default=None, converter=attrs.converters.optional(as_float), validator=attrs.validators.optional(_positive)
+    )
+    roughness: tuple[float, float] | None = attrs.field(
+        default=None, converter=attrs.converters.optional(_floats), validator=attrs.validators.optional(_range)
+    )
+    ball_radius: float | None = attrs.field(
+        default=None, converter=attrs.converters.optional(as_float), validator=attrs.validators.optional(_positive)
+    )
+    source: str = attrs.field(default="", validator=_text, eq=False, repr=False)
+
+    def __attrs_post_init__(self) -> None:
+        if self.shear_modulus is _ISOTROPIC:
+            object.__setattr__(self, "shear_modulus", self.youngs_modulus / (2 * (1 + self.poissons_ratio)))
+
+
+_SOURCE = "Winogrodzka, Pre-sliding behaviour of multi asperity ceramic contacts, University of Twente, Table B.1"
+
+_SAPPHIRE = Material("sapphire", 462.6e9, 0.309, 144.3e9, 41.1e-3, (8e-9, 10e-9), 2.5e-3, _SOURCE)
+
+MATERIALS: Final[Mapping[str, Material]] = MappingProxyType(
+    {
+        row.name: row
+        for row in (
+            Material("silicon", 112e9, 0.28, 44e9, 44.1e-3, (2e-9, 3e-9), 2.5e-3, _SOURCE),
+            Material("silica", 73.6e9, 0.17, 31.4e9, 44.1e-3, (3e-9, 5e-9), 2.5e-3, _SOURCE),
+            _SAPPHIRE,
+            attrs.evolve(_SAPPHIRE, name="alumina"),
+            Material("float glass", 64e9, 0.2, 26e9, 83.4e-3, (0.7e-9, 1e-9), None, _SOURCE),
+            Material("zirconia", 205e9, 0.312, 81e9, 45.6e-3, None, 2.5e-3, _SOURCE),
+        )
+    }
+)
+"""The built-in materials by name: Table B.1 of Winogrodzka's thesis. Alumina and sapphire are one row of it."""
+
+
+def material(name: str) -> Material:
+    """Return a built-in material.
+
+    Parameters
+    ----------
+    name : str
+        One of `MATERIALS`. Case does not matter; underscores and hyphens stand for spaces.
+
+    Raises
+    ------
+    InputError
+        An unknown name; the message gives the close matches and all names.
+    """
+    key = " ".join(name.lower().replace("_", " ").replace("-", " ").split()) if isinstance(name, str) else ""
+    if key in MATERIALS:
+        return MATERIALS[key]
+    close = difflib.get_close_matches(key, MATERIALS)
+    hint = f"did you mean {' or '.join(map(repr, close))}? " if close else ""
+    raise InputError(
+        f"{name!r} is not a built-in material; {hint}expected one of {', '.join(MATERIALS)}; give any other material "
+        "as Material(name, youngs_modulus, poissons_ratio)"
+    )
+
+
+@attrs.frozen(init=False, repr=False)
+class MaterialPair:
+    """The elastic constants of two materials in contact.
+
+    Made as ``MaterialPair(first, second)``, or from its moduli with `from_moduli`.
+
+    Parameters
+    ----------
+    first, second : Material
+        The two materials; the order does not change the moduli.
+
+    Attributes
+    ----------
+    first, second : Material or None
+        The two materials; None where the pair was made from its moduli.
+    contact_modulus : float
+        E* [Pa], > 0, with 1/E* = (1 - ν1²)/E1 + (1 - ν2²)/E2.
+    shear_modulus : float
+        G* [Pa], > 0, with 1/G* = (2 - ν1)/G1 + (2 - ν2)/G2: the convention in which the tangential stiffness of a
+        circle of radius a is 8 G* a.
+
+    Raises
+    ------
+    InputError
+        Something that is not a `Material`.
+
+    Notes
+    -----
+    Hertz (1882); Mindlin, *J. Appl. Mech.* 16 (1949) 259-268; Johnson, *Contact Mechanics* (1985), sections 4.2
+    and 7.2.
+    """
+
+    first: Material | None
+    second: Material | None
+    contact_modulus: float = attrs.field(converter=as_float, validator=_positive)
+    shear_modulus: float = attrs.field(converter=as_float, validator=_positive)
+
+    def __init__(self, first: Material, second: Material) -> None:
+        for name, value in (("first", first), ("second", second)):
+            if not isinstance(value, Material):
+                raise InputError(
+                    f"MaterialPair: {name} is {value!r}; expected a Material, such as material('silicon'); a pair "
+                    "known by its moduli is MaterialPair.from_moduli(contact_modulus=..., shear_modulus=...)"
+                )
+        pair = (first, second)
+        self.__attrs_init__(
+            first,
+            second,
+            1 / sum((1 - one.poissons_ratio**2) / one.youngs_modulus for one in pair),
+            1 / sum((2 - one.poissons_ratio) / one.shear_modulus for one in pair),
+        )
+
+    @classmethod
+    def from_moduli(cls, *, contact_modulus: float, shear_modulus: float) -> Self:
+        """Make a pair from its moduli.
+
+        Parameters
+        ----------
+        contact_modulus : float
+            E* [Pa], > 0.
+        shear_modulus : float
+            G* [Pa], > 0, in the convention k_t = 8 G* a.
+
+        Raises
+        ------
+        InputError
+            A modulus that is not finite and positive.
+        """
+        pair = cls.__new__(cls)
+        pair.__attrs_init__(None, None, contact_modulus, shear_modulus)
+        return pair
+
+    @property
+    def displacement_ratio(self) -> float:
+        """θ = E* / (4 G*) [1]: the tangential deflection of a spring over its normal deflection at equal force.
+
+        In the row of springs that replaces the contact (method of dimensionality reduction), a spring is E* stiff per
+        length against normal and 4 G* against tangential deflection. The preliminary displacement of a Hertz contact
+        is θ times the friction coefficient times the approach.
+        """
+        return self.contact_modulus / (4 * self.shear_modulus)
+
+    def __repr__(self) -> str:
+        if self.first is None:
+            return (
+                f"{type(self).__name__}.from_moduli(contact_modulus={self.contact_modulus!r}, "
+                f"shear_modulus={self.shear_modulus!r})"
+            )
+        return f"{type(self).__name__}({self.first!r}, {self.second!r})"

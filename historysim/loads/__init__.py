@@ -1,0 +1,1 @@
+"""What happens, and when: events, straight paths, and the schedule of rows."""

@@ -1,0 +1,158 @@
+"""Load events: facts about what the load channels have reached, and when.
+
+Loads are waypoints, as in an amplitude table: an event says what its channel has reached at its
+time, and a channel runs straight between its own waypoints.
+"""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, ClassVar
+
+import attrs
+
+from historysim.basics.units import as_float, is_number
+from historysim.errors import InputError
+
+
+def _finite(event: object, attribute: "attrs.Attribute[float]", value: float) -> None:
+    if not (is_number(value) and math.isfinite(value)):
+        raise InputError(f"{type(event).__name__}: {attribute.name} is {value!r}; expected a finite number, in SI")
+
+
+@attrs.frozen
+class LoadEvent:
+    """What one load channel has reached at a time.
+
+    Parameters
+    ----------
+    time : float
+        Time [s].
+    value : float
+        The load [N] or displacement [m] reached at that time.
+
+    Raises
+    ------
+    InputError
+        A time or value that is not a finite number.
+    """
+
+    time: float = attrs.field(converter=as_float, validator=_finite)
+    value: float = attrs.field(converter=as_float, validator=_finite)
+
+    channel: ClassVar[str]
+    unit: ClassVar[str]
+
+
+def _not_negative(event: object, attribute: "attrs.Attribute[float]", value: float) -> None:
+    _finite(event, attribute, value)
+    if value < 0:
+        raise InputError(
+            f"{type(event).__name__}: a normal load of {value:g} N pulls on the contact; "
+            "expected a load of 0 N (lift-off) or more, since the contact does not adhere"
+        )
+
+
+@attrs.frozen
+class NormalLoad(LoadEvent):
+    """The total normal load [N] reached at a time; 0 lifts the surface off."""
+
+    value: float = attrs.field(converter=as_float, validator=_not_negative)
+    channel = "normal"
+    unit = "N"
+
+
+@attrs.frozen
+class NormalDisplacement(LoadEvent):
+    """The approach of the highest summit from first touch [m]; negative values are a gap."""
+
+    channel = "normal"
+    unit = "m"
+
+
+@attrs.frozen
+class TangentialLoad(LoadEvent):
+    """The total tangential load [N] reached at a time."""
+
+    channel = "tangential"
+    unit = "N"
+
+
+@attrs.frozen
+class TangentialDisplacement(LoadEvent):
+    """The rigid tangential displacement U [m] reached at a time, or with an `Instrument` that of its drive."""
+
+    channel = "tangential"
+    unit = "m"
+
+
+def _coefficients(value: Any) -> Any:
+    single = isinstance(value, str | bytes | Mapping) or getattr(value, "ndim", 1) == 0
+    return tuple(map(as_float, value)) if isinstance(value, Iterable) and not single else as_float(value)
+
+
+def _valid_coefficients(event: object, attribute: "attrs.Attribute[float]", value: float | tuple[float, ...]) -> None:
+    coefficients = value if isinstance(value, tuple) else (value,)
+    if not coefficients:
+        raise InputError(f"{type(event).__name__}: {attribute.name} is empty; expected one coefficient, or one each")
+    for coefficient in coefficients:
+        if not (is_number(coefficient) and math.isfinite(coefficient) and coefficient >= 0):
+            raise InputError(
+                f"{type(event).__name__}: {attribute.name} is {coefficient!r}; expected a finite number of 0 or more"
+            )
+
+
+@attrs.frozen
+class FrictionChange:
+    """A new friction coefficient from a time on.
+
+    It acts at once, after the load channels have arrived at that time. Springs that the new, lower
+    limit cannot hold slip; under load control the tangential displacement then jumps to restore the
+    load. A rise changes nothing until the next load.
+
+    Parameters
+    ----------
+    time : float
+        Time [s].
+    friction : float or sequence of float
+        One coefficient for all asperities, or one per asperity in the order of the ensemble.
+
+    Raises
+    ------
+    InputError
+        A time or coefficient that is not a finite number, or a negative coefficient.
+    """
+
+    time: float = attrs.field(converter=as_float, validator=_finite)
+    friction: float | tuple[float, ...] = attrs.field(converter=_coefficients, validator=_valid_coefficients)
+
+
+Event = LoadEvent | FrictionChange
+
+
+def time_text(time: float) -> str:
+    """Write a time with as many digits as tell it from any other: ``"12.5 s"``."""
+    return f"{repr(float(time)).removesuffix('.0')} s"
+
+
+def check_sequence(events: Sequence[Event]) -> None:
+    """Check a sequence of events before any of it is applied.
+
+    Raises
+    ------
+    InputError
+        A thing that is not an event, or a time before the one of the event in front of it.
+    """
+    previous = -math.inf
+    for index, event in enumerate(events):
+        if not isinstance(event, LoadEvent | FrictionChange) or type(event) is LoadEvent:
+            raise InputError(
+                f"event {index}: {event!r} is not a load event; expected NormalLoad, NormalDisplacement, "
+                "TangentialLoad, TangentialDisplacement or FrictionChange"
+            )
+        if event.time < previous:
+            raise InputError(
+                f"event {index} at t = {time_text(event.time)}: comes after an event at t = {time_text(previous)}; "
+                "expected times that do not decrease; sort the events by time (sorted(events, key=lambda event: "
+                "event.time) keeps the order of those at one time)"
+            )
+        previous = event.time

@@ -1,0 +1,341 @@
+"""From load events to straight paths: what is walked, in which order, and when a row is recorded."""
+
+import bisect
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+
+from historysim.errors import InputError
+from historysim.loads.events import (
+    Event,
+    FrictionChange,
+    LoadEvent,
+    NormalDisplacement,
+    TangentialDisplacement,
+    check_sequence,
+)
+from historysim.memory import kernel
+
+Goal = tuple[int, float, float]
+"""Control of a channel, its target in N or m, and the fraction of the way left to go."""
+
+
+CHANNELS = ("normal", "tangential")
+AT_WAYPOINT, BEYOND_LAST = -1, -2
+
+
+@attrs.frozen
+class Standing:
+    """How far a schedule has come at the end of one of its times: where it can be taken up again.
+
+    A channel on its way to a later waypoint is where that waypoint puts it, so what has been replayed may
+    depend on an event that is still to come, and a channel beyond its last waypoint would have been elsewhere
+    if it had one more. `heading` says so, and two schedules that stand alike have replayed the same.
+
+    Attributes
+    ----------
+    events, rows : int
+        Events that are done, and rows recorded so far.
+    time : float
+        The time at which it stands [s].
+    passed : tuple of int (channel)
+        Waypoints that the normal and the tangential channel have passed.
+    control : tuple of int (channel)
+        How each is controlled.
+    heading : tuple of int (channel)
+        Index of the event that each is on its way to; ``AT_WAYPOINT`` where it stands at one of its waypoints or has
+        not begun, ``BEYOND_LAST`` where it is held after its last.
+    """
+
+    events: int
+    rows: int
+    time: float
+    passed: tuple[int, int]
+    control: tuple[int, int]
+    heading: tuple[int, int]
+
+
+@attrs.frozen
+class Stretch:
+    """Paths between changes of friction, and the change that ends them.
+
+    Attributes
+    ----------
+    paths : kernel.Paths
+        With targets in N and m.
+    event : list (path)
+        Index of an event that each path serves, the tangential one where there is one.
+    row_time : array (row)
+        Times of the rows that the paths record [s].
+    friction : FrictionChange, optional
+        Acts at the end of the last path.
+    friction_event : int
+        Its index.
+    standing : Standing, optional
+        Where the schedule stands at the end, unless that is in the midst of a time or between two.
+    share : float
+        How much of its one path is walked, where the schedule ends between two event times; otherwise 1.
+    """
+
+    paths: kernel.Paths
+    event: list[int]
+    row_time: npt.NDArray[np.float64]
+    friction: FrictionChange | None = None
+    friction_event: int = -1
+    standing: Standing | None = None
+    share: float = 1.0
+
+
+def stretches(
+    events: Sequence[Event],
+    substeps: int = 1,
+    most_rows: int | None = None,
+    *,
+    start: Standing | None = None,
+    until: float = math.inf,
+) -> Iterator[Stretch]:
+    """Schedule events, which stand in the order of their times.
+
+    At each distinct time both channels first arrive where their waypoints put them, on one joint
+    straight path; what else the events at that time say follows in their order. One row is
+    recorded per distinct time, and ``substeps`` - 1 more at equal intervals since the time before.
+
+    Parameters
+    ----------
+    events : sequence of events
+    substeps : int
+        Rows per interval of time, 1 or more.
+    most_rows : int, optional
+        Break stretches so that none records many more rows than this.
+    start : Standing, optional
+        Where an earlier schedule of the same events stood; the beginning by default.
+    until : float
+        Stop at this time [s]. Between two event times, the last stretch is the way to the later one, of which a share
+        is walked, and records a row there.
+
+    Raises
+    ------
+    InputError
+        Events that are not events, not in order, or none; substeps below 1.
+    """
+    _check(events, substeps)
+    normal, tangential = _Channel(events, "normal", start), _Channel(events, "tangential", start)
+    done, rows, previous = (start.events, start.rows, start.time) if start else (0, 0, None)
+    standing, broken_at = start, rows
+    table = _Table()
+    numbered_events = enumerate(itertools.islice(events, done, None), done)
+    for time, numbered in itertools.groupby(numbered_events, key=lambda pair: pair[1].time):
+        if time > until:
+            if previous is not None and until > previous:
+                if table.paths:
+                    yield table.stretch(standing=standing)
+                    table = _Table()
+                table.add(normal.arrive(time, previous), tangential.arrive(time, previous), done)
+                table.record(until)
+                yield attrs.evolve(table.stretch(), share=(until - previous) / (time - previous))
+                return
+            break
+        present = list(numbered)
+        arriving = [_first(present, "normal"), _first(present, "tangential")]
+        # a change of friction acts after both channels have arrived
+        rest = _joint([pair for pair in present if pair not in arriving])
+        served = next((pair[0] for pair in reversed(arriving) if pair), present[0][0])
+        inner: list[float] = (
+            [] if previous is None else [previous + (time - previous) * k / substeps for k in range(1, substeps)]
+        )
+        table.add(normal.arrive(time, previous), tangential.arrive(time, previous), served, inner)
+        for number, group in rest:
+            if isinstance(group, FrictionChange):
+                yield table.stretch(group, number)
+                table = _Table()
+                # the path on which a controlled load is restored
+                table.add(normal.stay(), tangential.stay(), number)
+            else:
+                table.add(normal.jump(group), tangential.jump(group), number)
+        table.record(time)
+        previous, done, rows = time, done + len(present), rows + 1 + len(inner)
+        standing = Standing(
+            events=done,
+            rows=rows,
+            time=time,
+            passed=(normal.passed, tangential.passed),
+            control=(normal.control, tangential.control),
+            heading=(normal.heading(time), tangential.heading(time)),
+        )
+        # changes of friction break stretches too, but in the midst of a time
+        if most_rows is not None and rows - broken_at >= most_rows:
+            yield table.stretch(standing=standing)
+            table, broken_at = _Table(), rows
+    if table.paths:
+        yield table.stretch(standing=standing)
+
+
+def standing_at(events: Sequence[Event], count: int, substeps: int = 1) -> Standing | None:
+    """Where a schedule stands when so many events are done; None in the midst of a time.
+
+    Parameters
+    ----------
+    events : sequence of events
+        In order.
+    count : int
+        Events that are done, one or more.
+    substeps : int
+        Rows per interval of time.
+    """
+    if not 0 < count <= len(events) or (count < len(events) and events[count].time == events[count - 1].time):
+        return None
+    time = events[count - 1].time
+    channels = [_Channel(events, name, done=count) for name in CHANNELS]
+    heading = [channel.heading(time) for channel in channels]
+    return Standing(
+        events=count,
+        rows=row_count(events[:count], substeps),
+        time=time,
+        passed=(channels[0].passed, channels[1].passed),
+        control=(channels[0].last_control(time), channels[1].last_control(time)),
+        heading=(heading[0], heading[1]),
+    )
+
+
+def row_count(events: Sequence[Event], substeps: int = 1, until: float = math.inf) -> int:
+    """Count the rows that `stretches` records; parameters and errors as there."""
+    _check(events, substeps)
+    times = np.fromiter((event.time for event in events), dtype=float, count=len(events))
+    done = times[times <= until]
+    between = 0 < done.size < times.size and until > done[-1]
+    return (int(np.count_nonzero(np.diff(done))) * substeps + 1 if done.size else 0) + int(between)
+
+
+def _check(events: Sequence[Event], substeps: int) -> None:
+    check_sequence(events)
+    if not events:
+        raise InputError("there are no load events; expected at least one")
+    check_substeps(substeps)
+
+
+def check_substeps(substeps: int) -> None:
+    """Check a number of rows per interval.
+
+    Raises
+    ------
+    InputError
+        It is no whole number of 1 or more.
+    """
+    if isinstance(substeps, bool) or not isinstance(substeps, int) or substeps < 1:
+        raise InputError(f"substeps is {substeps!r}; expected a whole number of 1 or more")
+
+
+def _first(present: list[tuple[int, Event]], channel: str) -> tuple[int, Event] | None:
+    return next((pair for pair in present if isinstance(pair[1], LoadEvent) and pair[1].channel == channel), None)
+
+
+def _joint(rest: list[tuple[int, Event]]) -> list[tuple[int, FrictionChange | dict[str, LoadEvent]]]:
+    """Gather events at one time into joint paths: a channel's second event starts another."""
+    groups: list[tuple[int, FrictionChange | dict[str, LoadEvent]]] = []
+    for number, event in rest:
+        last = groups[-1][1] if groups else None
+        if isinstance(event, FrictionChange):
+            groups.append((number, event))
+        elif isinstance(last, dict) and event.channel not in last:
+            last[event.channel] = event
+        else:
+            groups.append((number, {event.channel: event}))
+    return groups
+
+
+class _Channel:
+    """One channel's waypoints, and which of them it has passed."""
+
+    def __init__(
+        self, events: Sequence[Event], name: str, start: Standing | None = None, *, done: int | None = None
+    ) -> None:
+        self.name = name
+        numbered = [
+            (number, event)
+            for number, event in enumerate(events)
+            if isinstance(event, LoadEvent) and event.channel == name
+        ]
+        self.numbers = [number for number, _ in numbered]
+        self.waypoints = [event for _, event in numbered]
+        self.passed = 0
+        self.control = kernel.LOAD
+        if start is not None:
+            own = CHANNELS.index(name)
+            self.passed, self.control = start.passed[own], start.control[own]
+        elif done is not None:
+            self.passed = bisect.bisect_left(self.numbers, done)
+
+    def arrive(self, time: float, previous: float | None) -> Goal:
+        """Where the channel is at a time, by its first waypoint then or on the straight line to a later one."""
+        if self.passed == len(self.waypoints):
+            return (self.control, self.waypoints[-1].value, 1.0) if self.passed else self.stay()
+        waypoint = self.waypoints[self.passed]
+        if waypoint.time == time:
+            return self.jump({self.name: waypoint})
+        if self.passed == 0 or previous is None:
+            return self.stay()
+        self.control = _control(waypoint)
+        return self.control, waypoint.value, (time - previous) / (waypoint.time - previous)
+
+    def jump(self, group: dict[str, LoadEvent]) -> Goal:
+        """Go to the channel's waypoint in a joint path, if it has one there."""
+        if self.name not in group:
+            return self.stay()
+        self.passed += 1
+        self.control = _control(group[self.name])
+        return self.control, group[self.name].value, 1.0
+
+    def heading(self, time: float) -> int:
+        """Index of the event that it is on its way to at a time that is done, or what `Standing` has in its place."""
+        if self.passed == 0 or self.waypoints[self.passed - 1].time == time:
+            return AT_WAYPOINT
+        return BEYOND_LAST if self.passed == len(self.waypoints) else self.numbers[self.passed]
+
+    def last_control(self, time: float) -> int:
+        """How it was controlled on the way to a time that is done."""
+        if self.passed == 0:
+            return kernel.LOAD
+        under_way = self.heading(time) >= 0
+        return _control(self.waypoints[self.passed if under_way else self.passed - 1])
+
+    def stay(self) -> Goal:
+        """Hold what the channel has reached, as it was controlled on the way there; unloaded before it started."""
+        return self.control, *kernel.STILL
+
+
+def _control(event: LoadEvent) -> int:
+    return kernel.DISPLACED if isinstance(event, NormalDisplacement | TangentialDisplacement) else kernel.LOAD
+
+
+class _Table:
+    """Paths of one stretch, as they are scheduled."""
+
+    def __init__(self) -> None:
+        self.paths: list[tuple[float, ...]] = []
+        self.events: list[int] = []
+        self.recorded: list[bool] = []
+        self.row_times: list[float] = []
+
+    def add(self, normal: Goal, tangential: Goal, event: int, inner_times: Sequence[float] = ()) -> None:
+        self.paths.append((*normal, *tangential, len(inner_times) + 1))
+        self.events.append(event)
+        self.recorded.append(False)
+        self.row_times.extend(inner_times)
+
+    def record(self, time: float) -> None:
+        """Record the end of the last path."""
+        self.recorded[-1] = True
+        self.row_times.append(time)
+
+    def stretch(
+        self, friction: FrictionChange | None = None, friction_event: int = -1, standing: Standing | None = None
+    ) -> Stretch:
+        columns = [np.array(column) for column in zip(*self.paths, strict=True)]
+        paths = kernel.paths_to(
+            kernel.Goals(*columns[:3]), kernel.Goals(*columns[3:6]), parts=columns[6], recorded=self.recorded
+        )
+        return Stretch(paths, self.events, np.array(self.row_times), friction, friction_event, standing)

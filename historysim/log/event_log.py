@@ -1,0 +1,364 @@
+"""`EventLog`: the log of a run, which alone reproduces it, and can be asked about any moment."""
+
+import math
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+import attrs
+import numpy as np
+
+from historysim.asperities.ensemble import Ensemble, EnsembleState
+from historysim.asperities.instrument import RIGID, Instrument, as_instrument
+from historysim.basics.arguments import scalar
+from historysim.errors import InputError
+from historysim.loads import schedule as scheduler
+from historysim.loads.events import (
+    Event,
+    LoadEvent,
+    NormalDisplacement,
+    NormalLoad,
+    TangentialDisplacement,
+    TangentialLoad,
+    time_text,
+)
+from historysim.log.file import Content, LogFile
+from historysim.log.head import Head
+from historysim.memory import kernel
+from historysim.recording import recorder
+from historysim.scenario import run as simulation
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_HELD = kernel.Goals(kernel.DISPLACED, *kernel.STILL)
+HOLD = kernel.paths_to(_HELD, _HELD)
+"""A path that leads nowhere and records a row."""
+
+
+@attrs.frozen
+class Verdict:
+    """What a check of a log has found.
+
+    Attributes
+    ----------
+    events : int
+        Events that are sound, from the beginning.
+    digest : str
+        Digest of the log up to there: the last link of its chain.
+    problem : str
+        What is wrong after them; empty where the log is whole.
+    """
+
+    events: int
+    digest: str
+    problem: str = ""
+
+    @property
+    def whole(self) -> bool:
+        """Whether nothing is wrong."""
+        return not self.problem
+
+
+class EventLog:
+    """The log of a run: what decides its result, in one file to which events are only ever appended.
+
+    Any number of programs may read a log while one writes it. The first `append` takes the writer's lock, which
+    `close` gives back.
+
+    Parameters
+    ----------
+    path : path
+        An existing log (``NAME.history``); `create` makes one.
+
+    Raises
+    ------
+    InputError
+        There is no such file, or it is no log, or its head is damaged.
+    OSError
+        It cannot be opened.
+    """
+
+    def __init__(self, path: str | Path | LogFile) -> None:
+        self._file = path if isinstance(path, LogFile) else LogFile(Path(path))
+
+    @classmethod
+    def create(
+        cls,
+        path: str | Path,
+        ensemble: Ensemble,
+        events: Iterable[Event] = (),
+        *,
+        substeps: int = 1,
+        saturate: bool = False,
+        record: recorder.Selection = "touching",
+        instrument: Instrument = RIGID,
+        title: str = "",
+    ) -> Self:
+        """Make a log, in place of one of that name.
+
+        Parameters
+        ----------
+        path : path
+        ensemble : Ensemble
+            Is stored whole.
+        events : iterable of events
+            The first ones; `append` adds more.
+        substeps, saturate, record, instrument
+            As for `historysim.replay`.
+        title : str
+
+        Raises
+        ------
+        InputError
+            What cannot be used.
+        OSError
+            The file cannot be written, or another process is writing it.
+        """
+        scheduler.check_substeps(substeps)
+        recorder.chosen_asperities(ensemble, (), record)
+        settings: dict[str, Any] = {"substeps": substeps, "saturate": saturate, "record": record, "title": title}
+        head = Head.of(ensemble, instrument=as_instrument(instrument), **settings)
+        return cls(LogFile.create(Path(path), head, list(events)))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __len__(self) -> int:
+        """Return the number of events."""
+        return len(self._file.sound().events)
+
+    def close(self) -> None:
+        """Close the file, and give the writer's lock back."""
+        self._file.close()
+
+    # -- what stands in it -------------------------------------------------------------------------
+
+    @property
+    def path(self) -> Path:
+        """Where it stands."""
+        return self._file.path
+
+    @property
+    def ensemble(self) -> Ensemble:
+        """The asperities, as they stand in the log."""
+        return self._file.head.ensemble
+
+    @property
+    def instrument(self) -> Instrument:
+        """The instrument in series with the contact."""
+        return self._file.head.instrument
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """What stands in its head beside the arrays: versions, the text of the scenario, seed, moduli, options."""
+        return dict(self._file.head.settings)
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of all of it: the last link of the chain."""
+        return self._file.sound().links[-1].hex()
+
+    def events(self, start: int = 0, stop: int | None = None) -> list[Event]:
+        """Return events, by their numbers, as a slice does.
+
+        Raises
+        ------
+        InputError
+            The log is damaged; the message says which events are sound.
+        """
+        return self._file.sound().events[start:stop]
+
+    def verify(self) -> Verdict:
+        """Check the chain, and say how far the log is sound."""
+        content = self._file.read()
+        return Verdict(len(content.events), content.links[-1].hex(), content.problem)
+
+    # -- writing -----------------------------------------------------------------------------------
+
+    def append(self, events: Event | Iterable[Event]) -> None:
+        """Append events: they are on the disk when this returns.
+
+        A channel runs straight between its own waypoints, so a new waypoint of a channel that was held since
+        its last one also says how it came there.
+
+        Parameters
+        ----------
+        events : event or iterable of events
+            In the order of their times, none before the last one in the log.
+
+        Raises
+        ------
+        InputError
+            Events that cannot be used, or the log is damaged; nothing is appended.
+        OSError
+            Another process is writing it, or the disk is full; of very many events (more than 65,536) the first may
+            have been appended.
+        """
+        self._file.append([events] if not isinstance(events, Iterable) else list(events))
+
+    def fork(self, at: float, path: str | Path, *, tell: simulation.Teller = simulation.silent) -> "EventLog":
+        """Copy the past up to a time to a new log, so that another future can be appended.
+
+        Channels that are on their way then, or held after their last waypoint, get a waypoint where they stand; those
+        on their way get one at the last event, too. Without them, what is appended would also change the past. Of a
+        damaged log, what is sound is copied.
+
+        Parameters
+        ----------
+        at : float
+            Time [s]; events at this time are copied.
+        path : path
+            The new log.
+        tell : callable, optional
+            Told what is wrong with a damaged log.
+
+        Raises
+        ------
+        InputError
+            A time before the first event, or after those of a damaged log that are sound, or the log itself as new one.
+        OSError
+            The file cannot be written.
+        """
+        path, time = Path(path), scalar("at", at)
+        if path.exists() and path.samefile(self.path):
+            raise InputError(f"{path}: is the log itself; expected another name for the fork")
+        content = self._file.read()
+        events = content.events
+        if content.problem:
+            tell(f"{self.path}: is damaged: {content.problem}; the {len(events):,} events before are sound")
+            if events and time > events[-1].time:
+                raise InputError(
+                    f"{self.path}: is sound up to t = {time_text(events[-1].time)} only; expected a time up to there, "
+                    f"not {time_text(time)}"
+                )
+        past = [event for event in events if event.time <= time]
+        if not past:
+            raise InputError(
+                f"{self.path}: has no event up to t = {time_text(time)}; expected a time from its first event on"
+                + (f", at t = {time_text(events[0].time)}" if events else "")
+            )
+        past += self._standing(content, past, time)
+        return EventLog(LogFile.create(path, self._file.head, past))
+
+    def _standing(self, content: Content, past: Sequence[Event], time: float) -> list[Event]:
+        """Waypoints where the channels stand at a time, for those that have none at it."""
+        standing = scheduler.standing_at(content.events, len(past), self._file.head.substeps)
+        if standing is None:
+            return []
+        held: list[Event] = []
+        for own, channel in enumerate(scheduler.CHANNELS):
+            heading = standing.heading[own]
+            waypoints = [event for event in past if isinstance(event, LoadEvent) and event.channel == channel]
+            if waypoints and waypoints[-1].time == time:
+                continue
+            if heading == scheduler.AT_WAYPOINT:
+                # it left its waypoint after the last event of the past, for the next one if there is one
+                later = (event for event in content.events[len(past) :] if isinstance(event, LoadEvent))
+                ahead = next((event for event in later if event.channel == channel), None)
+            else:
+                ahead = content.events[heading] if heading >= 0 else None  # type: ignore[assignment]
+            if not waypoints:
+                # unloaded until the last event, and then on its way if its first waypoint comes next
+                if ahead is not None and ahead.time == content.events[len(past)].time and time > standing.time:
+                    held.append(self._where(type(ahead), self._state(content, time), time))
+            elif ahead is None:
+                held.append(attrs.evolve(waypoints[-1], time=time))
+            else:
+                # where the path is straight in the displacements, a load is on its line at event times only
+                moments = [moment for moment in dict.fromkeys((standing.time, time)) if moment > waypoints[-1].time]
+                held += [self._where(type(ahead), self._state(content, moment), moment) for moment in moments]
+        return sorted(held, key=lambda event: event.time)
+
+    def _where(self, kind: type[LoadEvent], state: EnsembleState, time: float) -> LoadEvent:
+        reached = {
+            NormalLoad: state.normal_load,
+            NormalDisplacement: state.approach,
+            TangentialLoad: state.tangential_load,
+            TangentialDisplacement: self.instrument.drive_displacement(
+                state.tangential_displacement, state.tangential_load
+            ),
+        }
+        return kind(time, reached[kind])
+
+    # -- replaying ---------------------------------------------------------------------------------
+
+    def replay(
+        self, until: float = math.inf, *, record: recorder.Selection | None = None, substeps: int | None = None
+    ) -> "xr.Dataset":
+        """Replay the log, from its beginning.
+
+        Parameters
+        ----------
+        until : float
+            Time [s] at which to stop. Between two event times, the last row is that of this time.
+        record : optional
+            Asperities to record, as for `historysim.replay`; by default as the log has it.
+        substeps : int, optional
+            Rows per interval between event times; by default as the log has it.
+
+        Raises
+        ------
+        InputError
+            The log is damaged or has no event by then.
+        LoadError
+            A load that the contact cannot carry.
+        """
+        head, events = self._file.head, self._file.sound().events
+        time = math.inf if until == math.inf else scalar("until", until)
+        steps = head.substeps if substeps is None else substeps
+        count = scheduler.row_count(events, steps, time)
+        if count == 0:
+            raise InputError(f"{self.path}: has no event up to t = {time_text(time)}; expected a later time")
+        chosen = recorder.chosen_asperities(head.ensemble, events, head.record if record is None else record)
+        attributes = simulation.attributes_of(head, events)
+        target = recorder.DatasetRecorder(head.ensemble, chosen, count, attributes, instrument=head.instrument)
+        plan = scheduler.stretches(events, steps, simulation.ROWS_BETWEEN_REPORTS, until=time)
+        simulation.walk(head.ensemble, events, plan, target, saturate=head.saturate)
+        return target.dataset()
+
+    def state(self, at: float = math.inf, *, tell: simulation.Teller = simulation.silent) -> EnsembleState:
+        """Return the state at a time, from the last snapshot before it.
+
+        Parameters
+        ----------
+        at : float
+            Time [s]. Before the first event nothing has happened; after the last, the channels are held.
+        tell : callable, optional
+            Told which snapshots are passed over, and why.
+
+        Raises
+        ------
+        InputError
+            The log is damaged.
+        LoadError
+            A load before that time that the contact cannot carry.
+        """
+        return self._state(self._file.sound(), math.inf if at == math.inf else scalar("at", at), tell)
+
+    def _state(self, content: Content, time: float, tell: simulation.Teller = simulation.silent) -> EnsembleState:
+        head, events = self._file.head, content.events
+        if not events:
+            return head.ensemble.initial_state()
+        start = simulation.start_before(self._file, content, time, tell)
+        # substeps change the rounding of a state, and the result has to be met to the bit
+        rows = simulation.ROWS_BETWEEN_REPORTS
+        plan = scheduler.stretches(events, head.substeps, rows, start=start.standing, until=time)
+        unseen = simulation.Unseen(head.ensemble, None, 0, {}, instrument=head.instrument)
+        return simulation.walk(head.ensemble, events, plan, unseen, saturate=head.saturate, start=start)
+
+    def state_dataset(self, at: float = math.inf) -> "xr.Dataset":
+        """Return the state at a time as a history of one step, with all asperities; parameters as for `state`."""
+        head, content = self._file.head, self._file.sound()
+        last = content.events[-1].time if content.events else 0.0
+        time = last if at == math.inf else scalar("at", at)
+        state = self._state(content, time)
+        everyone = np.arange(len(head.ensemble))
+        attributes = simulation.attributes_of(head, content.events)
+        target = recorder.DatasetRecorder(head.ensemble, everyone, 1, attributes, instrument=head.instrument)
+        head.ensemble.walk(state, HOLD, rows=target.room(1), asperities=everyone)
+        target.record(np.array([time]))
+        return target.dataset()

@@ -1,0 +1,197 @@
+"""What a model does along a measured displacement, without the reversals that are only noise.
+
+The measured displacement is not free of noise, and a contact remembers every reversal. So a model does not follow the
+samples: from one turning point to the next it passes the measured displacements in their order along the branch.
+"""
+
+import itertools
+import math
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+
+from historysim.asperities import ensemble as ensembles
+from historysim.asperities.ensemble import Ensemble
+from historysim.asperities.instrument import Instrument
+from historysim.basics.arguments import checked
+from historysim.errors import InputError
+from historysim.measured.record import Record
+from historysim.measured.reduction import turning_points
+from historysim.memory import kernel
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+MOST_BACK = 64
+"""Samples that are looked back to for the stiffness that noise may have met."""
+
+
+def noise_of(values: npt.ArrayLike) -> float:
+    """Return the standard deviation of white noise on a smooth record, by its second differences.
+
+    The median of their sizes is taken, so that turning points do not count. 0 for fewer than three samples.
+    """
+    second = np.diff(checked("values", values), 2)
+    # the median of |x| is 0.674 σ, and a second difference adds up the variances 1 + 4 + 1
+    return float(np.median(np.abs(second)) / (0.6744897501960817 * math.sqrt(6))) if second.size else 0.0
+
+
+@attrs.frozen(eq=False)
+class Observation:
+    """Samples of measured loops, in the order of their times.
+
+    Attributes
+    ----------
+    time : array (sample)
+        [s].
+    displacement : array (sample)
+        Measured tangential displacement: that of the drive [m].
+    tangential_load : array (sample)
+        Measured tangential load [N].
+    normal_load : array (sample)
+        Normal load [N], ≥ 0.
+    turns : array (turn)
+        Indices of the turning points of the displacement, with the first and the last sample.
+    nodes : array (node)
+        Indices of the samples whose displacement the contact remembers: the turning points, and those before and after
+        a step of the normal load.
+    displacement_noise, load_noise : float
+        Standard deviations of displacement [m] and tangential load [N].
+    first : int
+        The sample that a comparison begins at: those before are walked through, and not compared.
+    """
+
+    time: Floats
+    displacement: Floats
+    tangential_load: Floats
+    normal_load: Floats
+    turns: Integers
+    nodes: Integers
+    displacement_noise: float
+    load_noise: float
+    first: int = 0
+
+
+def observe(
+    record: Record, *, skip: int = 0, displacement_noise: float | None = None, load_noise: float | None = None
+) -> Observation:
+    """Take the loops out of a record.
+
+    Parameters
+    ----------
+    record : Record
+        With tangential displacement, tangential load and normal load, replayed or measured beside.
+    skip : int
+        Loops at the start that are not compared.
+    displacement_noise, load_noise : float, optional
+        Standard deviations [m, N]; by `noise_of` where they are not given.
+
+    Raises
+    ------
+    InputError
+        A channel that the record does not have, a negative normal load, or fewer loops than are to be skipped.
+    """
+    displacement, load = record["tangential_displacement"], record["tangential_load"]
+    normal = record["normal_load"]
+    record.check_pressed()
+    turns = turning_points(displacement, record.dead_band.get("tangential_displacement", 0.0))
+    start = 1 + 2 * skip if skip else 0
+    if not skip >= 0 or start >= turns.size - 1:
+        raise InputError(
+            f"{skip} loops are to be skipped, and the record has {max(turns.size - 2, 0) // 2}; expected fewer"
+        )
+    return Observation(
+        time=record.time,
+        displacement=displacement,
+        tangential_load=load,
+        normal_load=normal,
+        turns=turns,
+        nodes=np.union1d(turns, _load_steps(normal)),
+        displacement_noise=noise_of(displacement) if displacement_noise is None else displacement_noise,
+        load_noise=noise_of(load) if load_noise is None else load_noise,
+        first=int(turns[start]),
+    )
+
+
+@attrs.frozen(eq=False)
+class Passage:
+    """What a model does at each sample of an observation.
+
+    Attributes
+    ----------
+    displacement : array (sample)
+        Of the drive, which near a sample is that of the observation [m].
+    tangential_load : array (sample)
+        [N].
+    stiffness : array (sample)
+        Slope of the load over the displacement of the drive [N/m]; the greatest one that the noise of the displacement
+        may have met.
+    friction_limit : array (sample)
+        [N].
+    """
+
+    displacement: Floats
+    tangential_load: Floats
+    stiffness: Floats
+    friction_limit: Floats
+
+
+def passed(ensemble: Ensemble, instrument: Instrument, observation: Observation, shifts: npt.ArrayLike = ()) -> Passage:
+    """Walk a model along an observation.
+
+    Parameters
+    ----------
+    ensemble : Ensemble
+    instrument : Instrument
+        What the displacement was measured by.
+    observation : Observation
+    shifts : array_like (node)
+        How far the nodes between the first and the last are away from where they were measured, in standard deviations
+        of the displacement; those left out are where they were measured.
+    """
+    moved = np.asarray(shifts, dtype=np.float64)
+    target = observation.displacement.copy()
+    target[observation.nodes[1 : 1 + moved.size]] += moved * observation.displacement_noise
+    order = np.arange(target.size)
+    for start, end in itertools.pairwise(observation.nodes):
+        between = np.clip(target[start + 1 : end], *sorted((target[start], target[end])))
+        ranks = np.argsort(between if target[end] >= target[start] else -between, kind="stable")
+        target[start + 1 : end] = between[ranks]
+        order[start + 1 : end] = start + 1 + ranks
+    rows = ensembles.room(target.size, 0)
+    ensemble.walk(ensemble.initial_state(), _paths(observation.normal_load, target), rows=rows, instrument=instrument)
+    in_time = np.empty_like(order)
+    in_time[order] = np.arange(order.size)
+    stiffness = rows.totals[:, kernel.ROW_STIFFNESS]
+    stiffness = stiffness / (1 + stiffness / instrument.lateral_stiffness)
+    totals = rows.totals[in_time]
+    return Passage(
+        displacement=target[in_time],
+        tangential_load=totals[:, kernel.ROW_TANGENTIAL],
+        stiffness=_stiffest(target, stiffness, 2 * observation.displacement_noise)[in_time],
+        friction_limit=totals[:, kernel.ROW_LIMIT],
+    )
+
+
+def _stiffest(displacement: Floats, stiffness: Floats, reach: float) -> Floats:
+    """Give the greatest stiffness at each sample, the one before it, and those before it within reach."""
+    found = stiffness.copy()
+    for back in range(1, min(displacement.size, MOST_BACK)):
+        near = np.abs(displacement[back:] - displacement[:-back]) <= (math.inf if back == 1 else reach)
+        if not near.any():
+            break
+        found[back:] = np.maximum(found[back:], np.where(near, stiffness[:-back], 0.0))
+    return found
+
+
+def _load_steps(normal_load: Floats) -> Integers:
+    """Give the samples between which the normal load changes by much more than its noise."""
+    change = np.abs(np.diff(normal_load))
+    before = np.flatnonzero(change > max(10 * noise_of(normal_load), 1e-2 * float(np.ptp(normal_load))))
+    steps: Integers = np.union1d(before, before + 1)
+    return steps
+
+
+def _paths(normal_load: Floats, displacement: Floats) -> kernel.Paths:
+    return kernel.paths_to(kernel.Goals(kernel.LOAD, normal_load), kernel.Goals(kernel.DISPLACED, displacement))

@@ -1,0 +1,108 @@
+"""The table of outputs: each variable's name, dimensions, units, text and CF attributes, declared once."""
+
+from typing import Any
+
+import attrs
+import numpy as np
+
+from historysim.asperities.asperity import SlipState
+
+
+@attrs.frozen
+class Variable:
+    """One output variable.
+
+    Attributes
+    ----------
+    name : str
+    dimensions : tuple of str
+        Of ``step`` and ``asperity``; in the group of the surface ``x``, ``y`` and ``summit``.
+    units : str
+        UDUNITS text; "1" where dimensionless, empty for flags.
+    long_name : str
+    dtype : str
+        numpy's name of the type.
+    extra : dict
+        Further attributes.
+    """
+
+    name: str
+    dimensions: tuple[str, ...]
+    units: str
+    long_name: str
+    dtype: str = "float64"
+    extra: dict[str, Any] = attrs.field(factory=dict)
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """Attributes as they stand in the Dataset and the file."""
+        units = {"units": self.units} if self.units else {}
+        return {"long_name": self.long_name, **units, **self.extra}
+
+
+_STEP, _ASPERITY, _BOTH = ("step",), ("asperity",), ("step", "asperity")
+
+_SLIP_FLAGS = {
+    "flag_values": np.array([state.value for state in SlipState], dtype=np.int8),
+    "flag_meanings": " ".join(state.name.lower() for state in SlipState),
+}
+_SATURATION_FLAGS = {
+    "flag_values": np.array([0, 1], dtype=np.int8),
+    "flag_meanings": "within_limit held_at_limit",
+}
+
+COORDINATES = (
+    Variable("time", _STEP, "s", "elapsed time"),
+    Variable("asperity", _ASPERITY, "1", "index of the asperity in the ensemble", "int64"),
+    Variable("summit_height", _ASPERITY, "m", "height of the summit"),
+    Variable("summit_radius", _ASPERITY, "m", "radius of the summit"),
+    Variable("friction", _ASPERITY, "1", "friction coefficient at the start"),
+    Variable("x", _ASPERITY, "m", "position of the summit along x"),
+    Variable("y", _ASPERITY, "m", "position of the summit along y"),
+)
+
+TOTALS = (
+    Variable("total_normal_load", _STEP, "N", "normal load of all asperities"),
+    Variable("total_tangential_load", _STEP, "N", "tangential load of all asperities"),
+    Variable("separation", _STEP, "m", "height of the rigid flat over the datum of the summit heights"),
+    Variable("tangential_displacement", _STEP, "m", "rigid tangential displacement"),
+    Variable("contact_count", _STEP, "1", "number of asperities in contact", "int64"),
+    Variable("real_contact_area", _STEP, "m2", "real contact area"),
+    Variable("tangential_stiffness", _STEP, "N m-1", "tangential stiffness of the stick zones"),
+    Variable("total_dissipated_energy", _STEP, "J", "energy dissipated by friction since the start, all asperities"),
+    Variable("friction_limit", _STEP, "N", "largest tangential load that friction holds"),
+    Variable(
+        "saturated", _STEP, "", "whether a tangential load beyond the limit was held at it", "int8", _SATURATION_FLAGS
+    ),
+)
+
+BEHIND_A_SPRING = (
+    Variable("drive_displacement", _STEP, "m", "tangential displacement of the drive of the instrument"),
+)
+"""Totals that there are with an instrument in series."""
+
+PER_ASPERITY = (
+    Variable("normal_load", _BOTH, "N", "normal load of the asperity"),
+    Variable("tangential_load", _BOTH, "N", "tangential load of the asperity"),
+    Variable("contact_radius", _BOTH, "m", "contact radius"),
+    Variable("stick_radius", _BOTH, "m", "stick radius"),
+    Variable("slip_state", _BOTH, "", "slip state", "int8", _SLIP_FLAGS),
+    Variable("dissipated_energy", _BOTH, "J", "energy dissipated by friction since the start"),
+)
+
+SURFACE = (
+    Variable("x", ("x",), "m", "position along x"),
+    Variable("y", ("y",), "m", "position along y"),
+    Variable("height", ("x", "y"), "m", "height of the surface"),
+)
+"""The height map, in the group ``surface`` of a result."""
+
+_SUMMIT = ("summit",)
+
+SUMMITS = (
+    Variable("summit_height", _SUMMIT, "m", "height of the summit"),
+    Variable("summit_radius", _SUMMIT, "m", "radius of the summit"),
+    Variable("summit_x", _SUMMIT, "m", "position of the summit along x"),
+    Variable("summit_y", _SUMMIT, "m", "position of the summit along y"),
+)
+"""All summits, in the same group; ``asperity`` in the history is their index."""

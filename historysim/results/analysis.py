@@ -1,0 +1,229 @@
+"""What a recorded history says about its contact: functions of a Dataset."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from historysim.basics.units import duration_text, quantity_text
+from historysim.errors import InputError
+
+if TYPE_CHECKING:
+    from historysim.measured.loops import Definitions, Loops
+
+Floats = npt.NDArray[np.float64]
+
+
+def preliminary_displacement(history: xr.Dataset) -> xr.DataArray:
+    """Preliminary displacement of the surface: the tangential displacement at which its last asperity slides.
+
+    δ_t,max = max_i θ μ_i δ_i with θ = E*/(4 G*) and the approach δ_i = z_i - d, for one-way loading from
+    the virgin state at the present normal load (Mindlin 1949).
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history in which all asperities that touch are recorded. Its friction coefficients are those at
+        the start of the history, also after a change.
+
+    Returns
+    -------
+    xarray.DataArray
+        δ_t,max [m] at each step; 0 where nothing touches.
+
+    Raises
+    ------
+    InputError
+        A history without some or all of the asperities.
+    """
+    capacity, _ = _capacity(history)
+    return xr.DataArray(
+        capacity,
+        dims="step",
+        coords={"time": history["time"]},
+        name="preliminary_displacement",
+        attrs={"units": "m", "long_name": "preliminary displacement of the surface"},
+    )
+
+
+def critical_asperity(history: xr.Dataset) -> xr.DataArray:
+    """Asperity that is the last to slide: the one with the greatest μ_i δ_i.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        As for `preliminary_displacement`.
+
+    Returns
+    -------
+    xarray.DataArray
+        Its label at each step; -1 where nothing touches.
+
+    Raises
+    ------
+    InputError
+        A history without some or all of the asperities.
+    """
+    capacity, label = _capacity(history)
+    return xr.DataArray(
+        np.where(capacity > 0, label, -1),
+        dims="step",
+        coords={"time": history["time"]},
+        name="critical_asperity",
+        attrs={"long_name": "asperity that is the last to slide"},
+    )
+
+
+def drift(history: xr.Dataset, first: int, second: int) -> float:
+    """Change of the preliminary displacement between two steps, |δ_t,max,2 - δ_t,max,1|.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        As for `preliminary_displacement`.
+    first, second : int
+        Positions of the steps; negative ones count from the end.
+
+    Returns
+    -------
+    float
+        The drift [m].
+
+    Raises
+    ------
+    InputError
+        A step that the history does not have, or a history without some or all of the asperities.
+    """
+    steps = history.sizes["step"]
+    for step in (first, second):
+        if not -steps <= step < steps:
+            raise InputError(f"step {step}: the history has {steps} steps; expected {-steps} to {steps - 1}")
+    capacity, _ = _capacity(history)
+    return float(abs(capacity[second] - capacity[first]))
+
+
+def friction_loops(
+    history: xr.Dataset, *, dead_band: float | None = None, skip: int = 0, definitions: "Definitions | None" = None
+) -> "Loops":
+    """Split a history into friction loops, and read off what each of them says.
+
+    `historysim.measured.loops.find_loops` does so with a measured record, by the same definitions: the two can
+    be compared.
+    How finely the history is recorded matters: between steps it is taken as straight (see ``substeps``).
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history, with or without asperities.
+    dead_band : float, optional
+        The smallest swing of the tangential displacement that counts [m]; by default a millionth of its range, which
+        passes over rounding alone.
+    skip : int
+        How many loops at the start are left out.
+    definitions : Definitions, optional
+        What is taken for sliding, for reached, and for the beginning of a branch.
+
+    Returns
+    -------
+    Loops
+
+    Raises
+    ------
+    InputError
+        A history without a whole loop.
+    """
+    from historysim.measured.loops import DEFAULT, find_loops
+
+    displacement = history["tangential_displacement"].values
+    return find_loops(
+        history["time"].values,
+        displacement,
+        history["total_tangential_load"].values,
+        history["total_normal_load"].values,
+        dead_band=1e-6 * float(np.ptp(displacement)) if dead_band is None else dead_band,
+        skip=skip,
+        definitions=DEFAULT if definitions is None else definitions,
+    )
+
+
+def summary(history: xr.Dataset) -> list[tuple[str, str]]:
+    """Say in a few lines what happened.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+
+    Returns
+    -------
+    list of (label, text)
+        Steps and duration, asperities touched, peak loads, preliminary displacement and critical asperity at
+        the peak normal load, dissipated energy, and steps at which the tangential load was held at the limit.
+    """
+    normal, tangential = history["total_normal_load"].values, history["total_tangential_load"].values
+    peak = int(normal.argmax())
+    time = history["time"].values
+    lines = [
+        ("steps", f"{time.size:,} over {duration_text(time[-1] - time[0])}"),
+        ("asperities touched", _touched(history)),
+        ("peak normal load", quantity_text(normal[peak], "N")),
+        ("peak tangential load", quantity_text(np.abs(tangential).max(), "N")),
+    ]
+    try:
+        displacement, asperity = preliminary_displacement(history), critical_asperity(history)
+    except InputError:
+        lines.append(("preliminary displacement", "not available: not all asperities that touch are recorded"))
+    else:
+        lines += [
+            ("preliminary displacement", f"{quantity_text(displacement[peak].item(), 'm')} at the peak normal load"),
+            ("critical asperity", str(asperity[peak].item()) if normal[peak] > 0 else "none"),
+        ]
+    lines.append(("dissipated energy", quantity_text(history["total_dissipated_energy"].values[-1], "J")))
+    if held := int(history["saturated"].sum()):
+        lines.append(("held at the limit", f"{held:,} steps"))
+    return lines
+
+
+def is_complete(history: xr.Dataset) -> bool:
+    """Tell whether all asperities that touch are recorded."""
+    if "summit_height" not in history or "friction" not in history:
+        return False
+    height = history["summit_height"].values
+    most = int(history["contact_count"].max())
+    if most == 0:
+        return True
+    # a separation that was rounded must not make an asperity at the verge of contact look left out
+    room = 1e-12 * max(np.abs(height).max(initial=0.0), abs(float(history["separation"].min())))
+    return int((height > float(history["separation"].min()) - room).sum()) >= most
+
+
+def _touched(history: xr.Dataset) -> str:
+    most = int(history["contact_count"].max())
+    total = f" of {history.attrs['number_of_asperities']:,}" if "number_of_asperities" in history.attrs else ""
+    if not is_complete(history):
+        return f"{most:,}{total} at one time"
+    touched = int((history["summit_height"].values > float(history["separation"].min())).sum())
+    return f"{touched:,}{total}" + (f", {most:,} at one time" if most < touched else "")
+
+
+def _capacity(history: xr.Dataset) -> tuple[Floats, npt.NDArray[np.int64]]:
+    """Greatest θ μ_i δ_i of each step, and the asperity that attains it."""
+    if not is_complete(history):
+        raise InputError(
+            "the history does not hold all asperities that touch, so the preliminary displacement is not available; "
+            'expected one recorded with record = "touching" or "all"'
+        )
+    separation = history["separation"].values
+    height, friction = history["summit_height"].values, history["friction"].values
+    # an asperity matters only if none that is as high has more friction; those that do are few
+    order = np.lexsort((-friction, -height))
+    leading = np.flatnonzero(friction[order] > np.maximum.accumulate(np.append(-1.0, friction[order]))[:-1])
+    order = order[leading]
+    ratio = history.attrs["contact_modulus"] / (4 * history.attrs["shear_modulus"])
+    capacity = np.zeros(separation.size)
+    label = np.full(separation.size, -1)
+    for index in order:
+        own = ratio * friction[index] * (height[index] - separation)
+        label = np.where(own > capacity, history["asperity"].values[index], label)
+        capacity = np.maximum(own, capacity)
+    return capacity, label

@@ -1,0 +1,161 @@
+"""Picture of a model beside a measurement."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from historysim.basics.units import prefixed
+from historysim.measured.comparison import Comparison
+from historysim.results.plots.style import FAINT, INK, STYLE, plain_title
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Floats = npt.NDArray[np.float64]
+
+MOST_POINTS = 50_000
+MEASURED, CORRECTED, MODEL = "#d1603d", "#e0b73c", "#12355b"
+
+
+def comparison_picture(comparison: Comparison, title: str = "") -> "Figure":
+    """Draw loops and time series of measurement and model over each other, what is left, and the energy of each loop.
+
+    Parameters
+    ----------
+    comparison : Comparison
+    title : str
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A figure 180 mm wide.
+    """
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.1, 5.4), layout="constrained")
+        grid = figure.add_gridspec(2, 2, height_ratios=(1.25, 1))
+        _draw_loops(figure.add_subplot(grid[0, 0]), comparison)
+        over_time = figure.add_subplot(grid[0, 1])
+        _draw_loads(over_time, comparison)
+        _draw_energies(figure.add_subplot(grid[1, 0]), comparison)
+        _draw_difference(figure.add_subplot(grid[1, 1], sharex=over_time), comparison)
+        if title:
+            figure.suptitle(plain_title(title), x=0.01, ha="left", fontsize=9.5)
+    return figure
+
+
+def _thin(comparison: Comparison) -> npt.NDArray[np.int64]:
+    """Give the samples to draw: all turning points, and of the rest no more than a page can show."""
+    observation = comparison.observation
+    stride = -(-observation.time.size // MOST_POINTS)
+    return np.union1d(np.arange(0, observation.time.size, stride), observation.turns)
+
+
+def _draw_loops(axes: "Axes", comparison: Comparison) -> None:
+    observation, passage = comparison.observation, comparison.passage
+    shown = _thin(comparison)
+    factor, prefix = prefixed(float(np.abs(observation.displacement).max()))
+    force, force_prefix = _force(comparison)
+    axes.axhline(0, color=FAINT, linewidth=0.4, zorder=0)
+    dots: dict[str, Any] = {
+        "linestyle": "",
+        "marker": ".",
+        "ms": 2.4,
+        "markeredgewidth": 0,
+        "rasterized": True,
+        "zorder": 3,
+    }
+    load, modelled = observation.tangential_load, passage.tangential_load
+    axes.plot(observation.displacement[shown] * factor, load[shown] * force, color=MEASURED, label="measured", **dots)
+    # along a branch the model passes the displacements in their order, not in that of time
+    order = np.concatenate(
+        [
+            start
+            + np.argsort(
+                passage.displacement[start:end] * np.sign(passage.displacement[end] - passage.displacement[start])
+            )
+            for start, end in zip(observation.turns[:-1], observation.turns[1:], strict=True)
+        ]
+        + [observation.turns[-1:]]
+    )
+    # of a long record no more than a page can show, and all turning points
+    order = order[np.union1d(np.arange(0, order.size, -(-order.size // MOST_POINTS)), observation.turns)]
+    line: dict[str, Any] = {"color": MODEL, "linewidth": 0.8, "rasterized": True}
+    axes.plot(passage.displacement[order] * factor, modelled[order] * force, label="model", **line)
+    if not comparison.instrument.rigid:
+        stiffness = comparison.instrument.lateral_stiffness
+        contact = observation.displacement - load / stiffness
+        dots["color"] = CORRECTED
+        axes.plot(contact[shown] * factor, load[shown] * force, label="measured, of the contact", **dots)
+        contact = passage.displacement - modelled / stiffness
+        line["linestyle"] = (0, (4, 1.5))
+        axes.plot(contact[order] * factor, modelled[order] * force, label="model, of the contact", **line)
+    axes.legend(loc="center", markerscale=3)
+    axes.margins(0.06)
+    axes.set(
+        title="Friction loops",
+        xlabel=f"displacement ({prefix}m)",
+        ylabel=f"tangential load $T$ ({force_prefix}N)",
+    )
+
+
+def _draw_loads(axes: "Axes", comparison: Comparison) -> None:
+    observation = comparison.observation
+    shown = _thin(comparison)
+    force, prefix = _force(comparison)
+    time = observation.time[shown]
+    axes.plot(time, observation.tangential_load[shown] * force, color=MEASURED, linewidth=0.9, rasterized=True)
+    axes.plot(time, comparison.passage.tangential_load[shown] * force, color=MODEL, linewidth=0.6, rasterized=True)
+    axes.margins(x=0.01)
+    axes.set(title="Tangential load", ylabel=f"$T$ ({prefix}N)", xlabel="time (s)")
+
+
+def _draw_difference(axes: "Axes", comparison: Comparison) -> None:
+    observation, off = comparison.observation, comparison.difference
+    factor, prefix = prefixed(float(np.abs(off).max(initial=0.0)))
+    stride = -(-off.size // MOST_POINTS)
+    axes.axhline(0, color=FAINT, linewidth=0.6)
+    axes.plot(
+        observation.time[observation.first :][::stride],
+        off[::stride] * factor,
+        ".",
+        color=INK,
+        markersize=1.2,
+        markeredgewidth=0,
+        rasterized=True,
+    )
+    axes.set(title="Measured less model", ylabel=f"$ΔT$ ({prefix}N)", xlabel="time (s)")
+
+
+def _draw_energies(axes: "Axes", comparison: Comparison) -> None:
+    from matplotlib.ticker import MaxNLocator
+
+    axes.set(title="Energy per loop", xlabel="loop")
+    if comparison.measured is None or comparison.model is None:
+        axes.text(0.5, 0.5, "no whole loop", transform=axes.transAxes, ha="center", va="center", color=FAINT)
+        axes.set(xticks=[], yticks=[])
+        return
+    energies = [loops.dissipated_energy for loops in (comparison.measured, comparison.model)]
+    factor, prefix = prefixed(max(float(np.abs(energy).max()) for energy in energies))
+    for loops, energy, colour, marker, name in zip(
+        (comparison.measured, comparison.model), energies, (MEASURED, MODEL), "ox", ("measured", "model"), strict=True
+    ):
+        axes.plot(loops.number + 1, energy * factor, marker, color=colour, markersize=4, mfc="none", label=name)
+    # from zero, so that heights compare; a record whose signs are mixed up has energies below it
+    lowest, highest = (factor * float(at(np.concatenate(energies))) for at in (np.min, np.max))
+    axes.set_ylim(min(0.0, 1.15 * lowest), max(0.0, 1.15 * highest) or None)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.set_ylabel(f"$∮T\\,dU$ ({prefix}J)")
+    axes.legend(loc="best")
+
+
+def _force(comparison: Comparison) -> tuple[float, str]:
+    largest = max(
+        float(np.abs(load).max())
+        for load in (comparison.observation.tangential_load, comparison.passage.tangential_load)
+    )
+    return prefixed(largest)

@@ -1,0 +1,47 @@
+"""What all pictures share: colours, lines, and numbers with a readable unit.
+
+Colours are told apart by readers with any colour vision and in grey print: lightness rises from stick to slip.
+"""
+
+import textwrap
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from historysim.basics.units import prefixed
+
+Floats = npt.NDArray[np.float64]
+
+STATES = ("separated", "full stick", "partial slip", "gross slip")
+STATE_COLOURS = ("#ffffff", "#12355b", "#d1603d", "#f3d180")
+INK = "#222222"
+FAINT = "#8a8a8a"
+
+STYLE: dict[Any, Any] = {
+    "font.size": 8,
+    "axes.titlesize": 8.5,
+    "axes.titlelocation": "left",
+    "axes.titleweight": "bold",
+    "axes.edgecolor": INK,
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.direction": "out",
+    "ytick.direction": "out",
+    "legend.frameon": False,
+    "legend.fontsize": 7.5,
+}
+
+
+def scaled(values: Floats, unit: str) -> tuple[Floats, str]:
+    """Return values times the factor of a readable SI prefix, and the unit with that prefix."""
+    factor, prefix = prefixed(np.nanmax(np.abs(values), initial=0.0))
+    return values * factor, prefix + unit
+
+
+def plain_title(title: str) -> str:
+    """Return a title that fits the width of a figure, with no mathematics between dollar signs."""
+    return textwrap.shorten(title, 110, placeholder=" …").replace("$", r"\$")

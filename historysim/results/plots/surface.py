@@ -1,0 +1,299 @@
+"""Pictures of a surface: its height map, its summits, and which of them stick or slip at a step of a history."""
+
+from typing import TYPE_CHECKING, Any
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from historysim.basics.units import prefixed, quantity_text
+from historysim.errors import InputError
+from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, STATES, STYLE, plain_title
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Floats = npt.NDArray[np.float64]
+States = npt.NDArray[np.int8]
+
+MOST_MARKS = 20_000
+"""Summits without contact that are marked; of more, so many drawn by lot."""
+LONGEST = 4.0
+"""Length over width of a surface up to which the axes around it are as long and wide as it is."""
+SEPARATED, TOUCHING = 0, -1
+NO_CONTACT = "#4aa8e0"
+"""Summits without contact: a colour that neither grey heights nor the slip states have."""
+MISSING = "#efdcc3"
+FLAT: dict[str, Any] = {"color": INK, "linewidth": 0.8, "linestyle": (0, (4, 2))}
+
+
+@attrs.frozen(eq=False)
+class _Contact:
+    """What a history says of the summits at one step.
+
+    Attributes
+    ----------
+    state : array (summit)
+        Slip state, or `TOUCHING` where the summit touches and was not recorded.
+    separation : float
+        Height of the rigid flat [m].
+    caption : str
+        The step, its time and its loads.
+    """
+
+    state: States
+    separation: float
+    caption: str
+
+
+def surface_of(history: xr.Dataset) -> xr.Dataset:
+    """Return the summits that a history was recorded of, where its file has no surface: those that it holds.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+
+    Returns
+    -------
+    xarray.Dataset
+        As `surface_group.dataset` gives it, with the labels of the asperities on ``summit``.
+
+    Raises
+    ------
+    InputError
+        A history of totals alone.
+    """
+    if "summit_height" not in history:
+        raise InputError("the history holds no asperities; expected one recorded with asperities, or its file")
+    names = {"summit_height": "summit_height", "summit_radius": "summit_radius", "x": "summit_x", "y": "summit_y"}
+    return xr.Dataset(
+        {ours: ("summit", history[theirs].values) for theirs, ours in names.items() if theirs in history.coords},
+        coords={"summit": history["asperity"].values},
+    )
+
+
+def surface_picture(surface: xr.Dataset, history: xr.Dataset | None = None, step: int = -1) -> "Figure":
+    """Draw a surface with its summits, and the asperity distribution: radius against height.
+
+    Parameters
+    ----------
+    surface : xarray.Dataset
+        Summits, and a height map where there is one: the group ``surface`` of a result.
+    history : xarray.Dataset, optional
+        A history; the summits in contact are coloured by their slip state.
+    step : int
+        At this step of it; negative ones count from the end.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A figure 180 mm wide. Without positions only the asperity distribution is drawn.
+
+    Raises
+    ------
+    InputError
+        A Dataset without summits, a history of other summits, or a step that it does not have.
+    """
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    if "summit_height" not in surface or "summit_radius" not in surface:
+        raise InputError("the surface holds no summits; expected the group surface of a result")
+    contact = None if history is None else _contact(surface, history, step)
+    state = np.zeros(surface.sizes["summit"], dtype=np.int8) if contact is None else contact.state
+    has_map = "height" in surface
+    placed = {"summit_x", "summit_y"} <= set(surface.variables) and (has_map or state.size > 0)
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.1, 3.8), layout="constrained")
+        grid = figure.add_gridspec(1, 2, width_ratios=(1.25, 1)) if placed else figure.add_gridspec(1, 1)
+        if placed:
+            axes = figure.add_subplot(grid[0, 0])
+            if has_map and 1 in surface["height"].shape:
+                _draw_profile(axes, surface, state, contact)
+            else:
+                _draw_map(axes, surface, state)
+        _draw_distribution(figure.add_subplot(grid[0, -1]), surface, state, contact)
+        _draw_legend(figure, surface, state, contact)
+        title = str((surface if history is None else history).attrs.get("title", ""))
+        # matplotlib takes what stands between dollar signs for mathematics
+        lines = [plain_title(title), contact.caption if contact else ""]
+        if any(lines):
+            figure.suptitle("\n".join(filter(None, lines)), x=0.01, ha="left", fontsize=9)
+    return figure
+
+
+def _contact(surface: xr.Dataset, history: xr.Dataset, step: int) -> _Contact:
+    steps = history.sizes["step"]
+    if not isinstance(step, int | np.integer) or not -steps <= step < steps:
+        raise InputError(f"step {step}: the history has {steps} steps; expected {-steps} to {steps - 1}")
+    row = history.isel(step=step)
+    count = int(row["contact_count"])
+    state = np.full(surface.sizes["summit"], SEPARATED, dtype=np.int8)
+    # the highest ones; beside the separation, which is rounded, one might be taken for the wrong side
+    state[np.argsort(-surface["summit_height"].values, kind="stable")[:count]] = TOUCHING
+    if "slip_state" in row:
+        state[_places(surface, row)] = row["slip_state"].values
+    caption = (
+        f"step {step % steps:,}, t = {float(row['time']):.6g} s:  "
+        f"N = {quantity_text(float(row['total_normal_load']), 'N')},  "
+        f"T = {quantity_text(float(row['total_tangential_load']), 'N')},  "
+        f"U = {quantity_text(float(row['tangential_displacement']), 'm')},  "
+        f"{count:,} {'asperity' if count == 1 else 'asperities'} in contact"
+    )
+    return _Contact(state, float(row["separation"]), caption)
+
+
+def _places(surface: xr.Dataset, row: xr.Dataset) -> npt.NDArray[np.int64]:
+    """Give where the recorded asperities stand among the summits."""
+    labels = surface.get("summit", np.arange(surface.sizes["summit"]))
+    asperities = row["asperity"].values
+    places = np.searchsorted(labels, asperities)
+    if asperities.size and (
+        places.max() >= labels.size
+        or not np.array_equal(labels[places], asperities)
+        or not np.array_equal(surface["summit_height"].values[places], row["summit_height"].values)
+    ):
+        raise InputError("the history is of other summits than the surface; expected the surface of its own file")
+    return places
+
+
+def _draw_map(axes: "Axes", surface: xr.Dataset, state: States) -> None:
+    x, y = (_ends(surface, axis) for axis in "xy")
+    sides = (x[1] - x[0], y[1] - y[0])
+    # a single summit has no sides, but a radius
+    lone = max(sides) == 0
+    factor, unit = _readable(surface["summit_radius"].values if lone else sides)
+    if "height" in surface:
+        _draw_heights(axes, surface, (x[0] * factor, x[1] * factor, y[0] * factor, y[1] * factor))
+    _draw_marks(axes, surface["summit_x"].values * factor, surface["summit_y"].values * factor, state)
+    if lone:
+        reach = float(surface["summit_radius"].values.max()) * factor
+        axes.set(xlim=(x[0] * factor - reach, x[0] * factor + reach))
+        axes.set(ylim=(y[0] * factor - reach, y[0] * factor + reach))
+    # a long strip would leave no room for its labels
+    axes.set_aspect("equal", adjustable="box" if max(sides) <= LONGEST * min(sides) else "datalim")
+    axes.spines[["top", "right"]].set_visible(True)
+    axes.set(title="Surface and summits", xlabel=f"$x$ ({unit})", ylabel=f"$y$ ({unit})")
+
+
+def _ends(surface: xr.Dataset, axis: str) -> tuple[float, float]:
+    """Give where the pixels of the map begin and end along an axis, or the summits where there is none."""
+    if "height" in surface:
+        points = surface[axis].values
+        return float(1.5 * points[0] - 0.5 * points[1]), float(1.5 * points[-1] - 0.5 * points[-2])
+    positions = surface[f"summit_{axis}"].values
+    return float(positions.min()), float(positions.max())
+
+
+def _draw_heights(axes: "Axes", surface: xr.Dataset, extent: tuple[float, float, float, float]) -> None:
+    import matplotlib as mpl
+
+    factor, unit = _readable(surface["height"].values)
+    heights = surface["height"].values * factor
+    known = heights[np.isfinite(heights)]
+    # a few spikes would leave all else in one grey
+    low, high = np.percentile(known, (0.5, 99.5)) if known.size else (0.0, 0.0)
+    image = axes.imshow(
+        heights.T,
+        origin="lower",
+        cmap=mpl.colormaps["gray"].with_extremes(bad=MISSING),
+        vmin=low if high > low else low - 1,
+        vmax=high if high > low else low + 1,
+        extent=extent,
+        interpolation="nearest",
+    )
+    if high > low:
+        left, right, bottom, top = extent
+        height_over_width = (top - bottom) / (right - left)
+        width = 0.045 * (height_over_width if 1 < height_over_width <= LONGEST else 1)
+        below, above = known.min() < low, known.max() > high
+        bar = axes.figure.colorbar(
+            image,
+            cax=axes.inset_axes((1.03, 0, width, 1)),
+            extend="both" if below and above else "min" if below else "max" if above else "neither",
+        )
+        bar.set_label(f"height $z$ ({unit})")
+        bar.outline.set_linewidth(0.4)
+
+
+def _draw_profile(axes: "Axes", surface: xr.Dataset, state: States, contact: _Contact | None) -> None:
+    axis = "x" if surface.sizes["x"] > 1 else "y"
+    points, heights, summits = surface[axis].values, surface["height"].values.ravel(), surface["summit_height"].values
+    along, unit = _readable(points)
+    up, height_unit = _readable(heights, *([] if contact is None else [contact.separation]))
+    axes.plot(points * along, heights * up, color=FAINT, linewidth=0.7, rasterized=True, zorder=1)
+    _draw_marks(axes, surface[f"summit_{axis}"].values * along, summits * up, state)
+    if contact is not None:
+        axes.axhline(contact.separation * up, **FLAT)
+    axes.margins(x=0.01)
+    axes.set(title="Profile and summits", xlabel=f"${axis}$ ({unit})", ylabel=f"height $z$ ({height_unit})")
+
+
+def _draw_distribution(axes: "Axes", surface: xr.Dataset, state: States, contact: _Contact | None) -> None:
+    heights, radii = surface["summit_height"].values, surface["summit_radius"].values
+    along, height_unit = _readable(heights, *([] if contact is None else [contact.separation]))
+    up, radius_unit = _readable(radii)
+    _draw_marks(axes, heights * along, radii * up, state)
+    if contact is not None:
+        axes.axvline(contact.separation * along, **FLAT)
+    if not radii.size:
+        axes.text(0.5, 0.5, "no summits", transform=axes.transAxes, ha="center", color=FAINT)
+    # radii of rough surfaces reach over decades
+    elif radii.max() > 20 * radii.min():
+        axes.set_yscale("log")
+    elif np.ptp(radii) <= 1e-12 * radii.max():
+        axes.set_ylim(0, 2 * radii.max() * up)
+    axes.set(
+        title="Asperity distribution",
+        xlabel=f"summit height $z$ ({height_unit})",
+        ylabel=f"summit radius $R$ ({radius_unit})",
+    )
+
+
+def _readable(*lengths: npt.ArrayLike) -> tuple[float, str]:
+    """Give the factor and the unit in which these lengths can be read, whatever of them is missing."""
+    known = [np.abs(values[np.isfinite(values)]).max(initial=0.0) for values in map(np.asarray, lengths)]
+    factor, prefix = prefixed(float(max(known)))
+    return factor, f"{prefix}m"
+
+
+def _draw_marks(axes: "Axes", x: Floats, y: Floats, state: States) -> None:
+    separated = np.flatnonzero(state == SEPARATED)
+    if separated.size > MOST_MARKS:
+        # by lot, since every so many-th one of a regular array would be another array
+        separated = np.random.default_rng(0).choice(separated, MOST_MARKS, replace=False)
+    size = float(np.clip(120 / np.sqrt(max(separated.size, 1)), 0.9, 7.0))
+    axes.plot(x[separated], y[separated], ".", color=NO_CONTACT, ms=size, markeredgewidth=0, rasterized=True)
+    area = 16 if np.count_nonzero(state != SEPARATED) <= 500 else 7
+    for value, fill in (*enumerate(STATE_COLOURS), (TOUCHING, "none")):
+        if value == SEPARATED:
+            continue
+        here = state == value
+        axes.scatter(x[here], y[here], s=area, c=fill, edgecolors=INK, linewidths=0.35, rasterized=True, zorder=3)
+
+
+def _draw_legend(figure: "Figure", surface: xr.Dataset, state: States, contact: _Contact | None) -> None:
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    handles: list[Artist] = []
+    count = np.count_nonzero(state == SEPARATED)
+    if contact is not None or count > MOST_MARKS:
+        name = "summit" if contact is None else STATES[SEPARATED]
+        part = f" ({MOST_MARKS:,} of {count:,} drawn)" if count > MOST_MARKS else ""
+        handles.append(Line2D([], [], marker=".", linestyle="", color=NO_CONTACT, ms=5, label=name + part))
+    if contact is not None:
+        entries = [*zip(STATES[1:], STATE_COLOURS[1:], strict=True)]
+        entries += [("touching, not recorded", "none")] * bool((state == TOUCHING).any())
+        handles += [
+            Line2D([], [], marker="o", linestyle="", mfc=colour, mec=INK, mew=0.4, ms=4.5, label=name)
+            for name, colour in entries
+        ]
+        handles.append(Line2D([], [], label="rigid flat", **FLAT))
+    if "height" in surface and 1 not in surface["height"].shape and surface["height"].isnull().any():
+        handles.append(Patch(facecolor=MISSING, label="missing height"))
+    if handles:
+        figure.legend(handles=handles, loc="outside lower left", ncols=len(handles), columnspacing=1.2)

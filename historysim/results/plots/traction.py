@@ -1,0 +1,74 @@
+"""Picture of the traction that one asperity remembers."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from historysim.asperities.asperity import Asperity
+from historysim.basics.units import quantity_text
+from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, STYLE, scaled
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+POINTS = 801
+
+
+def traction_picture(asperity: Asperity) -> "Figure":
+    """Draw the tangential traction of an asperity over the radius, within ± friction times the pressure.
+
+    Parameters
+    ----------
+    asperity : Asperity
+        From `Ensemble.asperity`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A figure 90 mm wide; radii of the reversal points are dotted.
+    """
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    extent = 1.1 * asperity.contact_radius or 1.0
+    radius = np.linspace(0.0, extent, POINTS)
+    limit = asperity.friction * asperity.pressure(radius)
+    traction = asperity.traction(radius)
+    lengths, length_unit = scaled(radius, "m")
+    stresses, stress_unit = scaled(np.concatenate([traction, limit, -limit]), "Pa")
+    traction, above, below = np.split(stresses, 3)
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(3.55, 2.6), layout="constrained")
+        axes = figure.add_subplot()
+        axes.plot(lengths, above, color=FAINT, linewidth=0.8, linestyle="--", label="± friction × pressure")
+        axes.plot(lengths, below, color=FAINT, linewidth=0.8, linestyle="--")
+        axes.plot(lengths, traction, color=STATE_COLOURS[1], linewidth=1.2, label="traction")
+        for place in asperity.reversal_points.radius:
+            axes.axvline(place * lengths[-1] / extent, color=INK, linewidth=0.5, linestyle=":")
+        axes.set_xlim(0.0, lengths[-1])
+        axes.set_xlabel(f"radius [{length_unit}]")
+        axes.set_ylabel(f"tangential traction [{stress_unit}]")
+        axes.set_title(f"asperity {asperity.index}, {asperity.slip_state.name.lower().replace('_', ' ')}")
+        axes.legend(loc="best")
+    return figure
+
+
+def summary(asperity: Asperity) -> list[tuple[str, str]]:
+    """Say in a few lines how an asperity stands."""
+    return [
+        ("asperity", str(asperity.index)),
+        ("slip state", asperity.slip_state.name.lower().replace("_", " ")),
+        ("normal load", quantity_text(asperity.normal_load, "N")),
+        ("tangential load", quantity_text(asperity.tangential_load, "N")),
+        ("contact radius", quantity_text(asperity.contact_radius, "m")),
+        ("stick radius", quantity_text(asperity.stick_radius, "m")),
+        ("dissipated energy", quantity_text(asperity.dissipated_energy, "J")),
+    ]
+
+
+def reversal_table(asperity: Asperity) -> list[tuple[str, str, str]]:
+    """Return a table of texts: the reversal points that are remembered, from the edge inward."""
+    rows = [("reversal point", "radius", "made at displacement")]
+    for number, point in enumerate(asperity.reversal_points):
+        rows.append((str(number), quantity_text(point.radius, "m"), quantity_text(point.displacement, "m")))
+    return rows

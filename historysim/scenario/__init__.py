@@ -1,0 +1,1 @@
+"""TOML → everything above."""

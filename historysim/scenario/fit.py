@@ -1,0 +1,133 @@
+"""``[fit]``: which parameters of a scenario are fitted, the model they make, and the scenario with what was found."""
+
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from historysim.asperities.ensemble import Ensemble
+from historysim.asperities.instrument import Instrument
+from historysim.contact.materials import MaterialPair
+from historysim.errors import InputError
+from historysim.scenario.scenario import FitSection, Scenario
+from historysim.scenario.schema import at, reported
+
+if TYPE_CHECKING:
+    from historysim.measured.fitting import Fit, Parameter
+
+Model = Callable[[Mapping[str, float]], tuple[Ensemble, Instrument]]
+
+
+def model_of(scenario: Scenario) -> tuple[FitSection, Model, dict[str, float]]:
+    """Return ``[fit]``, the model as a function of the parameters that are fitted, and where these start.
+
+    Raises
+    ------
+    InputError
+        A scenario without ``[fit]``, or with parameters that it does not have.
+    """
+    ensemble, instrument = scenario.ensemble(), scenario.instrument
+    section = scenario.sections.fit
+    with reported(scenario.path.name):
+        if section is None:
+            raise InputError('fit: missing; expected [fit] with parameters = ["friction", …]')
+        with at("fit", "parameters"):
+            if "friction" in section.parameters and scenario.sections.friction is None:
+                raise InputError("friction: is a column of the surface; expected [friction] with a coefficient to fit")
+            start = {name: _start(name, ensemble, instrument) for name in section.parameters}
+
+    height = ensemble.summit_height
+    mean = height.mean()
+
+    def model(values: Mapping[str, float]) -> tuple[Ensemble, Instrument]:
+        pair = ensemble.pair
+        if "shear_modulus" in values:
+            pair = MaterialPair.from_moduli(contact_modulus=pair.contact_modulus, shear_modulus=values["shear_modulus"])
+        return (
+            Ensemble(
+                pair,
+                mean + values.get("height_scale", 1.0) * (height - mean),
+                ensemble.summit_radius,
+                values.get("friction", ensemble.friction),
+                tolerance=ensemble.tolerance,
+            ),
+            Instrument(values.get("lateral_stiffness", instrument.lateral_stiffness)),
+        )
+
+    return section, model, start
+
+
+def _start(name: str, ensemble: Ensemble, instrument: Instrument) -> float:
+    if name == "friction":
+        coefficients = np.unique(ensemble.friction)
+        if coefficients.size > 1 or coefficients[0] == 0:
+            raise InputError("friction: expected one coefficient for all asperities, greater than 0, to start from")
+        return float(coefficients[0])
+    if name == "lateral_stiffness":
+        if instrument.rigid:
+            raise InputError("lateral_stiffness: expected [instrument] with a lateral_stiffness to start from")
+        return instrument.lateral_stiffness
+    if name == "height_scale":
+        if np.ptp(ensemble.summit_height) == 0:
+            raise InputError("height_scale: all summits are equally high; expected a rough surface")
+        return 1.0
+    return ensemble.pair.shear_modulus
+
+
+def fitted_text(scenario: Scenario, fit: "Fit", output: Path) -> str:
+    """Return the scenario with the fitted values, as TOML that keeps its comments; paths are relative to `output`."""
+    import tomlkit
+
+    document: Any = tomlkit.parse(scenario.text.removeprefix("\ufeff"))
+    for parameter in fit.parameters:
+        if parameter.name == "friction":
+            _put(document["friction"], "coefficient", parameter)
+        elif parameter.name == "lateral_stiffness":
+            _put(document["instrument"], "lateral_stiffness", parameter)
+        elif parameter.name == "height_scale":
+            surface = scenario.sections.surface
+            _put(document["surface"], "height_scale", parameter, getattr(surface, "height_scale", 1.0))
+        else:
+            _put_moduli(document, scenario, parameter)
+    before, after = scenario.path.parent.absolute(), output.parent.absolute()
+    if before != after:
+        _move_files(document, before, after)
+    return tomlkit.dumps(document)
+
+
+def _put(table: Any, key: str, parameter: "Parameter", unit: float = 1.0) -> None:
+    """Write a fitted value in its place, in front of the comment that stands there."""
+    import tomlkit
+
+    value = tomlkit.float_(parameter.value * unit)
+    known = table[key].trivia.comment.removeprefix("#").strip() if key in table else ""
+    value.comment("; ".join(filter(None, [f"fitted, {parameter.interval(1 / unit)}", known])))
+    table[key] = value
+
+
+def _put_moduli(document: Any, scenario: Scenario, parameter: "Parameter") -> None:
+    """Write a fitted shear modulus of the pair, which takes the place of the two materials."""
+    import tomlkit
+
+    if "shear_modulus" not in document["materials"]:
+        pair, adhesion = scenario.sections.materials.pair(), scenario.sections.adhesion
+        if adhesion is not None:
+            # it may follow from the two materials, which are not named any more
+            document["adhesion"]["work_of_adhesion"] = adhesion.work(pair)
+        modulus = tomlkit.float_(pair.contact_modulus)
+        if pair.first and pair.second:
+            modulus.comment(f"of {pair.first.name} and {pair.second.name}")
+        document["materials"] = tomlkit.table()
+        document["materials"]["contact_modulus"] = modulus
+    _put(document["materials"], "shear_modulus", parameter)
+
+
+def _move_files(table: Any, before: Path, after: Path) -> None:
+    """Make every relative ``file`` of a table relative to another folder."""
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            _move_files(value, before, after)
+        elif key == "file" and not Path(value).is_absolute():
+            table[key] = Path(os.path.relpath(before / value, after)).as_posix()

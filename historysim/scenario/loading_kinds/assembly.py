@@ -1,0 +1,288 @@
+"""From the columns of a file to a `Record`: one clock, nothing missing, in SI, corrected as asked for."""
+
+import math
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+
+from historysim.basics.units import quantity_text
+from historysim.errors import InputError
+from historysim.measured import correction, reduction
+from historysim.measured.record import Record, check_order
+from historysim.scenario.loading_kinds.channels import Channel, ForceChannel, LengthChannel, MeasuredFile
+from historysim.scenario.schema import at, given, misfit
+from historysim.tables import Column, Table
+from historysim.tables.settled import fitting
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+Mask = npt.NDArray[np.bool_]
+MOST_SAMPLES = 10_000_000
+
+Remarks = list[tuple[str, str]]
+
+
+def assembled(folder: Path, section: MeasuredFile) -> Record:
+    """Read a record and make it ready, as a scenario's ``[loading]`` says.
+
+    Raises
+    ------
+    InputError
+        See `Measured.record`.
+    """
+    remarks: Remarks = []
+    channels = dict(_channels(section))
+    _check_units(channels)
+    clocked = _on_one_clock(folder, section, channels)
+    name = Path(section.file).name
+    with at("file"), _named(name):
+        clocked = _within(section, clocked, remarks)
+        clocked = _without_missing(section, clocked, remarks)
+        check_order(clocked.time, clocked.place)
+        _check_gaps(section.max_gap, clocked)
+    if section.interval is not None:
+        clocked = _evenly(name, section.interval, clocked)
+        remarks.append(("resampled", f"every {quantity_text(section.interval, 's')}, {_samples(clocked.time.size)}"))
+    values = {}
+    for (group, key), channel in channels.items():
+        with at(group, key), _named(name):
+            values[group, key] = _in_si(channel, clocked, (group, key), getattr(section.dead_band, key), remarks)
+    _close_free_play(channels, values, remarks)
+    record = Record(
+        time=clocked.time,
+        channels={key: array for (group, key), array in values.items() if group == "columns"},
+        response={key: array for (group, key), array in values.items() if group == "response"},
+        dead_band=attrs.asdict(section.dead_band),
+        reduced=section.reduce,
+        row=clocked.row,
+    )
+    if section.reduce:
+        remarks.append(("replayed", f"{record.kept().size:,} of {_samples(record.time.size)}: what is remembered"))
+    return attrs.evolve(record, remarks=tuple(remarks))
+
+
+@attrs.frozen(eq=False)
+class _Clocked:
+    """Raw columns on one clock, some of them with gaps; inside are the samples that lie within all clocks."""
+
+    time: Floats
+    values: Mapping[tuple[str, str], Floats]
+    row: Integers | None
+    inside: Mask
+
+    def at(self, kept: Mask) -> "_Clocked":
+        values = {key: array[kept] for key, array in self.values.items()}
+        row = None if self.row is None else self.row[kept]
+        return _Clocked(self.time[kept], values, row, self.inside[kept])
+
+    def place(self, index: int) -> str:
+        return Record(self.time, {}, row=self.row).place(index)
+
+
+def _channels(section: MeasuredFile) -> Iterator[tuple[tuple[str, str], Channel]]:
+    for group in ("columns", "response"):
+        for key, channel in given(getattr(section, group)).items():
+            if isinstance(channel, Channel):
+                yield (group, key), channel
+
+
+def _check_units(channels: Mapping[tuple[str, str], Channel]) -> None:
+    """Check the units that the scenario gives, before the file is read: here it is known whose they are."""
+    for (group, key), channel in channels.items():
+        with at(group, key):
+            if channel.source is not None and channel.unit is not None:
+                with at("unit"):
+                    fitting(channel.unit, (_unit(channel),))
+            if channel.time is not None and channel.time.unit is not None:
+                with at("time", "unit"):
+                    fitting(channel.time.unit, ("s",))
+
+
+def _unit(channel: Channel) -> str:
+    if isinstance(channel, LengthChannel):
+        return "m"
+    return "Pa" if _area(channel) else "N"
+
+
+def _area(channel: Channel) -> float | None:
+    return channel.area if isinstance(channel, ForceChannel) else None
+
+
+def _on_one_clock(folder: Path, section: MeasuredFile, channels: Mapping[tuple[str, str], Channel]) -> _Clocked:
+    measured = {place: channel for place, channel in channels.items() if channel.source is not None}
+    # channels of one clock are read together; clocks may have samples of their own number
+    tables = {
+        clock: _read(
+            folder,
+            section,
+            clock or section.columns.time,
+            {key: channel for (_, key), channel in measured.items() if channel.time == clock},
+        )
+        for clock in dict.fromkeys([None, *(channel.time for channel in measured.values())])
+    }
+    main = tables[None]
+    time = main.columns["time"]
+    values, inside = {}, np.ones(time.size, dtype=np.bool_)
+    for (group, key), channel in measured.items():
+        own = tables[channel.time]
+        column = own.columns[key]
+        if channel.time is not None or channel.shift != 0:
+            with at(group, key, "shift" if channel.time is None else "time"), _named(Path(section.file).name):
+                column = _onto(time, own, column, channel.shift, section.max_gap)
+            shifted = own.columns["time"] + channel.shift
+            inside &= np.isnan(time) | ((time >= np.nanmin(shifted)) & (time <= np.nanmax(shifted)))
+        values[group, key] = column
+    return _Clocked(time, values, main.lines, inside)
+
+
+def _read(folder: Path, section: MeasuredFile, clock: Column, channels: Mapping[str, Channel]) -> Table:
+    columns, units = {"time": clock}, {"time": "s"}
+    for key, channel in channels.items():
+        if channel.source is not None:
+            columns[key], units[key] = channel.source, _unit(channel)
+    return section.table(folder, columns, units, missing=section.missing == "drop")
+
+
+def _onto(time: Floats, own: Table, column: Floats, shift: float, max_gap: float | None) -> Floats:
+    """Take a channel from its own clock onto that of the record; NaN where it is not known."""
+    known = np.flatnonzero(~np.isnan(own.columns["time"]))
+    clock = own.columns["time"][known]
+    if not known.size:
+        raise InputError("the column has no times; expected one or more")
+    check_order(clock, lambda index: own.place(int(known[index])), rising=True)
+    wanted = np.where(np.isnan(time), clock[0], time)
+    longest = math.inf if max_gap is None else max_gap
+    return reduction.resample(clock, column[known], wanted, shift=shift, max_gap=longest)
+
+
+@contextmanager
+def _named(name: str) -> Iterator[None]:
+    try:
+        yield
+    except InputError as error:
+        # the places that were noted at it stay with it
+        named = InputError(f"{name}: {error}")
+        for note in getattr(error, "__notes__", ()):
+            named.add_note(note)
+        raise named from error
+
+
+def _samples(count: int) -> str:
+    return f"{count:,} {'sample' if count == 1 else 'samples'}"
+
+
+def _within(section: MeasuredFile, clocked: _Clocked, remarks: Remarks) -> _Clocked:
+    """Leave out what was recorded before the start or after the end that are asked for."""
+    start = -math.inf if section.start is None else section.start
+    end = math.inf if section.end is None else section.end
+    outside = (clocked.time < start) | (clocked.time > end)
+    if outside.all():
+        first, last = clocked.time.min(), clocked.time.max()
+        raise InputError(
+            f"no sample between start and end; expected times within the record, from {first:.9g} s to {last:.9g} s"
+        )
+    if outside.any():
+        remarks.append(("before the start or after the end", f"{_samples(int(np.count_nonzero(outside)))}, left out"))
+    return clocked.at(~outside)
+
+
+def _without_missing(section: MeasuredFile, clocked: _Clocked, remarks: Remarks) -> _Clocked:
+    """Leave out what lies outside of a channel's own clock, and samples that miss a channel if that is asked for."""
+    outside = int(np.count_nonzero(~clocked.inside))
+    if outside:
+        remarks.append(("outside the clocks of all channels", f"{_samples(outside)}, left out"))
+        clocked = clocked.at(clocked.inside)
+    whole = ~np.isnan(clocked.time)
+    for values in clocked.values.values():
+        whole &= ~np.isnan(values)
+    if not whole.any():
+        raise InputError("no sample has all channels; expected some, and clocks that overlap")
+    missing = int(np.count_nonzero(~whole))
+    if missing and section.missing == "refuse":
+        place = clocked.place(int(np.flatnonzero(~whole)[0]))
+        raise InputError(
+            f"{_samples(missing)} within gaps of a channel's own clock, the first one at {place}; raise max_gap, or "
+            'write missing = "drop" to leave such samples out'
+        )
+    if missing:
+        remarks.append(("missing", f"{_samples(missing)}, left out"))
+    return clocked.at(whole)
+
+
+def _check_gaps(max_gap: float | None, clocked: _Clocked) -> None:
+    if max_gap is None:
+        return
+    wide = np.flatnonzero(np.diff(clocked.time) > max_gap)
+    if wide.size:
+        after = int(wide[0]) + 1
+        length = clocked.time[after] - clocked.time[after - 1]
+        raise InputError(
+            f"{wide.size:,} {'gap' if wide.size == 1 else 'gaps'} longer than max_gap, the first one of "
+            f"{quantity_text(length, 's')} before {clocked.place(after)}; split the record there, or raise max_gap"
+        )
+
+
+def _evenly(name: str, interval: float, clocked: _Clocked) -> _Clocked:
+    duration = float(clocked.time[-1] - clocked.time[0])
+    # a division may go beyond the largest float
+    if not duration < MOST_SAMPLES * interval:
+        raise misfit(
+            f"{interval:g} s makes more than {MOST_SAMPLES:,} samples out of {duration:g} s; expected a longer one",
+            "interval",
+        )
+    with at("interval"), _named(name):
+        check_order(clocked.time, clocked.place, rising=True)
+    count = math.floor(duration / interval * (1 + 1e-12)) + 1
+    time = np.minimum(clocked.time[0] + interval * np.arange(count), clocked.time[-1])
+    values = {key: reduction.resample(clocked.time, array, time) for key, array in clocked.values.items()}
+    return _Clocked(time, values, None, np.ones(count, dtype=np.bool_))
+
+
+def _close_free_play(
+    channels: Mapping[tuple[str, str], Channel], values: dict[tuple[str, str], Floats], remarks: Remarks
+) -> None:
+    """Take a clearance in the path of the load off the tangential displacement; the load tells where it is open."""
+    for place, channel in channels.items():
+        if isinstance(channel, LengthChannel) and channel.free_play:
+            load = next(array for (_, name), array in values.items() if name == "tangential_load")
+            closed = correction.remove_free_play(
+                values[place], load, channel.free_play, closing_load=channel.closing_load
+            )
+            values[place] = closed.values
+            remarks.append(("tangential displacement: free play taken off", quantity_text(channel.free_play, "m")))
+
+
+def _in_si(channel: Channel, clocked: _Clocked, key: tuple[str, str], dead_band: float, remarks: Remarks) -> Floats:
+    """Give a channel in SI, corrected as it says."""
+    constant = getattr(channel, "constant", None)
+    if constant is not None:
+        return np.full(clocked.time.size, constant)
+    values = clocked.values[key] * (channel.scale * (_area(channel) or 1.0)) + getattr(channel, "offset", 0.0)
+    name, unit = key[1].replace("_", " "), "m" if isinstance(channel, LengthChannel) else "N"
+    if isinstance(channel, LengthChannel) and channel.backlash:
+        with at("backlash"):
+            check_order(clocked.time, clocked.place, rising=True)
+            values = correction.remove_backlash(clocked.time, values, channel.backlash, dead_band=dead_band).values
+        remarks.append((f"{name}: backlash taken up", quantity_text(channel.backlash, "m")))
+    if channel.drift_free:
+        with at("drift_free"):
+            check_order(clocked.time, clocked.place, rising=True)
+            drift = correction.drift_of_cycles(clocked.time, values, dead_band=dead_band)
+        values = correction.remove_drift(clocked.time, values, drift.value).values
+        error = quantity_text(drift.standard_error, unit)
+        remarks.append((f"{name}: drift taken off", f"{quantity_text(drift.value, unit)}/s ± {error}/s"))
+    if channel.centred:
+        with at("centred"):
+            offset = correction.offset_of_cycles(values, dead_band=dead_band)
+        values = correction.remove_offset(values, offset.value).values
+        error = "" if math.isnan(offset.standard_error) else f" ± {quantity_text(offset.standard_error, unit)}"
+        remarks.append((f"{name}: offset taken off", f"{quantity_text(offset.value, unit)}{error}"))
+    if isinstance(channel, ForceChannel) and channel.negative_as_zero:
+        negative = int(np.count_nonzero(values < 0))
+        values = np.maximum(values, 0.0)
+        remarks.append((f"{name}: negative, taken as 0", _samples(negative)))
+    return values

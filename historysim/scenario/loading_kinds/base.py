@@ -1,0 +1,56 @@
+"""What every kind of ``[loading]`` has, and the events by the names of their keys."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import attrs
+
+from historysim.errors import InputError
+from historysim.loads.events import (
+    Event,
+    FrictionChange,
+    LoadEvent,
+    NormalDisplacement,
+    NormalLoad,
+    TangentialDisplacement,
+    TangentialLoad,
+)
+from historysim.scenario.schema import misfit, shown
+
+MOST_STEPS = 100_000_000
+
+LOADS: Mapping[str, type[LoadEvent]] = {
+    "normal_load": NormalLoad,
+    "normal_displacement": NormalDisplacement,
+    "tangential_load": TangentialLoad,
+    "tangential_displacement": TangentialDisplacement,
+}
+CHANGES: Mapping[str, Callable[[float, Any], Event]] = {**LOADS, "friction": FrictionChange}
+
+
+def one_of_each(self: object) -> None:
+    """Check that a section controls each channel in one way.
+
+    Raises
+    ------
+    InputError
+        A load and a displacement of one channel.
+    """
+    for channel in ("normal", "tangential"):
+        if all(getattr(self, f"{channel}_{kind}") is not None for kind in ("load", "displacement")):
+            raise InputError(
+                f"{channel}_load and {channel}_displacement together; expected one of them: the other is its answer"
+            )
+
+
+@attrs.frozen(kw_only=True)
+class Loading:
+    """What every kind of loading has."""
+
+    substeps: int = 1
+    saturate: bool = False
+
+    def __attrs_post_init__(self) -> None:
+        """Check the substeps."""
+        if not 1 <= self.substeps <= MOST_STEPS:
+            raise misfit(f"{shown(self.substeps)}; expected an integer from 1 to {MOST_STEPS:,}", "substeps")

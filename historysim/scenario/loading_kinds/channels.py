@@ -1,0 +1,198 @@
+"""A measured record in a scenario: which column is which channel, and what is done to it before it is replayed."""
+
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+import attrs
+from cattrs import Converter
+
+from historysim.errors import InputError
+from historysim.scenario.loading_kinds.base import LOADS, one_of_each
+from historysim.scenario.schema import Force, Length, Number, Quantity, Time, given, misfit, shown
+from historysim.tables import Column, NumbersFile
+
+Area = Annotated[float, Quantity("m2")]
+
+
+@attrs.frozen(kw_only=True)
+class Channel:
+    """A column, or a constant, and how it becomes a channel in SI: scale times the column, plus the offset."""
+
+    column: str | int | None = None
+    unit: str | None = None
+    occurrence: int | None = None
+    index: int | None = None
+    scale: Number = 1.0
+    time: Column | None = None
+    shift: Time = 0.0
+    centred: bool = False
+    drift_free: bool = False
+
+    def __attrs_post_init__(self) -> None:
+        """Check that it is a column or a constant."""
+        keys = given(self)
+        told = {key for key, value in keys.items() if value != attrs.fields_dict(type(self))[key].default}
+        if ("column" in told) == ("constant" in told):
+            raise InputError(
+                "column and constant together; expected one of them"
+                if "column" in told
+                else "neither column nor constant; expected one of them"
+            )
+        if "constant" in told and len(told) > 1:
+            raise misfit("goes with a column; a constant stands alone", min(told - {"constant"}))
+        if self.scale == 0:
+            raise misfit("0; expected another number, since nothing would be left of the channel", "scale")
+        # a name, position or index that cannot be one is refused here, where it is known which channel it is of
+        _ = self.source
+
+    @property
+    def source(self) -> Column | None:
+        """The column, or None for a constant."""
+        return None if self.column is None else Column(self.column, self.unit, self.occurrence, self.index)
+
+
+@attrs.frozen(kw_only=True)
+class ForceChannel(Channel):
+    """A load; from a pressure by the area that it acts on."""
+
+    constant: Force | None = None
+    offset: Force = 0.0
+    area: Area | None = None
+    negative_as_zero: bool = False
+
+    def __attrs_post_init__(self) -> None:
+        """Check the area."""
+        super().__attrs_post_init__()
+        if self.area is not None and not self.area > 0:
+            raise misfit(f"{self.area:g} m²; expected more than 0 m²", "area")
+
+
+@attrs.frozen(kw_only=True)
+class LengthChannel(Channel):
+    """A displacement."""
+
+    constant: Length | None = None
+    offset: Length = 0.0
+    backlash: Length = 0.0
+    free_play: Length = 0.0
+    closing_load: Force = 0.0
+
+    def __attrs_post_init__(self) -> None:
+        """Check the widths."""
+        super().__attrs_post_init__()
+        for key in ("backlash", "free_play", "closing_load"):
+            if getattr(self, key) < 0:
+                raise misfit(f"{getattr(self, key):g}; expected 0 or more", key)
+        if self.closing_load and not self.free_play:
+            raise misfit("goes with free_play; expected the width of the clearance, too", "closing_load")
+
+
+@attrs.frozen(kw_only=True)
+class Channels:
+    """What was measured of each channel."""
+
+    normal_load: ForceChannel | None = None
+    normal_displacement: LengthChannel | None = None
+    tangential_load: ForceChannel | None = None
+    tangential_displacement: LengthChannel | None = None
+
+    def __attrs_post_init__(self) -> None:
+        """Check what one channel alone does not show."""
+        if self.normal_load and (self.normal_load.constant or 0) < 0:
+            raise misfit(f"{self.normal_load.constant:g} N; expected 0 N or more", "normal_load", "constant")
+        if self.normal_displacement and self.normal_displacement.free_play:
+            problem = "is a clearance in the path of the tangential load; expected at tangential_displacement"
+            raise misfit(problem, "normal_displacement", "free_play")
+
+
+@attrs.frozen(kw_only=True)
+class LoadColumns(Channels):
+    """``loading.columns``: what is replayed."""
+
+    time: Column
+
+    def __attrs_post_init__(self) -> None:
+        """Check that there is a load."""
+        super().__attrs_post_init__()
+        one_of_each(self)
+        if not any(getattr(self, key) for key in LOADS):
+            raise InputError(f"only time; expected one or more of {', '.join(LOADS)}")
+
+
+@attrs.frozen(kw_only=True)
+class DeadBand:
+    """``loading.dead_band``: swings of a channel below which are noise and no reversals."""
+
+    normal_load: Force = 0.0
+    normal_displacement: Length = 0.0
+    tangential_load: Force = 0.0
+    tangential_displacement: Length = 0.0
+
+    def __attrs_post_init__(self) -> None:
+        """Check that none is negative."""
+        for key in LOADS:
+            if getattr(self, key) < 0:
+                raise misfit(f"{getattr(self, key):g}; expected 0 or more", key)
+
+
+MISSING = ("refuse", "drop")
+
+
+# a kind of loading inherits this beside another section, and two bases with slots do not mix
+@attrs.frozen(kw_only=True, slots=False)
+class MeasuredFile(NumbersFile):
+    """A file with a record, and how it is read."""
+
+    columns: LoadColumns
+    response: Channels = Channels()
+    start: Time | None = None
+    end: Time | None = None
+    missing: str = "refuse"
+    max_gap: Time | None = None
+    interval: Time | None = None
+    dead_band: DeadBand = DeadBand()
+    reduce: bool = False
+
+    def __attrs_post_init__(self) -> None:
+        """Check what the types leave open."""
+        if self.missing not in MISSING:
+            raise misfit(f"{self.missing!r}; expected 'refuse' or 'drop'", "missing")
+        for key in ("max_gap", "interval"):
+            value = getattr(self, key)
+            if value is not None and not value > 0:
+                raise misfit(f"{value:g} s; expected more than 0 s", key)
+        if self.start is not None and self.end is not None and self.end < self.start:
+            raise misfit(f"{self.end:g} s, before the start at {self.start:g} s; expected a later time", "end")
+        channels = given(self.columns)
+        for key, channel in given(self.response).items():
+            if key in channels:
+                raise misfit("is replayed, by columns; expected what was measured beside it", "response", key)
+            channels[key] = channel
+        self._check_free_play(channels)
+        for key in LOADS:
+            if getattr(self.dead_band, key) and key not in channels:
+                raise misfit("has no effect, since neither columns nor response has this channel", "dead_band", key)
+
+    def _check_free_play(self, channels: Mapping[str, Any]) -> None:
+        moved = channels.get("tangential_displacement")
+        if moved is not None and moved.free_play and "tangential_load" not in channels:
+            group = "columns" if self.columns.tangential_displacement else "response"
+            problem = "needs the tangential load, which tells where the clearance is open; expected a column for it"
+            raise misfit(problem, group, "tangential_displacement", "free_play")
+
+
+def channel_hooks(converter: Converter) -> None:
+    """Teach a converter that a channel may be the name of its column alone."""
+    for kind in (ForceChannel, LengthChannel):
+        table_of = converter.get_structure_hook(kind)
+
+        def structure(value: object, cls: Any, table_of: Any = table_of) -> Any:
+            if isinstance(value, str):
+                value = {"column": value}
+            if not isinstance(value, dict):
+                raise InputError(f"{shown(value)}; expected the name of a column, or a table as in {{ column = 1 }}")
+            if "column" in value:
+                Column(value["column"])
+            return table_of(value, cls)
+
+        converter.register_structure_hook(kind, structure)

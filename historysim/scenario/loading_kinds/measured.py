@@ -1,0 +1,47 @@
+"""``[loading]`` from a measured record."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import attrs
+
+from historysim.errors import InputError
+from historysim.loads.events import Event
+from historysim.scenario.loading_kinds.base import Loading
+from historysim.scenario.loading_kinds.channels import MeasuredFile
+from historysim.scenario.schema import at
+
+if TYPE_CHECKING:
+    from historysim.measured.record import Record
+
+
+@attrs.frozen(kw_only=True)
+class Measured(MeasuredFile, Loading):
+    """``loading.file``: a record, of which every sample, or with ``reduce`` every turning point, is a waypoint."""
+
+    def __attrs_post_init__(self) -> None:
+        """Check what the types leave open."""
+        MeasuredFile.__attrs_post_init__(self)
+        Loading.__attrs_post_init__(self)
+
+    def record(self, folder: Path) -> "Record":
+        """Read the record and make it ready.
+
+        Raises
+        ------
+        InputError
+            A file that cannot be read, missing samples or gaps that are refused, or a correction that cannot be made.
+        """
+        from historysim.scenario.loading_kinds.assembly import assembled
+
+        with at("loading"):
+            return assembled(folder, self)
+
+    def events(self, folder: Path) -> list[Event]:
+        """Read the events."""
+        record = self.record(folder)
+        with at("loading", "file"):
+            try:
+                return record.events()
+            except InputError as error:
+                raise InputError(f"{Path(self.file).name}: {error}") from error

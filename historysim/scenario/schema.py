@@ -1,0 +1,258 @@
+"""TOML tables → frozen attrs classes; every message carries the path to its field.
+
+A section of a scenario is an attrs class. Its fields are declared with the types of this module, which
+say what unit a value has; the rest (unknown keys, missing keys, wrong types) follows from the class.
+"""
+
+import difflib
+import re
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager
+from types import UnionType
+from typing import Annotated, Any, TypeVar, get_args, get_origin
+
+import attrs
+from cattrs import Converter
+from cattrs.errors import (
+    AttributeValidationNote,
+    CattrsError,
+    ForbiddenExtraKeysError,
+    IterableValidationError,
+    IterableValidationNote,
+)
+from cattrs.gen import make_dict_structure_fn
+
+from historysim.errors import InputError
+
+T = TypeVar("T")
+
+MOST_PROBLEMS = 10
+
+
+@attrs.frozen
+class Quantity:
+    """Marks a field as a number in this SI unit, or a text with a unit that converts to it."""
+
+    unit: str
+
+
+Number = Annotated[float, Quantity("1")]
+Numbers = Annotated[float | tuple[float, ...], Quantity("1")]
+Time = Annotated[float, Quantity("s")]
+Length = Annotated[float, Quantity("m")]
+Lengths = Annotated[float | tuple[float, ...], Quantity("m")]
+Force = Annotated[float, Quantity("N")]
+Pressure = Annotated[float, Quantity("Pa")]
+Stiffness = Annotated[float, Quantity("N m-1")]
+SurfaceEnergy = Annotated[float, Quantity("J m-2")]
+
+
+@contextmanager
+def at(*path: str | int) -> Iterator[None]:
+    """Say of an InputError raised inside that it belongs to this place: keys of tables and indices of arrays."""
+    try:
+        yield
+    except InputError as error:
+        for step in reversed(path):
+            _note(error, step)
+        raise
+
+
+@contextmanager
+def reported(source: str) -> Iterator[None]:
+    """Turn what was raised inside into one message with the path to each field.
+
+    Raises
+    ------
+    InputError
+        One line ``source: path: problem`` for each problem.
+    """
+    try:
+        yield
+    except (InputError, CattrsError) as error:
+        problems = [f"{source}: {problem}" for problem in _problems(error, "")]
+        more = [f"… and {len(problems) - MOST_PROBLEMS} more"] if len(problems) > MOST_PROBLEMS else []
+        raise InputError("\n".join(problems[:MOST_PROBLEMS] + more)) from error
+
+
+def nearest(word: str, known: Collection[str]) -> str:
+    """Say what to write in place of an unknown word: the nearest known one, else all of them."""
+    match = difflib.get_close_matches(word, known, n=1)
+    if match:
+        return f"did you mean {match[0]!r}?"
+    return f"expected one of {', '.join(known)}" if known else "none is expected here"
+
+
+def misfit(problem: str, *path: str | int) -> InputError:
+    """Make an InputError that belongs to a place inside the value that is being structured."""
+    error = InputError(problem)
+    for step in reversed(path):
+        _note(error, step)
+    return error
+
+
+def _note(error: Exception, step: str | int) -> None:
+    if isinstance(step, int):
+        error.add_note(IterableValidationNote("", step, None))
+    else:
+        error.add_note(AttributeValidationNote("", step, None))
+
+
+def shown(value: object) -> str:
+    """Say briefly what came in place of what was expected."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    # Python refuses to print integers of some thousand digits
+    if isinstance(value, int) and value.bit_length() > 64:
+        return f"an integer of {value.bit_length()} bits"
+    if isinstance(value, str):
+        return f"the text {value!r}" if len(value) <= 40 else f"the text {value[:40]!r}…"
+    if isinstance(value, dict):
+        return "a table"
+    return "an array" if isinstance(value, list) else str(value)
+
+
+def _number(value: object, unit: str) -> float:
+    from historysim.basics.units import quantity
+
+    if not isinstance(value, int | float | str) or (isinstance(value, int) and value.bit_length() > 1000):
+        expected = "a number" if unit == "1" else f"a number in {unit}, or a text with a unit"
+        raise InputError(f"{shown(value)}; expected {expected}")
+    return quantity(value, unit)
+
+
+def _array(value: object, structure: Callable[[Any], T]) -> tuple[T, ...]:
+    if not isinstance(value, list):
+        raise InputError(f"{shown(value)}; expected an array [ … ]")
+    items, errors = [], []
+    for index, item in enumerate(value):
+        try:
+            items.append(structure(item))
+        except Exception as error:  # noqa: BLE001 - gathered and raised as one below
+            _note(error, index)
+            errors.append(error)
+    if errors:
+        raise IterableValidationError("array", errors, tuple)
+    return tuple(items)
+
+
+def _is_quantity(kind: object) -> bool:
+    return get_origin(kind) is Annotated and isinstance(get_args(kind)[1], Quantity)
+
+
+def _quantity_hook(kind: object) -> Callable[[object, object], float | tuple[float, ...]]:
+    plain, quantity = get_args(kind)
+    one_or_many = isinstance(plain, UnionType)
+
+    def structure(value: object, _: object) -> float | tuple[float, ...]:
+        if get_origin(plain) is tuple or (one_or_many and isinstance(value, list)):
+            return _array(value, lambda item: _number(item, quantity.unit))
+        return _number(value, quantity.unit)
+
+    return structure
+
+
+def _is_array(kind: object) -> bool:
+    return get_origin(kind) is tuple
+
+
+def _array_hook(kind: object, converter: Converter) -> Callable[[object, object], tuple[object, ...]]:
+    of = get_args(kind)[0]
+    return lambda value, _: _array(value, lambda item: converter.structure(item, of))
+
+
+def _table_hook(cls: type, converter: Converter) -> Callable[[object, object], object]:
+    from_dict: Callable[[Any, Any], object] = make_dict_structure_fn(cls, converter, _cattrs_forbid_extra_keys=True)
+
+    def structure(value: object, kind: object) -> object:
+        return from_dict(table(value), kind)
+
+    return structure
+
+
+def given(section: Any) -> dict[str, Any]:
+    """Give the keys of a section that stand in the file, with their values."""
+    return {key: value for key, value in attrs.asdict(section, recurse=False).items() if value is not None}
+
+
+def table(value: object) -> dict[str, Any]:
+    """Check that a value is a TOML table.
+
+    Raises
+    ------
+    InputError
+        Anything else.
+    """
+    if not isinstance(value, dict):
+        raise InputError(f"{shown(value)}; expected a table")
+    return value
+
+
+def text(value: object, _: object = str) -> str:
+    """Check that a value is a text that is not blank.
+
+    Raises
+    ------
+    InputError
+        Anything else.
+    """
+    if not isinstance(value, str) or not value.strip():
+        raise InputError(f"{shown(value)}; expected a text" + (" that is not blank" if isinstance(value, str) else ""))
+    return value
+
+
+def _integer(value: object, _: object) -> int:
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise InputError(f"{shown(value)}; expected an integer")
+    if value.bit_length() > 63:
+        raise InputError(f"{shown(value)}; expected an integer of 64 bits at most, as TOML has them")
+    return value
+
+
+def _boolean(value: object, _: object) -> bool:
+    if not isinstance(value, bool):
+        raise InputError(f"{shown(value)}; expected true or false")
+    return value
+
+
+def schema_converter() -> Converter:
+    """Make a converter that knows the types of this module and refuses everything else."""
+    converter = Converter(forbid_extra_keys=True)
+    converter.register_structure_hook(str, text)
+    converter.register_structure_hook(int, _integer)
+    converter.register_structure_hook(bool, _boolean)
+    converter.register_structure_hook_factory(attrs.has, _table_hook)
+    converter.register_structure_hook_factory(_is_array, _array_hook)
+    converter.register_structure_hook_factory(_is_quantity, _quantity_hook)
+    return converter
+
+
+def _problems(error: BaseException, path: str) -> Iterator[str]:
+    for note in reversed(getattr(error, "__notes__", ())):
+        path = _joined(path, note)
+    prefix = f"{path}: " if path else ""
+    match error:
+        case BaseExceptionGroup():
+            for inner in error.exceptions:
+                yield from _problems(inner, path)
+        case ForbiddenExtraKeysError():
+            known = [field.name for field in attrs.fields(error.cl)]
+            for key in sorted(error.extra_fields):
+                yield f"{_joined_key(path, key)}: unknown key; {nearest(key, known)}"
+        case KeyError():
+            yield f"{prefix}missing; expected a value"
+        case InputError():
+            yield f"{prefix}{error}"
+        case _:
+            raise error
+
+
+def _joined(path: str, note: str) -> str:
+    if isinstance(note, IterableValidationNote):
+        return f"{path}[{note.index}]"
+    return _joined_key(path, note.name) if isinstance(note, AttributeValidationNote) else path
+
+
+def _joined_key(path: str, key: str) -> str:
+    bare = key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else repr(key)
+    return f"{path}.{bare}" if path else bare

@@ -1,0 +1,165 @@
+import subprocess
+import sys
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from historysim.basics.units import conversion_factor, quantity, quantity_text
+from historysim.errors import InputError
+
+
+@pytest.mark.parametrize("number", [0.05, -3, 0, Fraction(1, 4), np.float64(2.5), np.float32(0.5), np.int64(7)])
+def test_a_number_is_si(number):
+    result = quantity(number, "N")
+    assert type(result) is float
+    assert result == float(number)
+
+
+# the exact SI values: 1 gf = 9.80665e-3 N, 1 lbf = 4.4482216152605 N, 1 in = 25.4 mm by definition
+@pytest.mark.parametrize(
+    ("text", "unit", "expected"),
+    [
+        ("50 mN", "N", 0.05),
+        ("70mN", "N", 0.07),
+        ("  1.e3  mN ", "N", 1.0),
+        ("+.5 N", "N", 0.5),
+        ("20 gf", "N", 0.196133),
+        ("1.5 kip", "N", 6672.33242289075),
+        ("-2.5e-3 mm", "m", -2.5e-6),
+        ("100 nm", "m", 1e-7),
+        ("100 µm", "m", 1e-4),
+        ("100 \u03bcm", "m", 1e-4),
+        ("100 um", "m", 1e-4),
+        ("112 GPa", "Pa", 112e9),
+        ("2 min", "s", 120.0),
+        ("44.1 mJ/m²", "J m-2", 0.0441),
+        ("44.1 mJ m-2", "J m-2", 0.0441),
+        ("1 N/m", "J m-2", 1.0),
+        ("334 mN/µm", "N m-1", 334e3),
+        ("0 N", "N", 0.0),
+        ("1e-99999999999999999999 N", "N", 0.0),
+    ],
+)
+def test_text_with_a_unit(text, unit, expected):
+    assert quantity(text, unit) == expected
+
+
+@given(st.decimals(min_value="-1e6", max_value="1e6", allow_nan=False, places=6))
+def test_a_unit_changes_no_bit_of_the_number(number):
+    assert quantity(f"{number} mN", "N") == float(f"{number}e-3")
+    assert quantity(f"{number} GPa", "Pa") == float(f"{number}e9")
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "message"),
+    [
+        ("0.05", "N", r"'0.05' has no unit.*write the plain number 0.05 for SI, or '0.05 N'"),
+        ("5 mm", "N", r"'5 mm': 'mm' is not a unit of a force; expected a unit such as mN"),
+        ("5 Hz", "s", r"'Hz' is not a unit of a time"),
+        ("5 s since 1970-01-01", "s", "not one number and its unit"),
+        ("5 furlongz", "m", r"'furlongz' is not a known unit.*such as nm"),
+        ("5 unknown", "m", "not a known unit"),
+        ("5 m\0", "m", "is not a known unit|is not a unit"),
+        ("20 celsius", "K", "does not start from zero.*0 celsius is 273.15 K"),
+        ("abc", "N", "not one number and its unit.*such as '50 mN'"),
+        ("", "N", "not one number and its unit"),
+        ("nan N", "N", "not one number and its unit"),
+        ("1,5 N", "N", "decimal point"),
+        ("10 500 N", "N", "no separators"),
+        ("1.2.3 N", "N", "not one number"),
+        ("5 N*-3", "N", "not one number"),
+        ("1_0 N", "N", "not a known unit"),
+        ("1e999 N", "N", "finite"),
+        ("1e308 kN", "N", "finite"),
+        (float("nan"), "N", "nan is not a finite number"),
+        (float("-inf"), "N", "-inf is not a finite number"),
+        (10**400, "N", "beyond the largest float"),
+        (True, "N", "True is a bool; expected a force in N"),
+        (None, "Pa", "None is a NoneType; expected a pressure or modulus in Pa"),
+        ([1.0], "m", "is a list; expected a length in m, or as a text such as '50 nm'"),
+        ("0.2", "1", "'0.2' is a str; expected a plain number such as 0.2, without quotes"),
+        ("20 %", "1", "without quotes or a unit"),
+        (False, "1", "False is a bool; expected a plain number"),
+        ("9" * 500, "N", "…"),
+    ],
+)
+def test_what_is_not_a_quantity(value, unit, message):
+    with pytest.raises(InputError, match=message):
+        quantity(value, unit)
+
+
+@given(st.text(max_size=12) | st.from_regex(r"[0-9.]{1,4} ?[a-zA-Z0-9/*^() .-]{0,8}", fullmatch=True))
+def test_any_text_is_a_finite_number_or_an_input_error(text):
+    try:
+        result = quantity(text, "N")
+    except InputError as error:
+        assert "expected" in str(error)  # noqa: PT017 - not every text is an error
+    else:
+        assert np.isfinite(result)
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "expected"),
+    [("mN", "N", 1e-3), ("N", "N", 1.0), ("0.1 µm", "m", 1e-7), ("ms", "s", 1e-3), ("%", "1", 0.01), ("1", "1", 1.0)],
+)
+def test_conversion_factor(text, unit, expected):
+    assert conversion_factor(text, unit) == pytest.approx(expected, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "message"),
+    [
+        ("celsius", "K", "does not start from zero"),
+        ("celsius", "N", "not a unit of a force"),
+        ("lg(re 1 mN)", "N", "does not start from zero"),
+        ("s since 2000-01-01", "s", "not a unit of a time"),
+        ("1/N", "N", "not a unit of a force"),
+        ("-3 N", "N", "is -3 N; expected a positive"),
+        ("", "N", "'' is not a unit"),
+        (" ", "N", "is not a unit"),
+        ("no_unit", "1", "not a known unit"),
+        (None, "N", "None is not a unit; expected a unit such as mN"),
+        ("N\udcff", "N", "not a unit"),
+        ("m^1000000", "m", "not a known unit"),
+    ],
+)
+def test_what_is_not_a_unit(text, unit, message):
+    with pytest.raises(InputError, match=message):
+        conversion_factor(text, unit)
+
+
+def test_udunits_prints_nothing_of_its_own(capfd):
+    for text in ("1e400 N", "m^1000000", "unknown"):
+        with pytest.raises(InputError):
+            conversion_factor(text, "N")
+    captured = capfd.readouterr()
+    assert captured.out == captured.err == ""
+
+
+def test_nothing_heavy_is_imported_for_a_plain_number():
+    code = (
+        "import sys; import historysim.basics.units as u; u.quantity(1, 'N'); "
+        "print([m for m in ('numpy', 'cf_units') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.09, "90 mN"),
+        (-1.5e-6, "-1.5 µN"),
+        (0.0, "0 N"),
+        (1000.0, "1 kN"),
+        (999.96, "1000 N"),
+        (1e-3, "1 mN"),
+        (1e-20, "1e-05 fN"),
+        (1e13, "1e+04 GN"),
+    ],
+)
+def test_quantities_get_a_prefix(value, text):
+    assert quantity_text(value, "N") == text

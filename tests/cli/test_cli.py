@@ -1,0 +1,474 @@
+"""The command line: what it prints, what it writes, how it ends."""
+
+import subprocess
+import sys
+import time
+
+import netCDF4
+import numpy as np
+import pytest
+from broken import DOCUMENTS, FILES, LOADS_CSV, MEASURED, SUMMITS_CSV, broken_bytes, broken_documents, keep_small
+from click.testing import CliRunner
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import historysim
+from historysim.cli import main
+from historysim.scenario import run as simulation
+
+SCENARIO = """
+title = "a ball"
+[materials]
+first = "silicon"
+second = "float glass"
+[surface]
+kind = "sphere"
+radius = "2.5 mm"
+[friction]
+coefficient = 0.2
+[loading]
+substeps = 10
+waypoints = [{ time = 0, normal_load = "50 mN" }, { after = 1, tangential_load = "8 mN" }]
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    (tmp_path / "ball.toml").write_text(SCENARIO, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def call(*arguments):
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+def process(folder, *arguments, **options):
+    command = [sys.executable, "-m", "historysim", *map(str, arguments)]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, **options)
+
+
+def files(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+# -- what it does ----------------------------------------------------------------------------------
+
+
+def test_run_writes_the_result_here_and_says_what_came_out(folder):
+    done = process(folder, "run", "ball.toml")
+    assert (done.returncode, done.stderr) == (0, "")
+    lines = dict(line.split(maxsplit=1) for line in done.stdout.splitlines())
+    assert lines["steps"] == "11 over 1 s"
+    assert lines["result"] == "ball.nc"
+    assert "peak normal load          50 mN\n" in done.stdout
+    assert "peak tangential load      8 mN\n" in done.stdout
+    assert files(folder) == ["ball.history", "ball.nc", "ball.toml"]
+    with netCDF4.Dataset(folder / "ball.nc") as result:
+        assert result.title == "a ball"
+        assert result["total_tangential_load"][-1] == pytest.approx(8e-3)
+
+
+def test_run_draws_beside_its_output(folder):
+    (folder / "results").mkdir()
+    done = call("run", "ball.toml", "-o", "results/out.nc", "--plot")
+    assert done.exit_code == 0
+    assert files(folder / "results") == ["out.history", "out.nc", "out.png"]
+    assert (folder / "results/out.png").read_bytes().startswith(b"\x89PNG")
+    assert done.output.splitlines()[-2].split() == ["result", "results/out.nc"]
+    assert done.output.splitlines()[-1].split() == ["picture", "results/out.png"]
+
+
+def test_run_can_be_quiet(folder):
+    done = call("run", "ball.toml", "--quiet", "--plot")
+    assert (done.exit_code, done.output) == (0, "")
+    assert files(folder) == ["ball.history", "ball.nc", "ball.png", "ball.toml"]
+
+
+def test_validate_reads_and_writes_nothing(folder):
+    done = call("validate", "ball.toml")
+    assert done.exit_code == 0
+    assert "asperities           1\n" in done.output
+    assert "events               2 over 1 s\n" in done.output
+    assert done.output.endswith("valid\n")
+    assert files(folder) == ["ball.toml"]
+
+
+@pytest.mark.usefixtures("folder")
+def test_show_tells_a_scenario_from_a_result():
+    assert call("run", "ball.toml").exit_code == 0
+    scenario, result = call("show", "ball.toml"), call("show", "ball.nc")
+    assert (scenario.exit_code, result.exit_code) == (0, 0)
+    assert "substeps             10\n" in scenario.output
+    assert "peak normal load          50 mN\n" in result.output
+    assert "event_digest" in result.output
+    assert "[loading]" not in result.output
+
+
+def test_plot_draws_beside_the_result_or_where_it_is_told(folder):
+    assert call("run", "ball.toml").exit_code == 0
+    assert call("plot", "ball.nc").output == "ball.png\n"
+    assert call("plot", "ball.nc", "-o", "loop.svg").exit_code == 0
+    assert call("plot", "ball.nc", "-o", "loop.PDF").exit_code == 0
+    assert (folder / "loop.svg").read_text(encoding="utf-8").startswith("<?xml")
+    assert (folder / "loop.PDF").read_bytes().startswith(b"%PDF")
+    assert files(folder) == ["ball.history", "ball.nc", "ball.png", "ball.toml", "loop.PDF", "loop.svg"]
+
+
+def test_a_height_map_is_shown_and_drawn(folder):
+    np.savetxt(folder / "map.txt", np.pad([[4.0]], 2))
+    np.savetxt(folder / "profile.csv", [0, 3, 0, 1, 0])
+    units = ("--pixel-size", "2 µm", "--height-unit", "nm", "--form", "mean")
+    lines = dict(line.split("  ", 1) for line in call("show", "map.txt", *units).output.splitlines())
+    found = {key: value.strip() for key, value in lines.items()}
+    # one point of 4 nm among 25: Rq² = 16/25 - (4/25)² nm²; the curvature there is 4 nm 2/(2 µm)²
+    assert found["points"] == "5 × 5, 2 µm apart"
+    assert found["rms height Rq"] == "783.8 pm"
+    assert found["height range Rz"] == "4 nm"
+    assert found["summits, 9-point rule"] == "1, 0.01 per µm²"
+    assert found["mean summit radius"] == "500 µm, median 500 µm"
+    assert "summits, 3-point rule          2\n" in call("show", "profile.csv", *units).output
+    assert call("plot", "map.txt", *units).output == "map_surface.png\n"
+    assert call("plot", "profile.csv", *units, "-o", "profile.svg").exit_code == 0
+    assert "summit radius" in (folder / "profile.svg").read_text(encoding="utf-8")
+
+
+def test_the_surface_of_a_scenario_and_of_a_step_is_drawn(folder):
+    random = """kind = "random"
+shape = [64, 32]
+pixel_size = 1e-6
+rms_height = 1e-7
+autocorrelation_length = 1e-5
+seed = 3"""
+    text = SCENARIO.replace('kind = "sphere"', random).replace("radius = ", "#")
+    (folder / "rough.toml").write_text(text, encoding="utf-8")
+    assert call("plot", "rough.toml").output == "rough_surface.png\n"
+    assert call("run", "rough.toml").exit_code == 0
+    assert call("plot", "rough.nc", "--step", "peak").output == "rough_surface.png\n"
+    assert call("plot", "rough.nc", "--step", "-1", "-o", "last.svg").exit_code == 0
+    assert call("run", "ball.toml", "-q").exit_code == 0
+    assert call("plot", "ball.nc", "--step", "0").exit_code == 0
+    assert files(folder) == sorted(
+        [
+            *("ball.history", "ball.nc", "ball.toml", "ball_surface.png", "last.svg"),
+            *("rough.history", "rough.nc", "rough.toml", "rough_surface.png"),
+        ]
+    )
+
+
+def test_how_adhesive_a_scenario_is(folder):
+    check_refusal(process(folder, "plot", "ball.toml", "--adhesion"), 2, "ball.toml: has no [adhesion]")
+    text = SCENARIO.replace("[loading]", '[adhesion]\nequilibrium_separation = "0.2 nm"\n[loading]')
+    (folder / "ball.toml").write_text(text, encoding="utf-8")
+    assert "adhesion regimes     1 JKR, where the asperities are pressed most\n" in call("show", "ball.toml").output
+    assert call("plot", "ball.toml", "--adhesion").output == "ball_adhesion.png\n"
+    assert call("run", "ball.toml", "-q").exit_code == 0
+    assert "expected a scenario" in call("plot", "ball.nc", "--adhesion").output
+
+
+def test_the_columns_of_a_file_are_listed(folder):
+    (folder / "loads.csv").write_text("t (s);F (kN)\n0,0;1,5\n0,5;2,5\n", encoding="utf-8")
+    done = call("columns", "loads.csv", "--decimal", ",")
+    assert done.exit_code == 0
+    assert done.output.splitlines() == [
+        "column    unit  values  first",
+        '"t (s)"   s     2       0,0',
+        '"F (kN)"  kN    2       1,5',
+    ]
+    check_refusal(process(folder, "columns", "nothing.csv"), 2, "nothing.csv: there is no such file")
+    check_refusal(process(folder, "columns", "loads.csv", "--decimal", "x"), 2, "decimal")
+
+
+def test_help_answers_at_once():
+    code = (
+        "import sys\n"
+        "from historysim.cli import main\n"
+        "try:\n    main(['--help'])\n"
+        "finally:\n    print({'numpy', 'xarray', 'numba', 'matplotlib', 'cattrs'} & set(sys.modules), file=sys.stderr)"
+    )
+    start = time.perf_counter()
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert time.perf_counter() - start < 5
+    assert done.returncode == 0
+    assert done.stderr.strip() == "set()"
+    for command in ("run", "validate", "show", "plot"):
+        assert command in done.stdout
+
+
+def test_the_version_is_told(folder):
+    done = process(folder, "--version")
+    assert done.returncode == 0
+    assert done.stdout.endswith(f"version {historysim.__version__}\n")
+
+
+# -- the log ---------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def ran(folder):
+    assert call("run", "ball.toml", "-q", "--snapshot-every", "3").exit_code == 0
+    return folder
+
+
+@pytest.mark.usefixtures("ran")
+def test_a_result_and_its_log_are_verified():
+    done = call("verify", "ball.nc")
+    assert (done.exit_code, done.output) == (0, "ball.nc  is what its log gives, bit for bit\n")
+    done = call("verify", "ball.history")
+    assert done.exit_code == 0
+    assert "events     2, sound\n" in done.output
+    assert "ball.history" not in call("verify", "ball.nc", "-q").output
+    assert "events               " not in call("show", "ball.history").output
+    assert "digest" in call("show", "ball.history").output
+
+
+def test_a_changed_result_is_told_where(ran):
+    with netCDF4.Dataset(ran / "ball.nc", "a") as result:
+        result["total_tangential_load"][4] = 1.0
+    done = process(ran, "verify", "ball.nc")
+    check_refusal(
+        done, 1, "ball.nc: is not what its log gives:\n  total_tangential_load: 1 values differ, first at step 4"
+    )
+    (ran / "ball.history").unlink()
+    check_refusal(process(ran, "verify", "ball.nc"), 2, "ball.nc: its log ball.history is not there")
+
+
+def test_the_state_is_told_at_any_time(ran):
+    done = call("state", "ball.history", "--at", "0.5 s")
+    assert done.exit_code == 0
+    assert "normal load              50 mN\n" in done.output
+    assert "tangential load          4 mN\n" in done.output
+    assert "tangential load          8 mN\n" in call("state", "ball.history").output
+    assert call("state", "ball.history", "--at", "0.5", "-o", "all.nc").output.endswith("all.nc\n")
+    with netCDF4.Dataset(ran / "all.nc") as all_asperities:
+        assert all_asperities["tangential_load"][0, 0] == pytest.approx(4e-3)
+        assert all_asperities["time"][0] == 0.5
+    done = call("state", "ball.history", "--asperity", "0", "-o", "traction.png")
+    assert "slip state         partial slip\n" in done.output
+    assert "reversal point  radius" in done.output
+    assert (ran / "traction.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_fork_has_another_future(ran):
+    assert call("fork", "ball.history", "--at", "0.5", "-o", "fork.history").output == "fork.history: 3 events\n"
+    (ran / "more.csv").write_text("time,tangential_load\n2,-6 mN\n", encoding="utf-8")
+    done = call("append", "fork.history", "more.csv")
+    assert done.output == "fork.history: 1 events appended, 4 in all\n"
+    listed = call("log", "fork.history").output.splitlines()
+    assert listed[0].split() == ["event", "time", "kind", "value"]
+    assert listed[1].split() == ["0", "0", "s", "normal_load", "0.05", "N"]
+    assert listed[4].split() == ["3", "2", "s", "tangential_load", "-0.006", "N"]
+    assert call("run", "fork.history", "-q").exit_code == 0
+    assert call("verify", "fork.nc").exit_code == 0
+    with netCDF4.Dataset(ran / "fork.nc") as result:
+        assert result["total_tangential_load"][-1] == pytest.approx(-6e-3)
+    assert call("log", "ball.history", "--kind", "normal_load").output.count("\n") == 2
+    assert call("log", "fork.history", "--from", "0.4 s", "--to", "1").output.count("\n") == 3
+    assert call("log", "fork.history", "--first", "1").output.count("\n") == 2
+    assert call("log", "fork.history", "--last", "1").output.splitlines()[1].startswith("3 ")
+
+
+def test_a_run_is_resumed_from_its_log(ran):
+    (ran / "ball.nc").unlink()
+    done = call("run", "ball.toml", "--resume", "--compression", "zlib")
+    assert done.exit_code == 0
+    assert "Note: ball.history: has no snapshot whose rows are there" in done.stderr
+    assert call("verify", "ball.nc").exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["verify", "none.history"], "there is no such file"),
+        (["verify", "ball.toml"], "ball.toml: is neither a result of historysim run (netCDF) nor a log"),
+        (["state", "ball.nc"], "ball.nc: is no log, or damaged"),
+        (["state", "none.history"], "none.history: there is no such file; expected the log of a run"),
+        (["state", "ball.history", "--at", "noon"], "--at: 'noon'"),
+        (["state", "ball.history", "--asperity", "7"], "asperity 7 does not exist"),
+        (["state", "ball.history", "-o", "ball.history"], "would overwrite what it is made from"),
+        (["fork", "ball.history", "--at", "-1", "-o", "f.history"], "has no event up to t = -1 s"),
+        (["fork", "ball.history", "--at", "1", "-o", "ball.history"], "would overwrite what it is made from"),
+        (["append", "ball.history", "none.csv"], "none.csv: there is no such file; expected a table of events"),
+        (["append", "ball.history", "past.csv"], "past.csv: event 0 at t = 0.25 s: comes before the last event"),
+        (["log", "ball.history", "--kind", "load"], "--kind load: expected one of normal_load"),
+        (["run", "ball.toml", "-o", "x.history"], "x.history: would overwrite what it is made from"),
+        (["run", "ball.toml", "--snapshot-every", "0"], "Invalid value for '--snapshot-every'"),
+        (["plot", "ball.history"], "ball.history: is a log; expected its result"),
+    ],
+)
+def test_what_cannot_be_asked_of_a_log_gets_code_2(ran, arguments, said):
+    (ran / "past.csv").write_text("time,normal_load\n0.25,1 mN\n", encoding="utf-8")
+    before = files(ran)
+    check_refusal(process(ran, *arguments), 2, said)
+    assert files(ran) == before
+
+
+def test_a_log_that_is_being_written_is_told(ran):
+    from historysim.log.file import LogFile
+
+    (ran / "more.csv").write_text("time,normal_load\n5,1 mN\n", encoding="utf-8")
+    with LogFile(ran / "ball.history", write=True):
+        said = "ball.history: another process is writing it; wait until it is done"
+        check_refusal(process(ran, "append", "ball.history", "more.csv"), 1, said)
+        check_refusal(process(ran, "run", "ball.toml"), 1, said)
+        assert process(ran, "log", "ball.history").returncode == 0
+
+
+# -- how it ends when it cannot --------------------------------------------------------------------
+
+
+def check_refusal(done, code, said):
+    assert done.returncode == code
+    assert done.stdout == ""
+    assert done.stderr.count("Error: ") == 1
+    assert said in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "code", "said"),
+    [
+        ("50 mN", "50 mm", 2, "Error: ball.toml: loading.waypoints[0].normal_load: '50 mm'"),
+        ("[friction]", "[frction]", 2, "ball.toml: frction: unknown key; did you mean 'friction'?"),
+        ("silicon", "silly", 2, "Error: ball.toml: materials.first: "),
+        ("8 mN", "12 mN", 1, "Error: event 1 at t = 1 s: a tangential load of 0.012 N is beyond the friction limit"),
+    ],
+)
+def test_what_cannot_be_run_leaves_no_file(folder, old, new, code, said):
+    (folder / "ball.toml").write_text(SCENARIO.replace(old, new), encoding="utf-8")
+    (folder / "ball.nc").write_text("an older result", encoding="utf-8")
+    check_refusal(process(folder, "run", "ball.toml", "--plot"), code, said)
+    # loads that cannot be carried can be asked about
+    assert files(folder) == [*(["ball.history"] if code == 1 else []), "ball.nc", "ball.toml"]
+    assert (folder / "ball.nc").read_text(encoding="utf-8") == "an older result"
+
+
+PIXEL = ("--pixel-size", "1 µm", "--height-unit", "nm")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["run", "none.toml"], "none.toml: there is no such file"),
+        (["validate", "."], "is a folder"),
+        (["run", "ball.toml", "-o", "none/out.nc"], "none/out.nc: there is no folder none; make it first"),
+        (["run", "ball.toml", "-o", "."], ".: is a folder"),
+        (["run", "ball.toml", "-o", "ball.toml"], "ball.toml: would overwrite what it is made from"),
+        (["run", "ball.toml", "-o", "./../{name}/ball.toml"], "would overwrite what it is made from"),
+        (["run", "ball.toml", "--plot", "-o", "ball.png"], "ball.png: would overwrite what it is made from"),
+        (["run"], "Missing argument 'SCENARIO'"),
+        (["rnu", "ball.toml"], "No such command 'rnu'"),
+        (["run", "ball.toml", "--polt"], "No such option"),
+        (["show", "none.nc"], "there is no such file"),
+        (
+            ["show", "notes.txt"],
+            "line 1: 'notes' (read as a height map: neither named .toml nor a result of historysim run)",
+        ),
+        (["show", "."], "is a folder"),
+        (["plot", "none.nc"], "none.nc: there is no such file"),
+        (["plot", "ball.toml", "--step", "1"], "--step 1: ball.toml is a scenario; expected a result"),
+        (["plot", "good.nc", "--step", "two"], "--step two: expected a number from 0 to 10, or peak"),
+        (["plot", "good.nc", "--step", "21"], "step 21: the history has 11 steps; expected -11 to 10"),
+        (["show", "map.txt"], "map.txt: does not name the unit of its heights; give height_unit"),
+        (["show", "map.txt", "--pixel-size", "1 N", "--height-unit", "nm"], "pixel_size"),
+        (["show", "map.txt", "--pixel-size", "1e-200 m", "--height-unit", "nm"], "a number is so large or so small"),
+        (["plot", "map.txt", "--pixel-size", "1e200 m", "--height-unit", "nm"], "a number is so large or so small"),
+        (["show", "map.txt", *PIXEL, "--form", "cone"], "form is 'cone'; expected one of mean, plane"),
+        (["show", "map.txt", *PIXEL, *PIXEL, *PIXEL], "--pixel-size came 3 times"),
+        (["plot", "map.txt", *PIXEL, "--step", "1"], "map.txt is a height map; expected a result"),
+        (["plot", "stranger.nc"], "stranger.nc: holds no heights"),
+        (["plot", "cut.nc"], "cut.nc: is damaged"),
+        (["show", "cut.nc"], "cut.nc: is damaged"),
+        (["plot", "good.nc", "-o", "good.nc"], "good.nc: would overwrite what it is made from"),
+        (["plot", "good.nc", "-o", "good.xyz"], "good.xyz: xyz ending; expected one of"),
+        (["plot", "good.nc", "-o", "good"], "good: no ending; expected one of"),
+    ],
+)
+def test_bad_input_gets_code_2_and_one_message(folder, arguments, said):
+    (folder / "notes.txt").write_text("notes", encoding="utf-8")
+    (folder / "map.txt").write_text("0 1 0\n1 5 1\n0 1 0\n", encoding="utf-8")
+    with netCDF4.Dataset(folder / "stranger.nc", "w") as stranger:
+        stranger.createDimension("step", 1)
+    assert call("run", "ball.toml", "-q", "-o", "good.nc").exit_code == 0
+    (folder / "cut.nc").write_bytes((folder / "good.nc").read_bytes()[:3000])
+    before = files(folder)
+    check_refusal(process(folder, *[argument.format(name=folder.name) for argument in arguments]), 2, said)
+    assert files(folder) == before
+
+
+@pytest.mark.parametrize(
+    ("raised", "code", "said"),
+    [
+        (OSError(28, "No space left on device", "ball.nc"), 1, "Error: ball.nc: No space left on device\n"),
+        (PermissionError(13, "Permission denied"), 1, "Error: Permission denied\n"),
+        (MemoryError(), 1, "Error: the memory does not suffice; record fewer asperities"),
+        (KeyboardInterrupt(), 130, "Error: interrupted\n"),
+    ],
+)
+def test_what_the_machine_cannot_do_ends_with_a_message(folder, monkeypatch, raised, code, said):
+    def fail(*_, **__):
+        raise raised
+
+    monkeypatch.setattr(simulation, "run", fail)
+    done = call("run", "ball.toml")
+    assert done.exit_code == code
+    assert said in done.stderr
+    assert files(folder) == ["ball.toml"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs the shell's limit on the size of files")
+def test_a_full_disk_ends_with_a_message(folder):
+    (folder / "ball.toml").write_text(SCENARIO.replace("substeps = 10", "substeps = 100_000"), encoding="utf-8")
+    command = ["sh", "-c", 'ulimit -f 1000; exec "$@"', "sh", sys.executable, "-m", "historysim", "run", "ball.toml"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    check_refusal(done, 1, "is the disk full?")
+    assert files(folder) == ["ball.history", "ball.toml"]
+
+
+def test_a_picture_that_fails_leaves_nothing_behind(folder, monkeypatch):
+    from matplotlib.figure import Figure
+
+    def fail(_, name, **__):
+        name.write_bytes(b"half a picture")
+        raise OSError(28, "No space left on device", str(name))
+
+    monkeypatch.setattr(Figure, "savefig", fail)
+    assert call("run", "ball.toml", "--plot").exit_code == 1
+    assert files(folder) == ["ball.history", "ball.nc", "ball.toml"]
+
+
+fuzz = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+
+
+@pytest.fixture
+def short_runs(folder, monkeypatch):
+    keep_small(monkeypatch)
+    return folder
+
+
+def check_that_it_ends_well(folder, files_to_write):
+    for path in folder.iterdir():
+        path.unlink()
+    for name, content in files_to_write.items():
+        (folder / name).write_bytes(content)
+    done = call("run", "s.toml")
+    assert done.exit_code in {0, 1, 2}
+    if done.exit_code:
+        assert done.stderr.startswith("Error: ")
+        assert "Traceback" not in done.stderr
+    written = {0: ["s.history", "s.nc"], 1: ["s.history"], 2: []}
+    assert files(folder) == sorted([*files_to_write, *written[done.exit_code]])
+
+
+@fuzz
+@given(document=st.one_of(broken_documents(), broken_bytes(DOCUMENTS)))
+def test_broken_scenarios_end_with_a_message_and_no_file(short_runs, document):
+    tables = {name: content.encode() for name, content in FILES.items()}
+    check_that_it_ends_well(short_runs, {"s.toml": document, **tables})
+
+
+@fuzz
+@given(summits=broken_bytes([SUMMITS_CSV]), loads=broken_bytes([LOADS_CSV]))
+def test_broken_tables_end_with_a_message_and_no_file(short_runs, summits, loads):
+    files_to_write = {"s.toml": MEASURED.encode(), "summits.csv": summits, "loads.csv": loads}
+    check_that_it_ends_well(short_runs, files_to_write)

@@ -1,0 +1,136 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import quad
+
+from historysim.contact.hertz import (
+    approach,
+    contact_radius,
+    effective_radius,
+    mean_pressure,
+    normal_load,
+    normal_stiffness,
+    peak_pressure,
+    pressure_profile,
+)
+from historysim.contact.materials import MaterialPair, material
+from historysim.errors import InputError
+
+R, E = 2.5e-3, 43e9  # a ball on glass [m, Pa]
+EPS = np.finfo(float).eps
+
+lengths = st.floats(1e-12, 1e-3)
+radii = st.floats(1e-7, 1e-1)
+moduli = st.floats(1e3, 1e12)
+
+
+def test_unit_contact():
+    assert normal_load(1.0, summit_radius=1.0, contact_modulus=1.0) == pytest.approx(4 / 3, rel=4 * EPS)
+    assert contact_radius(4.0, summit_radius=9.0) == 6.0
+    assert mean_pressure(np.pi, contact_radius=1.0) == 1.0
+    assert normal_stiffness(3.0, contact_modulus=2.0) == 12.0
+
+
+def test_radius_of_silicon_on_glass():
+    # by hand: a³ = 3 N R/(4 E*) with E* of Table B.1; 10 mN on a ball of 2.5 mm
+    modulus = MaterialPair(material("silicon"), material("float glass")).contact_modulus
+    depth = approach(10e-3, summit_radius=R, contact_modulus=modulus)
+    assert contact_radius(depth, summit_radius=R) == pytest.approx(
+        (0.75 * 2.5e-5 / 43.050430504e9) ** (1 / 3), rel=1e-10
+    )
+
+
+@given(lengths, radii, moduli)
+def test_approach_and_load_are_inverse(depth, radius, modulus):
+    load = normal_load(depth, summit_radius=radius, contact_modulus=modulus)
+    assert approach(load, summit_radius=radius, contact_modulus=modulus) == pytest.approx(depth, rel=16 * EPS)
+
+
+@given(lengths, radii, moduli)
+def test_load_in_terms_of_the_contact_radius(depth, radius, modulus):
+    a = contact_radius(depth, summit_radius=radius)
+    load = normal_load(depth, summit_radius=radius, contact_modulus=modulus)
+    assert load == pytest.approx(4 * modulus * a**3 / (3 * radius), rel=16 * EPS)
+    # A = π R δ, where the source's equation 2.16 prints another area
+    assert load / mean_pressure(load, contact_radius=a) == pytest.approx(math.pi * radius * depth, rel=16 * EPS)
+
+
+def test_pressure_carries_the_load_and_makes_the_approach():
+    depth = 40e-9
+    a = contact_radius(depth, summit_radius=R)
+    load = normal_load(depth, summit_radius=R, contact_modulus=E)
+
+    def pressure(r):
+        return pressure_profile(r, normal_load=load, contact_radius=a)
+
+    assert quad(lambda r: pressure(r) * 2 * math.pi * r, 0, a)[0] == pytest.approx(load, rel=1e-9)
+    # Boussinesq: the centre sinks by (1/πE*) ∫ p/r dA = (2/E*) ∫ p dr
+    assert 2 / E * quad(pressure, 0, a)[0] == pytest.approx(depth, rel=1e-9)
+
+
+def test_pressure_profile_between_centre_and_edge():
+    profile = pressure_profile([0, 0.6, -0.6, 1, 1.1, -5], normal_load=np.pi, contact_radius=1.0)
+    np.testing.assert_allclose(profile, [1.5, 1.2, 1.2, 0, 0, 0], rtol=8 * EPS)
+    assert peak_pressure(np.pi, contact_radius=1.0) == 1.5
+
+
+def test_normal_stiffness_is_the_slope_of_the_load():
+    depth, step = 40e-9, 4e-13
+    loads = normal_load(depth + np.array([-step, step]), summit_radius=R, contact_modulus=E)
+    stiffness = normal_stiffness(contact_radius(depth, summit_radius=R), contact_modulus=E)
+    # central difference: truncation (step/δ)²/24 = 4e-12, rounding EPS δ/step = 2e-11
+    assert (loads[1] - loads[0]) / (2 * step) == pytest.approx(stiffness, rel=1e-10)
+
+
+def test_no_contact():
+    assert normal_load(-1e-9, summit_radius=R, contact_modulus=E) == 0
+    assert contact_radius(-1e-9, summit_radius=R) == 0
+    assert approach(0, summit_radius=R, contact_modulus=E) == 0
+    assert mean_pressure(0, contact_radius=0) == 0
+    assert pressure_profile(0.5, normal_load=0, contact_radius=0) == 0
+
+
+def test_scalars_give_scalars_and_arrays_broadcast():
+    assert isinstance(normal_load(1e-9, summit_radius=R, contact_modulus=E), float)
+    assert isinstance(pressure_profile(0, normal_load=1, contact_radius=1), float)
+    depths = np.array([-1, 1, 4])[:, None] * 1e-9
+    loads = normal_load(depths, summit_radius=[R, 4 * R], contact_modulus=E)
+    assert loads.shape == (3, 2)
+    np.testing.assert_allclose(loads[2] / loads[1], 8, rtol=8 * EPS)
+    np.testing.assert_allclose(loads[1:, 1] / loads[1:, 0], 2, rtol=8 * EPS)
+    assert mean_pressure([0, 1], contact_radius=[0, 1]).tolist() == [0, 1 / np.pi]
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "expected"),
+    [(1, 1, 0.5), (2.5e-3, math.inf, 2.5e-3), (1, -2, 2), ([1, 2], 2, [2 / 3, 1])],
+)
+def test_effective_radius(first, second, expected):
+    np.testing.assert_allclose(effective_radius(first, second), expected, rtol=4 * EPS)
+
+
+@pytest.mark.parametrize(("first", "second"), [(0, 1), (math.inf, math.inf), (1, -0.5), (math.nan, 1), (1, -1)])
+def test_radii_that_touch_at_no_point(first, second):
+    with pytest.raises(InputError, match="do not touch at a point"):
+        effective_radius(first, second)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: contact_radius(1, summit_radius=0), "summit_radius is 0; expected a finite number greater than 0"),
+        (lambda: contact_radius(math.nan, summit_radius=1), "approach is nan; expected a finite number, in SI"),
+        (lambda: contact_radius("a lot", summit_radius=1), "approach is 'a lot'; expected numbers in SI"),
+        (lambda: normal_load(1, summit_radius=1, contact_modulus=-1), "contact_modulus is -1"),
+        (lambda: approach([1, -2], summit_radius=1, contact_modulus=1), r"normal_load\[1\] is -2; .* of 0 or more"),
+        (lambda: approach(1, summit_radius=math.inf, contact_modulus=1), "summit_radius is inf"),
+        (lambda: mean_pressure(1, contact_radius=0), "contact_radius is 0 m under a normal load"),
+        (lambda: normal_stiffness(-1, contact_modulus=1), "contact_radius is -1"),
+    ],
+)
+def test_arguments_out_of_range(call, message):
+    with pytest.raises(InputError, match=message):
+        call()

@@ -1,0 +1,159 @@
+import copy
+import pickle
+
+import attrs
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from historysim.contact.materials import MATERIALS, Material, MaterialPair, material
+from historysim.errors import InputError
+
+# name: E [GPa], ν, G [GPa], γ [mJ/m²], Rq [nm], R [mm]; Table B.1 of Winogrodzka's thesis
+TABLE = {
+    "silicon": (112, 0.28, 44, 44.1, (2, 3), 2.5),
+    "silica": (73.6, 0.17, 31.4, 44.1, (3, 5), 2.5),
+    "sapphire": (462.6, 0.309, 144.3, 41.1, (8, 10), 2.5),
+    "alumina": (462.6, 0.309, 144.3, 41.1, (8, 10), 2.5),
+    "float glass": (64, 0.2, 26, 83.4, (0.7, 1), None),
+    "zirconia": (205, 0.312, 81, 45.6, None, 2.5),
+}
+
+
+def test_the_table_holds_these_materials():
+    assert set(MATERIALS) == set(TABLE)
+    assert all(row.name == name for name, row in MATERIALS.items())
+
+
+@pytest.mark.parametrize("name", TABLE)
+def test_built_in_material(name):
+    modulus, ratio, shear, energy, roughness, radius = TABLE[name]
+    row = material(name)
+    assert row.youngs_modulus == pytest.approx(modulus * 1e9, rel=1e-15)
+    assert row.poissons_ratio == ratio
+    assert row.shear_modulus == pytest.approx(shear * 1e9, rel=1e-15)
+    assert row.surface_energy == pytest.approx(energy * 1e-3, rel=1e-15)
+    assert row.roughness == (roughness and pytest.approx([q * 1e-9 for q in roughness], rel=1e-15))
+    assert row.ball_radius == (radius and pytest.approx(radius * 1e-3, rel=1e-15))
+    assert "Table B.1" in row.source
+
+
+@pytest.mark.parametrize("name", ["float glass", "Float_Glass", "FLOAT-GLASS", " float  glass "])
+def test_a_name_may_be_written_in_these_ways(name):
+    assert material(name) is MATERIALS["float glass"]
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("silicone", r"'silicone' is not a built-in material; did you mean 'silicon' or 'silica'\?"),
+        ("unobtainium", "expected one of silicon, silica, sapphire, alumina, float glass, zirconia"),
+        (None, "None is not a built-in material"),
+        (["silicon"], "is not a built-in material"),
+    ],
+)
+def test_unknown_material(name, message):
+    with pytest.raises(InputError, match=message):
+        material(name)
+
+
+def test_the_table_cannot_be_changed():
+    with pytest.raises(TypeError):
+        MATERIALS["silicon"] = MATERIALS["silica"]
+    with pytest.raises(attrs.exceptions.FrozenInstanceError):
+        MATERIALS["silicon"].youngs_modulus = 1.0
+
+
+@pytest.mark.parametrize("given_as", [{}, {"shear_modulus": None}])
+def test_shear_modulus_follows_from_isotropy(given_as):
+    assert Material("steel", 210e9, 0.3, **given_as).shear_modulus == pytest.approx(210e9 / 2.6, rel=1e-15)
+
+
+def test_numbers_become_floats_and_the_source_does_not_part_equal_materials():
+    first = Material("x", 3, 0.5, 1, roughness=[0, 1], source="a handbook")
+    assert first == Material("x", 3.0, 0.5, 1.0, roughness=(0.0, 1.0))
+    assert type(first.youngs_modulus) is float
+    assert hash(first) == hash(Material("x", 3, 0.5, roughness=(0, 1)))
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"youngs_modulus": 0}, "Material: youngs_modulus is 0.0; expected a finite number greater than 0"),
+        ({"youngs_modulus": float("inf")}, "youngs_modulus is inf"),
+        ({"youngs_modulus": "112e9"}, "youngs_modulus is '112e9'"),
+        ({"youngs_modulus": True}, "youngs_modulus is True"),
+        ({"youngs_modulus": 10**400}, "youngs_modulus is inf"),
+        ({"poissons_ratio": -1}, "poissons_ratio is -1.0; expected a number greater than -1 and at most 0.5"),
+        ({"poissons_ratio": 0.51}, "poissons_ratio is 0.51"),
+        ({"poissons_ratio": float("nan")}, "poissons_ratio is nan"),
+        ({"poissons_ratio": None}, "poissons_ratio is None"),
+        ({"shear_modulus": -1.0}, "shear_modulus is -1.0"),
+        ({"surface_energy": 0.0}, "surface_energy is 0.0"),
+        ({"ball_radius": float("nan")}, "ball_radius is nan"),
+        ({"roughness": (2e-9, 1e-9)}, "roughness is .*lower and the upper end"),
+        ({"roughness": 1e-9}, "roughness is 1e-09"),
+        ({"roughness": (1e-9,)}, "roughness is"),
+        ({"name": 5}, "name is 5; expected a text"),
+        ({"source": None}, "source is None; expected a text"),
+    ],
+)
+def test_what_no_material_has(changes, message):
+    with pytest.raises(InputError, match=message):
+        Material(**{"name": "x", "youngs_modulus": 1e9, "poissons_ratio": 0.3, **changes})
+
+
+def test_silicon_on_float_glass():
+    pair = MaterialPair(material("silicon"), material("float glass"))
+    # by hand from Table B.1: 1/E* = 0.9216/112 + 0.96/64, 1/G* = 1.72/44 + 1.8/26 [1/GPa]
+    assert pair.contact_modulus == pytest.approx(43.050430504e9, rel=1e-10)
+    assert pair.shear_modulus == pytest.approx(9.231762427e9, rel=1e-9)
+    assert pair.displacement_ratio == pytest.approx(1.165823721, rel=1e-9)
+
+
+def test_pair_of_equal_isotropic_materials():
+    # Johnson, section 7.2: the stiffness ratio of equal bodies is 2(1-ν)/(2-ν), and θ is its inverse
+    pair = MaterialPair(Material("x", 5.0, 0.3), Material("x", 5.0, 0.3))
+    assert 1 / pair.displacement_ratio == pytest.approx(2 * 0.7 / 1.7, rel=1e-14)
+
+
+@given(st.floats(-0.99, 0.5), st.floats(-0.99, 0.5), st.floats(1e-3, 1e3))
+def test_a_pair_has_no_order_and_scales_with_its_moduli(first_ratio, second_ratio, scale):
+    first, second = Material("a", 1.0, first_ratio), Material("b", scale, second_ratio)
+    there, back = MaterialPair(first, second), MaterialPair(second, first)
+    assert (there.contact_modulus, there.shear_modulus) == (back.contact_modulus, back.shear_modulus)
+    scaled = MaterialPair(Material("a", 7.0, first_ratio), Material("b", 7 * scale, second_ratio))
+    assert scaled.contact_modulus == pytest.approx(7 * there.contact_modulus, rel=1e-14)
+    assert scaled.displacement_ratio == pytest.approx(there.displacement_ratio, rel=1e-14)
+
+
+def test_pair_from_moduli():
+    pair = MaterialPair.from_moduli(contact_modulus=1, shear_modulus=0.25)
+    assert pair.first is pair.second is None
+    assert (pair.contact_modulus, pair.shear_modulus, pair.displacement_ratio) == (1.0, 0.25, 1.0)
+    assert repr(pair) == "MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)"
+    assert eval(repr(pair)) == pair  # noqa: S307 - the very text under test
+
+
+def test_equality_and_copies():
+    silicon, glass = material("silicon"), material("float glass")
+    pair = MaterialPair(silicon, glass)
+    assert pair == MaterialPair(silicon, glass)
+    assert pair != MaterialPair(glass, silicon)
+    assert pair != MaterialPair.from_moduli(contact_modulus=pair.contact_modulus, shear_modulus=pair.shear_modulus)
+    assert pickle.loads(pickle.dumps(pair)) == copy.deepcopy(pair) == pair  # noqa: S301 - our own bytes
+    assert hash(pair) == hash(MaterialPair(silicon, glass))
+    assert eval(repr(pair)) == pair  # noqa: S307 - the very text under test
+    with pytest.raises(attrs.exceptions.FrozenInstanceError):
+        pair.contact_modulus = 1.0
+
+
+def test_what_is_not_a_pair():
+    with pytest.raises(InputError, match=r"second is 'silicon'; expected a Material.*from_moduli"):
+        MaterialPair(material("silicon"), "silicon")
+    with pytest.raises(InputError, match=r"first is 1\.0"):
+        MaterialPair(1.0, 0.25)
+    with pytest.raises(InputError, match=r"contact_modulus is -1\.0"):
+        MaterialPair.from_moduli(contact_modulus=-1, shear_modulus=1)
+    with pytest.raises(InputError, match="shear_modulus is nan"):
+        MaterialPair.from_moduli(contact_modulus=1, shear_modulus=float("nan"))

@@ -1,0 +1,167 @@
+"""Load events: what they take, what they refuse, and the order they stand in."""
+
+import attrs
+import numpy as np
+import pytest
+
+import historysim as hs
+from historysim.loads.events import LoadEvent, check_sequence
+
+LOADS = (hs.NormalLoad, hs.NormalDisplacement, hs.TangentialLoad, hs.TangentialDisplacement)
+EVENTS = (*LOADS, hs.FrictionChange)
+
+NOT_NUMBERS = ["50 mN", "1.0", b"1", None, True, False, [0.1], (), {}, 1j, np.True_, 10**400]
+
+
+@pytest.mark.parametrize(
+    ("kind", "channel", "unit"),
+    [
+        (hs.NormalLoad, "normal", "N"),
+        (hs.NormalDisplacement, "normal", "m"),
+        (hs.TangentialLoad, "tangential", "N"),
+        (hs.TangentialDisplacement, "tangential", "m"),
+    ],
+)
+def test_an_event_says_what_its_channel_has_reached_and_when(kind, channel, unit):
+    event = kind(2, 3)
+    assert (event.time, event.value, event.channel, event.unit) == (2.0, 3.0, channel, unit)
+    assert type(event.time) is type(event.value) is float
+    assert event == kind(time=2.0, value=3.0)
+
+
+@pytest.mark.parametrize("number", [np.float64(0.5), np.float32(0.5), np.array(0.5)])
+@pytest.mark.parametrize("kind", EVENTS)
+def test_numbers_of_numpy_become_plain_ones(kind, number):
+    event = kind(number, number)
+    assert event == kind(0.5, 0.5)
+    assert {type(value) for value in attrs.astuple(event)} == {float}
+
+
+@pytest.mark.parametrize("number", [float("nan"), float("inf"), float("-inf"), np.nan])
+@pytest.mark.parametrize("kind", EVENTS)
+def test_numbers_that_are_not_finite_are_refused(kind, number):
+    name = "friction" if kind is hs.FrictionChange else "value"
+    with pytest.raises(hs.InputError, match=rf"{kind.__name__}: time is .*expected a finite number"):
+        kind(number, 0.1)
+    with pytest.raises(hs.InputError, match=rf"{kind.__name__}: {name} is .*expected a finite number"):
+        kind(0.0, number)
+
+
+@pytest.mark.parametrize("thing", NOT_NUMBERS, ids=lambda thing: repr(thing)[:12])
+@pytest.mark.parametrize("kind", EVENTS)
+def test_a_time_that_is_not_a_number_is_refused(kind, thing):
+    with pytest.raises(hs.InputError, match=rf"{kind.__name__}: time .*expected a"):
+        kind(thing, 0.1)
+
+
+@pytest.mark.parametrize("thing", NOT_NUMBERS, ids=lambda thing: repr(thing)[:12])
+@pytest.mark.parametrize("kind", LOADS)
+def test_a_value_that_is_not_a_number_is_refused(kind, thing):
+    with pytest.raises(hs.InputError, match=rf"{kind.__name__}: value .*expected a"):
+        kind(0.0, thing)
+
+
+def test_a_normal_load_does_not_pull():
+    with pytest.raises(hs.InputError, match=r"a normal load of -0\.001 N pulls.*expected a load of 0 N"):
+        hs.NormalLoad(0.0, -1e-3)
+    assert hs.NormalLoad(0.0, 0.0).value == 0.0
+
+
+@pytest.mark.parametrize("kind", [hs.NormalDisplacement, hs.TangentialLoad, hs.TangentialDisplacement])
+def test_everything_else_may_be_negative(kind):
+    assert kind(-1.0, -2.0).value == -2.0
+
+
+@pytest.mark.parametrize(
+    ("given", "held"),
+    [
+        (0.2, 0.2),
+        (0, 0.0),
+        ([0.1, 0.2], (0.1, 0.2)),
+        ((0.1,), (0.1,)),
+        (np.array([0.1, 0.2]), (0.1, 0.2)),
+        (iter([0.1, 0.2]), (0.1, 0.2)),
+    ],
+)
+def test_friction_is_one_coefficient_or_a_tuple_of_them(given, held):
+    assert hs.FrictionChange(0.0, given).friction == held
+
+
+def test_changing_the_array_that_was_given_does_not_change_the_event():
+    given = np.array([0.1, 0.2])
+    event = hs.FrictionChange(0.0, given)
+    given[:] = 9.0
+    assert event.friction == (0.1, 0.2)
+
+
+@pytest.mark.parametrize(
+    "friction",
+    [
+        *("0.2", "2", b"1", None, True, 1j, 10**400, {}, [], ()),
+        *(
+            [0.1, None],
+            [0.1, "0.2"],
+            [0.1, True],
+            [[0.1, 0.2]],
+            np.array([[0.1, 0.2]]),
+            np.array([True]),
+        ),
+        *(-0.1, [0.1, -0.1], [0.1, float("nan")], [float("inf")]),
+    ],
+    ids=lambda friction: repr(friction)[:20],
+)
+def test_friction_that_is_no_coefficient_is_refused(friction):
+    with pytest.raises(hs.InputError, match=r"FrictionChange: friction .*expected"):
+        hs.FrictionChange(0.0, friction)
+
+
+@pytest.mark.parametrize("kind", EVENTS)
+def test_events_do_not_change(kind):
+    event = kind(0.0, 0.1)
+    for field in attrs.fields(kind):
+        with pytest.raises(attrs.exceptions.FrozenInstanceError):
+            setattr(event, field.name, 0.2)
+    assert event == kind(0.0, 0.1)
+
+
+def test_events_are_equal_when_kind_time_and_value_are():
+    alike = [kind(0.0, 0.1) for kind in EVENTS]
+    assert len(set(alike)) == len(EVENTS)
+    for kind in EVENTS:
+        assert kind(0.0, 0.1) == kind(0.0, 0.1)
+        assert hash(kind(0.0, 0.1)) == hash(kind(0.0, 0.1))
+        assert kind(0.0, 0.1) != kind(1.0, 0.1)
+        assert kind(0.0, 0.1) != kind(0.0, 0.2)
+    assert hs.FrictionChange(0.0, [0.1, 0.2]) == hs.FrictionChange(0.0, (0.1, 0.2))
+    assert hs.FrictionChange(0.0, [0.1]) != hs.FrictionChange(0.0, 0.1)
+
+
+def test_times_that_do_not_decrease_are_in_order():
+    check_sequence([])
+    check_sequence([hs.NormalLoad(-1.0, 1.0), hs.TangentialLoad(-1.0, 0.1), hs.FrictionChange(3.0, 0.1)])
+
+
+def test_a_decreasing_time_is_named_with_its_event_and_the_way_to_mend_it():
+    events = [hs.NormalLoad(0.0, 1.0), hs.NormalLoad(2.5, 1.0), hs.FrictionChange(1.25, 0.1)]
+    with pytest.raises(hs.InputError) as caught:
+        check_sequence(events)
+    message = str(caught.value)
+    assert message.startswith("event 2 at t = 1.25 s: ")
+    assert "t = 2.5 s" in message
+    assert "expected times that do not decrease" in message
+    mending = "sorted(events, key=lambda event: event.time)"
+    assert mending in message
+    check_sequence(eval(mending, {"events": events}))  # noqa: S307 - the message says that this mends it
+
+
+def test_two_times_that_differ_in_the_last_digits_are_told_apart():
+    with pytest.raises(hs.InputError) as caught:
+        check_sequence([hs.NormalLoad(100000.25, 1.0), hs.NormalLoad(100000.125, 1.0)])
+    assert "t = 100000.125 s" in str(caught.value)
+    assert "t = 100000.25 s" in str(caught.value)
+
+
+@pytest.mark.parametrize("thing", [None, "event", 1.0, hs.NormalLoad, (0.0, 1.0), LoadEvent(0.0, 1.0)], ids=repr)
+def test_what_is_not_an_event_is_named_with_its_place(thing):
+    with pytest.raises(hs.InputError, match=r"event 1: .* is not a load event; expected NormalLoad, .*FrictionChange"):
+        check_sequence([hs.NormalLoad(0.0, 1.0), thing])

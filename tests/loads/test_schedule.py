@@ -1,0 +1,478 @@
+"""From waypoints to paths and rows: the semantics of the loads, on paper and in replays."""
+
+import itertools
+import math
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import historysim as hs
+from historysim.asperities.ensemble import room
+from historysim.loads.events import FrictionChange, LoadEvent
+from historysim.loads.schedule import AT_WAYPOINT, BEYOND_LAST, row_count, standing_at, stretches
+from historysim.memory import kernel
+
+LOAD, DISPLACED = kernel.LOAD, kernel.DISPLACED
+HELD = (0.0, 0.0)
+
+N, D = hs.NormalLoad, hs.NormalDisplacement
+T, U = hs.TangentialLoad, hs.TangentialDisplacement
+F = hs.FrictionChange
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
+
+
+class Path(NamedTuple):
+    normal: tuple
+    tangential: tuple
+    parts: int = 1
+    recorded: bool = True
+
+
+def read(stretch):
+    paths = stretch.paths
+    assert {len(column) for column in paths} == {len(stretch.event)}
+    return [
+        Path((int(nc), float(nt), float(nf)), (int(tc), float(tt), float(tf)), int(parts), bool(recorded))
+        for nc, nt, nf, tc, tt, tf, parts, recorded, _ in zip(*paths, strict=True)
+    ]
+
+
+def single(events, **options):
+    found = list(stretches(events, **options))
+    assert len(found) == 1
+    assert (found[0].friction, found[0].friction_event) == (None, -1)
+    return found[0]
+
+
+@pytest.fixture
+def ensemble():
+    return hs.Ensemble(PAIR, [0.0, -0.01, -0.03], [1.0, 2.0, 0.5], 0.5)
+
+
+def observed(history):
+    names = ("total_normal_load", "separation", "total_tangential_load", "tangential_displacement")
+    return np.array([history[name].values for name in (*names, "total_dissipated_energy")])
+
+
+def by_hand(ensemble, states):
+    rows = [
+        (
+            state.normal_load,
+            ensemble.highest_summit - state.approach,
+            state.tangential_load,
+            state.tangential_displacement,
+            state.dissipated_energy,
+        )
+        for state in states
+    ]
+    return np.array(rows).T
+
+
+def check_replay(ensemble, events, moves, **options):
+    """Compare a replay with moves of `advance`: a list for each row, of the moves up to it."""
+    state, states = ensemble.initial_state(), []
+    for row in moves:
+        for move in row:
+            state = ensemble.advance(state, **move)
+        states.append(state)
+    found = observed(hs.replay(ensemble, events, **options))
+    assert found == pytest.approx(by_hand(ensemble, states), rel=1e-12, abs=1e-15)
+
+
+# -- joint paths and waypoints ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("events", [[N(3.0, 0.01), T(3.0, 0.002)], [T(3.0, 0.002), N(3.0, 0.01)]])
+def test_events_of_both_channels_at_one_time_are_one_joint_path(events, ensemble):
+    stretch = single(events)
+    assert read(stretch) == [Path((LOAD, 0.01, 1.0), (LOAD, 0.002, 1.0))]
+    assert stretch.row_time.tolist() == [3.0]
+    check_replay(ensemble, events, [[{"normal_load": 0.01, "tangential_load": 0.002}]])
+
+
+@pytest.mark.parametrize(
+    ("event", "normal", "tangential"),
+    [
+        (N(0.0, 0.25), (LOAD, 0.25, 1.0), (LOAD, *HELD)),
+        (D(0.0, -0.25), (DISPLACED, -0.25, 1.0), (LOAD, *HELD)),
+        (T(0.0, -0.25), (LOAD, *HELD), (LOAD, -0.25, 1.0)),
+        (U(0.0, 0.25), (LOAD, *HELD), (DISPLACED, 0.25, 1.0)),
+    ],
+)
+def test_each_kind_controls_its_channel_and_the_other_stays_unloaded(event, normal, tangential):
+    assert read(single([event])) == [Path(normal, tangential)]
+
+
+def test_two_events_of_one_channel_at_one_time_are_two_paths_in_file_order(ensemble):
+    events = [N(0.0, 0.01), U(0.0, 0.0), U(1.0, 0.02), U(1.0, -0.01)]
+    stretch = single(events)
+    assert read(stretch)[1:] == [
+        Path((LOAD, 0.01, 1.0), (DISPLACED, 0.02, 1.0), recorded=False),
+        Path((LOAD, *HELD), (DISPLACED, -0.01, 1.0)),
+    ]
+    assert stretch.event == [1, 2, 3]
+    assert stretch.row_time.tolist() == [0.0, 1.0]
+    start, there, back = {"normal_load": 0.01}, {"tangential_displacement": 0.02}, {"tangential_displacement": -0.01}
+    check_replay(ensemble, events, [[start, {"tangential_displacement": 0.0}], [there, back]])
+    turned = [*events[:2], events[3], events[2]]
+    check_replay(ensemble, turned, [[start, {"tangential_displacement": 0.0}], [back, there]])
+    assert not np.array_equal(observed(hs.replay(ensemble, events)), observed(hs.replay(ensemble, turned)))
+
+
+def test_further_events_at_one_time_are_gathered_until_a_channel_repeats():
+    events = [N(0.0, 1.0), T(0.0, 0.1), T(0.0, 0.2), N(0.0, 2.0), N(0.0, 3.0), T(0.0, 0.3)]
+    assert read(single(events)) == [
+        Path((LOAD, 1.0, 1.0), (LOAD, 0.1, 1.0), recorded=False),
+        Path((LOAD, 2.0, 1.0), (LOAD, 0.2, 1.0), recorded=False),
+        Path((LOAD, 3.0, 1.0), (LOAD, 0.3, 1.0)),
+    ]
+
+
+def test_a_channel_runs_straight_between_its_own_waypoints(ensemble):
+    events = [N(0.0, 0.02), U(0.0, 0.0), N(1.0, 0.01), N(3.0, 0.015), N(3.5, 0.015), U(4.0, 0.04)]
+    goals = [path.tangential for path in read(single(events))]
+    assert goals == [(DISPLACED, 0.0, 1.0), *((DISPLACED, 0.04, share) for share in (1 / 4, 2 / 3, 1 / 2, 1.0))]
+    loads, ways = (0.02, 0.01, 0.015, 0.015, 0.015), (0.0, 0.01, 0.03, 0.035, 0.04)
+    moves = [[{"normal_load": n, "tangential_displacement": u}] for n, u in zip(loads, ways, strict=True)]
+    check_replay(ensemble, events, moves)
+
+
+@pytest.mark.parametrize(("first", "last"), [(N, D), (D, N)])
+def test_a_normal_stretch_is_controlled_as_the_waypoint_at_its_end(ensemble, first, last):
+    amounts = {N: (0.01, 0.03), D: (0.04, 0.09)}
+    begin, end = amounts[first][0], amounts[last][1]
+    names = {N: "normal_load", D: "normal_displacement"}
+    events = [first(0.0, begin), U(0.0, 0.0), U(1.0, 0.005), U(3.0, -0.01), last(4.0, end)]
+    assert [path.normal[0] for path in read(single(events))[1:]] == [LOAD if last is N else DISPLACED] * 3
+    state = ensemble.advance(ensemble.initial_state(), **{names[first]: begin})
+    there = state.normal_load if last is N else state.approach
+    moves = [[{names[first]: begin, "tangential_displacement": 0.0}]]
+    for share, way in ((1 / 4, 0.005), (3 / 4, -0.01), (1.0, -0.01)):
+        moves.append([{names[last]: there + share * (end - there), "tangential_displacement": way}])
+    check_replay(ensemble, events, moves)
+
+
+def test_a_tangential_stretch_starts_from_the_state_that_is_there_when_kinds_switch(ensemble):
+    events = [N(0.0, 0.02), T(0.0, 0.0), T(1.0, 0.006), N(2.0, 0.03), U(3.0, 0.03), N(4.0, 0.02), T(5.0, -0.004)]
+    state = ensemble.advance(ensemble.initial_state(), normal_load=0.02, tangential_load=0.0)
+    state = ensemble.advance(state, normal_load=0.025, tangential_load=0.006)
+    way = state.tangential_displacement
+    first = [{"normal_load": 0.02, "tangential_load": 0.0}], [{"normal_load": 0.025, "tangential_load": 0.006}]
+    onward = [{"normal_load": 0.03, "tangential_displacement": (way + 0.03) / 2}]
+    arrived = [{"normal_load": 0.025, "tangential_displacement": 0.03}]
+    state = ensemble.advance(ensemble.advance(state, **onward[0]), **arrived[0])
+    back = [{"normal_load": 0.02, "tangential_load": (state.tangential_load - 0.004) / 2}]
+    check_replay(ensemble, events, [*first, onward, arrived, back, [{"normal_load": 0.02, "tangential_load": -0.004}]])
+
+
+def test_a_channel_is_unloaded_before_its_first_event(ensemble):
+    events = [U(-1.0, 0.5), N(0.0, 0.0), N(1.0, 0.01), T(3.0, 0.002)]
+    found = read(single(events[1:]))
+    assert [path.tangential for path in found] == [(LOAD, *HELD), (LOAD, *HELD), (LOAD, 0.002, 1.0)]
+    history = hs.replay(ensemble, events[1:], substeps=4)
+    loads = history.total_tangential_load.values
+    assert loads[: 1 + 4].tolist() == [0.0] * 5
+    assert loads[5:] == pytest.approx([0.0005, 0.001, 0.0015, 0.002], rel=1e-12)
+    assert read(single(events[:1]))[0].normal == (LOAD, *HELD)
+    before = hs.replay(ensemble, events[:1], record="totals")
+    assert before.total_normal_load.values.tolist() == [0.0]
+    assert before.contact_count.values.tolist() == [0]
+
+
+def test_a_channel_is_held_after_its_last_event(ensemble):
+    events = [D(0.0, 0.04), T(1.0, 0.002), D(2.0, 0.08), D(3.0, 0.06)]
+    found = read(single(events))
+    assert found[0].tangential == (LOAD, *HELD)
+    assert [path.tangential for path in found[1:]] == [(LOAD, 0.002, 1.0)] * 3
+    assert [path.normal for path in found[:2]] == [(DISPLACED, 0.04, 1.0), (DISPLACED, 0.08, 0.5)]
+    history = hs.replay(ensemble, events, substeps=3)
+    assert history.total_tangential_load.values[3:] == pytest.approx([0.002] * 7, rel=1e-12)
+
+
+@pytest.mark.parametrize("jump", [0.01, 0.002])
+def test_a_channel_on_its_way_in_displacement_stays_there_while_the_other_jumps(ensemble, jump):
+    events = [N(0.0, 0.02), T(0.0, 0.0), N(1.0, 0.02), N(1.0, jump), U(2.0, 0.02)]
+    start = {"normal_load": 0.02, "tangential_load": 0.0}
+    half = {"normal_load": 0.02, "tangential_displacement": 0.01}
+    moves = [[start], [half, {"normal_load": jump}], [{"normal_load": jump, "tangential_displacement": 0.02}]]
+    check_replay(ensemble, events, moves)
+
+
+# -- rows ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("substeps", [1, 2, 3, 7])
+def test_there_is_one_row_per_distinct_time_and_the_rest_of_the_substeps_between(substeps):
+    events = [N(1.0, 0.01), T(1.0, 0.0), N(1.0, 0.02), T(2.0, 0.001), F(2.0, 0.4), T(2.0, 0.002), N(10.0, 0.03)]
+    found = list(stretches(events, substeps))
+    times = [1.0, *np.linspace(1.0, 2.0, substeps + 1)[1:], *np.linspace(2.0, 10.0, substeps + 1)[1:]]
+    assert np.concatenate([stretch.row_time for stretch in found]) == pytest.approx(times, rel=1e-15)
+    for stretch in found:
+        rows = [
+            stretch.paths.first_row[index] + row
+            for index, path in enumerate(read(stretch))
+            for row in range(path.parts - 1 + path.recorded)
+        ]
+        assert rows == list(range(stretch.row_time.size))
+
+
+def test_the_rows_at_event_times_carry_those_times_to_the_bit():
+    times = np.cumsum([0.1] * 50).tolist()
+    found = single([N(time, 0.01) for time in times], substeps=3).row_time
+    assert found[::3].tolist() == times
+    assert np.all(np.diff(found) > 0)
+
+
+def test_substeps_are_steps_on_the_same_straight_way(ensemble):
+    events = [N(0.0, 0.02), T(0.0, 0.0), N(2.0, 0.01), T(2.0, 0.004), N(3.0, 0.02), T(3.0, -0.006)]
+    coarse, fine = (observed(hs.replay(ensemble, events, substeps=substeps)) for substeps in (1, 5))
+    assert fine[:4, ::5] == pytest.approx(coarse[:4], rel=1e-12, abs=1e-15)
+    assert fine[4, ::5] == pytest.approx(coarse[4], rel=ensemble.tolerance)
+    time = np.concatenate([np.linspace(0.0, 2.0, 6), np.linspace(2.0, 3.0, 6)[1:]])
+    assert fine[0] == pytest.approx(np.interp(time, [0.0, 2.0, 3.0], [0.02, 0.01, 0.02]), rel=1e-12)
+    assert fine[2] == pytest.approx(np.interp(time, [0.0, 2.0, 3.0], [0.0, 0.004, -0.006]), rel=1e-12, abs=1e-17)
+
+
+@pytest.mark.parametrize("substeps", [0, -1, True, 1.0, "2", None, math.nan])
+def test_substeps_are_a_whole_number_from_one_on(substeps):
+    with pytest.raises(hs.InputError, match=r"substeps is .*; expected a whole number of 1 or more"):
+        list(stretches([N(0.0, 0.01)], substeps))
+
+
+def test_nothing_to_schedule_is_an_error():
+    with pytest.raises(hs.InputError, match=r"there are no load events; expected at least one"):
+        list(stretches([]))
+
+
+# -- changes of friction ---------------------------------------------------------------------------
+
+
+def test_a_change_of_friction_ends_a_stretch():
+    events = [N(0.0, 0.02), T(1.0, 0.002), F(1.0, 0.3), T(2.0, 0.004), F(3.0, [0.2, 0.3, 0.4])]
+    found = list(stretches(events))
+    assert [stretch.friction for stretch in found] == [events[2], events[4], None]
+    assert [stretch.friction_event for stretch in found] == [2, 4, -1]
+    assert [stretch.row_time.tolist() for stretch in found] == [[0.0], [1.0, 2.0], [3.0]]
+    arrival = Path((LOAD, 0.02, 1.0), (LOAD, 0.002, 1.0), recorded=False)
+    assert read(found[0])[-1] == arrival
+    assert read(found[1])[0] == Path((LOAD, *HELD), (LOAD, *HELD))
+
+
+@pytest.mark.parametrize("order", list(itertools.permutations(range(3))))
+def test_friction_changes_after_both_channels_have_arrived(ensemble, order):
+    arriving = [N(1.0, 0.01), U(1.0, 0.03), F(1.0, 0.2)]
+    events = [N(0.0, 0.02), U(0.0, 0.0), *(arriving[index] for index in order)]
+    moves = [
+        [{"normal_load": 0.02, "tangential_displacement": 0.0}],
+        [{"normal_load": 0.01, "tangential_displacement": 0.03}, {"friction": 0.2}],
+    ]
+    check_replay(ensemble, events, moves)
+
+
+def test_what_stands_after_a_change_of_friction_at_one_time_acts_after_it(ensemble):
+    start = [N(0.0, 0.02), U(0.0, 0.0)]
+    there, back, less = U(1.0, 0.04), U(1.0, 0.01), F(1.0, 0.2)
+    first = [{"normal_load": 0.02, "tangential_displacement": 0.0}]
+    moves = {
+        there: {"normal_load": 0.02, "tangential_displacement": 0.04},
+        back: {"tangential_displacement": 0.01},
+        less: {"friction": 0.2},
+    }
+    histories = []
+    for order in ([there, less, back], [there, back, less]):
+        check_replay(ensemble, [*start, *order], [first, [moves[event] for event in order]])
+        histories.append(observed(hs.replay(ensemble, [*start, *order])))
+    assert not np.array_equal(*histories)
+    split = list(stretches([*start, there, less, back]))
+    assert [path.recorded for stretch in split for path in read(stretch)] == [True, False, False, True]
+
+
+def test_a_change_of_friction_on_the_way_leaves_the_way_straight(ensemble):
+    events = [N(0.0, 0.02), U(0.0, 0.0), F(1.0, 0.2), F(1.5, 0.3), U(2.0, 0.04)]
+    moves = [
+        [{"normal_load": 0.02, "tangential_displacement": 0.0}],
+        [{"tangential_displacement": 0.02}, {"friction": 0.2}],
+        [{"tangential_displacement": 0.03}, {"friction": 0.3}],
+        [{"tangential_displacement": 0.04}],
+    ]
+    check_replay(ensemble, events, moves)
+
+
+def test_two_changes_of_friction_at_one_time_both_act(ensemble):
+    events = [N(0.0, 0.02), U(1.0, 0.04), F(1.0, 0.1), F(1.0, 0.5)]
+    moves = [[{"normal_load": 0.02}], [{"tangential_displacement": 0.04}, {"friction": 0.1}, {"friction": 0.5}]]
+    check_replay(ensemble, events, moves)
+
+
+def test_friction_may_change_before_anything_else(ensemble):
+    events = [F(-1.0, 0.1), N(0.0, 0.02), T(1.0, 0.0015)]
+    moves = [[{"friction": 0.1}], [{"normal_load": 0.02}], [{"normal_load": 0.02, "tangential_load": 0.0015}]]
+    check_replay(ensemble, events, moves)
+
+
+# -- long and random histories ---------------------------------------------------------------------
+
+
+def random_events(generator, count=25):
+    """Waypoints at coinciding times, with kinds that switch, loads within the limit, and changes of friction."""
+    events = []
+    for time in np.sort(generator.integers(0, count // 2, count)).astype(float):
+        kind = generator.choice([N, D, T, U, F], p=[0.3, 0.15, 0.2, 0.3, 0.05])
+        low, high = {N: (0.02, 0.04), D: (0.06, 0.1), T: (-0.001, 0.001), U: (-0.004, 0.004), F: (0.3, 0.5)}[kind]
+        events.append(kind(time, generator.uniform(low, high)))
+    return [N(-1.0, 0.03), U(-1.0, 0.0), *events]
+
+
+class Reference:
+    """Waypoints as the design tells them, channel by channel."""
+
+    def __init__(self, events, channel):
+        self.names = {N: "normal_load", D: "normal_displacement", T: "tangential_load", U: "tangential_displacement"}
+        self.waypoints = [event for event in events if isinstance(event, LoadEvent) and event.channel == channel]
+        self.passed = 0
+        self.begin = None
+
+    def reached(self, state, event):
+        kind = type(event)
+        return {N: state.normal_load, D: state.approach, T: state.tangential_load, U: state.tangential_displacement}[
+            kind
+        ]
+
+    def at(self, time, state):
+        """Where the channel is when it arrives at a time."""
+        if self.passed == len(self.waypoints):
+            return {self.names[type(self.waypoints[-1])]: self.waypoints[-1].value}
+        event, before = self.waypoints[self.passed], self.waypoints[self.passed - 1]
+        if event.time == time:
+            return self.jump()
+        if self.begin is None:
+            self.begin = self.reached(state, event)
+        share = (time - before.time) / (event.time - before.time)
+        return {self.names[type(event)]: self.begin + share * (event.value - self.begin)}
+
+    def jump(self):
+        event = self.waypoints[self.passed]
+        self.passed += 1
+        self.begin = None
+        return {self.names[type(event)]: event.value}
+
+
+def reference_states(ensemble, events):
+    channels = {name: Reference(events, name) for name in ("normal", "tangential")}
+    state = ensemble.initial_state()
+    for time, group in itertools.groupby(events, key=lambda event: event.time):
+        present = list(group)
+        targets = {}
+        for name, channel in channels.items():
+            first = next((event for event in present if getattr(event, "channel", None) == name), None)
+            targets |= channel.at(time, state)
+            present = [event for event in present if event is not first]
+        state = ensemble.advance(state, **targets)
+        for event in present:
+            if isinstance(event, FrictionChange):
+                state = ensemble.advance(state, friction=event.friction)
+            else:
+                state = ensemble.advance(state, **channels[event.channel].jump())
+        yield state
+
+
+def one_at_a_time(events):
+    """Leave out what would join two further events at one time into one path."""
+    kept = []
+    for _, group in itertools.groupby(events, key=lambda event: event.time):
+        further = {"normal": 0, "tangential": 0}
+        for event in group:
+            if isinstance(event, LoadEvent):
+                other = "tangential" if event.channel == "normal" else "normal"
+                if further[event.channel] and further[other] > 1:
+                    continue
+                further[event.channel] += 1
+            kept.append(event)
+    return kept
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_random_waypoints_are_replayed_as_they_read(ensemble, seed):
+    events = one_at_a_time(random_events(np.random.default_rng(seed)))
+    expected = by_hand(ensemble, reference_states(ensemble, events))
+    found = observed(hs.replay(ensemble, events))
+    assert found == pytest.approx(expected, rel=1e-9, abs=1e-13)
+
+
+@pytest.mark.parametrize("most_rows", [1, 2, 5, 1000])
+def test_stretches_break_so_that_none_records_many_more_rows_than_told(most_rows):
+    events = random_events(np.random.default_rng(3), 60)
+    whole, broken = list(stretches(events, 3)), list(stretches(events, 3, most_rows))
+    assert [path for stretch in broken for path in read(stretch)] == [
+        path for stretch in whole for path in read(stretch)
+    ]
+    assert np.array_equal(*(np.concatenate([stretch.row_time for stretch in plan]) for plan in (whole, broken)))
+    assert [number for stretch in broken for number in stretch.event] == [n for stretch in whole for n in stretch.event]
+    changes = [stretch.friction_event for stretch in broken if stretch.friction is not None]
+    assert changes == [stretch.friction_event for stretch in whole if stretch.friction is not None]
+    assert max(stretch.row_time.size for stretch in broken) < most_rows + 3
+    assert (len(broken) > len(whole)) == (most_rows < 1000)
+
+
+def test_breaking_stretches_changes_no_bit(ensemble):
+    events = random_events(np.random.default_rng(4), 60)
+    ends = []
+    for most_rows in (None, 1, 4):
+        state, totals = ensemble.initial_state(), []
+        for stretch in stretches(events, 2, most_rows):
+            rows = room(stretch.row_time.size, 0)
+            state = ensemble.walk(state, stretch.paths, rows=rows)
+            if stretch.friction is not None:
+                state = ensemble.with_friction(state, stretch.friction.friction)
+            totals.append(rows.totals)
+        memory = state.memory
+        kept = (np.concatenate(totals), memory.now, memory.dissipated, memory.depth)
+        ends.append([array.tobytes() for array in kept])
+    assert ends[0] == ends[1] == ends[2]
+
+
+def test_stretches_break_between_times_however_often_friction_changes():
+    events = [hs.NormalLoad(0.0, 0.01)]
+    for time in range(1, 60):
+        events += [hs.TangentialLoad(time, 1e-4 * (time % 3)), hs.FrictionChange(time, 0.5 + 0.001 * (time % 2))]
+    plan = list(stretches(events, 2, 10))
+    stood = [stretch.standing for stretch in plan if stretch.standing]
+    assert len(stood) > 10
+    assert max(b.rows - a.rows for a, b in itertools.pairwise(stood)) < 10 + 2
+    assert [standing_at(events, standing.events, 2) for standing in stood] == stood
+
+
+def test_a_schedule_is_taken_up_where_it_stood():
+    events = [
+        hs.NormalLoad(0.0, 0.03),
+        hs.TangentialLoad(0.5, 0.001),
+        hs.FrictionChange(1.0, 0.4),
+        hs.NormalLoad(1.0, 0.02),
+        hs.NormalLoad(1.5, 0.025),
+        hs.NormalDisplacement(2.0, 0.02),
+        hs.TangentialDisplacement(3.0, 0.01),
+        hs.NormalLoad(4.0, 0.01),
+    ]
+    plan = list(stretches(events, 3, 1))
+    rows = []
+    for number, stretch in enumerate(plan):
+        rows.append(stretch.row_time.tolist())
+        if stretch.standing:
+            again = list(stretches(events, 3, 1, start=stretch.standing))
+            assert [one.row_time.tolist() for one in again] == [one.row_time.tolist() for one in plan[number + 1 :]]
+            for one, other in zip(again, plan[number + 1 :], strict=True):
+                assert all(np.array_equal(a, b) for a, b in zip(one.paths, other.paths, strict=True))
+                assert (one.standing, one.event) == (other.standing, other.event)
+            assert standing_at(events, stretch.standing.events, 3) == stretch.standing
+            assert stretch.standing.rows == sum(map(len, rows)) == row_count(events, 3, stretch.standing.time)
+
+
+def test_there_is_no_standing_in_the_midst_of_a_time():
+    events = [hs.NormalLoad(0.0, 0.01), hs.TangentialLoad(0.0, 0.0), hs.NormalLoad(1.0, 0.02)]
+    assert standing_at(events, 1) is None
+    assert standing_at(events, 0) is None
+    assert standing_at(events, 4) is None
+    assert standing_at(events, 2).heading == (AT_WAYPOINT, AT_WAYPOINT)
+    assert standing_at(events, 3).heading == (AT_WAYPOINT, BEYOND_LAST)

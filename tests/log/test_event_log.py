@@ -1,0 +1,349 @@
+"""`EventLog` against a plain replay of the same events in memory."""
+
+import math
+import sqlite3
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
+
+import historysim as hs
+from historysim.loads import schedule as scheduler
+from historysim.log import file as log_file
+from historysim.log.snapshot import Snapshot, packed
+from historysim.scenario import run as simulation
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
+ENSEMBLE = hs.Ensemble(PAIR, [-0.03, 0.0, -0.5, -0.01, -0.04], [1.0, 2.0, 1.0, 0.5, 1.5], 0.5)
+EVENTS = [
+    hs.NormalLoad(0.0, 0.03),
+    hs.TangentialLoad(0.0, 0.0),
+    hs.TangentialLoad(1.0, 0.006),
+    hs.NormalLoad(1.5, 0.025),
+    hs.FrictionChange(2.0, [0.4, 0.45, 0.4, 0.5, 0.6]),
+    hs.NormalLoad(2.5, 0.02),
+    hs.TangentialDisplacement(3.0, -0.01),
+    hs.NormalDisplacement(4.0, 0.04),
+    hs.TangentialDisplacement(4.0, 0.02),
+    hs.TangentialDisplacement(4.0, 0.01),
+]
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "run.history"
+
+
+def bits(state):
+    """A state as bytes that are equal where every bit is."""
+    with np.load(__import__("io").BytesIO(packed(state))) as kept:
+        return b"".join(kept[name].tobytes() for name in kept.files)
+
+
+def by_hand(ensemble, events, time, substeps=1, instrument=None):
+    """The state at a time: all events are known, and the replay ends there."""
+    target = simulation.Unseen(ensemble, None, 0, {}, instrument=instrument or hs.Instrument())
+    return simulation.walk(ensemble, events, scheduler.stretches(events, substeps, until=time), target, saturate=False)
+
+
+def snapshots_everywhere(log):
+    """Put a snapshot wherever the schedule stands."""
+    file = log._file
+    content, head = file.sound(), file.head
+
+    def keep(standing, state):
+        batches = content.batches_for(max(standing.events, *(index + 1 for index in standing.heading)))
+        file.add_snapshot(Snapshot.of(standing, batches, content.links[batches], state))
+
+    target = simulation.Unseen(head.ensemble, None, 0, {}, instrument=head.instrument)
+    plan = scheduler.stretches(content.events, head.substeps, 1)
+    simulation.walk(head.ensemble, content.events, plan, target, saturate=head.saturate, after=keep)
+
+
+def test_a_log_replays_as_the_events_do(path):
+    with hs.EventLog.create(path, ENSEMBLE, EVENTS[:4], substeps=3) as log:
+        log.append(EVENTS[4])
+        log.append(EVENTS[5:])
+        assert len(log) == len(EVENTS)
+        assert log.events() == EVENTS
+        assert log.events(2, 4) == EVENTS[2:4]
+        xr.testing.assert_identical(log.replay(), hs.replay(ENSEMBLE, EVENTS, substeps=3))
+        assert log.verify().whole
+    with hs.EventLog(str(path)) as log:
+        xr.testing.assert_identical(log.replay(record="all"), hs.replay(ENSEMBLE, EVENTS, substeps=3, record="all"))
+        assert log.settings["contact_modulus"] == 1.0
+        assert log.verify().digest == log.digest
+
+
+def test_an_instrument_is_part_of_the_log(path):
+    soft = hs.Instrument(lateral_stiffness=0.5)
+    with hs.EventLog.create(path, ENSEMBLE, EVENTS, instrument=soft) as log:
+        xr.testing.assert_identical(log.replay(), hs.replay(ENSEMBLE, EVENTS, instrument=soft))
+        assert bits(log.state()) == bits(by_hand(ENSEMBLE, EVENTS, math.inf, instrument=soft))
+        assert log.instrument == soft
+
+
+@pytest.mark.parametrize("until", [0.0, 1.0, 1.5, 2.0, 3.0, 4.0, 9.0])
+def test_a_replay_until_an_event_has_the_rows_up_to_there_bit_for_bit(path, until):
+    whole = hs.replay(ENSEMBLE, EVENTS, substeps=2)
+    with hs.EventLog.create(path, ENSEMBLE, EVENTS, substeps=2) as log:
+        part = log.replay(until=until)
+    expected = whole.isel(step=slice(0, int((whole.time <= until).sum())))
+    assert part.time.values.tolist() == expected.time.values.tolist()
+    for name in part.data_vars:
+        assert part[name].values.tobytes() == expected[name].values.tobytes(), name
+
+
+def test_between_events_the_channels_are_on_their_way(path):
+    fine = hs.replay(ENSEMBLE, EVENTS, substeps=4)
+    with hs.EventLog.create(path, ENSEMBLE, EVENTS) as log:
+        for step in range(fine.sizes["step"]):
+            time = float(fine.time[step])
+            last = log.replay(until=time).isel(step=-1)
+            state = log.state(at=time)
+            assert float(last.time) == time
+            for name in ("total_normal_load", "total_tangential_load", "tangential_displacement"):
+                assert float(last[name]) == pytest.approx(float(fine[name][step]), rel=1e-9, abs=1e-14)
+            assert state.normal_load == pytest.approx(float(last.total_normal_load), rel=1e-12, abs=1e-15)
+
+
+def test_the_state_is_the_same_bits_from_any_snapshot(path):
+    times = [*np.linspace(-0.5, 5.0, 23), *(event.time for event in EVENTS)]
+    with hs.EventLog.create(path, ENSEMBLE, EVENTS, substeps=2) as log:
+        plain = [bits(log.state(at=time)) for time in times]
+        assert plain == [bits(by_hand(ENSEMBLE, EVENTS, time, 2)) for time in times]
+        snapshots_everywhere(log)
+        told = []
+        assert [bits(log.state(at=time, tell=told.append)) for time in times] == plain
+        assert told == []
+        content = log._file.sound()
+        starts = [simulation.start_before(log._file, content, time).standing for time in (0.5, 2.2, 99.0)]
+        assert [start.time for start in starts] == [0.0, 2.0, 4.0]
+
+
+def test_the_state_of_all_asperities_is_a_row_of_the_history(path):
+    everything = hs.replay(ENSEMBLE, EVENTS, record="all")
+    with hs.EventLog.create(path, ENSEMBLE, EVENTS) as log:
+        row = log.state_dataset(at=3.0)
+        assert row.sizes == {"step": 1, "asperity": 5}
+        for name in ("normal_load", "tangential_load", "stick_radius", "slip_state", "dissipated_energy"):
+            expected = everything[name].sel(step=everything.time == 3.0).values
+            assert row[name].values == pytest.approx(expected, rel=1e-12), name
+        assert float(log.state_dataset().time[0]) == 4.0
+
+
+def test_what_is_appended_may_say_how_a_channel_came_there(path):
+    """The tangential channel is held at 1 s until a later waypoint draws a straight line to it."""
+    first = [hs.NormalLoad(0.0, 0.03), hs.TangentialLoad(1.0, 0.004), hs.NormalLoad(2.0, 0.025)]
+    with hs.EventLog.create(path, ENSEMBLE, first) as log:
+        snapshots_everywhere(log)
+        assert log.state(at=2.0).tangential_load == pytest.approx(0.004)
+        log.append(hs.TangentialLoad(3.0, 0.008))
+        told = []
+        state = log.state(at=2.0, tell=told.append)
+        assert state.tangential_load == pytest.approx(0.006)
+        assert bits(state) == bits(by_hand(ENSEMBLE, log.events(), 2.0))
+        assert any("does not reckon with events that were appended since" in line for line in told)
+        log.append([hs.TangentialLoad(3.0, 0.007)])
+        assert bits(log.state()) == bits(by_hand(ENSEMBLE, log.events(), math.inf))
+
+
+def test_a_snapshot_of_another_version_is_passed_over(path, monkeypatch):
+    with hs.EventLog.create(path, ENSEMBLE, EVENTS) as log:
+        monkeypatch.setattr("historysim.log.snapshot.__version__", "0.0.9")
+        snapshots_everywhere(log)
+        monkeypatch.undo()
+        told = []
+        assert bits(log.state(tell=told.append)) == bits(by_hand(ENSEMBLE, EVENTS, math.inf))
+        assert len(told) == 7
+        assert "was made by historysim 0.0.9" in told[0]
+        assert "passed over" in told[0]
+
+
+def test_a_snapshot_that_was_tampered_with_is_passed_over(path):
+    with hs.EventLog.create(path, ENSEMBLE, EVENTS) as log:
+        snapshots_everywhere(log)
+    connection = sqlite3.connect(path)
+    connection.execute("UPDATE snapshot SET state = zeroblob(100) WHERE number % 2")
+    connection.commit()
+    connection.close()
+    with hs.EventLog(path) as log:
+        told = []
+        for time in (0.5, 1.2, 2.2, 9.0):
+            assert bits(log.state(at=time, tell=told.append)) == bits(by_hand(ENSEMBLE, EVENTS, time))
+        assert any("is damaged: it does not match its digest" in line for line in told)
+
+
+# -- forks -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("at", [0.0, 0.4, 1.0, 1.25, 1.5, 2.0, 2.7, 3.0, 3.5, 4.0, 7.0])
+def test_a_fork_has_the_same_past_and_another_future(path, tmp_path, at):
+    with hs.EventLog.create(path, ENSEMBLE, EVENTS) as log, log.fork(at, tmp_path / "fork.history") as fork:
+        past = [event for event in EVENTS if event.time <= at]
+        assert fork.events()[: len(past)] == past
+        assert {event.time for event in fork.events()[len(past) :]} <= {past[-1].time, at}
+        fork.append([hs.NormalLoad(8.0, 0.01), hs.TangentialLoad(8.0, 0.002)])
+        for time in (0.0, 0.3, 1.0, 1.2, 2.0, 2.6, 3.0, 4.0, 7.0):
+            if time <= at:
+                one, other = fork.state(at=time), log.state(at=time)
+                for name in ("normal_load", "tangential_load", "tangential_displacement", "dissipated_energy"):
+                    assert getattr(one, name) == pytest.approx(getattr(other, name), rel=1e-7, abs=1e-13), (time, name)
+        assert fork.state().tangential_load == pytest.approx(0.002)
+    with hs.EventLog(path) as log:
+        assert log.events() == EVENTS
+
+
+def test_a_fork_needs_a_past_and_a_name_of_its_own(path, tmp_path):
+    with hs.EventLog.create(path, ENSEMBLE, EVENTS) as log:
+        with pytest.raises(hs.InputError, match=r"has no event up to t = -1 s; .* at t = 0 s"):
+            log.fork(-1.0, tmp_path / "fork.history")
+        with pytest.raises(hs.InputError, match="is the log itself"):
+            log.fork(1.0, path)
+
+
+def test_a_fork_of_a_damaged_log_has_what_is_sound(path, tmp_path, monkeypatch):
+    monkeypatch.setattr(log_file, "MOST_EVENTS_OF_A_BATCH", 3)
+    hs.EventLog.create(path, ENSEMBLE, EVENTS).close()
+    connection = sqlite3.connect(path)
+    connection.execute("DROP TRIGGER no_update_of_batch")
+    connection.execute("UPDATE batch SET value = zeroblob(24) WHERE number = 3")
+    connection.commit()
+    connection.close()
+    told = []
+    with hs.EventLog(path) as log:
+        verdict = log.verify()
+        assert (verdict.events, verdict.whole) == (6, False)
+        with pytest.raises(hs.InputError, match=r"those before, up to t = 2\.5 s, are sound: historysim fork"):
+            log.replay()
+        with pytest.raises(hs.InputError, match=r"is sound up to t = 2\.5 s only"):
+            log.fork(3.0, tmp_path / "fork.history", tell=told.append)
+        with log.fork(2.0, tmp_path / "fork.history", tell=told.append) as fork:
+            assert fork.events()[:5] == EVENTS[:5]
+    assert "the 6 events before are sound" in told[0]
+
+
+def test_times_that_are_none_are_refused(path):
+    with hs.EventLog.create(path, ENSEMBLE, EVENTS) as log:
+        for wrong in (math.nan, "noon", None):
+            with pytest.raises(hs.InputError):
+                log.state(at=wrong)
+        with pytest.raises(hs.InputError, match=r"has no event up to t = -1 s"):
+            log.replay(until=-1.0)
+
+
+def test_a_log_may_begin_empty(path):
+    with hs.EventLog.create(path, ENSEMBLE) as log:
+        assert (len(log), log.events()) == (0, [])
+        assert log.state().normal_load == 0.0
+        with pytest.raises(hs.InputError, match="no load events"):
+            log.replay()
+        log.append(EVENTS)
+        assert log.replay().sizes["step"] == 7
+
+
+# -- a machine of random use -----------------------------------------------------------------------
+
+LOADS = st.floats(0.001, 0.03)
+MOVES = st.one_of(
+    st.tuples(st.just(hs.NormalLoad), LOADS),
+    st.tuples(st.just(hs.NormalDisplacement), st.floats(-0.01, 0.05)),
+    st.tuples(st.just(hs.TangentialDisplacement), st.floats(-0.02, 0.02)),
+    st.tuples(st.just(hs.FrictionChange), st.floats(0.2, 0.6)),
+    st.tuples(st.just(hs.FrictionChange), st.lists(st.floats(0.2, 0.6), min_size=5, max_size=5)),
+)
+
+
+class Use(RuleBasedStateMachine):
+    """Append, snapshot, crash, resume, fork and export in any order, beside a list of the same events."""
+
+    @initialize()
+    def begin(self):
+        import tempfile
+        from pathlib import Path
+
+        self.folder = tempfile.TemporaryDirectory()
+        self.path = Path(self.folder.name) / "log.history"
+        self.output = Path(self.folder.name) / "out.nc"
+        self.batch = log_file.MOST_EVENTS_OF_A_BATCH
+        log_file.MOST_EVENTS_OF_A_BATCH = 3
+        self.log = hs.EventLog.create(self.path, ENSEMBLE, substeps=2)
+        self.events, self.forks = [], 0
+
+    @rule(
+        moves=st.lists(st.tuples(st.floats(0.0, 2.0).map(lambda step: round(step, 1)), MOVES), min_size=1, max_size=5)
+    )
+    def append(self, moves):
+        time, new = self.events[-1].time if self.events else 0.0, []
+        for step, (kind, value) in moves:
+            time += step
+            new.append(kind(time, value))
+        self.log.append(new)
+        self.events += new
+
+    @precondition(lambda self: self.events)
+    @rule()
+    def snapshot(self):
+        snapshots_everywhere(self.log)
+
+    @rule()
+    def crash_and_resume(self):
+        self.log.close()
+        self.log = hs.EventLog(self.path)
+
+    @precondition(lambda self: self.events)
+    @rule(every=st.integers(1, 5))
+    def export(self, every):
+        self.log.close()
+        with hs.run(self.path, self.output, resume=True, snapshot_every=every) as found:
+            expected = hs.replay(ENSEMBLE, self.events, substeps=2)
+            for name in expected.variables:
+                assert found[name].values.tobytes() == expected[name].values.tobytes(), name
+        self.log = hs.EventLog(self.path)
+
+    @precondition(lambda self: self.events)
+    @rule(share=st.floats(0.0, 1.1))
+    def fork(self, share):
+        first, last = self.events[0].time, self.events[-1].time
+        at = first + share * (last - first)
+        self.forks += 1
+        path = self.path.with_name(f"fork{self.forks}.history")
+        fork = self.log.fork(at, path)
+        past = [event for event in self.events if event.time <= at]
+        assert fork.events()[: len(past)] == past
+        assert len(fork) - len(past) <= 4
+        self.log.close()
+        self.log, self.path, self.events = fork, path, fork.events()
+
+    @invariant()
+    def the_log_is_the_list(self):
+        if not hasattr(self, "log"):
+            return
+        assert self.log.events() == self.events
+        assert self.log.verify().whole
+        if self.events:
+            first, last = self.events[0].time, self.events[-1].time
+            for time in (first, (first + last) / 2, last):
+                assert bits(self.log.state(at=time)) == bits(by_hand(ENSEMBLE, self.events, time, 2))
+
+    def teardown(self):
+        if hasattr(self, "log"):
+            self.log.close()
+            log_file.MOST_EVENTS_OF_A_BATCH = self.batch
+            self.folder.cleanup()
+
+
+TestUse = Use.TestCase
+TestUse.settings = settings(max_examples=12, stateful_step_count=12, deadline=None)
+
+
+def test_a_fork_in_the_first_move_of_a_channel_keeps_it(path, tmp_path):
+    events = [hs.NormalLoad(0.0, 0.03), hs.TangentialLoad(1.0, 0.004), hs.NormalDisplacement(2.0, 0.05)]
+    with hs.EventLog.create(path, ENSEMBLE, events) as log, log.fork(0.5, tmp_path / "fork.history") as fork:
+        assert fork.events()[:1] == events[:1]
+        fork.append(hs.TangentialLoad(3.0, 0.0))
+        for time in (0.2, 0.5):
+            assert fork.state(at=time).tangential_load == pytest.approx(log.state(at=time).tangential_load)

@@ -1,0 +1,436 @@
+"""The file of a log: what is in it stands, and what is damaged says so."""
+
+import multiprocessing
+import os
+import shutil
+import sqlite3
+import stat
+
+import numpy as np
+import pytest
+
+import historysim as hs
+from historysim.loads.schedule import Standing
+from historysim.log import file as log_file
+from historysim.log.canonical import columns_of, events_of
+from historysim.log.file import LogFile, links_of
+from historysim.log.head import Head, head_from
+from historysim.log.snapshot import Snapshot, packed, unpacked
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
+ENSEMBLE = hs.Ensemble(PAIR, [0.0, -0.01, -0.03], [1.0, 2.0, 0.5], 0.5, x=[0.0, 1.0, 2.0])
+EVENTS = [
+    hs.NormalLoad(0.0, 0.03),
+    hs.TangentialLoad(1.0, 0.006),
+    hs.FrictionChange(1.5, [0.4, 0.5, 0.6]),
+    hs.FrictionChange(1.5, 0.45),
+    hs.NormalDisplacement(2.0, 0.01),
+    hs.TangentialDisplacement(2.0, -0.01),
+]
+
+
+@pytest.fixture
+def small_batches(monkeypatch):
+    monkeypatch.setattr(log_file, "MOST_EVENTS_OF_A_BATCH", 2)
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "run.history"
+
+
+@pytest.fixture
+def made(path, small_batches):  # noqa: ARG001 - the batches are those that it makes
+    LogFile.create(path, Head.of(ENSEMBLE, title="three"), EVENTS).close()
+    return path
+
+
+def names(folder):
+    return sorted(entry.name for entry in folder.iterdir())
+
+
+# -- what is in it ---------------------------------------------------------------------------------
+
+
+def test_events_come_back_as_they_went_in(made):
+    with LogFile(made) as file:
+        content = file.sound()
+        assert content.events == EVENTS
+        assert [type(event) for event in content.events] == [type(event) for event in EVENTS]
+        assert content.ends == [0, 2, 4, 6]
+        assert content.links == links_of(file.head, EVENTS)
+        assert len(set(content.links)) == 4
+    assert names(made.parent) == ["run.history"]
+
+
+def test_every_bit_of_the_numbers_comes_back():
+    numbers = [0.0, -0.0, 5e-324, -1.7e308, 0.1, float(np.nextafter(0.1, 1.0))]
+    events = [hs.TangentialLoad(0.0, number) for number in numbers]
+    back = events_of(columns_of(events))
+    assert [event.value.hex() for event in back] == [number.hex() for number in numbers]
+    # what was made without the checks is as good as what was made with them
+    assert hash(back[0]) == hash(events[0])
+    assert repr(back) == repr(events)
+    with pytest.raises(AttributeError):
+        back[0].value = 1.0
+
+
+def test_the_head_makes_the_ensemble_again_bit_for_bit(made):
+    with LogFile(made) as file:
+        again = file.head.ensemble
+        for name in ("summit_height", "summit_radius", "friction", "x"):
+            assert getattr(again, name).tobytes() == getattr(ENSEMBLE, name).tobytes()
+        assert again.y is None
+        assert again.tolerance == ENSEMBLE.tolerance
+        assert again.pair.displacement_ratio == ENSEMBLE.pair.displacement_ratio
+        assert file.head.instrument.rigid
+        assert file.head.settings["title"] == "three"
+    soft = Head.of(ENSEMBLE, instrument=hs.Instrument(3.34e5))
+    assert head_from(soft.text, soft.arrays).instrument == hs.Instrument(3.34e5)
+    assert soft.link != Head.of(ENSEMBLE).link
+
+
+def test_what_is_appended_is_chained_to_what_is_there(made):
+    more = [hs.NormalLoad(2.0, 0.01), hs.NormalLoad(3.0, 0.02), hs.TangentialLoad(4.0, 0.0)]
+    with LogFile(made) as file:
+        before = list(file.sound().links)
+        file.append(more)
+        assert file.sound().events == EVENTS + more
+    with LogFile(made) as file:
+        content = file.sound()
+        assert content.events == EVENTS + more
+        assert content.links[: len(before)] == before
+        assert len(content.links) == len(before) + 2
+
+
+def test_an_append_of_nothing_is_nothing(made):
+    with LogFile(made) as file:
+        before = file.sound().links[-1]
+        file.append([])
+        assert file.sound().links[-1] == before
+
+
+@pytest.mark.parametrize(
+    ("event", "message"),
+    [
+        (hs.NormalLoad(1.9, 0.01), r"event 0 at t = 1\.9 s: comes before the last event of the log, at t = 2 s"),
+        (hs.FrictionChange(3.0, [0.1, 0.2]), r"event 0 at t = 3 s: friction has shape \(2,\); expected one coefficie"),
+        ("an event", r"event 0: 'an event' is not a load event"),
+    ],
+)
+def test_what_cannot_follow_is_refused_and_nothing_is_appended(made, event, message):
+    with LogFile(made) as file:
+        with pytest.raises(hs.InputError, match=message):
+            file.append([event, hs.NormalLoad(5.0, 0.01)])
+        assert file.sound().events == EVENTS
+    with LogFile(made) as file:
+        assert file.sound().events == EVENTS
+
+
+@pytest.mark.parametrize("table", ["head", "array", "batch", "chain"])
+@pytest.mark.parametrize("change", ["DELETE FROM {}", "UPDATE {} SET rowid = rowid"])
+def test_rows_can_be_neither_changed_nor_deleted(made, table, change):
+    connection = sqlite3.connect(made)
+    with pytest.raises(sqlite3.IntegrityError, match="a log is only ever appended to"):
+        connection.execute(change.format(table))
+    connection.close()
+
+
+def test_a_new_log_takes_the_place_of_an_old_one_when_it_is_whole(made):
+    before = made.read_bytes()
+    with pytest.raises(hs.InputError, match="is not a load event"):
+        LogFile.create(made, Head.of(ENSEMBLE), [*EVENTS, None])
+    assert made.read_bytes() == before
+    LogFile.create(made, Head.of(ENSEMBLE), EVENTS[:1]).close()
+    with LogFile(made) as file:
+        assert file.sound().events == EVENTS[:1]
+    assert names(made.parent) == ["run.history"]
+
+
+# -- damage ----------------------------------------------------------------------------------------
+
+
+def contents(path):
+    """Events and problem of a log as read by anyone, or the error."""
+    try:
+        with LogFile(path) as file:
+            content = file.read()
+            return content.events, content.problem
+    except (hs.InputError, OSError) as error:
+        return None, str(error)
+
+
+def check_damage(path, whole):
+    """The history, or a prefix with a notice, or an error: never another history."""
+    events, problem = contents(path)
+    if events is None:
+        assert str(path) in problem
+    elif problem:
+        assert events == whole[: len(events)]
+    else:
+        assert events == whole
+    return events, problem
+
+
+def test_a_log_cut_anywhere_is_told(made, tmp_path):
+    whole = made.read_bytes()
+    lengths = {*range(0, len(whole), 97), *range(0, len(whole), 512), len(whole) - 1}
+    for length in sorted(lengths):
+        cut = tmp_path / "cut.history"
+        cut.write_bytes(whole[:length])
+        events, problem = check_damage(cut, EVENTS)
+        assert problem, length
+        assert events is None or len(events) < len(EVENTS) or problem == "the file was cut"
+
+
+def test_a_flipped_bit_never_makes_another_history(made, tmp_path):
+    whole = made.read_bytes()
+    chosen = np.random.default_rng(1).choice(8 * len(whole), 600, replace=False).tolist()
+    used = [start for start in range(0, len(whole), 64) if any(whole[start : start + 64])]
+    chosen += [8 * (start + bit % 64) + bit % 8 for start in used for bit in (3,)]
+    flipped = tmp_path / "flipped.history"
+    told = 0
+    for bit in chosen:
+        damaged = bytearray(whole)
+        damaged[bit // 8] ^= 1 << bit % 8
+        flipped.write_bytes(damaged)
+        told += bool(check_damage(flipped, EVENTS)[1])
+    assert told > 10
+
+
+def tampered(path, statement, *values):
+    connection = sqlite3.connect(path)
+    for (name,) in connection.execute("SELECT name FROM sqlite_master WHERE type = 'trigger'").fetchall():
+        connection.execute(f"DROP TRIGGER {name}")
+    connection.execute(statement, values)
+    connection.commit()
+    connection.close()
+
+
+@pytest.mark.parametrize(
+    ("statement", "sound"),
+    [
+        ("DELETE FROM batch WHERE number = 3", 4),
+        ("DELETE FROM batch WHERE number = 1", 0),
+        ("DELETE FROM chain WHERE number = 3", 4),
+        ("UPDATE batch SET time = zeroblob(16) WHERE number = 2", 2),
+        ("UPDATE batch SET value = x'00' WHERE number = 2", 2),
+        ("UPDATE batch SET kind = 'text' WHERE number = 2", 2),
+        ("UPDATE batch SET number = number + 10 WHERE number = 3", 4),
+        ("UPDATE batch SET first = 3 WHERE number = 2", 2),
+        ("UPDATE chain SET link = zeroblob(32) WHERE number = 2", 2),
+    ],
+)
+def test_whoever_gets_past_the_triggers_is_seen(made, statement, sound):
+    tampered(made, statement)
+    events, problem = check_damage(made, EVENTS)
+    assert problem
+    assert len(events) == sound
+    with LogFile(made) as file:
+        with pytest.raises(hs.InputError, match=rf"is damaged: .*event {sound} and what follows cannot be trusted"):
+            file.sound()
+        with pytest.raises(hs.InputError, match="is damaged"):
+            file.append([hs.NormalLoad(9.0, 0.01)])
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "UPDATE head SET settings = replace(settings, '0.25', '0.26')",
+        "UPDATE head SET settings = 'none'",
+        "UPDATE array SET content = substr(content, 1, 20) WHERE name = 'friction'",
+        "DELETE FROM array WHERE name = 'x'",
+        "DELETE FROM head",
+        "DELETE FROM chain",
+        "DROP TABLE batch",
+        "DROP TABLE array",
+    ],
+)
+def test_a_damaged_head_is_an_error(made, statement):
+    tampered(made, statement)
+    with pytest.raises(hs.InputError, match=r"run\.history"), LogFile(made) as file:
+        file.sound()
+
+
+def test_batches_in_another_order_are_seen(made):
+    tampered(made, "UPDATE batch SET number = -number")
+    tampered(made, "UPDATE batch SET number = CASE number WHEN -1 THEN 2 WHEN -2 THEN 1 ELSE 3 END")
+    assert contents(made)[0] == []
+
+
+def test_what_is_no_log_is_refused(path):
+    with pytest.raises(hs.InputError, match="there is no such file; expected the log of a run"):
+        LogFile(path)
+    for content in (b"", b"notes", b"SQLite format 3\x00" + bytes(4080)):
+        path.write_bytes(content)
+        with pytest.raises(hs.InputError, match=r"run\.history"):
+            LogFile(path)
+    path.unlink()
+    other = sqlite3.connect(path)
+    other.execute("CREATE TABLE notes (text)")
+    other.close()
+    with pytest.raises(hs.InputError, match=r"is no log, or damaged \(no such table: head\)"):
+        LogFile(path)
+
+
+# -- snapshots -------------------------------------------------------------------------------------
+
+
+def with_snapshot(path):
+    """A log with a snapshot after its first batch."""
+    with LogFile(path, write=True) as file:
+        state = ENSEMBLE.advance(ENSEMBLE.initial_state(), normal_load=0.03, tangential_load=0.006)
+        standing = Standing(events=2, rows=2, time=1.0, passed=(1, 1), control=(0, 0), heading=(4, -1))
+        file.add_snapshot(Snapshot.of(standing, 1, file.sound().links[1], state))
+    return standing, state
+
+
+def same(one, other):
+    filled = [stack[:depth] for stack, depth in zip(one.memory.vertices, one.memory.depth, strict=True)]
+    back = [stack[:depth] for stack, depth in zip(other.memory.vertices, other.memory.depth, strict=True)]
+    arrays = [*one.contact, *one.memory[1:], one.order, *filled]
+    others = [*other.contact, *other.memory[1:], other.order, *back]
+    bits = all(a.dtype == b.dtype and a.tobytes() == b.tobytes() for a, b in zip(arrays, others, strict=True))
+    return bits and (one.units, one.normal_control, one.tangential_control) == (
+        other.units,
+        other.normal_control,
+        other.tangential_control,
+    )
+
+
+def test_a_snapshot_holds_the_whole_state(made):
+    standing, state = with_snapshot(made)
+    with LogFile(made) as file:
+        (found,) = file.snapshots(file.sound())
+    assert found.standing == standing
+    assert same(unpacked(ENSEMBLE, found.state), state)
+    assert same(unpacked(ENSEMBLE, packed(ENSEMBLE.initial_state())), ENSEMBLE.initial_state())
+
+
+def test_a_state_with_groups_that_were_split_comes_back(made):  # noqa: ARG001 - the same asperities
+    state = ENSEMBLE.advance(ENSEMBLE.initial_state(), normal_load=0.03, tangential_load=0.006)
+    state = ENSEMBLE.advance(state, friction=[0.4, 0.5, 0.6])
+    state = ENSEMBLE.advance(state, tangential_displacement=-0.01)
+    back = unpacked(ENSEMBLE, packed(state))
+    assert same(back, state)
+    further = {"normal_displacement": 0.002, "tangential_displacement": 0.001}
+    assert same(ENSEMBLE.advance(back, **further), ENSEMBLE.advance(state, **further))
+
+
+@pytest.mark.parametrize(
+    ("statement", "reason"),
+    [
+        ("UPDATE snapshot SET state = zeroblob(length(state))", "does not match its digest"),
+        ("UPDATE snapshot SET about = replace(about, '\"rows\": 2', '\"rows\": 3')", "does not match its digest"),
+        ("UPDATE snapshot SET link = zeroblob(32)", "does not match its digest"),
+        ("UPDATE snapshot SET about = '{}'", "is damaged"),
+        ("UPDATE snapshot SET about = x'ff'", "is damaged"),
+        ("UPDATE snapshot SET state = 3", "is damaged"),
+        ("DROP TABLE snapshot", "the snapshots cannot be read"),
+    ],
+)
+def test_a_damaged_snapshot_is_told_and_harms_nothing(made, statement, reason):
+    with_snapshot(made)
+    tampered(made, statement)
+    with LogFile(made) as file:
+        (found,) = file.snapshots(file.sound())
+        assert reason in found
+        assert file.sound().events == EVENTS
+
+
+def test_a_snapshot_of_another_log_is_told(made, tmp_path):
+    with_snapshot(made)
+    other = tmp_path / "other.history"
+    LogFile.create(other, Head.of(ENSEMBLE, title="another"), EVENTS).close()
+    connection = sqlite3.connect(other)
+    connection.execute("ATTACH DATABASE ? AS source", (str(made),))
+    connection.execute("INSERT INTO snapshot SELECT * FROM source.snapshot")
+    connection.commit()
+    connection.close()
+    with LogFile(other) as file:
+        assert list(file.snapshots(file.sound())) == ["snapshot 1 is of another log"]
+
+
+# -- several at once -------------------------------------------------------------------------------
+
+
+def test_a_second_writer_is_told_and_readers_are_not_held_up(made):
+    with LogFile(made, write=True) as writer:
+        with pytest.raises(OSError, match="another process is writing it; wait until it is done"):
+            LogFile(made, write=True)
+        with LogFile(made) as reader:
+            assert reader.sound().events == EVENTS
+            with pytest.raises(OSError, match="another process is writing it"):
+                reader.append([hs.NormalLoad(3.0, 0.01)])
+            with pytest.raises(OSError, match="another process is writing it"):
+                LogFile.create(made, Head.of(ENSEMBLE), EVENTS)
+            writer.append([hs.NormalLoad(3.0, 0.01)])
+            assert len(reader.sound().events) == len(EVENTS) + 1
+    with LogFile(made) as file:
+        file.append([hs.NormalLoad(4.0, 0.01)])
+    assert names(made.parent) == ["run.history"]
+
+
+def write_many(path):
+    with LogFile(path) as file:
+        for time in range(3, 103):
+            file.append([hs.NormalLoad(time, 0.01)] * 3)
+
+
+def test_a_reader_sees_a_consistent_prefix_while_another_process_writes(made):
+    writer = multiprocessing.get_context("fork").Process(target=write_many, args=(made,))
+    writer.start()
+    sizes = []
+    while writer.is_alive():
+        with LogFile(made) as file:
+            content = file.sound()
+            sizes.append(len(content.events))
+            assert content.events[: len(EVENTS)] == EVENTS
+    writer.join()
+    assert writer.exitcode == 0
+    assert sizes == sorted(sizes)
+    with LogFile(made) as file:
+        assert len(file.sound().events) == len(EVENTS) + 300
+
+
+def test_a_writer_that_dies_in_a_transaction_leaves_what_was_there(made, tmp_path):
+    """The journal that it leaves is rolled back by the next reader."""
+    connection = sqlite3.connect(made, isolation_level=None)
+    connection.execute("PRAGMA cache_size = 1")
+    connection.execute("BEGIN IMMEDIATE")
+    for number in range(4, 60):
+        connection.execute("INSERT INTO chain VALUES (?, 6, zeroblob(3000))", (number,))
+    dead = tmp_path / "dead.history"
+    shutil.copy(made, dead)
+    shutil.copy(made.with_name("run.history-journal"), tmp_path / "dead.history-journal")
+    connection.execute("ROLLBACK")
+    connection.close()
+    assert dead.stat().st_size > made.stat().st_size
+    assert contents(dead) == (EVENTS, "")
+    assert names(tmp_path) == ["dead.history", "run.history"]
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_a_log_in_a_read_only_folder_can_be_read(made):
+    made.chmod(stat.S_IRUSR)
+    made.parent.chmod(stat.S_IRUSR | stat.S_IXUSR)
+    try:
+        with LogFile(made) as file:
+            assert file.sound().events == EVENTS
+            with pytest.raises(OSError, match="Permission denied"):
+                file.append([hs.NormalLoad(3.0, 0.01)])
+    finally:
+        made.parent.chmod(stat.S_IRWXU)
+
+
+def test_a_read_only_connection_reads_as_well(made, monkeypatch):
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    assert contents(made) == (EVENTS, "")
+
+
+def test_a_closed_log_says_so(made):
+    file = LogFile(made)
+    file.close()
+    file.close()
+    with pytest.raises(hs.InputError, match="the log is closed; open it again"):
+        file.read()

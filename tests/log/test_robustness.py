@@ -1,0 +1,373 @@
+"""What a crash, a fault or a mix-up leaves, and how a run goes on from there."""
+
+import os
+import re
+import shutil
+import sqlite3
+import subprocess
+import sys
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import pytest
+from kill_runs import EVERY, kill_runs, last_snapshot, scenario_in, variables
+
+import historysim as hs
+from historysim.log import verification
+from historysim.log.file import LogFile
+from historysim.recording import blocks, recorder
+
+TESTS = Path(__file__).parents[1]
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("whole")
+    hs.run(scenario_in(folder), folder / "killed.nc", snapshot_every=EVERY).close()
+    return folder
+
+
+@pytest.fixture
+def folder(whole, tmp_path):
+    shutil.copytree(whole, tmp_path, dirs_exist_ok=True)
+    return tmp_path
+
+
+class Ended(BaseException):
+    """The process ends here."""
+
+
+def interrupted(folder, monkeypatch, after=5):
+    """A run that ends in the midst: its log and blocks stay, its result does not come."""
+    for name in ("killed.nc", "killed.history"):
+        (folder / name).unlink(missing_ok=True)
+    written = []
+    original = LogFile.add_snapshot
+
+    def add(self, snapshot):
+        original(self, snapshot)
+        written.append(snapshot.standing.rows)
+        if len(written) == after:
+            raise Ended
+
+    monkeypatch.setattr(LogFile, "add_snapshot", add)
+    with pytest.raises(Ended):
+        hs.run(folder / "killed.toml", folder / "killed.nc", snapshot_every=EVERY)
+    monkeypatch.undo()
+    return folder / "killed.toml", folder / "killed.nc", written
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+# -- killed ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="kills forked processes")
+def test_killed_runs_are_completed_bit_for_bit(tmp_path):
+    completed, _ = kill_runs(20, tmp_path, seed=1)
+    assert completed >= 1
+
+
+def test_a_resume_computes_only_what_came_after_the_last_snapshot(folder, whole, monkeypatch):
+    scenario, output, written = interrupted(folder, monkeypatch)
+    assert names(folder) == [".killed.nc.parts", "killed.history", "killed.toml"]
+    assert last_snapshot(output.with_suffix(".history")) == written[-1]
+    walked = []
+    original = blocks.BlockRecorder.record
+    monkeypatch.setattr(
+        blocks.BlockRecorder, "record", lambda self, times: (walked.append(times.size), original(self, times))[1]
+    )
+    told = []
+    hs.run(scenario, output, resume=True, snapshot_every=EVERY, tell=told.append).close()
+    assert variables(output) == variables(whole / "killed.nc")
+    with netCDF4.Dataset(output) as result:
+        steps = len(result.dimensions["step"])
+    assert sum(walked) == steps - written[-1]
+    assert f"after {written[-1]:,} rows" in told[0]
+    assert names(folder) == ["killed.history", "killed.nc", "killed.toml"]
+
+
+@pytest.mark.parametrize("harm", ["missing", "flipped", "cut", "swapped"])
+def test_rows_that_cannot_be_trusted_are_computed_again(folder, whole, monkeypatch, harm):
+    scenario, output, written = interrupted(folder, monkeypatch)
+    kept = sorted((folder / ".killed.nc.parts").glob("*.npz"))
+    assert [int(path.stem) for path in kept] == [0, *written[:-1]]
+    third = kept[2]
+    if harm == "missing":
+        third.unlink()
+    elif harm == "cut":
+        third.write_bytes(third.read_bytes()[:-30])
+    elif harm == "swapped":
+        third.write_bytes(kept[1].read_bytes())
+    else:
+        content = bytearray(third.read_bytes())
+        content[len(content) // 2] ^= 4
+        third.write_bytes(content)
+    told = []
+    hs.run(scenario, output, resume=True, snapshot_every=EVERY, tell=told.append).close()
+    assert variables(output) == variables(whole / "killed.nc")
+    assert f"after {written[1]:,} rows" in told[0]
+
+
+def test_without_snapshots_the_replay_starts_at_the_beginning(folder, whole, monkeypatch):
+    scenario, output, _ = interrupted(folder, monkeypatch)
+    connection = sqlite3.connect(output.with_suffix(".history"))
+    connection.execute("DELETE FROM snapshot")
+    connection.commit()
+    connection.close()
+    told = []
+    hs.run(scenario, output, resume=True, tell=told.append).close()
+    assert "has no snapshot whose rows are there; the replay starts at the beginning" in told[0]
+    assert variables(output) == variables(whole / "killed.nc")
+
+
+def test_a_snapshot_of_another_version_is_passed_over(folder, whole, monkeypatch):
+    monkeypatch.setattr("historysim.log.snapshot.__version__", "0.0.9")
+    scenario, output = folder / "killed.toml", folder / "killed.nc"
+    hs.run(scenario, output, snapshot_every=EVERY).close()
+    monkeypatch.undo()
+    output.unlink()
+    told = []
+    hs.run(scenario, output, resume=True, tell=told.append).close()
+    assert variables(output) == variables(whole / "killed.nc")
+
+
+def test_a_resume_of_what_is_complete_does_nothing(folder):
+    output = folder / "killed.nc"
+    before = output.stat().st_mtime_ns
+    hs.run(folder / "killed.toml", output, resume=True).close()
+    assert output.stat().st_mtime_ns == before
+    assert names(folder) == ["killed.history", "killed.nc", "killed.toml"]
+
+
+def test_a_resume_without_a_log_is_a_run(folder, whole):
+    (folder / "killed.history").unlink()
+    told = []
+    hs.run(folder / "killed.toml", folder / "killed.nc", resume=True, tell=told.append).close()
+    assert "there is no log to resume from" in told[0]
+    assert variables(folder / "killed.nc") == variables(whole / "killed.nc")
+
+
+def test_an_interval_that_is_none_is_refused(folder):
+    for wrong in (0, -1, 2.5, "10"):
+        with pytest.raises(hs.InputError, match="snapshot_every is"):
+            hs.run(folder / "killed.toml", folder / "killed.nc", snapshot_every=wrong)
+
+
+# -- faults ----------------------------------------------------------------------------------------
+
+
+def faulty(tmp_path, stride):
+    compiler = shutil.which("cc") or shutil.which("gcc")
+    if not compiler or not sys.platform.startswith("linux"):
+        pytest.skip("needs a C compiler and LD_PRELOAD to let the system's calls fail")
+    library, place = tmp_path / "faults.so", tmp_path / "runs"
+    place.mkdir()
+    subprocess.run([compiler, "-shared", "-fPIC", "-o", library, TESTS / "support" / "faults.c", "-ldl"], check=True)
+    command = [sys.executable, TESTS / "scripts" / "fault_runs.py", library, place, str(stride)]
+    environment = {**os.environ, "LD_PRELOAD": str(library), "PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[-2000:]
+    found = re.search(
+        r"(\d+) calls; (\d+) runs went through, (\d+) ended with a message, (\d+) in a crash", done.stdout
+    )
+    assert found, done.stdout[-2000:]
+    return [int(number) for number in found.groups()]
+
+
+def test_a_write_sync_or_rename_that_fails_is_told_and_resumed(tmp_path):
+    calls, _, told, _ = faulty(tmp_path, 19)
+    assert calls > 40
+    assert told > 10
+
+
+@pytest.mark.slow
+def test_every_write_sync_or_rename_may_fail(tmp_path):
+    calls, through, told, crashed = faulty(tmp_path, 1)
+    assert through + told + crashed == 6 * calls
+    assert crashed < 0.2 * told
+
+
+def test_a_folder_that_cannot_be_written_is_told(folder, monkeypatch):
+    def refuse(*_, **__):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(os, "open", refuse)
+    with pytest.raises(PermissionError, match="Permission denied"):
+        hs.run(folder / "killed.toml", folder / "other.nc")
+    monkeypatch.undo()
+    assert names(folder) == ["killed.history", "killed.nc", "killed.toml"]
+
+
+def test_a_disk_without_room_for_the_result_is_told_and_the_run_goes_on_later(folder, whole, monkeypatch):
+    scenario, output, _ = interrupted(folder, monkeypatch)
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(10**9, 10**9, 10))
+    with pytest.raises(OSError, match=r"No space left on device: the result needs .* then go on with --resume"):
+        hs.run(scenario, output, resume=True, snapshot_every=EVERY)
+    monkeypatch.undo()
+    assert not output.exists()
+    hs.run(scenario, output, resume=True, snapshot_every=EVERY).close()
+    assert variables(output) == variables(whole / "killed.nc")
+
+
+# -- mixed up --------------------------------------------------------------------------------------
+
+
+def test_an_edited_scenario_is_not_resumed(folder):
+    scenario = folder / "killed.toml"
+    scenario.write_text(scenario.read_text(encoding="utf-8").replace("0.012", "0.013"), encoding="utf-8")
+    before = (folder / "killed.nc").read_bytes(), (folder / "killed.history").read_bytes()
+    with pytest.raises(hs.InputError, match=r"is not the scenario that .*killed\.history was made from"):
+        hs.run(scenario, folder / "killed.nc", resume=True)
+    assert ((folder / "killed.nc").read_bytes(), (folder / "killed.history").read_bytes()) == before
+
+
+def test_the_log_alone_makes_the_result_again(folder, whole):
+    (folder / "killed.toml").unlink()
+    hs.run(folder / "killed.history", folder / "again.nc").close()
+    assert variables(folder / "again.nc") == variables(whole / "killed.nc")
+    with netCDF4.Dataset(folder / "again.nc") as again, netCDF4.Dataset(whole / "killed.nc") as first:
+        assert again.groups["surface"].variables.keys() == first.groups["surface"].variables.keys()
+        assert again.scenario == first.scenario
+    history = hs.run(folder / "killed.history")
+    assert history.total_normal_load.values.tobytes() == variables(whole / "killed.nc")["total_normal_load"]
+
+
+def test_two_runs_at_once_are_told_apart(folder):
+    with (
+        LogFile(folder / "killed.history", write=True),
+        pytest.raises(OSError, match="another process is writing it"),
+    ):
+        hs.run(folder / "killed.toml", folder / "killed.nc")
+    with (
+        LogFile(folder / "killed.history", write=True),
+        pytest.raises(OSError, match="another process is writing it"),
+    ):
+        hs.run(folder / "killed.toml", folder / "killed.nc", resume=True)
+
+
+def test_two_logs_for_one_result_are_told_apart(folder):
+    shutil.copy(folder / "killed.history", folder / "copy.history")
+    held = blocks.Blocks(folder / "x.nc", b"key", 0)
+    with pytest.raises(OSError, match="another process is writing this result"):
+        hs.run(folder / "copy.history", folder / "x.nc")
+    held.close(keep=False)
+
+
+# -- verified --------------------------------------------------------------------------------------
+
+
+def test_a_result_is_what_its_log_gives(folder):
+    assert verification.verify_result(folder / "killed.nc") == []
+    events, snapshots, _ = verification.verify_log(folder / "killed.history")
+    assert events > 100
+    assert snapshots > 10
+
+
+def test_a_changed_value_is_named(folder):
+    with netCDF4.Dataset(folder / "killed.nc", "a") as result:
+        result["stick_radius"][7, 1] += 1e-9
+        result["saturated"][3] = 1
+    found = {difference.name: difference for difference in verification.verify_result(folder / "killed.nc")}
+    assert set(found) == {"stick_radius", "saturated"}
+    assert (found["stick_radius"].count, found["stick_radius"].step, found["stick_radius"].asperity) == (1, 7, 1)
+    assert found["stick_radius"].largest == pytest.approx(1e-9, rel=1e-5)
+    assert "saturated: 1 values differ, first at step 3" in found["saturated"].text
+
+
+def test_every_bit_of_a_value_counts(folder):
+    with netCDF4.Dataset(folder / "killed.nc", "a") as result:
+        value = float(result["separation"][5])
+        result["separation"][5] = np.nextafter(value, 1.0)
+    assert [difference.count for difference in verification.verify_result(folder / "killed.nc")] == [1]
+
+
+def test_a_swapped_result_is_refused(folder):
+    other = folder / "other.toml"
+    other.write_text((folder / "killed.toml").read_text(encoding="utf-8").replace("60", "2"), encoding="utf-8")
+    hs.run(other, folder / "other.nc").close()
+    (folder / "other.nc").replace(folder / "killed.nc")
+    with pytest.raises(hs.InputError, match="holds another scenario than"):
+        verification.verify_result(folder / "killed.nc")
+    with netCDF4.Dataset(folder / "killed.nc", "a") as result:
+        result.scenario = (folder / "killed.toml").read_text(encoding="utf-8")
+    with pytest.raises(hs.InputError, match=r"is not the result of .*one of the two was swapped"):
+        verification.verify_result(folder / "killed.nc")
+
+
+def test_a_result_is_verified_after_its_log_has_grown(folder):
+    with hs.EventLog(folder / "killed.history") as log:
+        log.append(hs.NormalLoad(1e6, 0.01))
+    assert verification.verify_result(folder / "killed.nc") == []
+
+
+def test_versions_that_differ_are_told_with_how_much_the_numbers_do(folder):
+    with netCDF4.Dataset(folder / "killed.nc", "a") as result:
+        result.historysim_version = "0.0.9"
+        result["separation"][0] *= 1 + 1e-12
+    told = []
+    (difference,) = verification.verify_result(folder / "killed.nc", tell=told.append)
+    assert "was made by historysim 0.0.9" in told[0]
+    assert "of its largest value" in difference.text
+
+
+def test_a_log_of_another_version_still_replays(folder, whole, monkeypatch):
+    monkeypatch.setattr("historysim.log.head.__version__", "0.0.9")
+    hs.run(folder / "killed.toml", folder / "killed.nc").close()
+    monkeypatch.undo()
+    told = []
+    assert verification.verify_log(folder / "killed.history", tell=told.append)[0] > 0
+    assert "was made by historysim 0.0.9" in told[0]
+    hs.run(folder / "killed.history", folder / "again.nc").close()
+    assert variables(folder / "again.nc") == variables(whole / "killed.nc")
+
+
+def test_a_snapshot_that_differs_from_the_replay_is_told(folder):
+    with LogFile(folder / "killed.history", write=True) as file:
+        content = file.sound()
+        snapshot = next(found for found in file.snapshots(content) if not isinstance(found, str))
+        state = file.head.ensemble.initial_state()
+        file.add_snapshot(type(snapshot).of(snapshot.standing, snapshot.batches, snapshot.link, state))
+    told = []
+    verification.verify_log(folder / "killed.history", tell=told.append)
+    assert any("differs from the replay" in line for line in told)
+
+
+def test_a_damaged_result_is_told(folder):
+    stick_radius = variables(folder / "killed.nc")["stick_radius"]
+    content = bytearray((folder / "killed.nc").read_bytes())
+    content[content.index(stick_radius[400:480])] ^= 1
+    (folder / "killed.nc").write_bytes(content)
+    with pytest.raises(hs.InputError, match=r"killed\.nc: is damaged \(NetCDF: HDF error\)"):
+        verification.verify_result(folder / "killed.nc")
+
+
+# -- compression -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("compression", ["none", "zlib", "zstd"])
+def test_compressed_or_not_the_values_are_the_same_and_have_checksums(folder, whole, compression):
+    output = folder / "out.nc"
+    hs.run(folder / "killed.toml", output, compression=compression).close()
+    assert variables(output) == variables(whole / "killed.nc")
+    with netCDF4.Dataset(output) as result:
+        for name, variable in result.variables.items():
+            filters = variable.filters()
+            assert filters["fletcher32"], name
+            assert (filters["zlib"], filters["zstd"]) == (compression == "zlib", compression == "zstd")
+
+
+def test_another_compression_is_refused(folder):
+    with pytest.raises(hs.InputError, match="compression is 'rar'; expected one of none, zlib, zstd"):
+        hs.run(folder / "killed.toml", folder / "out.nc", compression="rar")
+    assert "out.history" not in names(folder)
+
+
+@pytest.mark.parametrize("cells", [1, 50, 1000])
+def test_blocks_of_any_size_give_the_same_result(folder, whole, monkeypatch, cells):
+    monkeypatch.setattr(recorder, "BLOCK_CELLS", cells)
+    hs.run(folder / "killed.toml", folder / "killed.nc", snapshot_every=50).close()
+    assert variables(folder / "killed.nc") == variables(whole / "killed.nc")

@@ -1,0 +1,168 @@
+"""A model beside a measurement: the numbers by another way, and what is drawn."""
+
+import itertools
+
+import attrs
+import numpy as np
+import pytest
+import synthetic
+from matplotlib.colors import to_hex
+from numpy.testing import assert_allclose, assert_array_equal
+
+from historysim.measured import observation
+from historysim.measured.comparison import compare
+from historysim.results.plots import comparison as plots
+from historysim.results.plots.comparison import comparison_picture
+
+
+@pytest.fixture(scope="module")
+def compared():
+    observed = observation.observe(synthetic.measured("ball", 0), skip=0)
+    passage = observation.passed(*synthetic.model("ball")({"friction": 0.19, "lateral_stiffness": 3e5}), observed)
+    return compare(observed, passage, dead_band=20e-9)
+
+
+def area(moved, load):
+    """Integrate around a loop, closed by a straight line: the shoelace formula."""
+    return 0.5 * float(np.sum((load + np.roll(load, -1)) * (np.roll(moved, -1) - moved)))
+
+
+def test_the_difference_is_measured_less_model(compared):
+    observed, passage = compared.observation, compared.passage
+    off = observed.tangential_load - passage.tangential_load
+    assert_array_equal(compared.difference, off)
+    lines = dict(compared.summary())
+    assert lines["samples compared"] == f"{off.size:,}"
+    rms, largest = np.sqrt(np.mean(off**2)), np.abs(observed.tangential_load).max()
+    value, unit, *share = lines["rms difference"].replace(",", "").split()
+    assert unit == "µN"
+    assert float(value) == pytest.approx(1e6 * rms, rel=1e-3)
+    assert float(share[0]) == pytest.approx(100 * rms / largest, rel=1e-2)
+
+
+def test_loops_and_their_energies_by_another_way(compared):
+    observed = compared.observation
+    assert dict(compared.summary())["loops"] == str(len(compared.measured)) == str(len(compared.model))
+    assert_array_equal(compared.measured.ends, compared.model.ends)
+    for loops, moved, load in (
+        (compared.measured, observed.displacement, observed.tangential_load),
+        (compared.model, compared.passage.displacement, compared.passage.tangential_load),
+    ):
+        energy = [area(moved[start : end + 1], load[start : end + 1]) for start, _, end in loops.ends]
+        assert_allclose(loops.dissipated_energy, energy, rtol=1e-12)
+
+
+def test_the_table_has_both_side_by_side(compared):
+    header, *rows = compared.rows()
+    assert header == ("quantity", "measured", "model")
+    table = {label: (measured, model) for label, measured, model in rows}
+    assert list(table) == [
+        "friction force",
+        "normal load",
+        "friction coefficient",
+        "preliminary displacement",
+        "stiffness at reversal",
+        "energy per loop",
+    ]
+    assert float(table["friction coefficient"][0].split()[0]) == pytest.approx(0.2, rel=1e-2)
+    assert float(table["friction coefficient"][1].split()[0]) == pytest.approx(0.19, rel=1e-2)
+    mean, _, scatter, unit = table["energy per loop"][1].split()
+    energy = compared.model.dissipated_energy
+    assert unit == "nJ"
+    assert float(mean) == pytest.approx(1e9 * energy.mean(), rel=1e-3)
+    assert float(scatter) == pytest.approx(1e9 * energy.std(ddof=1), rel=6e-2)
+
+
+def test_skipped_loops_are_left_out_of_all():
+    observed = observation.observe(synthetic.measured("ball", 0), skip=2)
+    passage = observation.passed(*synthetic.model("ball")(synthetic.TRUTHS["ball"]), observed)
+    compared = compare(observed, passage, dead_band=20e-9, skip=2)
+    assert compared.difference.size == observed.time.size - observed.first
+    assert compared.measured.number.tolist()[0] == 2
+    assert compared.measured.ends[0, 0] == observed.first
+
+
+def test_a_record_without_a_loop_is_compared_without_a_table(compared):
+    part = slice(0, 80)
+    kept = {
+        name: getattr(compared.observation, name)[part]
+        for name in ("time", "displacement", "tangential_load", "normal_load")
+    }
+    short = attrs.evolve(compared.observation, **kept, turns=np.array([0, 79]), nodes=np.array([0, 79]))
+    passage = attrs.evolve(
+        compared.passage,
+        **{name: value[part] for name, value in attrs.asdict(compared.passage, recurse=False).items()},
+    )
+    alone = compare(short, passage, dead_band=20e-9)
+    assert alone.measured is None
+    assert alone.rows() == []
+    assert dict(alone.summary())["loops"] == "none"
+    axes = comparison_picture(alone).axes
+    assert "no whole loop" in [text.get_text() for one in axes for text in one.texts]
+
+
+# -- the picture -----------------------------------------------------------------------------------
+
+
+def lines_of(axes, colour):
+    return [line for line in axes.lines if to_hex(line.get_color()) == colour and len(line.get_xdata()) > 2]
+
+
+def test_the_picture_shows_measurement_and_model(compared):
+    figure = comparison_picture(compared, "of $5 and 3 % more")
+    loops, loads, energies, difference = figure.axes
+    assert figure.get_size_inches()[0] == pytest.approx(180 / 25.4, rel=0.01)
+    assert figure.get_suptitle() == r"of \$5 and 3 % more"
+    observed, passage = compared.observation, compared.passage
+    (measured,), (model,) = lines_of(loops, plots.MEASURED), lines_of(loops, plots.MODEL)
+    assert loops.get_xlabel() == "displacement (nm)"
+    assert loops.get_ylabel() == "tangential load $T$ (mN)"
+    assert_allclose(measured.get_xdata(), 1e9 * observed.displacement)
+    assert_allclose(measured.get_ydata(), 1e3 * observed.tangential_load)
+    assert sorted(model.get_ydata()) == pytest.approx(sorted(1e3 * passage.tangential_load))
+    (measured,), (model,) = lines_of(loads, plots.MEASURED), lines_of(loads, plots.MODEL)
+    assert_array_equal(measured.get_xdata(), observed.time)
+    assert_allclose(model.get_ydata(), 1e3 * passage.tangential_load)
+    points = [line for line in difference.lines if len(line.get_xdata()) > 2]
+    assert_allclose(points[0].get_ydata(), 1e3 * compared.difference)
+    assert difference.get_ylabel() == "$ΔT$ (mN)"
+    of_loops = {line.get_label(): line for line in energies.lines}
+    assert_allclose(of_loops["measured"].get_ydata(), 1e9 * compared.measured.dissipated_energy)
+    assert_allclose(of_loops["model"].get_ydata(), 1e9 * compared.model.dissipated_energy)
+    assert_array_equal(of_loops["model"].get_xdata(), compared.model.number + 1)
+
+
+def test_along_a_branch_the_model_is_drawn_in_the_order_of_displacement(compared):
+    (model,) = lines_of(comparison_picture(compared).axes[0], plots.MODEL)
+    back = np.diff(model.get_xdata())
+    turns = compared.observation.turns
+    for start, end in itertools.pairwise(turns):
+        assert (back[start:end] >= 0).all() or (back[start:end] <= 0).all()
+
+
+def test_a_long_record_is_thinned_and_keeps_its_turning_points(compared, monkeypatch):
+    monkeypatch.setattr(plots, "MOST_POINTS", 100)
+    loops, loads, _, difference = comparison_picture(compared).axes
+    turns = compared.observation.turns
+    for axes in (loops, loads):
+        for colour in (plots.MEASURED, plots.MODEL):
+            (line,) = lines_of(axes, colour)
+            assert len(line.get_xdata()) <= 100 + turns.size
+    assert set(1e3 * compared.observation.tangential_load[turns]) <= set(loads.lines[0].get_ydata())
+    (model,) = lines_of(loops, plots.MODEL)
+    assert set(1e3 * compared.passage.tangential_load[turns]) <= set(model.get_ydata())
+    assert max(len(line.get_xdata()) for line in difference.lines) <= 100
+
+
+@pytest.mark.parametrize("sign", [-1.0, 0.0])
+def test_energies_below_zero_and_of_zero_are_seen(compared, sign):
+    """A load of the wrong sign gives negative energies; an elastic one none."""
+    turned = attrs.evolve(
+        compared,
+        measured=attrs.evolve(compared.measured, dissipated_energy=sign * compared.measured.dissipated_energy),
+        model=attrs.evolve(compared.model, dissipated_energy=sign * compared.model.dissipated_energy),
+    )
+    axes = comparison_picture(turned).axes[2]
+    low, high = axes.get_ylim()
+    assert low <= min(line.get_ydata().min() for line in axes.lines)
+    assert high >= max(line.get_ydata().max() for line in axes.lines)

@@ -1,0 +1,412 @@
+"""Friction loops: closed forms of one sphere, the exact energy of simulated ones, and a measured record."""
+
+import json
+import math
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+
+import historysim as hs
+from historysim.contact import mindlin
+from historysim.measured.loops import (
+    BRANCH_QUANTITIES,
+    LOOP_QUANTITIES,
+    Definitions,
+    FirstDisplacement,
+    FirstLoad,
+    LastPart,
+    Plateau,
+    find_loops,
+)
+from historysim.measured.reduction import reversals
+from historysim.results import analysis
+
+PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+NORMAL_LOAD, RADIUS, FRICTION = 50e-3, 2.5e-3, 0.12
+SPHERE = hs.Ensemble(PAIR, 0.0, RADIUS, FRICTION)
+CONTACT = {
+    "normal_load": NORMAL_LOAD,
+    "contact_radius": float(np.sqrt(RADIUS * SPHERE.approach_at(NORMAL_LOAD))),
+    "shear_modulus": PAIR.shear_modulus,
+    "friction": FRICTION,
+}
+SLIDE = float(mindlin.preliminary_displacement(**CONTACT))
+STIFFNESS = float(mindlin.tangential_stiffness(CONTACT["contact_radius"], shear_modulus=PAIR.shear_modulus))
+LIMIT = FRICTION * NORMAL_LOAD
+SUBSTEPS = 400
+
+
+def swung(amplitude, loops=3, *, ensemble=SPHERE, substeps=SUBSTEPS, offset=0.0, end=None):
+    """Swing from 0 to the amplitude, and then that many loops."""
+    turns = [amplitude] + loops * [-amplitude, amplitude] + ([] if end is None else [end])
+    events = [hs.NormalLoad(0.0, NORMAL_LOAD)]
+    events += [hs.TangentialDisplacement(1.0 + i, float(turn) + offset) for i, turn in enumerate(turns)]
+    return hs.replay(ensemble, events, substeps=substeps)
+
+
+def step(amplitude, substeps=SUBSTEPS):
+    return 2 * amplitude / substeps
+
+
+# ---------------------------------------------------------------- simulated loops and closed forms
+
+
+def test_gross_slip_gives_the_limit_and_the_closed_forms():
+    amplitude = 4 * SLIDE
+    found = analysis.friction_loops(swung(amplitude))
+    assert len(found) == 3
+    assert found.friction_force == pytest.approx(np.full((3, 2), LIMIT), rel=1e-12)
+    assert found.normal_load == pytest.approx(np.full((3, 2), NORMAL_LOAD), rel=1e-12)
+    assert found.friction_coefficient == pytest.approx(np.full((3, 2), FRICTION), rel=1e-12)
+
+    # a chord that spans the knee is off by less than a step
+    expected = 2 * SLIDE * (1 - 0.05 ** (2 / 3))
+    assert found.preliminary_displacement == pytest.approx(np.full((3, 2), expected), abs=step(amplitude))
+    assert pytest.approx(PAIR.displacement_ratio * FRICTION * SPHERE.approach_at(NORMAL_LOAD), rel=1e-9) == SLIDE
+
+    energy = mindlin.dissipated_energy_per_loop(LIMIT, **CONTACT) + 4 * LIMIT * (amplitude - SLIDE)
+    # trapezoids on two branches, each with a slope that changes by k_t
+    error = 2 * STIFFNESS * step(amplitude) ** 2 / 12
+    assert found.dissipated_energy == pytest.approx(np.full(3, energy), abs=1.1 * error)
+    assert found.displacement_gap == pytest.approx(np.zeros(3), abs=1e-12 * amplitude)
+    assert found.tangential_load_gap == pytest.approx(np.zeros(3), abs=1e-12 * LIMIT)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.9])
+def test_partial_slip_gives_the_energy_of_mindlin(share):
+    amplitude = float(mindlin.tangential_displacement(share * LIMIT, **CONTACT))
+    history = swung(amplitude)
+    found = analysis.friction_loops(history)
+    expected = mindlin.dissipated_energy_per_loop(share * LIMIT, **CONTACT)
+    error = 2 * STIFFNESS * step(amplitude) ** 2 / 12
+    assert found.dissipated_energy == pytest.approx(np.full(3, expected), abs=1.1 * error + 1e-12 * expected)
+
+
+@pytest.mark.parametrize("friction", [0.12, [0.1, 0.2, 0.12, 0.3]])
+def test_the_energy_of_a_loop_is_what_the_asperities_dissipated(friction):
+    ensemble = hs.Ensemble(PAIR, [0.0, -5e-9, -10e-9, -30e-9], [1e-3, 2e-3, 2e-3, 1e-3], friction)
+    history = swung(20e-9, ensemble=ensemble, substeps=1000)
+    found = analysis.friction_loops(history)
+    exact = np.diff(history.total_dissipated_energy.values[found.ends[:, [0, 2]]], axis=1)[:, 0]
+    stiffness = float(history.tangential_stiffness.max())
+    assert found.dissipated_energy == pytest.approx(exact, abs=1.1 * 2 * stiffness * step(20e-9, 1000) ** 2 / 12)
+
+
+@pytest.mark.parametrize("window", [0.4, 0.1, 0.02])
+def test_the_stiffness_at_reversal_tends_to_that_of_the_whole_contact(window):
+    definitions = Definitions(initial=FirstDisplacement(window * 2 * SLIDE))
+    found = analysis.friction_loops(swung(2 * SLIDE, substeps=2000), definitions=definitions)
+    # the slope of a branch is k_t √(1 - u/2δ_t,max), and a straight fit lies between its ends
+    least = STIFFNESS * math.sqrt(1 - window)
+    assert (found.tangential_stiffness < STIFFNESS).all()
+    assert (found.tangential_stiffness > least).all()
+    by_load = analysis.friction_loops(swung(2 * SLIDE), definitions=Definitions(initial=FirstLoad(window)))
+    assert (by_load.tangential_stiffness < STIFFNESS).all()
+    assert (by_load.tangential_stiffness > STIFFNESS * (1 - window) ** (1 / 3)).all()
+
+
+@pytest.mark.parametrize("reached", [0.5, 0.9, 0.99, 0.9999])
+def test_the_preliminary_displacement_tends_to_twice_that_of_virgin_loading(reached):
+    found = analysis.friction_loops(swung(2 * SLIDE, substeps=2000), definitions=Definitions(reached=reached))
+    expected = 2 * SLIDE * (1 - (1 - reached) ** (2 / 3))
+    assert found.preliminary_displacement == pytest.approx(np.full((3, 2), expected), abs=step(2 * SLIDE, 2000))
+
+
+def test_the_sliding_part_can_be_the_plateau():
+    found = analysis.friction_loops(swung(4 * SLIDE), definitions=Definitions(sliding=Plateau(0.999)))
+    # 0.001 of the way 2μN is missing at most, on a small part of the plateau
+    assert found.friction_force == pytest.approx(np.full((3, 2), LIMIT), rel=1e-3)
+    assert (found.friction_force < LIMIT).all()
+    peak = find_loops(
+        np.arange(5.0), [0, 1, 0, 1, 0], [0, 2, -2, 2, -2], dead_band=0, definitions=Definitions(Plateau(0.5))
+    )
+    # the means of what rises from 1 to 2, in the virgin branch, and from 0 to 2
+    assert peak.friction_force.tolist() == [[1.5, 1.0], [1.0, 1.0]]
+
+
+def test_changing_loads_are_told_apart_loop_by_loop():
+    events = [hs.NormalLoad(0.0, 50e-3), hs.TangentialDisplacement(1.0, 4 * SLIDE)]
+    time = 1.0
+    for load in (50e-3, 70e-3, 90e-3):
+        events += [hs.NormalLoad(time + 0.5, load), hs.TangentialDisplacement(time + 0.5, 4 * SLIDE)]
+        events += [hs.TangentialDisplacement(time + 1, -4 * SLIDE), hs.NormalLoad(time + 2, load)]
+        events += [hs.TangentialDisplacement(time + 2, 4 * SLIDE)]
+        time += 2
+    found = analysis.friction_loops(hs.replay(SPHERE, sorted(events, key=lambda event: event.time), substeps=50))
+    assert found.normal_load == pytest.approx(np.array([[50e-3] * 2, [70e-3] * 2, [90e-3] * 2]), rel=1e-9)
+    assert found.friction_coefficient == pytest.approx(np.full((3, 2), FRICTION), rel=1e-9)
+
+
+# ---------------------------------------------------------------- what is a loop
+
+
+def ramp(turns, part=10):
+    """Go straight from turn to turn."""
+    u = np.concatenate([np.linspace(a, b, part, endpoint=False) for a, b in pairwise(turns)] + [turns[-1:]])
+    return np.arange(float(u.size)), u
+
+
+@pytest.mark.parametrize(
+    ("turns", "loops"),
+    [
+        ([0, 1, -1, 1], [(1, 2, 3)]),
+        ([0, 1, -1, 1, -1], [(1, 2, 3)]),  # what is left is half a loop
+        ([0, 1, -1, 1, -1, 0], [(1, 2, 3)]),
+        ([0, 1, -1, 1, -1, 1], [(1, 2, 3), (3, 4, 5)]),
+        ([0, 1, -1, 1, -1, 0.5], [(1, 2, 3)]),  # the last one does not come back
+        ([0, 1, -1, 1, -1, 0.5, 0], [(1, 2, 3), (3, 4, 5)]),  # a loop that does not close
+        ([-1, 1, -1], [(0, 1, 2)]),  # begins at a reversal
+        ([-1, 1, -1, 1, 0], [(0, 1, 2)]),
+        ([0, 1, 0, 1, 0], [(0, 1, 2), (2, 3, 4)]),
+    ],
+)
+def test_loops_are_pairs_of_branches_between_reversals(turns, loops):
+    time, u = ramp([float(turn) for turn in turns])
+    load = np.sign(np.gradient(u))
+    found = find_loops(time, u, load, dead_band=0.1)
+    assert (found.ends // 10).tolist() == [list(loop) for loop in loops]
+    first, last = 10 * loops[0][0], 10 * loops[-1][2]
+    assert found.left_out == tuple(piece for piece in ((0, first), (last, u.size - 1)) if piece[0] < piece[1])
+    assert found.displacement_gap == pytest.approx([turns[loop[2]] - turns[loop[0]] for loop in loops])
+
+
+def test_skipped_loops_keep_their_numbers():
+    history = swung(2 * SLIDE, loops=4, substeps=50)
+    every, some = analysis.friction_loops(history), analysis.friction_loops(history, skip=1)
+    assert some.number.tolist() == [1, 2, 3]
+    assert some.ends.tolist() == every.ends[1:].tolist()
+    assert some.dissipated_energy.tolist() == every.dissipated_energy[1:].tolist()
+    assert some.left_out == every.left_out
+    assert {row[0]: row[3] for row in some.rows()}["loops"] == "3, 1 before them skipped"
+
+
+def test_an_open_loop_is_closed_by_a_straight_line_and_says_its_gaps():
+    found = find_loops(np.arange(6.0), [1, 0, 0, 2, 1, 2], [0, 0, 3, 3, 2, 2], dead_band=0.5)
+    # from (0, 0) up to (0, 3), along to (2, 3), back to (1, 2), and straight to (0, 0)
+    assert found.dissipated_energy == pytest.approx([6 - 2.5 - 1])
+    assert (found.displacement_gap.tolist(), found.tangential_load_gap.tolist()) == ([1], [2])
+    assert {row[0]: row[3] for row in found.rows()}["largest gap in displacement"] == "1 m"
+
+
+@given(st.floats(-3, 3), st.floats(-3, 3), st.sampled_from([1, -1]))
+def test_what_loops_say_does_not_depend_on_the_origin(displacement, load, sense):
+    time = np.linspace(0, 10, 501)
+    u, f = np.sin(2 * time), np.clip(3 * np.sin(2 * time + 0.8), -1, 1)
+    plain = find_loops(time, u, f, 2.0, dead_band=0.1)
+    moved = find_loops(time + 7, sense * u + displacement, sense * (f + load), 2.0, dead_band=0.1)
+    sides = slice(None, None, sense)
+    for name in ("preliminary_displacement", "tangential_stiffness"):
+        assert getattr(moved, name) == pytest.approx(getattr(plain, name)[:, sides], rel=1e-9)
+    # an offset of the load stands in the force of either branch, and not in their mean
+    assert moved.friction_force == pytest.approx(
+        plain.friction_force[:, sides] + load * np.array([1, -1])[sides], abs=1e-12
+    )
+    assert moved.friction_force.mean() == pytest.approx(plain.friction_force.mean(), abs=1e-12)
+    assert moved.dissipated_energy == pytest.approx(plain.dissipated_energy, abs=1e-12)
+
+
+def test_noise_within_the_dead_band_changes_little():
+    history = swung(4 * SLIDE, loops=20)
+    generator = np.random.default_rng(11)
+    u, f = history.tangential_displacement.values, history.total_tangential_load.values
+    noisy_u = u + 0.01 * SLIDE * generator.uniform(-1, 1, u.size)
+    noisy_f = f + 0.01 * LIMIT * generator.normal(size=f.size)
+    clean = analysis.friction_loops(history)
+    noisy = find_loops(history.time, noisy_u, noisy_f, NORMAL_LOAD, dead_band=0.05 * SLIDE)
+    assert len(noisy) == len(clean) == 20
+    for name in ("friction_force", "friction_coefficient", "dissipated_energy"):
+        found, exact = noisy.statistics(name), clean.statistics(name)
+        # a branch has 100 samples in its sliding part, a loop 800
+        assert found.mean == pytest.approx(exact.mean, rel=5e-3 / math.sqrt(20))
+        assert 0 < found.standard_deviation < 5e-3 * exact.mean
+    assert noisy.statistics("preliminary_displacement").mean == pytest.approx(
+        clean.statistics("preliminary_displacement").mean, rel=0.1
+    )
+    assert noisy.statistics("tangential_stiffness").mean == pytest.approx(
+        clean.statistics("tangential_stiffness").mean, rel=0.1
+    )
+
+
+def test_a_branch_without_a_value_is_not_counted():
+    time, u = ramp([0.0, 1.0, -1.0, 1.0], part=5)
+    found = find_loops(
+        time, u, np.sign(np.gradient(u)), dead_band=0.1, definitions=Definitions(initial=FirstDisplacement(0.1))
+    )
+    # the first step is longer than the window
+    assert np.isnan(found.tangential_stiffness).all()
+    assert found.statistics("tangential_stiffness").count == 0
+    assert math.isnan(found.statistics("tangential_stiffness").mean)
+    texts = {row[0]: row[1:] for row in found.rows()}
+    assert texts["stiffness at reversal"] == texts["friction coefficient"] == ("–", "–", "–")
+
+
+# ---------------------------------------------------------------- summaries
+
+
+def test_statistics_are_those_of_the_loops():
+    time, u = ramp([0.0, 1, -1, 1, -1, 1, -1, 1])
+    load = np.sign(np.gradient(u)) * np.linspace(1, 2, u.size)
+    found = find_loops(time, u, load, 5.0, dead_band=0.1)
+    force = found.friction_force
+    assert force.shape == (3, 2)
+    for position, direction in enumerate(("forward", "backward")):
+        statistics = found.statistics("friction_force", direction)
+        assert statistics.mean == pytest.approx(force[:, position].mean())
+        assert statistics.standard_deviation == pytest.approx(np.std(force[:, position], ddof=1))
+        assert statistics.count == 3
+    both = found.statistics("friction_force")
+    assert both.mean == pytest.approx(force.mean())
+    assert both.standard_deviation == pytest.approx(np.std(force.mean(axis=1), ddof=1))
+    one = find_loops(time, u, load, dead_band=0.1, skip=2).statistics("dissipated_energy")
+    assert one.count == 1
+    assert math.isnan(one.standard_deviation)
+
+
+def test_the_table_is_readable():
+    table = analysis.friction_loops(swung(4 * SLIDE, substeps=50)).rows()
+    assert table[0] == ("quantity", "forward", "backward", "both")
+    texts = {row[0]: row[1:] for row in table}
+    assert texts["friction force"][0].startswith("6 ± ")
+    assert texts["friction force"][0].endswith(" mN")
+    assert texts["normal load"][2].startswith("50 ± ")
+    assert texts["friction coefficient"][1].startswith("0.12 ± ")
+    assert texts["stiffness at reversal"][1].endswith(" kN/m")
+    assert texts["energy per loop"][:2] == ("", "")
+    assert texts["energy per loop"][2].endswith(" pJ")
+    assert texts["loops"] == ("", "", "3")
+    single = analysis.friction_loops(swung(4 * SLIDE, loops=1, substeps=50)).rows()
+    assert single[1][1] == "6 mN"
+
+
+def test_the_dataset_holds_everything(tmp_path):
+    found = analysis.friction_loops(swung(4 * SLIDE, substeps=50), skip=1)
+    dataset = found.to_dataset()
+    assert dict(dataset.sizes) == {"loop": 2, "direction": 2}
+    assert dataset.loop.values.tolist() == [1, 2]
+    assert dataset.start_time.values.tolist() == [3.0, 5.0]
+    assert dataset.end_time.values.tolist() == [5.0, 7.0]
+    for name in [*BRANCH_QUANTITIES, *LOOP_QUANTITIES]:
+        assert (dataset[name].values == getattr(found, name)).all()
+        assert dataset[name].attrs["units"]
+    assert dataset.friction_force.sel(direction="backward").values.tolist() == found.friction_force[:, 1].tolist()
+    assert dataset.attrs["sliding_part"] == "the last 0.25 of the displacement of a branch"
+    dataset.to_netcdf(tmp_path / "loops.nc")
+    assert xr.load_dataset(tmp_path / "loops.nc").equals(dataset)
+
+
+# ---------------------------------------------------------------- a measured record
+
+RECORD = Path(__file__).parents[3] / "shared" / "data" / "friction_damper" / "0.5Hz36lbtension1amplitude.json"
+
+
+@pytest.fixture(scope="module")
+def damper():
+    if not RECORD.is_file():
+        pytest.skip("the measured record of a friction damper is not there")
+    rows = np.array(json.loads(RECORD.read_text(encoding="utf-8"))["data"])
+    inch, kip = 0.0254, 4448.2216152605
+    return rows[:, 0], rows[:, 1] * inch, rows[:, 2] * kip
+
+
+@pytest.mark.parametrize("dead_band", [1e-5, 1e-4, 1e-3, 3e-3])
+def test_the_cycles_of_a_measured_record_are_counted(damper, dead_band):
+    """14 s at 0.5 Hz, swelling and dying away: 14 reversals, hence 13 half cycles and a piece at either end."""
+    time, displacement, load = damper
+    assert (np.diff(np.sign(np.diff(displacement))) != 0).sum() > 300
+    turns = reversals(displacement, dead_band)
+    assert turns.size == 14
+    # once per second, but where the amplitude swells from nothing and dies away
+    assert np.diff(time[turns]) == pytest.approx(np.ones(13), abs=0.1)
+    found = find_loops(time, displacement, load, dead_band=dead_band)
+    assert len(found) == 6
+    assert found.ends.ravel().tolist() == [turn for i in range(0, 12, 2) for turn in turns[i : i + 3]]
+    assert found.left_out == ((0, turns[0]), (turns[12], time.size - 1))
+
+
+def test_a_measured_record_says_what_its_picture_shows(damper):
+    time, displacement, load = damper
+    found = find_loops(time, displacement, load, dead_band=1e-3)
+    # the plateaus at about 3.2 kip forward and 4 kip backward
+    assert found.statistics("friction_force", "forward").mean == pytest.approx(3.15 * 4448, rel=0.02)
+    assert found.statistics("friction_force", "backward").mean == pytest.approx(4.1 * 4448, rel=0.03)
+    # what went into the damper is in its loops and the pieces at both ends
+    work = np.trapezoid(load, displacement)
+    pieces = sum(np.trapezoid(load[a : b + 1], displacement[a : b + 1]) for a, b in found.left_out)
+    ends = found.ends[:, [0, 2]]
+    closing = (displacement[ends[:, 0]] - displacement[ends[:, 1]]) * load[ends].mean(axis=1)
+    assert found.dissipated_energy.sum() - closing.sum() + pieces == pytest.approx(work, rel=1e-12)
+    # three loops of full amplitude, alike and nearly closed
+    full = found.dissipated_energy[2:5]
+    assert full.std() < 0.02 * full.mean()
+    assert np.abs(found.displacement_gap[3]) < 0.01 * 0.0256
+
+
+# ---------------------------------------------------------------- bad input
+
+TIME, UP_AND_DOWN = np.arange(5.0), np.array([0.0, 1.0, -1.0, 1.0, 0.0])
+LOAD = np.array([0.0, 1.0, -1.0, 1.0, 0.0])
+
+
+def test_loops_that_run_the_wrong_way_round_are_refused(damper):
+    time, displacement, load = damper
+    with pytest.raises(hs.InputError, match=r"run the wrong way round: friction would give 10\d\d J per loop .* scale"):
+        find_loops(time, displacement, -load, dead_band=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: find_loops(TIME, UP_AND_DOWN, LOAD, dead_band=3), "has 0 whole loops at a dead band of 3 m"),
+        (
+            lambda: find_loops(TIME, UP_AND_DOWN, LOAD, dead_band=0.1, skip=1),
+            "1 whole loops .* of which 1 are left out",
+        ),
+        (lambda: find_loops(TIME, UP_AND_DOWN, LOAD, dead_band=0.1, skip=-1), "expected one or more to be left"),
+        (lambda: find_loops(TIME, UP_AND_DOWN, LOAD, dead_band=0.1, skip=0.5), "of which 0.5 are left out"),
+        (
+            lambda: find_loops(TIME, UP_AND_DOWN, LOAD, dead_band=0.1, definitions=0.5),
+            "definitions is 0.5; expected Def",
+        ),
+        (lambda: find_loops(TIME, np.zeros(5), LOAD, dead_band=0), "has 0 whole loops"),
+        (lambda: find_loops([0], [0], [0], dead_band=0), "has 0 whole loops"),
+        (lambda: find_loops(TIME, UP_AND_DOWN, LOAD, dead_band=-1), "dead_band is -1"),
+        (lambda: find_loops(TIME, UP_AND_DOWN, LOAD[:4], dead_band=0), "tangential_load has 4 samples; expected 5"),
+        (lambda: find_loops(TIME, UP_AND_DOWN, LOAD, LOAD[:3], dead_band=0), "normal_load has 3 samples; expected 5"),
+        (lambda: find_loops(TIME, UP_AND_DOWN, LOAD, math.nan, dead_band=0), "normal_load misses 5 of 5 samples"),
+        (lambda: find_loops(-TIME, UP_AND_DOWN, LOAD, dead_band=0), r"time\[1\] is -1 s after -0 s"),
+        (lambda: LastPart(1.0), "share of LastPart is 1; expected a share, between 0 and 1"),
+        (lambda: Plateau(0.0), "share of Plateau is 0"),
+        (lambda: FirstLoad(math.nan), "share of FirstLoad is nan"),
+        (lambda: FirstDisplacement(0.0), "length of FirstDisplacement is 0; expected a finite number greater than 0"),
+        (lambda: Definitions(reached=1.5), "reached of Definitions is 1.5"),
+        (lambda: Definitions(sliding=0.3), "sliding of Definitions is 0.3; expected LastPart or Plateau"),
+        (
+            lambda: Definitions(initial=LastPart()),
+            "initial of Definitions is .*; expected FirstLoad or FirstDisplacement",
+        ),
+    ],
+)
+def test_bad_input_is_explained(call, message):
+    with pytest.raises(hs.InputError, match=message):
+        call()
+
+
+def test_other_names_are_refused():
+    found = analysis.friction_loops(swung(4 * SLIDE, substeps=50))
+    with pytest.raises(hs.InputError, match="quantity is 'energy'; expected one of friction_force"):
+        found.statistics("energy")
+    with pytest.raises(hs.InputError, match="direction is 'up'; expected 'forward'"):
+        found.statistics("friction_force", "up")
+
+
+def test_a_million_samples_take_no_longer_than_a_breath():
+    """Many short loops are the slow case; the time itself is not asserted on a shared machine."""
+    time = np.linspace(0, 1000, 1_000_000)
+    u = np.sin(2 * np.pi * time)
+    found = find_loops(time, u, np.clip(5 * np.sin(2 * np.pi * time + 0.5), -1, 1), dead_band=0.1)
+    assert len(found) == 999

@@ -1,0 +1,375 @@
+"""From a measured sequence to loops, a comparison and a fit, by the command line as a user has it; and real records."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import pytest
+import synthetic
+from click.testing import CliRunner
+from records import write_columns
+
+from historysim.cli import main
+from historysim.scenario import scenario
+
+SHARED = Path(__file__).parents[3] / "shared" / "data"
+DAMPER = SHARED / "friction_damper" / "0.5Hz36lbtension1amplitude.json"
+GRANITE = SHARED / "triaxial" / "TM11_Pc130_Pp50_T100_loading.tsv"
+
+SCENARIO = """
+title = "a silicon ball on glass"
+[materials]
+first = "silicon"
+second = "float glass"
+[surface]
+kind = "sphere"
+radius = "2.5 mm"
+[friction]
+coefficient = 0.26  # a guess
+[loading]
+file = "measured.csv"
+[loading.columns]
+time = "t"
+normal_load = { column = "N", unit = "mN" }
+tangential_displacement = { column = "u", unit = "nm" }
+[loading.response]
+tangential_load = { column = "T", unit = "mN" }
+[loading.dead_band]
+tangential_displacement = "20 nm"
+[instrument]
+lateral_stiffness = "400 mN/µm"
+[fit]
+parameters = ["friction", "lateral_stiffness"]
+"""
+
+
+def write_record(folder):
+    record = synthetic.measured("ball", 7)
+    write_columns(
+        folder / "measured.csv",
+        t=record.time,
+        N=1e3 * record["normal_load"],
+        u=1e9 * record["tangential_displacement"],
+        T=1e3 * record["tangential_load"],
+    )
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    write_record(tmp_path)
+    (tmp_path / "s.toml").write_text(SCENARIO, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def call(*arguments):
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+def files(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def number(text, label):
+    """Give the number behind a label at the start of a line."""
+    return float(re.search(rf"^{re.escape(label)} +([-+0-9.e]+)", text, re.MULTILINE)[1])
+
+
+GIVEN = ["measured.csv", "s.toml"]
+
+
+# -- what the commands do --------------------------------------------------------------------------
+
+
+def test_loops_of_a_record(folder):
+    done = call("loops", "s.toml")
+    assert done.exit_code == 0, done.output
+    pairs, law, header, *rows = done.output.splitlines()
+    assert pairs.startswith("range pairs ")
+    exponent, low, high = map(float, re.findall(r"[+-]\d\.\d+", law))
+    assert low < exponent < high
+    assert abs(exponent) < 0.01
+    assert header.split() == ["quantity", "forward", "backward", "both"]
+    assert rows[-1].split() == ["loops", "3"]
+    assert files(folder) == GIVEN
+    # virgin loading, three and a half loops from reversal to reversal, of which one crosses the change of the load
+    assert call("loops", "s.toml", "--skip", "1").output.splitlines()[-1].split()[:2] == ["loops", "2,"]
+    assert call("loops", "s.toml", "--dead-band", "300 nm").output.splitlines()[-1].split() == ["loops", "3"]
+
+
+def test_loops_are_written(folder):
+    done = call("loops", "s.toml", "-o", "loops.nc")
+    assert done.exit_code == 0, done.output
+    assert done.output.endswith("loops.nc\n")
+    assert files(folder) == ["loops.nc", *GIVEN]
+    with netCDF4.Dataset(folder / "loops.nc") as written:
+        assert len(written.dimensions["loop"]) == 3
+
+
+def test_loops_of_a_result(folder):
+    assert call("run", "s.toml", "-q").exit_code == 0
+    done = call("loops", "s.nc", "--dead-band", "20 nm")
+    assert done.exit_code == 0, done.output
+    assert done.output.splitlines()[-1].split() == ["loops", "3"]
+    assert files(folder) == ["measured.csv", "s.history", "s.nc", "s.toml"]
+
+
+def test_compare_says_and_draws(folder):
+    done = call("compare", "s.toml")
+    assert done.exit_code == 0, done.output
+    assert number(done.output, "samples compared") == 1
+    assert "samples compared  1,281\n" in done.output
+    assert re.search(r"^friction coefficient +0\.2\S* ± \S+ +0\.26", done.output, re.MULTILINE)
+    assert re.search(r"^energy per loop .* nJ +.* nJ$", done.output, re.MULTILINE)
+    assert done.output.endswith("s_comparison.png\n")
+    assert (folder / "s_comparison.png").read_bytes().startswith(b"\x89PNG")
+    assert files(folder) == ["measured.csv", "s.toml", "s_comparison.png"]
+    assert call("compare", "s.toml", "-o", "c.svg", "--skip", "1").exit_code == 0
+    assert (folder / "c.svg").read_text(encoding="utf-8").startswith("<?xml")
+
+
+def test_fit_finds_the_parameters_and_writes_them(folder):
+    (folder / "out").mkdir()
+    done = call("fit", "s.toml", "-o", "out/found.toml")
+    assert done.exit_code == 0, done.output
+    assert files(folder) == ["measured.csv", "out", "s.toml"]
+    assert files(folder / "out") == ["found.png", "found.toml"]
+    assert number(done.output, "friction ") == pytest.approx(0.2, rel=1e-3)
+    assert number(done.output, "lateral_stiffness") == pytest.approx(synthetic.STIFFNESS, rel=0.02)
+    assert number(done.output, "misfit over noise") == pytest.approx(1, abs=0.15)
+    assert "note" not in done.output
+    fitted = scenario.load(folder / "out" / "found.toml")
+    assert f"{fitted.instrument.lateral_stiffness:.6g}" in done.output
+    assert "# fitted, 95 %: " in fitted.text
+    assert "; a guess" in fitted.text
+    # the fitted scenario is compared, replayed and fitted again where it is
+    again = call("compare", "out/found.toml", "-o", "c.png")
+    assert again.exit_code == 0, again.output
+    # as said by the fit, to what the places of the turning points are within the noise
+    for line in ("friction coefficient", "energy per loop", "stiffness at reversal"):
+        assert number(again.output, line) == number(done.output, line)
+    assert call("run", "out/found.toml", "-q", "-o", "r.nc").exit_code == 0
+    refitted = call("fit", "out/found.toml")
+    assert refitted.exit_code == 0
+    assert number(refitted.output, "lateral_stiffness") == pytest.approx(
+        number(done.output, "lateral_stiffness"), rel=1e-5
+    )
+
+
+# -- what they refuse ------------------------------------------------------------------------------
+
+
+def change(folder, *changes):
+    text = SCENARIO
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    (folder / "s.toml").write_text(text, encoding="utf-8")
+
+
+NO_RESPONSE = ('[loading.response]\ntangential_load = { column = "T", unit = "mN" }\n', "")
+REVERSED = ('{ column = "N", unit = "mN" }', '{ column = "N", unit = "mN", scale = -1 }')
+
+
+@pytest.mark.parametrize(
+    ("command", "changes", "said"),
+    [
+        (
+            "loops",
+            [NO_RESPONSE],
+            "s.toml: loading: the record has no tangential_load; expected a column for it, in load",
+        ),
+        ("compare", [NO_RESPONSE], "s.toml: loading: the record has no tangential_load; expected a column for it, in"),
+        ("fit", [NO_RESPONSE], "s.toml: loading: the record has no tangential_load; expected a column for it, in load"),
+        ("compare", [REVERSED], "s.toml: loading: line 2: a normal load of -0.05 N pulls on the contact; expected 0 N"),
+        ("fit", [REVERSED], "s.toml: loading: line 2: a normal load of -0.05 N pulls on the contact; expected 0 N or"),
+        (
+            "fit",
+            [('[fit]\nparameters = ["friction", "lateral_stiffness"]', "")],
+            "s.toml: fit: missing; expected [fit]",
+        ),
+        ("fit", [('"lateral_stiffness"]', '"height_scale"]')], "s.toml: fit.parameters: height_scale: all summits are"),
+        (
+            "fit",
+            [("[fit]", "[fit]\nskip = 40")],
+            "s.toml: loading: 40 loops are to be skipped, and the record has 4; exp",
+        ),
+        ("compare", [('"measured.csv"', '"gone.csv"')], "s.toml: loading.file: gone.csv: there is no such file"),
+        ("loops", [('"20 nm"', '"20 mN"')], "s.toml: loading.dead_band.tangential_displacement: '20 mN': 'mN' is not"),
+        ("loops", [('"20 nm"', '"20 mm"')], "s.toml: loading: "),
+    ],
+)
+def test_records_that_do_not_do(folder, command, changes, said):
+    change(folder, *changes)
+    done = call(command, "s.toml")
+    assert done.exit_code == 2, done.output
+    assert done.output.startswith(f"Error: {said}")
+    assert len(done.output.splitlines()) == 1
+    assert files(folder) == GIVEN
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("fit", "s.toml", "-o", "f.png"), "f.png: .png ending; expected .toml, since it is a scenario"),
+        (("fit", "s.toml", "-o", "f"), "f: no ending; expected .toml"),
+        (("fit", "s.toml", "-o", "s.toml"), "s.toml: would overwrite what it is made from"),
+        (("fit", "s.toml", "-o", "none/f.toml"), "none/f.toml: there is no folder none"),
+        (("compare", "s.toml", "-o", "c.txt"), "c.txt: txt ending; expected one of"),
+        (("compare", "s.toml", "-o", "measured.csv"), "measured.csv: would overwrite what it is made from"),
+        (("compare", "s.toml", "--skip", "99"), "s.toml: loading: 99 loops are to be skipped"),
+        (("compare", "s.toml", "--skip", "-1"), "s.toml: loading: -1 loops are to be skipped"),
+        (("loops", "s.toml", "-o", "measured.csv"), "measured.csv: would overwrite what it is made from"),
+        (("loops", "s.toml", "-o", "s.toml"), "s.toml: would overwrite what it is made from"),
+        (("loops", "s.toml", "--skip", "99"), "s.toml: loading: "),
+        (("loops", "s.toml", "--skip", "-1"), "s.toml: loading: "),
+        (("loops", "s.toml", "--dead-band", "5 N"), "--dead-band: '5 N': 'N' is not a unit of a length"),
+        (("loops", "s.toml", "--dead-band", "-5 nm"), "s.toml: loading: "),
+        (("loops", "measured.csv"), "measured.csv: is no scenario (.toml) and no result of historysim run"),
+        (("loops", "gone.toml"), "gone.toml: "),
+        (("loops", "gone.nc"), "gone.nc: there is no such file"),
+        (("compare", "measured.csv"), "measured.csv: is not TOML"),
+        (("fit", "measured.csv"), "measured.csv: is not TOML"),
+    ],
+)
+def test_arguments_that_do_not_do(folder, arguments, said):
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    done = call(*arguments)
+    assert done.exit_code == 2, done.output
+    assert done.output.startswith(f"Error: {said}")
+    assert len(done.output.splitlines()) == 1
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+
+
+@pytest.mark.parametrize("command", ["loops", "compare", "fit"])
+def test_what_stood_there_stays_when_writing_fails(folder, command, monkeypatch):
+    """A disc that is full, or any other error on the way out."""
+    names = {"loops": ["l.nc"], "compare": ["c.png"], "fit": ["f.toml", "f.png"]}[command]
+    for name in names:
+        (folder / name).write_text("old", encoding="utf-8")
+
+    def fail(*_, **__):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", fail)
+    monkeypatch.setattr("xarray.Dataset.to_netcdf", fail)
+    done = call(command, "s.toml", "-o", names[0])
+    assert done.exit_code == 1, done.output
+    assert done.output == "Error: No space left on device\n"
+    assert files(folder) == sorted([*names, *GIVEN])
+    assert {(folder / name).read_text(encoding="utf-8") for name in names} == {"old"}
+
+
+@pytest.mark.parametrize("command", ["compare", "fit", "loops"])
+def test_help_loads_nothing_heavy(command):
+    code = (
+        "import sys\nfrom historysim.cli import main\n"
+        f"try:\n    main(['{command}', '--help'])\nexcept SystemExit:\n    pass\n"
+        "heavy = {'numpy', 'scipy', 'numba', 'xarray', 'matplotlib', 'attrs', 'cattrs', 'tomlkit'}\n"
+        "print(sorted(heavy & set(sys.modules)), file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert f" {command} [OPTIONS]" in done.stdout
+    assert done.stderr == "[]\n"
+
+
+# -- real records ----------------------------------------------------------------------------------
+
+DAMPER_SCENARIO = f"""
+title = "Banded rotary friction device"
+[materials]
+contact_modulus = "100 GPa"
+shear_modulus = "20 GPa"
+[surface]
+kind = "sphere"
+radius = "1 m"
+[friction]
+coefficient = 15
+[loading]
+file = "{DAMPER.as_posix()}"
+reduce = true
+[loading.columns]
+time = {{ column = "data", index = 1 }}
+normal_load = {{ constant = "1 kN" }}
+tangential_displacement = {{ column = "data", index = 2, unit = "in", centred = true }}
+[loading.response]
+tangential_load = {{ column = "data", index = 3, unit = "kip" }}
+[loading.dead_band]
+tangential_displacement = "1 mm"
+[instrument]
+lateral_stiffness = "3 kN/mm"
+[fit]
+parameters = ["friction", "lateral_stiffness"]
+"""
+GRANITE_SCENARIO = f"""
+title = "Direct shear of granite"
+[materials]
+first = {{ name = "granite", youngs_modulus = "60 GPa", poissons_ratio = 0.25 }}
+second = {{ name = "granite", youngs_modulus = "60 GPa", poissons_ratio = 0.25 }}
+[surface]
+kind = "sphere"
+radius = "1 m"
+[friction]
+coefficient = 0.2
+[loading]
+file = "{GRANITE.as_posix()}"
+reduce = true
+end = "8900 s"
+[loading.columns]
+time = {{ column = 1, unit = "s" }}
+normal_load = {{ column = 4, unit = "MPa", area = "720 mm2" }}
+tangential_displacement = {{ column = 8, unit = "mm", scale = -1, offset = "7.738 mm" }}
+[loading.response]
+tangential_load = {{ column = 6, unit = "kN" }}
+[loading.dead_band]
+tangential_displacement = "5 µm"
+normal_load = "500 N"
+[instrument]
+lateral_stiffness = "100 kN/mm"
+[fit]
+parameters = ["friction", "lateral_stiffness"]
+"""
+
+
+@pytest.mark.skipif(not DAMPER.is_file(), reason="the measured record of a friction damper is not there")
+def test_a_friction_damper(tmp_path, monkeypatch):
+    """14 s at 0.5 Hz, swelling and dying away: 14 reversals, 13 half cycles, 6 whole loops."""
+    monkeypatch.chdir(tmp_path)
+    Path("d.toml").write_text(DAMPER_SCENARIO, encoding="utf-8")
+    assert call("run", "d.toml", "-q").exit_code == 0
+    with netCDF4.Dataset("d.nc") as result:
+        # the reversals, the two ends of the record, and an extreme near each of them
+        assert len(result.dimensions["step"]) == 18
+    done = call("loops", "d.toml")
+    assert done.exit_code == 0, done.output
+    assert done.output.splitlines()[-1].split() == ["loops", "6"]
+    done = call("fit", "d.toml")
+    assert done.exit_code == 0, done.output
+    assert "note " in done.output  # one ball does not know what a rubber band does
+    energies = re.search(r"^energy per loop +(\S+) ± \S+ (k?J) +(\S+) ± \S+ (k?J)$", done.output, re.MULTILINE)
+    measured, unit, model, other = energies.groups()
+    joules = {"J": 1.0, "kJ": 1e3}
+    assert float(model) * joules[other] == pytest.approx(float(measured) * joules[unit], rel=0.2)
+    assert call("compare", "d_fitted.toml").exit_code == 0
+
+
+@pytest.mark.skipif(not GRANITE.is_file(), reason="the measured record of a triaxial test is not there")
+def test_granite_in_a_triaxial_cell(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("g.toml").write_text(GRANITE_SCENARIO, encoding="utf-8")
+    record = scenario.load("g.toml").measured()
+    rows = np.genfromtxt(GRANITE, delimiter="\t", skip_header=3, encoding="utf-8", usecols=(0, 3, 5, 7))
+    rows = rows[~np.isnan(rows).any(axis=1)]
+    rows = rows[rows[:, 0] <= 8900]
+    assert record.time == pytest.approx(rows[:, 0])
+    assert record["normal_load"] == pytest.approx(720 * rows[:, 1])
+    assert record["tangential_load"] == pytest.approx(1e3 * rows[:, 2])
+    assert record["tangential_displacement"] == pytest.approx(7.738e-3 - 1e-3 * rows[:, 3])
+    for command in ("run", "compare", "fit"):
+        done = call(command, "g.toml")
+        assert done.exit_code == 0, done.output
+    assert number(done.output, "friction ") > 0.1
+    assert "rms difference" in done.output

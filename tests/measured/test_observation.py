@@ -1,0 +1,151 @@
+"""A model along measured displacements: the replay where they have no noise, no false reversals where they have."""
+
+import attrs
+import numpy as np
+import pytest
+import synthetic
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
+
+import historysim as hs
+from historysim.errors import InputError
+from historysim.measured.observation import noise_of, observe, passed
+from historysim.measured.record import Record
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
+BALL = hs.Ensemble(PAIR, 0.0, 1e-3, 0.2)
+ROUGH = hs.Ensemble(PAIR, [0.0, -20e-9, -50e-9], [1e-3, 2e-3, 5e-4], 0.2)
+SOFT = hs.Instrument(lateral_stiffness=5e5)
+
+
+def record_of(moved, normal_load, load=None, dead_band=0.0):
+    moved = np.asarray(moved, dtype=float)
+    return Record(
+        np.arange(float(moved.size)),
+        {"tangential_displacement": moved, "normal_load": np.broadcast_to(normal_load, moved.shape).astype(float)},
+        {"tangential_load": np.zeros(moved.size) if load is None else load},
+        {"tangential_displacement": dead_band},
+    )
+
+
+def assert_as_replayed(ensemble, instrument, record):
+    passage = passed(ensemble, instrument, observe(record))
+    history = hs.replay(ensemble, record.events(), instrument=instrument, record="totals")
+    force = float(np.abs(history.total_tangential_load).max())
+    assert_array_equal(passage.displacement, record["tangential_displacement"])
+    assert_allclose(passage.tangential_load, history.total_tangential_load, rtol=0, atol=1e-12 * force)
+    assert_allclose(passage.friction_limit, 0.2 * record["normal_load"], rtol=1e-12)
+
+
+loads_and_moves = st.lists(st.tuples(st.floats(1e-3, 0.1), st.floats(-2e-7, 2e-7)), min_size=2, max_size=30)
+
+
+@settings(max_examples=30)
+@given(path=loads_and_moves, soft=st.booleans())
+def test_free_of_noise_it_is_the_replay(path, soft):
+    load, moved = np.array(path).T
+    assert_as_replayed(ROUGH, SOFT if soft else hs.Instrument(), record_of(moved, load))
+
+
+@pytest.mark.parametrize("dead_band", [0.0, 20e-9])
+def test_free_of_noise_it_is_the_replay_at_several_loads(dead_band):
+    clean = 2e-7 * np.abs((np.arange(241.0) / 20 + 3) % 4 - 2) - 2e-7
+    load = np.repeat([0.05, 0.09, 0.07], [80, 80, 81])
+    assert_as_replayed(BALL, SOFT, record_of(clean, load, dead_band=dead_band))
+
+
+def test_noise_makes_no_reversals():
+    """Full slip at the end of each branch: with noise of 3 nm the load stays there, and the replay falls off it."""
+    random = np.random.default_rng(5)
+    clean = 2e-7 * (np.abs((np.arange(961.0) / 80 + 3) % 4 - 2) - 1)
+    noisy = record_of(clean + random.normal(0, 3e-9, clean.size), 0.05, dead_band=3e-8)
+    exact = passed(BALL, SOFT, observe(record_of(clean, 0.05)))
+    walked = passed(BALL, SOFT, observe(noisy))
+    # a node can be off by some noise, and the load by that times the stiffness in series, for as long as it is steep
+    assert np.abs(walked.tangential_load - exact.tangential_load).max() < 5 * 5e5 * 3e-9
+    sliding = np.abs(exact.tangential_load) > 0.2 * 0.05 * (1 - 1e-9)
+    well_within = sliding & np.roll(sliding, 8) & np.roll(sliding, -8)
+    assert well_within.sum() > 300
+    assert_allclose(np.abs(walked.tangential_load[well_within]), 0.01, rtol=1e-9)
+    replayed = hs.replay(BALL, noisy.events(), instrument=SOFT, record="totals").total_tangential_load.values
+    assert np.abs(np.abs(replayed[well_within]) - 0.01).max() > 1e-4
+
+
+def test_along_a_branch_displacements_are_passed_in_their_order():
+    moved = np.array([0, 2, 1, 3, 5, 4, 6, 3, 4, 1, 2, -1.0]) * 1e-8
+    observation = observe(record_of(moved, 0.05, dead_band=2.5e-8))
+    assert observation.turns.tolist() == [0, 6, 11]
+    passage = passed(BALL, hs.Instrument(), observation)
+    assert_allclose(passage.displacement, moved, atol=1e-22)
+    for branch, sign in ((slice(0, 7), 1), (slice(6, 12), -1)):
+        order = np.argsort(sign * moved[branch])
+        assert (np.diff(passage.tangential_load[branch][order]) * sign >= 0).all()
+
+
+def test_shifted_nodes_are_where_they_are_said_to_be():
+    moved = np.array([0, 5, 10, 5, 0, -5, -10.0]) * 1e-8
+    observation = observe(record_of(moved, 0.05), displacement_noise=1e-9)
+    moved_to = moved.copy()
+    moved_to[2] += 3e-9
+    exact = passed(BALL, SOFT, observe(record_of(moved_to, 0.05)))
+    assert_allclose(passed(BALL, SOFT, observation, [3.0]).tangential_load, exact.tangential_load, rtol=1e-12)
+
+
+def test_the_stiffness_is_that_of_contact_and_instrument():
+    moved = np.array([0, 1e-12, 1e-6, 1.1e-6])
+    stick = 8 * 2e10 * (3 * 0.05 * 1e-3 / (4 * 1e11)) ** (1 / 3)
+    passage = passed(BALL, SOFT, observe(record_of(moved, 0.05), displacement_noise=0.0))
+    assert passage.stiffness[1] == pytest.approx(1 / (1 / stick + 1 / 5e5), rel=1e-3)
+    assert passage.stiffness[3] == pytest.approx(0, abs=1e-6 * stick)
+
+
+# -- observe ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_noise_is_told_from_the_record(seed):
+    random = np.random.default_rng(seed)
+    smooth = 2e-7 * np.abs((np.arange(4000) / 100 + 3) % 4 - 2)
+    # the median of 4000 sizes scatters by 1.3 %, and by more since second differences overlap
+    assert noise_of(smooth + random.normal(0, 1e-9, smooth.size)) == pytest.approx(1e-9, rel=0.1)
+    assert noise_of(smooth) < 1e-20
+    assert noise_of([1.0, 2.0]) == 0
+
+
+def test_steps_of_the_load_are_remembered():
+    load = np.repeat([0.05, 0.09], [7, 6]) + np.random.default_rng(0).normal(0, 1e-5, 13)
+    observation = observe(record_of(np.array([0, 1, 2, 3, 2, 1, 0, 1, 2, 3, 2, 1, 0]) * 1e-8, load))
+    assert observation.turns.tolist() == [0, 3, 6, 9, 12]
+    assert observation.nodes.tolist() == [0, 3, 6, 7, 9, 12]
+
+
+@pytest.mark.parametrize(("skip", "first"), [(0, 0), (1, 9), (2, 17)])
+def test_loops_are_skipped(skip, first):
+    moved = np.concatenate([[0], np.tile([1, 2, 1, 0, -1, -2, -1, 0], 3)]) * 1e-8
+    observation = observe(record_of(moved, 0.05), skip=skip)
+    assert observation.turns[: 2 * skip + 2].tolist() == [0, 2, 6, 10, 14, 18][: 2 * skip + 2]
+    assert observation.first == (observation.turns[1 + 2 * skip] if skip else 0)
+    assert observation.first >= first
+
+
+@pytest.mark.parametrize("skip", [-1, 3])
+def test_no_more_loops_are_skipped_than_there_are(skip):
+    moved = np.concatenate([[0], np.tile([1, 2, 1, 0, -1, -2, -1, 0], 3)]) * 1e-8
+    with pytest.raises(InputError, match=f"{skip} loops are to be skipped, and the record has"):
+        observe(record_of(moved, 0.05), skip=skip)
+
+
+def test_what_cannot_be_observed():
+    whole = record_of([0, 1e-8], 0.05)
+    with pytest.raises(InputError, match="the record has no tangential_load"):
+        observe(attrs.evolve(whole, response={}))
+    with pytest.raises(InputError, match=r"the sample at t = 1 s: a normal load of -0\.05 N pulls on the contact"):
+        observe(record_of([0, 1e-8], [0.05, -0.05]))
+
+
+def test_the_synthetic_record_is_observed_as_it_was_made():
+    observation = observe(synthetic.measured("ball", 0))
+    assert observation.turns.size == 10
+    assert observation.displacement_noise == pytest.approx(synthetic.DISPLACEMENT_NOISE, rel=0.1)
+    assert observation.load_noise == pytest.approx(synthetic.LOAD_NOISE, rel=0.1)

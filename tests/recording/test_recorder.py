@@ -1,0 +1,553 @@
+"""What is recorded, and the file that it is streamed to."""
+
+import errno
+import hashlib
+import os
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+from conventions import conventions
+
+import historysim as hs
+from historysim.loads.schedule import stretches
+from historysim.recording import recorder
+from historysim.recording.recorder import DatasetRecorder, chosen_asperities, recording
+from historysim.recording.variables import COORDINATES, PER_ASPERITY, TOTALS
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
+HEIGHTS = [-0.03, 0.0, -0.5, -0.01, -0.04]
+EVENTS = [
+    hs.NormalLoad(0.0, 0.03),
+    hs.TangentialLoad(0.0, 0.0),
+    hs.TangentialLoad(1.0, 0.006),
+    hs.FrictionChange(1.5, 0.45),
+    hs.NormalLoad(2.0, 0.002),
+    hs.TangentialLoad(2.0, -0.0002),
+    hs.NormalDisplacement(3.0, 0.05),
+    hs.TangentialDisplacement(3.0, 0.01),
+    hs.NormalLoad(4.0, 0.0),
+]
+GEOMETRY = ("normal_load", "tangential_load", "contact_radius", "stick_radius")
+COORDINATE_NAMES = {variable.name for variable in COORDINATES}
+
+SCENARIO = """
+title = "five summits"
+[materials]
+contact_modulus = 1.0
+shear_modulus = 0.25
+[surface]
+kind = "summits"
+height = [-0.03, 0.0, -0.5, -0.01, -0.04]
+radius = 1.0
+{positions}
+[friction]
+coefficient = 0.5
+[loading]
+substeps = 3
+waypoints = [
+    {{ time = 0, normal_load = 0.03, tangential_load = 0 }},
+    {{ time = 1, tangential_load = 0.006 }},
+    {{ time = 1.5, friction = 0.45 }},
+    {{ time = 2, normal_load = 0.002, tangential_load = -0.0002 }},
+    {{ time = 3, normal_displacement = 0.05, tangential_displacement = 0.01 }},
+    {{ time = 4, normal_load = 0 }},
+]
+[record]
+asperities = {record}
+"""
+POSITIONS = "x = [0, 1, 2, 3, 4]\ny = [0, 0, 0, 0, 0]"
+
+
+@pytest.fixture
+def ensemble():
+    return hs.Ensemble(PAIR, HEIGHTS, 1.0, 0.5)
+
+
+@pytest.fixture
+def scenario(tmp_path):
+    def write(record='"touching"', positions=POSITIONS):
+        path = tmp_path / "five.toml"
+        path.write_text(SCENARIO.format(record=record, positions=positions), encoding="utf-8")
+        return path
+
+    return write
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def fill(target, plan):
+    """Replay into a recorder; return the last state."""
+    state = target.ensemble.initial_state()
+    asperities = () if target.asperities is None else target.asperities
+    for stretch in plan:
+        rows = target.room(stretch.row_time.size)
+        state = target.ensemble.walk(state, stretch.paths, rows=rows, asperities=asperities)
+        if stretch.friction is not None:
+            state = target.ensemble.with_friction(state, stretch.friction.friction)
+        target.record(stretch.row_time)
+    return state
+
+
+def steps(plan):
+    return sum(stretch.row_time.size for stretch in plan)
+
+
+def stream(path, ensemble, events=EVENTS, record="touching", most_rows=None):
+    plan = list(stretches(events, 2, most_rows))
+    asperities = chosen_asperities(ensemble, events, record)
+    with recording(path, ensemble, asperities, steps(plan), {"Conventions": "CF-1.11"}) as file:
+        fill(file, plan)
+
+
+def in_memory(ensemble, events=EVENTS, record="touching"):
+    plan = list(stretches(events, 2))
+    target = DatasetRecorder(
+        ensemble, chosen_asperities(ensemble, events, record), steps(plan), {"Conventions": "CF-1.11"}
+    )
+    fill(target, plan)
+    return target.dataset()
+
+
+# -- selections ------------------------------------------------------------------------------------
+
+
+def touched(history):
+    return history.asperity.values[(history.slip_state != 0).any("step").values].tolist()
+
+
+def test_by_default_those_that_ever_touch_are_recorded(ensemble):
+    everything = hs.replay(ensemble, EVENTS, record="all")
+    history = hs.replay(ensemble, EVENTS)
+    assert history.asperity.values.tolist() == touched(everything) == [0, 1, 3, 4]
+    assert int(everything.contact_count.max()) == 4
+    xr.testing.assert_identical(history, everything.sel(asperity=[0, 1, 3, 4]))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_touching_are_exactly_those_that_touch_in_random_histories(seed):
+    generator = np.random.default_rng(seed)
+    ensemble = hs.Ensemble(PAIR, generator.normal(0.0, 0.1, 40), generator.uniform(0.5, 2.0, 40), 0.5)
+    events = []
+    for time in range(8):
+        kind = generator.choice([hs.NormalLoad, hs.NormalDisplacement])
+        value = generator.uniform(0.0, 0.3) if kind is hs.NormalLoad else generator.uniform(-0.1, 0.2)
+        events += [kind(time, value), hs.TangentialDisplacement(time, generator.uniform(-0.1, 0.1))]
+    everything = hs.replay(ensemble, events, record="all")
+    assert chosen_asperities(ensemble, events, "touching").tolist() == touched(everything)
+    assert ((everything.slip_state != 0).sum("asperity") == everything.contact_count).all()
+
+
+def test_those_that_touch_between_two_rows_are_recorded(ensemble):
+    events = [hs.NormalDisplacement(0.0, 0.005), hs.NormalDisplacement(0.0, 0.04), hs.NormalDisplacement(0.0, 0.005)]
+    assert chosen_asperities(ensemble, events, "touching").tolist() == [0, 1, 3]
+
+
+@pytest.mark.parametrize(
+    ("record", "expected"),
+    [
+        ("all", [0, 1, 2, 3, 4]),
+        ([3], [3]),
+        ((0, 2), [0, 2]),
+        (np.array([1, 4]), [1, 4]),
+        (range(1, 3), [1, 2]),
+    ],
+)
+def test_all_or_a_chosen_few_are_recorded(ensemble, record, expected):
+    everything = hs.replay(ensemble, EVENTS, record="all")
+    history = hs.replay(ensemble, EVENTS, record=record)
+    assert history.asperity.values.tolist() == expected
+    xr.testing.assert_identical(history, everything.isel(asperity=expected))
+
+
+def test_totals_alone_have_no_asperities(ensemble):
+    history = hs.replay(ensemble, EVENTS, record="totals")
+    assert set(history.dims) == {"step"}
+    assert set(history.data_vars) == {variable.name for variable in TOTALS}
+    assert set(history.coords) == {"time"}
+
+
+def test_totals_alone_hold_no_room_for_asperities(ensemble):
+    target = DatasetRecorder(ensemble, None, 10, {})
+    assert target.columns == 0
+    assert all(array.size == 0 for name, array in target.room(10)._asdict().items() if name != "totals")
+
+
+@pytest.mark.parametrize(
+    "record", ["some", "", "ALL", b"all", None, 0, [], [0.5], [True], ["0"], [None], [[0]], [2**70]]
+)
+def test_other_selections_are_refused(ensemble, record):
+    with pytest.raises(hs.InputError, match=r"record is .*; expected 'touching', 'all', 'totals' or a list of asp"):
+        chosen_asperities(ensemble, EVENTS, record)
+
+
+def test_a_mask_is_not_taken_for_indices(ensemble):
+    with pytest.raises(hs.InputError, match=r"expected 'touching', 'all', 'totals' or a list of asperity indices"):
+        chosen_asperities(ensemble, EVENTS, np.array([True, False]))
+
+
+@pytest.mark.parametrize(
+    ("record", "message"),
+    [
+        ([0, 5], r"record names asperity 5; expected indices from 0 to 4"),
+        ([-1], r"record names asperity -1; expected indices from 0 to 4"),
+        ([0, 1, 0], r"record names an asperity twice; expected each index once"),
+    ],
+)
+def test_indices_that_cannot_be_recorded_are_named(ensemble, record, message):
+    with pytest.raises(hs.InputError, match=message):
+        chosen_asperities(ensemble, EVENTS, record)
+
+
+# -- what stands in it -----------------------------------------------------------------------------
+
+
+def test_separated_asperities_hold_zero_and_the_flag(ensemble):
+    history = hs.replay(ensemble, EVENTS, record="all", substeps=5)
+    apart = history.slip_state == 0
+    below = history.separation >= history.summit_height
+    assert (apart == below).all()
+    assert 0 < int(apart.sum()) < apart.size
+    for name in GEOMETRY:
+        assert (history[name].values[apart.values] == 0.0).all()
+        assert (history[name].where(~apart, 1.0) != 0.0).any()
+    for name, values in history.variables.items():
+        assert np.isfinite(values.values.astype(float)).all(), name
+
+
+def test_a_separated_asperity_keeps_what_it_has_dissipated(ensemble):
+    history = hs.replay(ensemble, EVENTS, record="all")
+    energy = history.dissipated_energy.values
+    assert (np.diff(energy, axis=0) >= 0.0).all()
+    assert (energy[-1, [0, 1, 3, 4]] > 0.0).all()
+    assert energy[-1, 2] == 0.0
+    assert int(history.contact_count[-1]) == 0
+
+
+def test_a_history_in_which_nothing_touches_has_all_variables(ensemble, tmp_path):
+    events = [hs.NormalDisplacement(0.0, -1.0), hs.TangentialDisplacement(1.0, 0.1)]
+    history = hs.replay(ensemble, events)
+    assert dict(history.sizes) == {"step": 2, "asperity": 0}
+    assert set(history.data_vars) == {variable.name for variable in (*TOTALS, *PER_ASPERITY)}
+    stream(tmp_path / "nothing.nc", ensemble, events)
+    with xr.open_dataset(tmp_path / "nothing.nc") as opened:
+        assert dict(opened.sizes) == {"step": 3, "asperity": 0}
+        assert set(opened.data_vars) == set(history.data_vars)
+
+
+def test_types_and_attributes_are_those_of_the_table(ensemble):
+    history = hs.replay(ensemble, EVENTS)
+    for variable in (*COORDINATES, *TOTALS, *PER_ASPERITY):
+        if variable.name in {"x", "y"}:
+            assert variable.name not in history.variables
+            continue
+        found = history[variable.name]
+        assert found.dims == variable.dimensions
+        assert found.dtype == variable.dtype
+        assert {key: np.asarray(value).tolist() for key, value in found.attrs.items()} == {
+            key: np.asarray(value).tolist() for key, value in variable.attributes.items()
+        }
+        assert (variable.name in history.coords) == (variable in COORDINATES)
+
+
+# -- states are only looked at ---------------------------------------------------------------------
+
+
+def fingerprint(state):
+    memory = state.memory
+    remembered = [stack[:depth] for stack, depth in zip(memory.vertices, memory.depth, strict=True)]
+    arrays = [*state.contact, state.order, *memory[1:], *remembered]
+    text = repr((state.units, state.normal_control, state.tangential_control))
+    return hashlib.sha256(b"|".join([*(array.tobytes() for array in arrays), text.encode()])).hexdigest()
+
+
+def test_recording_changes_no_state(ensemble, tmp_path):
+    plan = list(stretches(EVENTS[:6]))
+    before = ensemble.initial_state()
+    for stretch in plan[:-1]:
+        before = ensemble.with_friction(ensemble.walk(before, stretch.paths), stretch.friction.friction)
+    paths, times = plan[-1].paths, plan[-1].row_time
+    begun, ended = fingerprint(before), fingerprint(ensemble.walk(before, paths))
+    assert begun != ended
+    for asperities in (None, np.arange(5), np.array([3])):
+        chosen = () if asperities is None else asperities
+        target = DatasetRecorder(ensemble, asperities, times.size, {})
+        with recording(tmp_path / "out.nc", ensemble, asperities, times.size, {}) as file:
+            for kind in (target, file):
+                after = ensemble.walk(before, paths, rows=kind.room(times.size), asperities=chosen)
+                assert fingerprint(after) == ended
+                kind.record(times)
+                assert fingerprint(after) == ended
+        target.dataset()
+        assert fingerprint(after) == ended
+        assert fingerprint(before) == begun
+
+
+# -- the file --------------------------------------------------------------------------------------
+
+
+CASES = {
+    "per asperity": ('"touching"', ""),
+    "positions": ('"all"', POSITIONS),
+    "totals": ('"totals"', POSITIONS),
+    "a few": ("[3, 1]", POSITIONS),
+    "instrument": ('"all"', f"{POSITIONS}\n[instrument]\nlateral_stiffness = 3.34"),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_file_follows_the_cf_conventions(case, scenario, tmp_path):
+    path = tmp_path / "out.nc"
+    hs.run(scenario(*CASES[case]), path).close()
+    errors, others = conventions(path)
+    assert errors == []
+    assert others == []
+    with xr.open_dataset(path) as opened:
+        assert opened.attrs["Conventions"] == "CF-1.11"
+
+
+def test_the_checker_of_the_conventions_sees_what_is_wrong(scenario, tmp_path):
+    path = tmp_path / "out.nc"
+    hs.run(scenario(), path).close()
+    with netCDF4.Dataset(path, "a") as file:
+        file["separation"].units = "seven"
+        file["slip_state"].flag_values = np.arange(4.0)
+    errors, _ = conventions(path)
+    assert any("separation" in message for message in errors)
+    assert any("slip_state" in message for message in errors)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_coordinate_variable_is_monotonic_as_cf_demands(case, scenario):
+    history = hs.run(scenario(*CASES[case]))
+    if "asperity" in history.coords:
+        assert (np.diff(history.asperity.values) > 0).all()
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_flags_and_coordinates_have_no_fill_value(case, scenario, tmp_path):
+    record, positions = CASES[case]
+    hs.run(scenario(record, positions), tmp_path / "out.nc").close()
+    hs.run(scenario(record, positions)).to_netcdf(tmp_path / "other.nc")
+    for name in ("out.nc", "other.nc"):
+        with netCDF4.Dataset(tmp_path / name) as file:
+            for variable in file.variables.values():
+                assert "_FillValue" not in variable.ncattrs()
+                assert "missing_value" not in variable.ncattrs()
+            assert "standard_name" not in file["time"].ncattrs()
+            assert file["time"].units == "s"
+            assert file["saturated"].dtype == file["saturated"].flag_values.dtype == np.int8
+            assert ("slip_state" in file.variables) == (case != "totals")
+            if case != "totals":
+                assert file["slip_state"].dtype == file["slip_state"].flag_values.dtype == np.int8
+                assert file["slip_state"].flag_meanings == "separated full_stick partial_slip gross_slip"
+
+
+def test_the_file_says_where_its_coordinates_stand(scenario, tmp_path):
+    hs.run(scenario(), tmp_path / "out.nc").close()
+    with netCDF4.Dataset(tmp_path / "out.nc") as file:
+        assert set(file["separation"].coordinates.split()) == {"time"}
+        expected = {"time", "summit_height", "summit_radius", "friction", "x", "y"}
+        assert set(file["slip_state"].coordinates.split()) == expected
+
+
+@pytest.mark.parametrize("block", [1, 4, 5, 13, 1 << 21])
+@pytest.mark.parametrize("record", ['"touching"', '"totals"', "[2, 4]"])
+def test_a_streamed_file_is_the_dataset_bit_for_bit(scenario, tmp_path, monkeypatch, block, record):
+    monkeypatch.setattr(recorder, "BLOCK_CELLS", block)
+    sizes = []
+    original = recorder.FileRecorder.record
+    monkeypatch.setattr(
+        recorder.FileRecorder, "record", lambda self, times: (sizes.append(times.size), original(self, times))[1]
+    )
+    path = scenario(record)
+    expected = hs.run(path)
+    with hs.run(path, tmp_path / "out.nc") as found:
+        xr.testing.assert_identical(found.load(), expected)
+        for name in expected.variables:
+            assert found[name].values.tobytes() == expected[name].values.tobytes(), name
+    assert sum(sizes) == expected.sizes["step"]
+    columns = expected.sizes.get("asperity", 1)
+    assert max(sizes) < max(block // columns, 1) + 3
+    assert block > 5 or len(sizes) > 2
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_dataset_written_by_xarray_is_an_equivalent_file(case, scenario, tmp_path):
+    path = scenario(*CASES[case])
+    hs.run(path, tmp_path / "streamed.nc").close()
+    hs.run(path).to_netcdf(tmp_path / "written.nc")
+    errors, _ = conventions(tmp_path / "written.nc")
+    assert errors == []
+    with netCDF4.Dataset(tmp_path / "streamed.nc") as first, netCDF4.Dataset(tmp_path / "written.nc") as second:
+        assert set(first.variables) == set(second.variables)
+        assert dict(zip(first.dimensions, map(len, first.dimensions.values()), strict=True)) == {
+            name: len(dimension) for name, dimension in second.dimensions.items()
+        }
+        assert contents(first) == contents(second)
+        for name in first.variables:
+            one, other = first[name], second[name]
+            assert (one.dtype, one.dimensions) == (other.dtype, other.dimensions)
+            assert np.asarray(one[:]).tobytes() == np.asarray(other[:]).tobytes()
+            assert contents(one) == contents(other)
+
+
+def contents(holder):
+    """Attributes with their types, and the coordinates as a set."""
+    found = {key: (np.asarray(holder.getncattr(key)).dtype.kind, holder.getncattr(key)) for key in holder.ncattrs()}
+    found = {key: (kind, np.asarray(value).tolist()) for key, (kind, value) in found.items()}
+    if "coordinates" in found:
+        found["coordinates"] = set(found["coordinates"][1].split())
+    return found
+
+
+@pytest.mark.parametrize("options", [{}, {"decode_times": False}, {"engine": "netcdf4"}, {"decode_cf": False}])
+def test_xarray_opens_it(ensemble, tmp_path, options):
+    stream(tmp_path / "out.nc", ensemble)
+    expected = in_memory(ensemble)
+    with xr.open_dataset(tmp_path / "out.nc", **options) as opened:
+        assert opened.time.dtype == np.float64
+        assert opened.slip_state.dtype == np.int8
+        for name in expected.variables:
+            assert np.array_equal(opened[name], expected[name])
+        if options.get("decode_cf", True):
+            xr.testing.assert_identical(opened, expected)
+
+
+def test_the_dimensions_have_fixed_lengths(ensemble, tmp_path):
+    stream(tmp_path / "out.nc", ensemble)
+    with netCDF4.Dataset(tmp_path / "out.nc") as file:
+        assert {name: len(dimension) for name, dimension in file.dimensions.items()} == {"step": 11, "asperity": 4}
+        assert not any(dimension.isunlimited() for dimension in file.dimensions.values())
+
+
+# -- finished or not there -------------------------------------------------------------------------
+
+
+def test_complete_is_the_last_thing_written(ensemble, tmp_path, monkeypatch):
+    path = tmp_path / "out.nc"
+    plan = list(stretches(EVENTS))
+    moved = []
+    replace = Path.replace
+
+    def watched(self, target):
+        with netCDF4.Dataset(self) as file:
+            moved.append((self.parent, file.ncattrs()[-1], file.complete, file["time"][-1]))
+        return replace(self, target)
+
+    monkeypatch.setattr(Path, "replace", watched)
+    with recording(path, ensemble, None, steps(plan), {"Conventions": "CF-1.11"}) as file:
+        fill(file, plan)
+        assert "complete" not in file.file.ncattrs()
+        assert not path.exists()
+    assert moved == [(tmp_path, "complete", 1, 4.0)]
+    with xr.open_dataset(path) as opened:
+        assert opened.attrs["complete"] == 1
+        assert opened.attrs["complete"].dtype == np.int8
+    assert list(in_memory(ensemble).attrs)[-1] == "complete"
+
+
+@pytest.mark.parametrize("raised", [RuntimeError("in the middle"), KeyboardInterrupt(), hs.LoadError("too much")])
+@pytest.mark.parametrize("existing", [None, b"an older result"])
+def test_what_fails_in_the_middle_leaves_nothing_behind(ensemble, tmp_path, raised, existing):
+    path = tmp_path / "out.nc"
+    if existing:
+        path.write_bytes(existing)
+    before = names(tmp_path)
+
+    def fail():
+        with recording(path, ensemble, np.arange(5), 100, {}) as file:
+            fill(file, list(stretches(EVENTS[:3])))
+            assert len(names(tmp_path)) == len(before) + 1
+            raise raised
+
+    with pytest.raises(type(raised)) as caught:
+        fail()
+    assert caught.value is raised
+    assert names(tmp_path) == before
+    assert existing is None or path.read_bytes() == existing
+
+
+def test_a_load_that_cannot_be_carried_leaves_an_older_file_as_it_was(scenario, tmp_path):
+    path = scenario()
+    hs.run(path, tmp_path / "out.nc").close()
+    older = (tmp_path / "out.nc").read_bytes()
+    path.write_text(path.read_text(encoding="utf-8").replace("-0.0002", "-0.2"), encoding="utf-8")
+    with pytest.raises(hs.LoadError, match=r"event 3 at t = 1\.5 s: "):
+        hs.run(path, tmp_path / "out.nc")
+    assert (tmp_path / "out.nc").read_bytes() == older
+    assert names(tmp_path) == ["five.toml", "out.history", "out.nc"]
+
+
+def test_a_finished_result_replaces_the_older_one_at_once(ensemble, tmp_path):
+    path = tmp_path / "out.nc"
+    path.write_bytes(b"an older result")
+    with path.open("rb") as reader:
+        stream(path, ensemble)
+        assert reader.read() == b"an older result"
+    assert names(tmp_path) == ["out.nc"]
+    with xr.open_dataset(path) as opened:
+        xr.testing.assert_identical(opened, in_memory(ensemble))
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs the permissions of POSIX")
+@pytest.mark.parametrize(("mask", "mode"), [(0o022, 0o644), (0o077, 0o600)])
+def test_the_file_may_be_read_by_whom_the_user_lets_read(ensemble, tmp_path, mask, mode):
+    before = os.umask(mask)
+    try:
+        stream(tmp_path / "out.nc", ensemble)
+        assert os.umask(mask) == mask
+    finally:
+        os.umask(before)
+    assert (tmp_path / "out.nc").stat().st_mode & 0o777 == mode
+
+
+def test_a_folder_that_is_not_there_is_an_error_that_names_the_file(ensemble, tmp_path):
+    path = tmp_path / "none" / "out.nc"
+    with pytest.raises(FileNotFoundError) as caught:
+        stream(path, ensemble)
+    assert str(path) in str(caught.value)
+
+
+def test_a_folder_that_cannot_be_written_to_is_an_error_that_names_the_file(ensemble, tmp_path, monkeypatch):
+    path, opened = tmp_path / "out.nc", os.open
+
+    def refuse(name, flags, *rest, **options):
+        if flags & os.O_CREAT and str(name).startswith(str(tmp_path)):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), name)
+        return opened(name, flags, *rest, **options)
+
+    monkeypatch.setattr(os, "open", refuse)
+    with pytest.raises(PermissionError) as caught:
+        stream(path, ensemble)
+    assert str(path) in str(caught.value)
+    assert names(tmp_path) == []
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs the limit of POSIX on the size of files")
+def test_a_full_disk_is_an_error_that_names_the_file(ensemble, tmp_path):
+    import resource
+
+    stream(tmp_path / "small.nc", ensemble)
+    path = tmp_path / "out.nc"
+    path.write_bytes(b"an older result")
+    plan = list(stretches(EVENTS, 20_000))
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+
+    def overflow():
+        with recording(path, ensemble, np.arange(5), steps(plan), {}) as file:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 20, limits[1]))
+            fill(file, plan)
+
+    try:
+        with pytest.raises(OSError, match=r"is the disk full\?") as caught:
+            overflow()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert str(path) in str(caught.value)
+    assert path.read_bytes() == b"an older result"
+    assert names(tmp_path) == ["out.nc", "small.nc"]

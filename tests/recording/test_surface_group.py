@@ -1,0 +1,300 @@
+"""The surface beside the history: what stands in the group ``surface`` of a result."""
+
+import warnings
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+from click.testing import CliRunner
+from conventions import conventions
+from sections import LINES, ROUGH, SECTIONS, SHORT, loaded, write_files
+
+import historysim as hs
+from historysim.cli import main
+from historysim.recording import surface_group
+from historysim.recording.surface_group import GROUP, MOST_POINTS
+from historysim.recording.variables import SUMMITS, SURFACE
+from historysim.surfaces.heights import Surface
+from historysim.surfaces.random import random_surface
+from historysim.surfaces.summits import Summits
+
+HEIGHTS = Path(__file__).parents[3] / "shared" / "data" / "heights"
+PRESSED = LINES.replace("normal_load = 0", "normal_load = 1e-6").replace('"all"', '"touching"')
+COLUMNS = {"summit_height": "height", "summit_radius": "radius", "summit_x": "x", "summit_y": "y"}
+CASES = {**SECTIONS, **{f"{name}, in short": entry for name, entry in SHORT.items()}}
+
+
+@pytest.fixture
+def folder(tmp_path):
+    write_files(tmp_path)
+    return tmp_path
+
+
+def run(folder, entry, lines=PRESSED, output="out.nc"):
+    found = loaded(folder, entry, lines).ground()
+    hs.run(folder / "s.toml", folder / output).close()
+    return folder / output, found
+
+
+def gapped(shape, share=0.31, seed=0):
+    heights = np.random.default_rng(seed).normal(size=shape) * 1e-9
+    heights[np.random.default_rng(seed + 1).random(shape) < share] = np.nan
+    return Surface(heights, (1e-6, 2e-6))
+
+
+# -- what stands in it -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("entry", CASES.values(), ids=CASES)
+def test_every_kind_has_its_summits_and_its_map_bit_for_bit(folder, entry):
+    path, ground = run(folder, entry)
+    with xr.open_dataset(path, group=GROUP) as group:
+        assert group.sizes["summit"] == len(ground.summits)
+        for name, column in COLUMNS.items():
+            expected = getattr(ground.summits, column)
+            assert (name in group) == (expected is not None)
+            if expected is not None:
+                assert group[name].values.tobytes() == expected.tobytes()
+        assert group.attrs.get("nominal_area") == ground.summits.nominal_area
+        assert ("height" in group) == (ground.surface is not None)
+        if ground.surface is not None:
+            assert group["height"].values.tobytes() == ground.surface.heights.tobytes()
+            for axis, pixel in zip("xy", ground.surface.pixel_size, strict=True):
+                assert group[axis].values.tolist() == [index * pixel for index in range(group.sizes[axis])]
+            assert group.attrs["thinning"].tolist() == [1, 1]
+
+
+@pytest.mark.parametrize("entry", CASES.values(), ids=CASES)
+def test_an_asperity_is_the_index_of_its_summit(folder, entry):
+    path, _ = run(folder, entry)
+    with xr.open_dataset(path) as history, xr.open_dataset(path, group=GROUP) as group:
+        labels = history["asperity"].values
+        assert labels.size > 0
+        assert history.attrs["number_of_asperities"] == group.sizes["summit"]
+        for ours, theirs in {"summit_height": "summit_height", "summit_radius": "summit_radius"}.items():
+            assert history[theirs].values.tobytes() == group[ours].values[labels].tobytes()
+        for axis in "xy":
+            if f"summit_{axis}" in group:
+                assert history[axis].values.tobytes() == group[f"summit_{axis}"].values[labels].tobytes()
+
+
+def test_a_summit_stands_on_its_point_of_the_map(folder):
+    path, _ = run(folder, SECTIONS["random"])
+    with xr.open_dataset(path, group=GROUP) as group:
+        on_map = group["height"].sel(x=group["summit_x"], y=group["summit_y"], method="nearest")
+        assert (on_map.values == group["summit_height"].values).all()
+
+
+@pytest.mark.parametrize("record", ['"all"', '"touching"', '"totals"', "[0, 2]"])
+def test_it_does_not_depend_on_what_is_recorded(folder, record):
+    expected, _ = run(folder, SECTIONS["random"])
+    path, _ = run(folder, SECTIONS["random"], PRESSED.replace('"touching"', record), "other.nc")
+    with xr.open_dataset(expected, group=GROUP) as one, xr.open_dataset(path, group=GROUP) as other:
+        xr.testing.assert_identical(one.load(), other.load())
+
+
+def test_missing_heights_are_nan_and_nothing_else_is(folder):
+    surface = gapped((20, 30))
+    np.save(folder / "gaps.npy", surface.heights)
+    entry = {"kind": "measured", "file": "gaps.npy", "pixel_size": 1, "height_unit": "m", "form": "mean"}
+    path, ground = run(folder, entry)
+    with netCDF4.Dataset(path) as file:
+        height = file[GROUP]["height"]
+        assert np.isnan(height._FillValue)
+        assert (np.ma.getmaskarray(height[:]) == surface.missing).all()
+        for name, variable in file[GROUP].variables.items():
+            assert ("_FillValue" in variable.ncattrs()) == (name == "height")
+    with xr.open_dataset(path, group=GROUP) as group:
+        assert (np.isnan(group["height"].values) == ground.surface.missing).all()
+        assert group["summit_height"].notnull().all()
+
+
+@pytest.mark.parametrize(
+    ("shape", "strides"),
+    [
+        ((512, 3), (1, 1)),
+        ((513, 512), (2, 1)),
+        ((1024, 700), (2, 2)),
+        ((1025, 5), (3, 1)),
+        ((1, 2000), (1, 1)),
+        ((600_000, 1), (3, 1)),
+    ],
+)
+def test_what_a_picture_cannot_show_of_a_map_is_left_out(shape, strides):
+    heights = np.arange(np.prod(shape), dtype=float).reshape(shape)
+    found = surface_group.dataset(Summits(0.0, 1.0), Surface(heights, (1e-6, 3e-6)))
+    assert found.attrs["thinning"].tolist() == list(strides)
+    assert found["height"].size <= MOST_POINTS**2
+    kept = np.ix_(*(np.arange(0, size, stride) for size, stride in zip(shape, strides, strict=True)))
+    assert (found["height"].values == heights[kept]).all()
+    assert found["x"].values == pytest.approx(np.arange(found.sizes["x"]) * strides[0] * 1e-6)
+    assert found["y"].values == pytest.approx(np.arange(found.sizes["y"]) * strides[1] * 3e-6)
+
+
+def test_the_summits_of_a_thinned_map_are_all_there():
+    surface = random_surface((600, 40), 1e-6, 1e-8, 5e-6, seed=1)
+    summits = surface.summits()
+    found = surface_group.dataset(summits, surface)
+    assert found.sizes["x"] == 300
+    assert found["summit_x"].values.tobytes() == summits.x.tobytes()
+
+
+def test_a_dataset_has_no_more_than_there_is():
+    found = surface_group.dataset(Summits([0.0, -1.0], 1.0, x=[0.0, 1.0]))
+    assert set(found.variables) == {"summit_height", "summit_radius", "summit_x"}
+    assert found.attrs == {}
+
+
+def test_a_map_without_summits_can_be_held(tmp_path):
+    surface = Surface(np.zeros((4, 5)), 1.0)
+    found = surface_group.dataset(surface.summits(), surface)
+    assert found.sizes["summit"] == 0
+    found.to_netcdf(tmp_path / "empty.nc")
+    with xr.open_dataset(tmp_path / "empty.nc") as opened:
+        xr.testing.assert_identical(opened.load(), found)
+
+
+def test_variables_are_those_of_the_table(folder):
+    path, _ = run(folder, SECTIONS["random"])
+    with netCDF4.Dataset(path) as file:
+        group = file[GROUP]
+        assert set(group.variables) == {variable.name for variable in (*SURFACE, *SUMMITS)}
+        for variable in (*SURFACE, *SUMMITS):
+            found = group[variable.name]
+            assert found.dimensions == variable.dimensions
+            assert found.dtype == variable.dtype
+            assert {key: found.getncattr(key) for key in found.ncattrs() if key != "_FillValue"} == variable.attributes
+        assert not any(dimension.isunlimited() for dimension in group.dimensions.values())
+
+
+# -- the file --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("entry", CASES.values(), ids=CASES)
+def test_the_file_is_the_dataset_and_the_history_is_what_it_was(folder, entry):
+    path, ground = run(folder, entry)
+    with xr.open_dataset(path, group=GROUP) as group:
+        xr.testing.assert_identical(group.load(), surface_group.dataset(ground.summits, ground.surface))
+    with xr.open_dataset(path) as history:
+        xr.testing.assert_identical(history.load(), hs.run(folder / "s.toml"))
+
+
+def test_xarray_opens_the_whole_tree(folder):
+    path, _ = run(folder, SECTIONS["random"])
+    with xr.open_datatree(path) as tree:
+        assert tree.groups == ("/", f"/{GROUP}")
+        assert set(tree[GROUP].sizes) >= {"summit", "x", "y"}
+
+
+def raised_to_the_root(path, target):
+    """Copy the group to the root of a file of its own, byte by byte, since the checker looks nowhere else."""
+    with netCDF4.Dataset(path) as file, netCDF4.Dataset(target, "w") as copy:
+        group = file[GROUP]
+        copy.setncatts({key: file.getncattr(key) for key in ("Conventions", "title", "history", "source")})
+        copy.setncatts({key: group.getncattr(key) for key in group.ncattrs()})
+        for name, dimension in group.dimensions.items():
+            copy.createDimension(name, len(dimension))
+        for name, variable in group.variables.items():
+            attributes = {key: variable.getncattr(key) for key in variable.ncattrs()}
+            fill = attributes.pop("_FillValue", False)
+            made = copy.createVariable(name, variable.dtype, variable.dimensions, fill_value=fill)
+            made.setncatts(attributes)
+            made[:] = variable[:]
+
+
+@pytest.mark.parametrize("name", ["sphere", "textured", "random", "measured, in short", "a profile", "gaps"])
+def test_the_group_follows_the_cf_conventions(folder, name):
+    np.save(folder / "gaps.npy", gapped((20, 30)).heights)
+    entry = CASES.get(name) or {
+        "a profile": {"kind": "random", **ROUGH, "shape": [60, 1], "rule": 3},
+        "gaps": {"kind": "measured", "file": "gaps.npy", "pixel_size": 1e-6, "height_unit": "m"},
+    }.get(name)
+    path, _ = run(folder, entry)
+    assert conventions(path) == ([], [])
+    raised_to_the_root(path, folder / "group.nc")
+    assert conventions(folder / "group.nc") == ([], [])
+
+
+def test_a_dataset_that_xarray_writes_follows_them_too(tmp_path):
+    surface = random_surface(**ROUGH)
+    found = surface_group.dataset(surface.summits(), surface)
+    root = {"Conventions": "CF-1.11", "title": "a surface", "history": "made", "source": "a test"}
+    found.assign_attrs(root).to_netcdf(tmp_path / "written.nc")
+    assert conventions(tmp_path / "written.nc") == ([], [])
+
+
+@pytest.mark.parametrize("entry", CASES.values(), ids=CASES)
+def test_two_runs_write_the_same(folder, entry):
+    one, _ = run(folder, entry, output="one.nc")
+    other, _ = run(folder, entry, output="other.nc")
+    with netCDF4.Dataset(one) as first, netCDF4.Dataset(other) as second:
+        for holders in ((first, second), (first[GROUP], second[GROUP])):
+            names = [list(holder.variables) for holder in holders]
+            assert names[0] == names[1]
+            for name in names[0]:
+                values = [np.ma.getdata(holder[name][:]) for holder in holders]
+                assert values[0].tobytes() == values[1].tobytes()
+
+
+def test_a_run_without_a_file_gives_the_history_alone(folder):
+    loaded(folder, SECTIONS["random"], PRESSED)
+    history = hs.run(folder / "s.toml")
+    assert "summit" not in history.dims
+
+
+def test_a_surface_that_cannot_be_used_leaves_no_file(folder):
+    entry = {**SECTIONS["sum"], "rule": 7}
+    loaded(folder, entry, PRESSED)
+    before = sorted(path.name for path in folder.iterdir())
+    with pytest.raises(hs.InputError, match="surface: rule is 7"):
+        hs.run(folder / "s.toml", folder / "out.nc")
+    assert sorted(path.name for path in folder.iterdir()) == before
+
+
+@pytest.mark.skipif(not HEIGHTS.is_dir(), reason="the folder of measured height maps is not there")
+def test_a_map_of_an_instrument_is_thinned(folder):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # it warns of parallel computers that it does not find
+        pytest.importorskip("SurfaceTopography")
+    entry = {"kind": "measured", "file": str(HEIGHTS / "x3p-2.x3p")}
+    path, ground = run(folder, entry)
+    with xr.open_dataset(path, group=GROUP) as group:
+        assert group.sizes == {"x": 325, "y": 325, "summit": len(ground.summits)}
+        assert group.attrs["thinning"].tolist() == [2, 2]
+        assert (group["height"].values == ground.surface.heights[::2, ::2]).all()
+
+
+# -- damaged files -----------------------------------------------------------------------------------
+
+
+def plot(path):
+    return CliRunner().invoke(main, ["plot", str(path), "--step", "-1", "-o", str(path.parent / "picture.png")])
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_damaged_file_is_drawn_or_refused_with_one_message(folder, seed):
+    path, _ = run(folder, SECTIONS["random"])
+    content = bytearray(path.read_bytes())
+    generator = np.random.default_rng(seed)
+    start = int(generator.integers(0, len(content)))
+    length = int(generator.integers(1, 2000))
+    content[start : start + length] = generator.bytes(min(length, len(content) - start)) if seed % 2 else b""
+    path.write_bytes(content)
+    done = plot(path)
+    assert done.exit_code in {0, 2}
+    if done.exit_code:
+        assert isinstance(done.exception, SystemExit)
+        assert done.stderr.startswith("Error: ")
+
+
+@pytest.mark.parametrize("name", ["summit_height", "summit_radius", "height", "x", "summit_x"])
+def test_a_group_that_lacks_something(folder, name):
+    path, _ = run(folder, SECTIONS["random"])
+    with netCDF4.Dataset(path, "a") as file:
+        file[GROUP].renameVariable(name, "other")
+    done = plot(path)
+    assert done.exit_code in {0, 2}
+    assert done.exit_code == 0 or done.stderr.startswith("Error: ")
+    assert name not in {"summit_height", "summit_radius"} or "summits" in done.stderr

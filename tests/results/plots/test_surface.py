@@ -1,0 +1,475 @@
+"""Pictures of surfaces: what stands in them. That they look well was seen by eye."""
+
+import io
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+import xarray as xr
+from click.testing import CliRunner
+from sections import LINES, SECTIONS, SHORT, loaded, write_files
+
+import historysim as hs
+from historysim.cli import main
+from historysim.errors import InputError
+from historysim.recording import surface_group
+from historysim.results.plots import style
+from historysim.results.plots import surface as plots
+from historysim.results.plots.surface import surface_of, surface_picture
+from historysim.surfaces.heights import Surface
+from historysim.surfaces.random import random_surface
+from historysim.surfaces.summits import Summits
+from historysim.surfaces.textured import textured_summits
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
+MAP, PROFILE, DISTRIBUTION = "Surface and summits", "Profile and summits", "Asperity distribution"
+PREFIXES = {"fm": 1e15, "pm": 1e12, "nm": 1e9, "µm": 1e6, "mm": 1e3, "m": 1.0, "km": 1e-3}
+MOVED = LINES.replace(
+    "{ time = 0, normal_load = 0 }",
+    '{ time = 0, normal_load = "1 mN" }, { after = 1, tangential_displacement = "3 nm" }',
+)
+CASES = {**SECTIONS, **{f"{name}, in short": entry for name, entry in SHORT.items()}}
+
+
+def history_of(summits, loads=(3e-2, 6e-2, 2e-2), *, swing=10e-9, record="all", friction=0.2):
+    events = []
+    for time, load in enumerate(loads):
+        events += [hs.NormalLoad(time, load), hs.TangentialDisplacement(time, swing * (-1) ** time)]
+    return hs.replay(hs.Ensemble.from_summits(PAIR, summits, friction), events, substeps=3, record=record)
+
+
+def drawn(surface, history=None, step=-1):
+    figure = surface_picture(surface, history, step)
+    return figure, {axes.get_title(loc="left"): axes for axes in figure.axes}
+
+
+def rendered(surface, history=None, step=-1):
+    figure, panels = drawn(surface, history, step)
+    picture = io.BytesIO()
+    figure.savefig(picture, dpi=50)
+    assert picture.getvalue().startswith(b"\x89PNG")
+    return figure, panels
+
+
+def unit(label):
+    return PREFIXES[label.rsplit("(", 1)[1].rstrip(")")]
+
+
+def marks(axes):
+    """Positions [m] of what is marked, by its state: 0 to 3, and -1 for what was not recorded."""
+    factors = np.array([unit(axes.get_xlabel()), unit(axes.get_ylabel())])
+    colours = {mpl.colors.to_rgba(colour): state for state, colour in enumerate(style.STATE_COLOURS)}
+    (dots,) = [line for line in axes.get_lines() if line.get_marker() == "."]
+    found = {0: np.column_stack([dots.get_xdata(), dots.get_ydata()]) / factors}
+    for collection in axes.collections:
+        faces = collection.get_facecolors()
+        state = colours[tuple(faces[0])] if len(faces) else -1
+        found[state] = np.asarray(collection.get_offsets()) / factors
+    return found
+
+
+def check_marks(axes, x, y, state):
+    found = marks(axes)
+    for value in range(-1, 4):
+        here = state == value
+        expected = np.column_stack([x[here], y[here]])
+        np.testing.assert_allclose(found.get(value, np.empty((0, 2))), expected, rtol=1e-12, atol=1e-30)
+
+
+def flat(axes):
+    """Where the line of the rigid flat stands [m]: on the x axis of a distribution, on the y axis of a profile."""
+    (line,) = [line for line in axes.get_lines() if line.get_marker() != "." and line.get_linestyle() == "--"]
+    upright = np.ptp(line.get_xdata()) == 0
+    return line.get_xdata()[0] / unit(axes.get_xlabel()) if upright else line.get_ydata()[0] / unit(axes.get_ylabel())
+
+
+def legend(figure):
+    return [text.get_text() for one in figure.legends for text in one.get_texts()]
+
+
+@pytest.fixture(scope="module")
+def rough():
+    surface = random_surface((60, 40), (1e-6, 2e-6), 50e-9, 8e-6, seed=2)
+    summits = surface.summits()
+    return surface_group.dataset(summits, surface), summits, history_of(summits)
+
+
+# -- what is drawn is what was asked ----------------------------------------------------------------
+
+
+@pytest.mark.parametrize("step", range(7))
+def test_summits_stand_at_their_places_in_the_colour_of_their_state(rough, step):
+    surface, summits, history = rough
+    _, panels = drawn(surface, history, step)
+    state = history["slip_state"].values[step]
+    check_marks(panels[MAP], summits.x, summits.y, state)
+    check_marks(panels[DISTRIBUTION], summits.height, summits.radius, state)
+    assert flat(panels[DISTRIBUTION]) == pytest.approx(float(history["separation"][step]), rel=1e-12, abs=1e-30)
+
+
+def test_the_history_is_one_that_tells_states_apart(rough):
+    assert set(np.unique(rough[2]["slip_state"])) == {0, 1, 2, 3}
+
+
+def test_negative_steps_count_from_the_end(rough):
+    surface, _, history = rough
+    last, first = (drawn(surface, history, step)[0].get_suptitle() for step in (-1, -history.sizes["step"]))
+    assert "\nstep 6, t = 2 s:  N = 20 mN,  T = " in "\n" + last
+    assert ",  U = 10 nm,  " in last
+    assert last.endswith(f"{int(history['contact_count'][-1])} asperities in contact")
+    assert "step 0, t = 0 s:" in first
+
+
+def test_without_a_history_all_summits_are_alike(rough):
+    surface, summits, _ = rough
+    figure, panels = drawn(surface)
+    nothing = np.zeros(len(summits))
+    check_marks(panels[MAP], summits.x, summits.y, nothing)
+    check_marks(panels[DISTRIBUTION], summits.height, summits.radius, nothing)
+    assert not [line for axes in figure.axes for line in axes.get_lines() if line.get_linestyle() == "--"]
+    assert legend(figure) == []
+
+
+@pytest.mark.parametrize("record", ["touching", "totals", [0, 7, 30]])
+def test_those_that_touch_are_known_whatever_is_recorded(rough, record):
+    surface, summits, whole = rough
+    history = history_of(summits, record=record)
+    for step in range(7):
+        truth = whole["slip_state"].values[step]
+        known = history["asperity"].values if "asperity" in history.coords else []
+        expected = np.where((truth > 0) & ~np.isin(np.arange(truth.size), known), -1, truth)
+        figure, panels = drawn(surface, history, step)
+        check_marks(panels[MAP], summits.x, summits.y, expected)
+        check_marks(panels[DISTRIBUTION], summits.height, summits.radius, expected)
+        assert ("touching, not recorded" in legend(figure)) == bool((expected == -1).any())
+
+
+def test_the_heights_are_drawn_where_they_are(rough):
+    surface, _, _ = rough
+    _, panels = drawn(surface)
+    (image,) = panels[MAP].get_images()
+    assert panels[MAP].get_xlabel() == "$x$ (µm)"
+    np.testing.assert_allclose(image.get_array() * 1e-9, surface["height"].values.T, rtol=1e-12)
+    assert image.get_extent() == pytest.approx((-0.5, 59.5, -1, 79))
+    assert image.origin == "lower"
+    assert panels[MAP].get_aspect() == 1
+    low, high = np.percentile(surface["height"].values, (0.5, 99.5)) * 1e9
+    assert image.get_clim() == pytest.approx((low, high))
+    (bar,) = panels[MAP].child_axes
+    assert bar.get_ylabel() == "height $z$ (nm)"
+
+
+def test_a_thinned_map_keeps_its_extent():
+    surface = random_surface((1100, 600), 1e-6, 5e-8, 20e-6, seed=1)
+    _, panels = drawn(surface_group.dataset(surface.summits(), surface))
+    left, right, bottom, top = panels[MAP].get_images()[0].get_extent()
+    assert (left, bottom) == pytest.approx((-1.5e-3, -1e-3))
+    assert (right, top) == pytest.approx((1.1, 0.6), abs=2e-3)
+
+
+def test_missing_heights_have_a_colour_of_their_own():
+    heights = np.random.default_rng(0).normal(size=(30, 20)) * 1e-9
+    heights[np.random.default_rng(1).random(heights.shape) < 0.31] = np.nan
+    surface = Surface(heights, 1e-6)
+    figure, panels = rendered(surface_group.dataset(surface.summits(), surface))
+    (image,) = panels[MAP].get_images()
+    assert panels[MAP].child_axes[0].get_ylabel() == "height $z$ (nm)"
+    assert np.nanmax(np.ma.filled(image.get_array(), np.nan)) == pytest.approx(np.nanmax(heights) * 1e9)
+    shown = image.to_rgba(image.get_array())
+    missing = np.isnan(heights.T)
+    assert (shown[missing] == mpl.colors.to_rgba(plots.MISSING)).all()
+    assert not (shown[~missing] == mpl.colors.to_rgba(plots.MISSING)).all(axis=-1).any()
+    assert legend(figure) == ["missing height"]
+
+
+def test_a_map_of_which_nothing_but_gaps_is_kept():
+    heights = np.full((1024, 1024), np.nan)
+    heights[1::2, 1::2] = np.random.default_rng(0).normal(size=(512, 512))
+    surface = Surface(heights, 1e-6)
+    figure, panels = rendered(surface_group.dataset(surface.summits(), surface))
+    assert panels[MAP].child_axes == []
+    assert legend(figure) == ["missing height"]
+
+
+def test_a_flat_map_is_grey_and_has_no_summits():
+    surface = Surface(np.zeros((6, 5)), 1e-6)
+    _, panels = rendered(surface_group.dataset(surface.summits(), surface))
+    (image,) = panels[MAP].get_images()
+    assert image.norm(0.0) == 0.5
+    assert panels[MAP].child_axes == []
+    assert [text.get_text() for text in panels[DISTRIBUTION].texts] == ["no summits"]
+
+
+@pytest.mark.parametrize(
+    ("shape", "pixel", "adjustable"),
+    [
+        ((20, 20), 1e-6, "box"),
+        ((75, 20), 1e-6, "box"),
+        ((20, 75), 1e-6, "box"),
+        ((200, 20), 1e-6, "datalim"),
+        ((20, 20), (1e-6, 2e-5), "datalim"),
+        ((20, 20), (1e-3, 1e-6), "datalim"),
+        ((2, 300), 1e-6, "datalim"),
+    ],
+)
+def test_a_strip_leaves_room_for_its_labels(shape, pixel, adjustable):
+    surface = Surface(np.random.default_rng(0).normal(size=shape) * 1e-9, pixel)
+    figure, panels = rendered(surface_group.dataset(surface.summits(), surface))
+    axes = panels[MAP]
+    assert axes.get_aspect() == 1
+    assert axes.get_adjustable() == adjustable
+    for one in (axes, axes.child_axes[0]):
+        box = one.get_tightbbox()
+        size = figure.get_window_extent()
+        assert box.x0 >= 0
+        assert box.y0 >= 0
+        assert box.x1 <= size.x1
+    inside = axes.get_window_extent()
+    assert min(inside.width, inside.height) > 0.5 * figure.dpi
+    assert not axes.child_axes[0].get_tightbbox().overlaps(panels[DISTRIBUTION].get_tightbbox())
+
+
+@pytest.mark.parametrize(("shape", "axis"), [((80, 1), "x"), ((1, 80), "y")])
+def test_a_profile_is_a_curve(shape, axis):
+    surface = random_surface(shape, 1e-6, 50e-9, 8e-6, seed=1)
+    summits = surface.summits(3)
+    group, history = surface_group.dataset(summits, surface), history_of(summits, (1e-5, 2e-5))
+    for step in (0, 2, -1):
+        _, panels = rendered(group, history, step)
+        axes = panels[PROFILE]
+        (curve,) = [line for line in axes.get_lines() if line.get_linestyle() == "-" and line.get_marker() != "."]
+        assert axes.get_xlabel() == f"${axis}$ (µm)"
+        assert axes.get_ylabel() == "height $z$ (nm)"
+        np.testing.assert_allclose(curve.get_xdata(), np.arange(80), atol=1e-9)
+        np.testing.assert_allclose(curve.get_ydata(), surface.heights.ravel() * 1e9)
+        check_marks(axes, getattr(summits, axis), summits.height, history["slip_state"].values[step])
+        assert flat(axes) == pytest.approx(float(history["separation"][step]))
+        assert flat(panels[DISTRIBUTION]) == pytest.approx(float(history["separation"][step]))
+    assert [line for line in drawn(group)[1][PROFILE].get_lines() if line.get_linestyle() == "--"] == []
+
+
+def test_the_asperity_distribution_alone_without_positions():
+    summits = Summits([0.0, -1e-8, -3e-8], [1e-6, 2e-6, 1.5e-6])
+    for positions in ({}, {"x": [0.0, 1.0, 2.0]}):
+        given = Summits(summits.height, summits.radius, **positions)
+        history = history_of(given, (1e-6,))
+        _, panels = rendered(surface_group.dataset(given), history)
+        assert list(panels) == [DISTRIBUTION]
+        check_marks(panels[DISTRIBUTION], summits.height, summits.radius, history["slip_state"].values[-1])
+
+
+# -- one, many and none ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("positions", [{}, {"x": 0.0, "y": 0.0}, {"x": 3e-6, "y": -1e-6}])
+def test_a_single_summit_and_the_flat_below_it(positions):
+    summits = Summits(0.0, 1e-5, **positions)
+    history = history_of(summits)
+    figure, panels = rendered(surface_group.dataset(summits), history)
+    axes = panels[DISTRIBUTION]
+    separation = float(history["separation"][-1])
+    assert flat(axes) == pytest.approx(separation)
+    assert axes.get_xlabel() == "summit height $z$ (nm)"
+    left, right = axes.get_xlim()
+    assert left < separation * 1e9 < 0 < right
+    assert axes.get_ylim() == (0, 20)
+    assert figure.get_suptitle().endswith("  1 asperity in contact")
+    if positions:
+        x, y = positions["x"] * 1e6, positions["y"] * 1e6
+        assert panels[MAP].get_xlabel() == "$x$ (µm)"
+        assert panels[MAP].get_xlim() == pytest.approx((x - 10, x + 10))
+        assert panels[MAP].get_ylim() == pytest.approx((y - 10, y + 10))
+
+
+@pytest.mark.parametrize(("count", "axes"), [((10, 1), "x"), ((1, 10), "y")])
+def test_summits_in_a_row(count, axes):
+    summits = textured_summits(count, 5e-6, 2e-6)
+    _, panels = rendered(surface_group.dataset(summits), history_of(summits))
+    limits = {"x": panels[MAP].get_xlim(), "y": panels[MAP].get_ylim()}
+    assert limits[axes][0] < 0
+    assert limits[axes][1] > 45
+    across = limits["y" if axes == "x" else "x"]
+    assert across[1] - across[0] > 5
+
+
+@pytest.mark.parametrize(
+    ("radii", "scale"),
+    [
+        ([1e-6, 1.5e-6], "linear"),
+        ([100e-6, 150e-6], "linear"),
+        ([500e-9, 500e-9], "linear"),
+        ([100e-6, 100e-6], "linear"),
+        ([1e-6, 19e-6], "linear"),
+        ([1e-6, 21e-6], "log"),
+        ([50e-6, 900e-6, 1.1e-3], "log"),
+        ([1e-9, 1e-3], "log"),
+    ],
+)
+def test_radii_over_decades_have_a_logarithmic_axis(radii, scale):
+    _, panels = drawn(surface_group.dataset(Summits(np.arange(len(radii)) * 1e-9, radii)))
+    assert panels[DISTRIBUTION].get_yscale() == scale
+    low, high = panels[DISTRIBUTION].get_ylim()
+    assert low <= min(radii) * unit(panels[DISTRIBUTION].get_ylabel()) <= high
+
+
+def test_of_many_separated_summits_some_are_drawn_by_lot_and_all_that_touch():
+    summits = textured_summits((400, 250), 1e-6, 1e-6, height_scatter=1e-8, seed=1)
+    history = history_of(summits, (1e-3,), record="touching")
+    figure, panels = rendered(surface_group.dataset(summits), history)
+    count = int(history["contact_count"][-1])
+    found = marks(panels[MAP])
+    apart = found.pop(0)
+    assert sum(map(len, found.values())) == count > 10
+    assert len(apart) == plots.MOST_MARKS
+    assert legend(figure)[0] == f"separated (20,000 of {100_000 - count:,} drawn)"
+    # none twice, and as many in one corner as in another: an array that is thinned evenly has empty rows
+    assert len(np.unique(np.rint(apart * 1e6), axis=0)) == plots.MOST_MARKS
+    rows = np.bincount(np.rint(apart[:, 1] * 1e6).astype(int), minlength=250)
+    assert rows.min() > 40
+    again = marks(drawn(surface_group.dataset(summits), history)[1][MAP])[0]
+    assert (again == apart).all()
+    assert legend(drawn(surface_group.dataset(summits))[0]) == ["summit (20,000 of 100,000 drawn)"]
+
+
+def test_many_that_touch_are_all_rendered():
+    generator = np.random.default_rng(0)
+    summits = Summits(generator.normal(size=100_000) * 1e-9, 1e-6, *generator.random((2, 100_000)) * 1e-3)
+    history = history_of(summits, (10.0,), record="totals")
+    _, panels = drawn(surface_group.dataset(summits), history)
+    assert len(marks(panels[MAP])[-1]) == int(history["contact_count"][-1]) > 90_000
+
+
+def test_a_history_in_which_nothing_touches():
+    summits = Summits([0.0, -1e-8], 1e-6, [0.0, 1e-5], [0.0, 1e-5])
+    ensemble = hs.Ensemble.from_summits(PAIR, summits, 0.2)
+    history = hs.replay(ensemble, [hs.NormalDisplacement(0.0, -5e-9)])
+    figure, panels = rendered(surface_group.dataset(summits), history)
+    check_marks(panels[MAP], summits.x, summits.y, np.zeros(2))
+    assert flat(panels[DISTRIBUTION]) == pytest.approx(5e-9)
+    assert figure.get_suptitle().endswith("  0 asperities in contact")
+    _, panels = drawn(surface_of(history), history)
+    assert [text.get_text() for text in panels[DISTRIBUTION].texts] == ["no summits"]
+
+
+def test_a_summit_at_the_very_height_of_the_flat_is_where_the_count_says():
+    # heights of which the difference to the approach rounds either way
+    depths = np.arange(200) * 0.1e-9
+    summits = Summits(3e-6 - depths, 1e-6, *np.zeros((2, 200)))
+    ensemble = hs.Ensemble.from_summits(PAIR, summits, 0.2)
+    events = [hs.NormalDisplacement(time, depth) for time, depth in enumerate(depths)]
+    history = hs.replay(ensemble, events, record="totals")
+    for step in range(0, 200, 7):
+        found = marks(drawn(surface_group.dataset(summits), history, step)[1][DISTRIBUTION])
+        assert len(found.get(-1, ())) == int(history["contact_count"][step])
+
+
+# -- kinds, files and histories -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("entry", CASES.values(), ids=CASES)
+def test_every_kind_can_be_drawn_from_a_scenario_and_from_its_result(tmp_path, monkeypatch, entry):
+    write_files(tmp_path)
+    loaded(tmp_path, entry, MOVED)
+    monkeypatch.chdir(tmp_path)
+    for arguments in (["plot", "s.toml"], ["run", "s.toml", "-q"], ["plot", "s.nc", "--step", "1", "-o", "one.svg"]):
+        done = CliRunner().invoke(main, arguments)
+        assert (done.exit_code, done.stderr) == (0, "")
+    with xr.open_dataset("s.nc") as history, xr.open_dataset("s.nc", group="surface") as surface:
+        _, panels = drawn(surface, history, 1)
+        expected = history["slip_state"].values[1]
+        heights, radii = surface["summit_height"].values, surface["summit_radius"].values
+        check_marks(panels[DISTRIBUTION], heights, radii, expected)
+        if MAP in panels:
+            check_marks(panels[MAP], surface["summit_x"].values, surface["summit_y"].values, expected)
+        assert (MAP in panels) == ("summit_x" in surface and "summit_y" in surface)
+
+
+@pytest.mark.parametrize("record", ["all", "touching", [4, 0, 30]])
+def test_a_history_without_its_surface_has_the_summits_that_it_holds(rough, tmp_path, record):
+    _, summits, _ = rough
+    history = history_of(summits, record=record)
+    history.to_netcdf(tmp_path / "written.nc")
+    with xr.open_dataset(tmp_path / "written.nc") as opened:
+        _, panels = drawn(surface_of(opened), opened, 4)
+        labels = opened["asperity"].values
+        state = opened["slip_state"].values[4]
+        check_marks(panels[MAP], summits.x[labels], summits.y[labels], state)
+        check_marks(panels[DISTRIBUTION], summits.height[labels], summits.radius[labels], state)
+    done = CliRunner().invoke(main, ["plot", str(tmp_path / "written.nc"), "--step", "peak"])
+    assert (done.exit_code, done.stderr) == (0, "")
+
+
+def test_totals_alone_without_their_surface_cannot_be_drawn(rough, tmp_path):
+    history = history_of(rough[1], record="totals")
+    with pytest.raises(InputError, match="holds no asperities; expected one recorded with asperities, or its file"):
+        surface_of(history)
+    history.to_netcdf(tmp_path / "totals.nc")
+    done = CliRunner().invoke(main, ["plot", str(tmp_path / "totals.nc"), "--step", "0"])
+    assert done.exit_code == 2
+    assert done.stderr.startswith("Error: the history holds no asperities")
+
+
+@pytest.mark.parametrize("step", [7, -8, 10**30, 0.5, "peak", None, float("nan")])
+def test_a_step_that_there_is_not(rough, step):
+    surface, _, history = rough
+    with pytest.raises(InputError, match=r"step .*: the history has 7 steps; expected -7 to 6"):
+        surface_picture(surface, history, step)
+
+
+def test_numbers_of_numpy_are_steps_too(rough):
+    surface, _, history = rough
+    assert "step 3," in surface_picture(surface, history, np.int64(3)).get_suptitle()
+
+
+@pytest.mark.parametrize(
+    "other",
+    [Summits([0.0, -1e-9], 1e-6), Summits(np.zeros(500), 1e-6), Summits(1.0, 1.0)],
+)
+def test_the_surface_of_another_history_is_refused(rough, other):
+    with pytest.raises(InputError, match="of other summits than the surface; expected the surface of its own file"):
+        surface_picture(surface_group.dataset(other), rough[2])
+
+
+@pytest.mark.parametrize("missing", ["summit_height", "summit_radius"])
+def test_what_holds_no_summits_is_refused(rough, missing):
+    with pytest.raises(InputError, match="holds no summits; expected the group surface of a result"):
+        surface_picture(rough[0].drop_vars(missing))
+
+
+def test_a_title_is_text_and_not_mathematics(rough):
+    surface, _, history = rough
+    named = history.assign_attrs(title="costs $5 or $\\frac{ " + "long " * 50)
+    text = rendered(surface, named)[0].get_suptitle()
+    assert text.startswith("costs \\$5 or \\$\\frac{ long")
+    assert text.splitlines()[0].endswith("…")
+    assert drawn(surface.assign_attrs(title="a\nmap"))[0].get_suptitle() == "a map"
+    assert drawn(surface)[0].get_suptitle() == ""
+
+
+def test_nothing_in_the_picture_overlaps(rough):
+    surface, _, history = rough
+    for figure, panels in (rendered(surface, history), rendered(surface)):
+        boxes = [axes.get_tightbbox() for axes in panels.values()]
+        boxes += [one.get_window_extent() for one in figure.legends]
+        boxes += [text.get_window_extent() for text in [figure._suptitle] if text is not None]
+        for index, box in enumerate(boxes):
+            assert not any(box.overlaps(other) for other in boxes[:index])
+        whole = figure.get_window_extent()
+        assert all(whole.x0 <= box.x0 and box.x1 <= whole.x1 for box in boxes)
+        assert all(whole.y0 <= box.y0 and box.y1 <= whole.y1 for box in boxes)
+
+
+def test_drawing_changes_neither_the_data_nor_the_settings(rough):
+    surface, _, history = rough
+    settings, before = dict(mpl.rcParams), (surface.copy(deep=True), history.copy(deep=True))
+    rendered(surface, history)
+    xr.testing.assert_identical(surface, before[0])
+    xr.testing.assert_identical(history, before[1])
+    assert dict(mpl.rcParams) == settings
+
+
+def test_the_colours_of_summits_differ_from_each_other_and_from_grey():
+    colours = [mpl.colors.to_rgb(colour) for colour in (plots.NO_CONTACT, *style.STATE_COLOURS[1:], plots.MISSING)]
+    for index, one in enumerate(colours):
+        assert np.ptp(one) > 0.15
+        assert all(np.abs(np.subtract(one, other)).max() > 0.15 for other in colours[:index])

@@ -1,0 +1,99 @@
+"""What a history says about its contact."""
+
+import numpy as np
+import pytest
+
+import historysim as hs
+from historysim.results import analysis
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
+RATIO = 40 / (4 * 8)
+
+HEIGHTS = np.array([0.0, -20e-9, -10e-9, -500e-9])
+RADII = np.array([10e-6, 20e-6, 15e-6, 10e-6])
+FRICTION = np.array([0.1, 0.3, 0.2, 0.4])
+EVENTS = [hs.NormalDisplacement(0.0, 60e-9), hs.TangentialDisplacement(1.0, 5e-9), hs.NormalDisplacement(2.0, 12e-9)]
+
+
+@pytest.fixture(scope="module")
+def history():
+    return hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), EVENTS)
+
+
+def by_hand(approach):
+    return RATIO * FRICTION * np.maximum(HEIGHTS + approach, 0.0)
+
+
+def test_preliminary_displacement_is_the_greatest_of_all_asperities(history):
+    found = analysis.preliminary_displacement(history)
+    assert found.values == pytest.approx([by_hand(approach).max() for approach in (60e-9, 36e-9, 12e-9)], rel=1e-12)
+    assert found.attrs["units"] == "m"
+
+
+def test_the_critical_asperity_need_not_be_the_highest(history):
+    assert analysis.critical_asperity(history).values.tolist() == [1, 2, 0]
+
+
+def test_of_many_asperities_the_critical_one_is_found():
+    generator = np.random.default_rng(5)
+    heights, friction = generator.normal(0, 1e-7, 500), generator.uniform(0.05, 0.5, 500)
+    ensemble = hs.Ensemble(PAIR, heights, 1e-5, friction)
+    history = hs.replay(ensemble, [hs.NormalDisplacement(float(i), 1e-7 * (i + 1)) for i in range(5)])
+    capacity = friction * (heights - history.separation.values[:, np.newaxis])
+    assert analysis.preliminary_displacement(history).values == pytest.approx(RATIO * capacity.max(axis=1), rel=1e-12)
+    assert analysis.critical_asperity(history).values.tolist() == capacity.argmax(axis=1).tolist()
+
+
+def test_nothing_is_critical_without_contact():
+    history = hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), [hs.NormalDisplacement(0.0, -1e-9)])
+    assert analysis.preliminary_displacement(history).values.tolist() == [0.0]
+    assert analysis.critical_asperity(history).values.tolist() == [-1]
+    assert dict(analysis.summary(history))["critical asperity"] == "none"
+
+
+def test_drift_is_the_change_of_the_preliminary_displacement(history):
+    expected = by_hand(60e-9).max() - by_hand(12e-9).max()
+    assert analysis.drift(history, 0, -1) == pytest.approx(expected, rel=1e-12)
+    assert analysis.drift(history, 2, 0) == analysis.drift(history, 0, -1)
+    assert analysis.drift(history, 1, 1) == 0
+    with pytest.raises(hs.InputError, match="step 3: the history has 3 steps"):
+        analysis.drift(history, 0, 3)
+
+
+@pytest.mark.parametrize("record", ["totals", [1], [0, 3]])
+def test_a_history_without_all_asperities_is_refused(record):
+    history = hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), EVENTS, record=record)
+    with pytest.raises(hs.InputError, match="does not hold all asperities that touch"):
+        analysis.preliminary_displacement(history)
+    assert dict(analysis.summary(history))["preliminary displacement"].startswith("not available")
+
+
+@pytest.mark.parametrize("record", ["touching", "all", [2, 0, 1]])
+def test_it_suffices_that_all_that_touch_are_recorded(record, history):
+    other = hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), EVENTS, record=record)
+    assert (analysis.preliminary_displacement(other) == analysis.preliminary_displacement(history)).all()
+
+
+def test_the_summary_is_readable(history):
+    summary = dict(analysis.summary(history))
+    normal = 4 / 3 * 40e9 * np.sum(np.sqrt(RADII) * np.maximum(HEIGHTS + 60e-9, 0) ** 1.5)
+    assert summary["steps"] == "3 over 2 s"
+    assert summary["asperities touched"] == "3 of 4"
+    assert summary["peak normal load"] == f"{normal * 1e3:.4g} mN"
+    assert summary["preliminary displacement"] == f"{by_hand(60e-9).max() * 1e9:.4g} nm at the peak normal load"
+    assert summary["critical asperity"] == "1"
+    assert summary["dissipated energy"].endswith("J")
+
+
+def test_the_summary_tells_of_loads_held_at_the_limit(history):
+    events = [hs.NormalLoad(0.0, 1e-3), hs.TangentialLoad(1.0, 1e-3)]
+    held = hs.replay(hs.Ensemble(PAIR, 0.0, 1e-5, 0.2), events, saturate=True)
+    assert dict(analysis.summary(held))["held at the limit"] == "1 steps"
+    assert "held at the limit" not in dict(analysis.summary(history))
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"), [(0.0, "0 s"), (0.02, "20 ms"), (42.0, "42 s"), (750.0, "12.5 min"), (9000.0, "2.5 h")]
+)
+def test_durations_are_spoken(seconds, text):
+    assert analysis.duration_text(seconds) == text

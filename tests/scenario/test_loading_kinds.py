@@ -1,0 +1,487 @@
+"""Measured records in a scenario: every key does what it says, and only that, and wrong ones are one clear line."""
+
+import json
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from records import BALL, scenario_text, write_columns
+
+import historysim as hs
+from historysim.errors import InputError
+from historysim.measured.record import Record
+from historysim.scenario import scenario
+
+TIME = np.arange(15.0)
+LOAD = 1 + 0.1 * TIME
+MOVED = np.array([0, 1, 2, 1, 0, -1, -2, -1, 0, 1, 2, 1, 0, -1, -2.0])
+FORCE = 0.01 * MOVED
+
+
+@pytest.fixture
+def folder(tmp_path):
+    write_columns(tmp_path / "m.csv", t=TIME, N=LOAD, u=MOVED, T=FORCE, t2=TIME + 0.25, p=10 * TIME)
+    return tmp_path
+
+
+def loaded(folder, *arguments, **options):
+    path = folder / "s.toml"
+    path.write_text(scenario_text(*arguments, **options), encoding="utf-8")
+    return scenario.load(path)
+
+
+def record(folder, *arguments, **options):
+    return loaded(folder, *arguments, **options).measured()
+
+
+def refusal(folder, *arguments, **options):
+    with pytest.raises(InputError) as refused:
+        loaded(folder, *arguments, **options).events()
+    return str(refused.value)
+
+
+def remarks(found):
+    return dict(found.remarks)
+
+
+# -- what each key does ----------------------------------------------------------------------------
+
+
+def test_columns_as_they_stand(folder):
+    found = record(folder, response={"tangential_load": '"T"'})
+    assert_array_equal(found.time, TIME)
+    assert_array_equal(found["normal_load"], LOAD)
+    assert_allclose(found["tangential_displacement"], MOVED * 1e-9, rtol=1e-15)
+    assert_array_equal(found["tangential_load"], FORCE)
+    assert set(found.channels) == {"normal_load", "tangential_displacement"}
+    assert set(found.response) == {"tangential_load"}
+    assert found.remarks == ()
+    assert found.get("normal_displacement") is None
+
+
+@pytest.mark.parametrize(
+    ("channel", "expected"),
+    [
+        ('{ column = "N", scale = 3 }', 3 * LOAD),
+        ('{ column = "N", offset = "500 mN" }', LOAD + 0.5),
+        ('{ column = "N", unit = "mN", scale = 2, offset = 1 }', 2e-3 * LOAD + 1),
+        ('{ column = 2, unit = "kN" }', 1e3 * LOAD),
+        ('{ column = "p", unit = "MPa", area = "3 mm2" }', 30 * TIME),
+        ('{ column = "p", area = 2, scale = 0.5, offset = 7 }', 10 * TIME + 7),
+        ('{ constant = "2 kN" }', np.full(15, 2000.0)),
+        ("{ constant = 0 }", np.zeros(15)),
+        ('{ column = "u", negative_as_zero = true }', np.maximum(MOVED, 0)),
+        ('{ column = "u", scale = -1, negative_as_zero = true }', np.maximum(-MOVED, 0)),
+    ],
+)
+def test_a_load_channel_in_si(folder, channel, expected):
+    assert_allclose(record(folder, {"normal_load": channel})["normal_load"], expected, rtol=1e-14, atol=1e-14)
+
+
+def test_negative_loads_that_were_taken_as_zero_are_counted(folder):
+    found = record(folder, {"normal_load": '{ column = "u", negative_as_zero = true }'})
+    assert remarks(found) == {"normal load: negative, taken as 0": f"{np.count_nonzero(MOVED < 0)} samples"}
+
+
+def test_a_time_column_has_a_unit(folder):
+    assert_allclose(record(folder, {"time": '{ column = "t", unit = "ms" }'}).time, 1e-3 * TIME, rtol=1e-15)
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.3, -0.4, 2.5])
+@pytest.mark.parametrize("own", [False, True])
+def test_a_channels_own_clock_and_shift(folder, own, shift):
+    clock = TIME + 0.25 if own else TIME
+    time = 'time = "t2", ' if own else ""
+    found = record(folder, {"tangential_displacement": f'{{ column = "u", {time}shift = {shift} }}'})
+    inside = (clock[0] + shift <= TIME) & (clock[-1] + shift >= TIME)
+    assert_array_equal(found.time, TIME[inside])
+    assert_allclose(
+        found["tangential_displacement"], np.interp(TIME[inside], clock + shift, MOVED), rtol=1e-13, atol=1e-15
+    )
+    assert_array_equal(found["normal_load"], LOAD[inside])
+    left = 15 - int(inside.sum())
+    plural = "sample" if left == 1 else "samples"
+    expected = {"outside the clocks of all channels": f"{left} {plural}, left out"} if left else {}
+    assert remarks(found) == expected
+
+
+def test_clocks_may_have_samples_of_their_own_number(folder):
+    slow = np.arange(0, 14.1, 2.5)
+    content = {"a": {"t": TIME.tolist(), "u": MOVED.tolist()}, "b": {"t": slow.tolist(), "N": (slow**2).tolist()}}
+    (folder / "m.json").write_text(json.dumps(content), encoding="utf-8")
+    columns = {
+        "time": '"a.t"',
+        "tangential_displacement": '"a.u"',
+        "normal_load": '{ column = "b.N", time = { column = "b.t", unit = "s" } }',
+    }
+    found = record(folder, columns, file="m.json")
+    inside = slow[-1] >= TIME
+    assert_array_equal(found.time, TIME[inside])
+    assert_allclose(found["normal_load"], np.interp(TIME[inside], slow, slow**2), rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("keys", "inside"),
+    [
+        ("start = 3", TIME >= 3),
+        ('end = "5000 ms"', TIME <= 5),
+        ("start = 2.5\nend = 8.5", (TIME > 2.5) & (TIME < 8.5)),
+        ("start = 4\nend = 4", TIME == 4),
+        ("start = -5\nend = 100", TIME >= 0),
+    ],
+)
+def test_a_window(folder, keys, inside):
+    found = record(folder, loading=keys)
+    assert_array_equal(found.time, TIME[inside])
+    assert_array_equal(found["normal_load"], LOAD[inside])
+    assert ("before the start or after the end" in remarks(found)) == (not inside.all())
+
+
+def test_corrections_see_the_window_alone(folder):
+    """Thirty before the window would move the middle of the cycles."""
+    moved = np.concatenate([[30, -30, 30, -30], MOVED])
+    write_columns(folder / "m.csv", t=np.arange(19), N=np.ones(19), u=moved)
+    found = record(
+        folder, {"tangential_displacement": '{ column = "u", offset = 5, centred = true }'}, loading="start=4"
+    )
+    assert_allclose(found["tangential_displacement"], MOVED, atol=1e-14)
+
+
+def test_an_interval_is_straight_between_samples(folder):
+    found = record(folder, {"tangential_displacement": '"u"'}, loading='interval = "300 ms"')
+    time = 0.3 * np.arange(47)
+    assert_allclose(found.time, time, rtol=1e-14)
+    assert_allclose(found["tangential_displacement"], np.interp(time, TIME, MOVED), atol=1e-13)
+    assert_allclose(found["normal_load"], np.interp(time, TIME, LOAD), rtol=1e-13)
+    assert remarks(found) == {"resampled": "every 300 ms, 47 samples"}
+
+
+def test_missing_values_are_refused_with_line_and_column(folder):
+    write_columns(folder / "m.csv", t=[0, 1, 2], N=[1, 1, 1], u=[0, np.nan, 1])
+    assert refusal(folder).startswith("s.toml: loading.file: m.csv: line 3, column 'u': ''; expected a finite number")
+
+
+def test_missing_values_are_dropped_and_counted(folder):
+    write_columns(folder / "m.csv", t=[0, 1, np.nan, 3, 4, 5], N=[1, 2, 3, np.nan, 5, 6], u=[0, np.nan, 2, 3, 4, 5])
+    found = record(folder, loading='missing = "drop"')
+    assert_array_equal(found.time, [0, 4, 5])
+    assert_array_equal(found["normal_load"], [1, 5, 6])
+    assert remarks(found) == {"missing": "3 samples, left out"}
+    assert found.place(1) == "line 6"
+
+
+def test_what_lies_outside_a_clock_is_not_called_missing_nor_the_other_way(folder):
+    load = np.array([np.nan, *LOAD[1:]])
+    write_columns(folder / "m.csv", t=TIME, N=load, u=MOVED, t2=TIME - 0.5)
+    found = record(folder, {"tangential_displacement": '{ column = "u", time = "t2" }'}, loading='missing = "drop"')
+    assert remarks(found) == {
+        "outside the clocks of all channels": "1 sample, left out",  # the last
+        "missing": "1 sample, left out",  # the first
+    }
+    assert_array_equal(found.time, TIME[1:-1])
+
+
+def test_gaps_are_refused(folder):
+    write_columns(folder / "m.csv", t=[0, 1, 2, 5, 6, 9.5], N=np.ones(6), u=np.arange(6))
+    assert "2 gaps longer than max_gap, the first one of 3 s before line 5" in refusal(folder, loading="max_gap = 2")
+    assert record(folder, loading="max_gap = 3.5").time.size == 6
+    assert "one of 3 s before line 5" in refusal(folder, loading="max_gap = 2\ninterval = 0.5")
+
+
+def test_gaps_of_an_own_clock(folder):
+    own = np.where(TIME < 6, TIME, TIME + 3)
+    write_columns(folder / "m.csv", t=TIME, N=LOAD, u=MOVED, t2=own)
+    columns = {"tangential_displacement": '{ column = "u", time = "t2" }'}
+    said = refusal(folder, columns, loading="max_gap = 2")
+    # from 5 s to 9 s nothing is known
+    assert "3 samples within gaps of a channel's own clock, the first one at line 8" in said
+    assert_allclose(
+        record(folder, columns, loading="max_gap = 4")["tangential_displacement"], np.interp(TIME, own, MOVED)
+    )
+    said = refusal(folder, columns, loading='max_gap = 2\nmissing = "drop"')
+    assert "1 gap longer than max_gap, the first one of 4 s before line 11" in said
+
+
+def test_centred_and_free_of_drift(folder):
+    """A triangle of a constant amplitude about 3, drifting by 0.02 a second: both are found to rounding."""
+    time = np.arange(0, 24.01, 0.5)
+    swing = np.abs((time + 3) % 4 - 2) - 1
+    write_columns(folder / "m.csv", t=time, N=np.ones(time.size), u=3 + 0.02 * time + swing)
+    found = record(
+        folder,
+        {"tangential_displacement": '{ column = "u", unit = "µm", drift_free = true, centred = true }'},
+        dead_band={"tangential_displacement": '"500 nm"'},
+    )
+    assert_allclose(found["tangential_displacement"], swing * 1e-6, atol=1e-18)
+    said = remarks(found)
+    assert said["tangential displacement: drift taken off"].startswith("20 nm/s ± ")
+    assert said["tangential displacement: offset taken off"].startswith("3 µm ± ")
+
+
+def test_a_backlash_is_taken_up(folder):
+    """A triangle read through a play of half a width of 0.25: while the reading moves it is 0.25 behind."""
+    time = np.arange(0, 16.01, 0.25)
+    true = 2 * (np.abs((time + 6) % 8 - 4) - 2)
+    reading, play = [], 0.0
+    for value in true:
+        play = min(max(play, value - 0.25), value + 0.25)
+        reading.append(play)
+    write_columns(folder / "m.csv", t=time, N=np.ones(time.size), u=reading)
+    found = record(folder, {"tangential_displacement": '{ column = "u", backlash = 0.5 }'})
+    settled = time > 1
+    assert_allclose(found["tangential_displacement"][settled], true[settled], atol=1e-12)
+    assert remarks(found) == {"tangential displacement: backlash taken up": "500 mm"}
+
+
+@pytest.mark.parametrize("closing", ["", ', closing_load = "10 mN"'])
+@pytest.mark.parametrize("replayed", ["tangential_displacement", "tangential_load"])
+def test_free_play_is_taken_off_by_the_load(folder, closing, replayed):
+    channels = {
+        "tangential_displacement": f'{{ column = "u", free_play = 0.2{closing} }}',
+        "tangential_load": '"T"',
+    }
+    beside = next(key for key in channels if key != replayed)
+    found = record(
+        folder,
+        {"tangential_displacement": None, replayed: channels[replayed]},
+        {beside: channels[beside]},
+    )
+    side = np.clip(FORCE / 0.01, -1, 1) if closing else np.sign(FORCE)
+    assert_allclose(found["tangential_displacement"], MOVED - 0.1 * side, atol=1e-14)
+    assert remarks(found) == {"tangential displacement: free play taken off": "200 mm"}
+
+
+# -- replay ----------------------------------------------------------------------------------------
+
+
+def replayed(of):
+    return hs.replay(of.ensemble(), of.events(), record="totals")
+
+
+def test_every_sample_is_passed_exactly(folder):
+    history = replayed(loaded(folder))
+    assert_array_equal(history.time, TIME)
+    assert_allclose(history.total_normal_load, LOAD, rtol=1e-12)
+    assert_allclose(history.tangential_displacement, MOVED * 1e-9, rtol=1e-12, atol=1e-21)
+
+
+def test_reduced_to_turning_points(folder):
+    columns = {"normal_load": '{ constant = "2 N" }'}
+    whole, reduced = loaded(folder, columns), loaded(folder, columns, loading="reduce = true")
+    kept = [0, 2, 6, 10, 14]
+    assert remarks(reduced.measured()) == {"replayed": "5 of 15 samples: what is remembered"}
+    long, short = replayed(whole), replayed(reduced)
+    assert_array_equal(short.time, TIME[kept])
+    # nothing is lost without a dead band
+    assert_allclose(short.total_tangential_load, long.total_tangential_load[kept], rtol=1e-9)
+    assert_allclose(short.total_dissipated_energy, long.total_dissipated_energy[kept], rtol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_reduced_with_a_dead_band_the_load_stays_within_the_bound(folder, seed):
+    """|ΔT| ≤ 8 G* a ε (`historysim.measured.reduction`, 2), and exact where swings wider than ε end."""
+    random = np.random.default_rng(seed)
+    time = np.arange(400.0)
+    moved = 80 * np.sin(time / 30) + random.normal(0, 4, time.size)
+    write_columns(folder / "m.csv", t=time, N=np.full(time.size, 0.05), u=moved)
+    band, stiffness = 25e-9, 8 * 20e9 * (3 * 0.05 * 1e-3 / (4 * 100e9)) ** (1 / 3)
+    whole = loaded(folder)
+    reduced = loaded(folder, loading="reduce = true", dead_band={"tangential_displacement": '"25 nm"'})
+    kept = reduced.measured().kept()
+    assert kept.size < 20
+    off = np.abs(replayed(reduced).total_tangential_load.values - replayed(whole).total_tangential_load.values[kept])
+    assert off.max() <= stiffness * band
+    swings = np.abs(np.diff(reduced.measured()["tangential_displacement"][kept]))
+    assert off[1:-1][swings[:-1] >= band].max() <= 1e-9 * stiffness * band
+
+
+def test_two_waypoints_at_one_time_stay_two(folder):
+    write_columns(folder / "m.csv", t=[0, 1, 1, 2], N=[1, 1, 1, 1], u=[0, 1, -1, 0])
+    assert [event.time for event in loaded(folder).events()] == [0, 0, 1, 1, 1, 1, 2, 2]
+
+
+# -- what is refused -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("channel", "said"),
+    [
+        ("{ column = 1.5 }", "normal_load.column: 1.5; expected a name, or a position counted from 1"),
+        ("{ column = true }", "normal_load.column: true; expected a name, or a position"),
+        ("{ column = 0 }", "normal_load.column: 0; expected a position counted from 1"),
+        ("3", "normal_load: 3; expected the name of a column, or a table"),
+        ('""', "normal_load.column: the text ''; expected a text that is not blank"),
+        ("{}", "normal_load: neither column nor constant; expected one of them"),
+        ('{ column = "N", occurrence = 0 }', "normal_load.occurrence: 0; expected an integer of 1 or more"),
+        ('{ column = "N", index = 0 }', "normal_load.index: 0; expected an integer of 1 or more"),
+        ("{ column = 2, index = 1 }", "normal_load.column: a position is one column already"),
+        ('{ column = "N", unit = "mm" }', "normal_load.unit: 'mm' is not a unit of a force"),
+        ('{ column = "N", unit = "N", area = "1 mm2" }', "normal_load.unit: 'N' is not a unit of a pressure"),
+        ('{ column = "N", area = 0 }', "normal_load.area: 0 m²; expected more than 0 m²"),
+        ('{ column = "N", area = "1 mm" }', "normal_load.area: '1 mm': 'mm' is not a unit"),
+        ('{ column = "N", scale = 0 }', "normal_load.scale: 0; expected another number"),
+        ('{ column = "N", scale = "2" }', "normal_load.scale: '2' is a str"),
+        ('{ column = "N", backlash = 1 }', "normal_load.backlash: unknown key; expected one of column, unit"),
+        ('{ column = "N", time = { column = "t2", unit = "mm" } }', "normal_load.time.unit: 'mm' is not a unit of a"),
+        ('{ column = "N", time = { colum = "t2" } }', "normal_load.time.colum: unknown key; did you mean 'column'?"),
+        ('{ column = "N", time = "u" }', "normal_load.time: m.csv: line 5: the time 1 s comes after 2 s; expected"),
+        ('{ column = "N", shift = "1 m" }', "normal_load.shift: '1 m': 'm' is not a unit of a time"),
+        ('{ column = "N", centred = true }', "normal_load.centred: m.csv: the channel has 0 cycles"),
+        ('{ column = "N", drift_free = true }', "normal_load.drift_free: m.csv: the channel has 0 cycles"),
+        ('{ constant = 1, column = "N" }', "normal_load: column and constant together; expected one of them"),
+        ('{ constant = 1, unit = "mN" }', "normal_load.unit: goes with a column; a constant stands alone"),
+        ('{ constant = "-1 N" }', "normal_load.constant: -1 N; expected 0 N or more"),
+    ],
+)
+def test_a_wrong_channel(folder, channel, said):
+    message = refusal(folder, {"normal_load": channel})
+    assert message.startswith(f"s.toml: loading.columns.{said}")
+    assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ("backlash = -1", "backlash: -1; expected 0 or more"),
+        ("free_play = -1", "free_play: -1; expected 0 or more"),
+        ("free_play = 1, closing_load = -1", "closing_load: -1; expected 0 or more"),
+        ("closing_load = 1", "closing_load: goes with free_play"),
+        ("free_play = 1", "free_play: needs the tangential load"),
+        ("area = 1", "area: unknown key"),
+    ],
+)
+def test_a_wrong_displacement(folder, keys, said):
+    message = refusal(folder, {"tangential_displacement": f'{{ column = "u", {keys} }}'})
+    assert message.startswith(f"s.toml: loading.columns.tangential_displacement.{said}")
+    assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    ("response", "said"),
+    [
+        ({"tangential_displacement": '"T"'}, "response.tangential_displacement: is replayed, by columns"),
+        ({"tangential_load": '{ column = "T", unit = "mm" }'}, "response.tangential_load.unit: 'mm' is not a unit"),
+        ({"tangential_load": '"Z"'}, "file: m.csv: there is no column 'Z'; expected one of t, N, u, T"),
+        ({"time": '"t"'}, "response.time: unknown key"),
+        (
+            {"normal_displacement": '{ column = "u", free_play = 1 }'},
+            "response.normal_displacement.free_play: is a clearance in the path of the tangential load",
+        ),
+    ],
+)
+def test_a_wrong_response(folder, response, said):
+    assert refusal(folder, response=response).startswith(f"s.toml: loading.{said}")
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        (
+            "start = 100",
+            "file: m.csv: no sample between start and end; expected times within the record, from 0 s to 14",
+        ),
+        ("start = 5\nend = 1", "end: 1 s, before the start at 5 s"),
+        ('start = "1 m"', "start: '1 m': 'm' is not a unit of a time"),
+        ("max_gap = 0", "max_gap: 0 s; expected more than 0 s"),
+        ("interval = -1", "interval: -1 s; expected more than 0 s"),
+        ("interval = 1e-320", "interval: 9.99989e-321 s makes more than 10,000,000 samples"),
+        ("interval = 1e-9", "interval: 1e-09 s makes more than 10,000,000 samples out of 14 s"),
+        ('missing = "skip"', "missing: 'skip'; expected 'refuse' or 'drop'"),
+        ("reduce = 1", "reduce: 1; expected true or false"),
+        ("dead_bnd = 1", "dead_bnd: unknown key; did you mean 'dead_band'?"),
+    ],
+)
+def test_a_wrong_key_of_loading(folder, keys, said):
+    message = refusal(folder, loading=keys)
+    assert message.startswith(f"s.toml: loading.{said}")
+    assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    ("band", "said"),
+    [
+        ({"tangential_displacement": -1}, "tangential_displacement: -1; expected 0 or more"),
+        ({"tangential_displacement": '"1 N"'}, "tangential_displacement: '1 N': 'N' is not a unit of a length"),
+        ({"displacement": 1}, "displacement: unknown key; did you mean"),
+        ({"tangential_load": 1}, "tangential_load: has no effect, since neither columns nor response has this channel"),
+    ],
+)
+def test_a_wrong_dead_band(folder, band, said):
+    assert refusal(folder, dead_band=band).startswith(f"s.toml: loading.dead_band.{said}")
+
+
+@pytest.mark.parametrize("keys", ["", "reduce = true", "interval = 1"])
+def test_times_that_go_back_are_refused_wherever_they_stand(folder, keys):
+    write_columns(folder / "m.csv", t=[0, 1, 0.5, 3], N=np.ones(4), u=[0, 1, 2, 4])
+    said = "s.toml: loading.file: m.csv: line 4: the time 0.5 s comes after 1 s; expected times that do not decrease"
+    assert refusal(folder, loading=keys) == said
+
+
+@pytest.mark.parametrize(
+    ("keys", "channel", "place"),
+    [
+        ("interval = 1", "", "interval"),
+        ("", ", drift_free = true", "columns.tangential_displacement.drift_free"),
+        ("", ", backlash = 0.1", "columns.tangential_displacement.backlash"),
+        ("", ", shift = 1", "columns.tangential_displacement.shift"),
+    ],
+)
+def test_times_that_repeat_are_refused_where_they_have_to_rise(folder, keys, channel, place):
+    write_columns(folder / "m.csv", t=[0, 1, 1, 3], N=np.ones(4), u=[0, 1, 2, 4])
+    said = refusal(folder, {"tangential_displacement": f'{{ column = "u"{channel} }}'}, loading=keys)
+    assert said.startswith(f"s.toml: loading.{place}: m.csv: line 4: the time 1 s comes after 1 s; expected times that")
+
+
+def test_a_load_that_pulls_is_named_with_its_line(folder):
+    said = refusal(folder, {"normal_load": '{ column = "u" }'})
+    assert said.startswith("s.toml: loading.file: m.csv: line 7: a normal load of -1 N pulls on the contact; expected")
+    assert "negative_as_zero" in said
+
+
+def test_a_channel_twice_or_none(folder):
+    assert "loading.columns: tangential_load and tangential_displacement together" in refusal(
+        folder, {"tangential_load": '"T"'}
+    )
+    assert "loading.columns: only time; expected one or more of" in refusal(
+        folder, {"tangential_displacement": None, "normal_load": None}
+    )
+
+
+def test_clocks_that_do_not_overlap(folder):
+    said = refusal(folder, {"normal_load": '{ column = "N", shift = "1 h" }'})
+    assert said == "s.toml: loading.file: m.csv: no sample has all channels; expected some, and clocks that overlap"
+
+
+def test_what_is_written_out_was_not_measured(folder):
+    (folder / "s.toml").write_text(
+        f"{BALL}[loading]\nwaypoints = [{{ time = 0, normal_load = 1 }}]\n", encoding="utf-8"
+    )
+    with pytest.raises(InputError, match=r"s\.toml: loading: is written out; expected a measured file"):
+        scenario.load(folder / "s.toml").measured()
+
+
+# -- records by themselves -------------------------------------------------------------------------
+
+
+def test_a_record_without_lines_names_the_time():
+    record = Record(np.array([0.0, 2.0, 1.0]), {"normal_load": np.ones(3)})
+    with pytest.raises(InputError, match="the sample at t = 1 s: the time 1 s comes after 2 s"):
+        record.events()
+    record = Record(np.array([0.0, 2.0]), {"normal_load": np.array([1.0, -1.0])})
+    with pytest.raises(InputError, match="the sample at t = 2 s: a normal load of -1 N pulls"):
+        record.events()
+
+
+def test_a_record_says_what_it_does_not_have():
+    record = Record(np.zeros(1), {"normal_load": np.ones(1)})
+    with pytest.raises(InputError, match=r"no tangential_load; expected a column for it, in loading\.columns"):
+        record["tangential_load"]
+
+
+def test_a_reduced_record_keeps_what_both_channels_need():
+    """The path turns a corner where the displacement does not turn: the normal load starts to rise there."""
+    moved, load = np.array([0, 1, 2, 3, 4.0]), np.array([1, 1, 1, 2, 3.0])
+    record = Record(np.arange(5.0), {"normal_load": load, "tangential_displacement": moved}, reduced=True)
+    assert record.kept().tolist() == [0, 2, 4]
+    alone = Record(np.arange(5.0), {"normal_load": load}, reduced=True)
+    assert alone.kept().tolist() == [0, 4]

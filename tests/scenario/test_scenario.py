@@ -1,0 +1,513 @@
+"""Scenario files: what they build, and what is said about those that cannot be used."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from broken import (
+    BLOCKS,
+    DENSITY,
+    DOCUMENTS,
+    FILES,
+    LOADS_CSV,
+    MEASURED,
+    ROUGH_ON_ROUGH,
+    SPHERE,
+    WAYPOINTS,
+    broken_bytes,
+    broken_documents,
+    keep_small,
+)
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from historysim import tables
+from historysim.errors import InputError
+from historysim.loads.events import (
+    FrictionChange,
+    NormalDisplacement,
+    NormalLoad,
+    TangentialDisplacement,
+    TangentialLoad,
+)
+from historysim.scenario import scenario
+
+
+@pytest.fixture
+def folder(tmp_path):
+    for name, content in FILES.items():
+        (tmp_path / name).write_text(content, encoding="utf-8")
+    return tmp_path
+
+
+def loaded(folder, text):
+    path = folder / "s.toml"
+    path.write_text(text, encoding="utf-8")
+    return scenario.load(path)
+
+
+def built(folder, text):
+    found = loaded(folder, text)
+    return found.ensemble(), found.events()
+
+
+def refusal(folder, text):
+    with pytest.raises(InputError) as refused:
+        loaded(folder, text).checked()
+    return str(refused.value)
+
+
+def with_loading(loading):
+    return f"{SPHERE}[loading]\n{loading}\n"
+
+
+# -- what scenarios build --------------------------------------------------------------------------
+
+
+def test_waypoints_are_events_at_their_times(folder):
+    found = loaded(folder, WAYPOINTS)
+    assert found.events() == [NormalLoad(0.0, 0.01), TangentialLoad(1.0, 0.003)]
+    assert (found.substeps, found.saturate, found.record, found.title) == (1, False, "touching", "")
+    assert found.text == WAYPOINTS
+
+
+def test_one_waypoint_moves_several_channels_and_friction_comes_last(folder):
+    _, events = built(
+        folder,
+        with_loading(
+            'waypoints = [{ after = "2 s", friction = [0.1], tangential_displacement = "5 nm", '
+            'normal_displacement = "1 µm" }]'
+        ),
+    )
+    assert events == [NormalDisplacement(2.0, 1e-6), TangentialDisplacement(2.0, 5e-9), FrictionChange(2.0, (0.1,))]
+
+
+def test_after_counts_from_the_waypoint_before(folder):
+    _, events = built(
+        folder,
+        with_loading(
+            "waypoints = [{ time = 5, normal_load = 1 }, { after = 0.5, normal_load = 2 }, "
+            "{ time = 7, normal_load = 3 }]"
+        ),
+    )
+    assert [event.time for event in events] == [5.0, 5.5, 7.0]
+
+
+def test_sphere_is_one_asperity(folder):
+    ensemble, _ = built(folder, WAYPOINTS)
+    assert ensemble.summit_radius.tolist() == [1.0]
+    assert ensemble.friction.tolist() == [0.5]
+    assert ensemble.pair.contact_modulus == 1.0
+    assert ensemble.pair.shear_modulus == 0.25
+
+
+def test_inline_summits_and_a_material_of_ones_own(folder):
+    ensemble, _ = built(folder, BLOCKS)
+    assert ensemble.summit_height.tolist() == [0.0, 1e-8, 2e-8]
+    assert ensemble.summit_radius.tolist() == [2e-5] * 3
+    assert ensemble.friction.tolist() == [0.1, 0.2, 0.3]
+    assert ensemble.x.tolist() == [0.0, 1e-5, 2e-5]
+    assert ensemble.pair.contact_modulus == pytest.approx(1 / ((1 - 0.28**2) / 112e9 + (1 - 0.2**2) / 64e9))
+
+
+def test_blocks_run_their_loops_at_each_load(folder):
+    found = loaded(folder, BLOCKS)
+    events = found.events()
+    normal = [event for event in events if isinstance(event, NormalLoad)]
+    moved = [event for event in events if isinstance(event, TangentialDisplacement)]
+    levels = [(1.0, 0.05), (5.0, 0.05), (6.0, 0.07), (10.0, 0.07), (11.0, 0.09)]
+    assert [(event.time, event.value) for event in normal] == levels
+    peaks = [event.value for event in moved if event.value]
+    assert peaks == [1e-7, -1e-7] * 12
+    assert [event.time for event in events] == sorted(event.time for event in events)
+    assert found.record == (0, 2)
+
+
+def test_channels_that_a_block_does_not_name_are_held(folder):
+    blocks = """
+    [[loading.blocks]]
+    waypoints = [{ after = 1, normal_load = 1 }, { after = 1, tangential_load = 0.1 }]
+    [[loading.blocks]]
+    each = { after = 1, normal_load = [2] }
+    waypoints = [{ after = 1, tangential_load = 0.2 }]
+    """
+    _, events = built(folder, SPHERE + blocks)
+    assert events == [
+        NormalLoad(1.0, 1.0),
+        TangentialLoad(2.0, 0.1),
+        NormalLoad(2.0, 1.0),
+        NormalLoad(3.0, 2.0),
+        TangentialLoad(3.0, 0.1),
+        TangentialLoad(4.0, 0.2),
+    ]
+
+
+def test_tables_give_summits_friction_and_loads(folder):
+    found = loaded(folder, MEASURED)
+    ensemble = found.ensemble()
+    assert ensemble.summit_height.tolist() == pytest.approx([0.0, 12.5e-9])
+    assert ensemble.summit_radius.tolist() == [1e-5, 2e-5]
+    assert ensemble.friction.tolist() == [0.2, 0.1]
+    events = found.events()
+    assert [type(event) for event in events] == [NormalLoad, TangentialDisplacement] * 3
+    assert [event.time for event in events] == [0.0, 0.0, 0.5, 0.5, 1.0, 1.0]
+    assert [event.value for event in events] == pytest.approx([0.05, 0.0, 0.05, 1e-7, 0.0505, -1e-7])
+    assert (found.substeps, found.saturate, found.record) == (2, True, "totals")
+
+
+def test_spreadsheets_that_mark_utf8_are_read(folder):
+    (folder / "loads.csv").write_text(LOADS_CSV, encoding="utf-8-sig")
+    _, events = built(folder, MEASURED)
+    assert len(events) == 6
+
+
+FROM_FILE = """
+[loading]
+file = "{file}"
+{layout}
+[loading.columns]
+time = {time}
+normal_load = {normal_load}
+"""
+
+
+@pytest.mark.parametrize(
+    ("file", "content", "layout", "time", "normal_load"),
+    [
+        ("r.tsv", "run 7\nt (s)\tF (mN)\n0\t50\n1\t70\n", "", '"t (s)"', '"F (mN)"'),
+        ("r.txt", "t\tF\n0\t50\n1\t70\n", 'delimiter = "\\t"', '"t"', '{ column = "F", unit = "mN" }'),
+        ("r.txt", "t F\n0 50\n1 70\n", 'delimiter = " "', '"t"', '{ column = "F", unit = "mN" }'),
+        ("r.csv", "0;0,05;9\n1;0,07;9\n", 'decimal = ","', "{ column = 1 }", "{ column = 2 }"),
+        ("r.csv", "t;t\n0;50\n1;70\n", "header = 1", "{ column = 1 }", '{ column = "t", occurrence = 2, unit = "mN" }'),
+        ("r.csv", "#t,F\n0,0.05\n1,0.07\n", 'comment = ""', '"#t"', '"F"'),
+        ("r.csv", "t,µ\n0,50\n1,70\n", 'encoding = "utf-8"', '"t"', '{ column = "µ", unit = "mN" }'),
+        (
+            "r.json",
+            '{"t": [0, 1], "m": [[9, 9], [50, 70]], "m unit": "mN"}',
+            "transposed = true",
+            '"t"',
+            '{ column = "m", index = 2 }',
+        ),
+    ],
+)
+def test_loads_of_many_kinds_of_files(folder, file, content, layout, time, normal_load):
+    (folder / file).write_text(content, encoding="utf-8")
+    loading = FROM_FILE.format(file=file, layout=layout, time=time, normal_load=normal_load)
+    events = loaded(folder, SPHERE + loading).events()
+    assert [event.time for event in events] == [0.0, 1.0]
+    assert [event.value for event in events] == pytest.approx([0.05, 0.07])
+    assert all(type(event.time) is float and type(event.value) is float for event in events)
+
+
+@pytest.mark.parametrize(
+    ("layout", "column", "said"),
+    [
+        ("delimiter = 7", '"F"', "s.toml: loading.delimiter: 7; expected a text"),
+        ('delimiter = ";"\ndecimal = ";"', '"F"', 's.toml: loading.decimal: the text \';\'; expected "." or ","'),
+        ('delimiter = ","\ndecimal = ","', '"F"', "s.toml: loading.decimal: ',', as the delimiter"),
+        ("header = -1", '"F"', "s.toml: loading.header: -1; expected the number of a line"),
+        ('encoding = "utf-9"', '"F"', "s.toml: loading.encoding: the text 'utf-9'; expected an encoding"),
+        ("transposed = 1", '"F"', "s.toml: loading.transposed: 1; expected true or false"),
+        ('delimitr = ";"', '"F"', "s.toml: loading.delimitr: unknown key; did you mean 'delimiter'?"),
+        ("", '{ column = "F", index = 1 }', "s.toml: loading.file: r.csv: index = 1 counts the columns of a matrix"),
+        ("", "{ column = 0 }", "s.toml: loading.columns.normal_load.column: 0; expected a position counted from 1"),
+        ("", '{ column = "F", unit = "s" }', "s.toml: loading.columns.normal_load.unit: 's' is not a unit of a force"),
+        (
+            "",
+            '{ column = "F / kN", unit = "mN" }',
+            "s.toml: loading.columns.normal_load.unit: 'mN', but r.csv: column 'F",
+        ),
+        ("", '"x [mm]"', "s.toml: loading.file: r.csv: column 'x [mm]': 'mm' is not a unit of a force"),
+    ],
+)
+def test_messages_about_how_a_file_is_written(folder, layout, column, said):
+    (folder / "r.csv").write_text("t,F,F / kN,x [mm]\n0,1,2,3\n", encoding="utf-8")
+    loading = FROM_FILE.format(file="r.csv", layout=layout, time='"t"', normal_load=column)
+    assert said in refusal(folder, SPHERE + loading)
+
+
+def test_times_that_decrease_are_named_by_their_row(folder):
+    (folder / "r.json").write_text('{"t": [0, 2, 1], "F": [1, 1, 1]}', encoding="utf-8")
+    loading = FROM_FILE.format(file="r.json", layout="", time='"t"', normal_load='"F"')
+    assert "s.toml: loading.file: r.json: the sample at t = 1 s: the time 1 s comes after 2 s" in refusal(
+        folder, SPHERE + loading
+    )
+
+
+def test_importing_the_module_loads_nothing_heavy():
+    code = (
+        "import sys, historysim.scenario.scenario; print({'numpy', 'xarray', 'netCDF4', 'cf_units'} & set(sys.modules))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "set()"
+
+
+# -- what is said about those that cannot be used --------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("[loading]", "[laoding]", "s.toml: laoding: unknown key; did you mean 'loading'?"),
+        ("[loading]", "[laoding]", "s.toml: loading: missing"),
+        ("waypoints =", "waypoint =", "s.toml: loading: 'waypoint' given; expected exactly one of"),
+        ("time = 0", "tine = 0", "s.toml: loading.waypoints[0].tine: unknown key; did you mean 'time'?"),
+        ("time = 0", "time = true", "s.toml: loading.waypoints[0].time: True is a bool; expected"),
+        ("time = 0", "time = 1979-05-27", "s.toml: loading.waypoints[0].time: 1979-05-27; expected"),
+        ("time = 0", "time = nan", "s.toml: loading.waypoints[0].time: nan is not"),
+        ("time = 0", "time = [0]", "s.toml: loading.waypoints[0].time: an array; expected"),
+        ("time = 0", f"time = 0x{'f' * 5000}", "s.toml: loading.waypoints[0].time: an integer of 20000 bits"),
+        ("time = 0, ", "", "s.toml: loading.waypoints[0]: neither time nor after"),
+        ("after = 1", "time = 1, after = 1", "s.toml: loading.waypoints[1]: both time and after"),
+        ("after = 1", "after = -1", "s.toml: loading.waypoints[1].after: -1 s"),
+        ("after = 1", "time = -1", "s.toml: loading.waypoints[1].time: -1 s comes after 0 s"),
+        ("normal_load = 0.01", "friction = -1", "s.toml: loading.waypoints[0].friction: FrictionChange"),
+        (", normal_load = 0.01", "", "s.toml: loading.waypoints[0]: nothing to reach"),
+        ("normal_load = 0.01", "normal_load = -1", "s.toml: loading.waypoints[0].normal_load: NormalLoad"),
+        ("normal_load = 0.01", 'normal_load = "1 nm"', "s.toml: loading.waypoints[0].normal_load: '1 nm': 'nm' is not"),
+        (
+            "normal_load = 0.01",
+            'normal_load = "1 mNN"',
+            "s.toml: loading.waypoints[0].normal_load: '1 mNN': 'mNN' is not",
+        ),
+        (
+            "normal_load = 0.01",
+            "normal_load = 1, normal_displacement = 1",
+            "s.toml: loading.waypoints[0]: normal_load and normal_displacement together",
+        ),
+        ("[{ time", "7 #[{ time", "s.toml: loading.waypoints: 7; expected an array"),
+        ("[{ time", "[] #[{ time", "s.toml: loading: no waypoints"),
+        ("[loading]", "[loading]\nsubsteps = 0", "s.toml: loading.substeps: 0; expected an integer from 1"),
+        ("[loading]", "[loading]\nsubsteps = 1.5", "s.toml: loading.substeps: 1.5; expected an integer"),
+        (
+            "[loading]",
+            f"[loading]\nsubsteps = {2**63}",
+            "loading.substeps: 9223372036854775808; expected an integer of 64",
+        ),
+        ("[loading]", "[loading]\nsubsteps = 90_000_000", "s.toml: loading.substeps: 180,000,000 steps; expected"),
+        ("[loading]", "[loading]\nsaturate = 1", "s.toml: loading.saturate: 1; expected true or false"),
+        (
+            "[loading]",
+            '[record]\nasperities = "some"\n[loading]',
+            "s.toml: record.asperities: the text 'some'; expected",
+        ),
+        (
+            "[loading]",
+            "[record]\nasperities = [1]\n[loading]",
+            "s.toml: record.asperities[0]: 1; expected an index from 0 to 0",
+        ),
+        ("[loading]", "[record]\nasperities = []\n[loading]", "s.toml: record.asperities: expected one or more"),
+        ("[loading]", "[record]\nasperities = [0, 0]\n[loading]", "s.toml: record.asperities: expected one or more"),
+        ("normal_load = 0.01", "friction = [1, 2, 3]", "s.toml: loading: friction at t = 0 s has 3 coefficients for 1"),
+        (
+            "[loading]",
+            "[record]\nasperities = [1.0]\n[loading]",
+            "s.toml: record.asperities[0]: 1.0; expected an integer",
+        ),
+        ('kind = "sphere"', 'kind = "spere"', "s.toml: surface.kind: the text 'spere'; did you mean 'sphere'?"),
+        ('kind = "sphere"', "", "s.toml: surface.kind: missing; expected one of sphere, summits"),
+        ('kind = "sphere"', "kind = 7", "s.toml: surface.kind: 7; expected one of"),
+        ("radius = 1.0", "", "s.toml: surface.radius: missing"),
+        ("radius = 1.0", "radius = -1.0", "s.toml: surface: radius is -1"),
+        ("contact_modulus = 1.0", "", "s.toml: materials: shear_modulus given; expected either first and second"),
+        ("contact_modulus = 1.0", "contact_modulus = 0", "s.toml: materials: "),
+        ("coefficient = 0.5", "coefficient = [0.5, 0.4]", "s.toml: surface: friction"),
+        ("coefficient = 0.5", 'coefficient = "high"', "s.toml: friction.coefficient: 'high' is a str"),
+        ("[friction]\ncoefficient = 0.5", "", "s.toml: friction: missing"),
+        ("[friction]\ncoefficient = 0.5", "friction = 0.5", "s.toml: surface.friction: unknown key"),
+        ("[surface]", "title = 7\n[surface]", "s.toml: materials.title: unknown key"),
+        (
+            "[surface]",
+            "[surface",
+            "s.toml: is not TOML: Expected ']' at the end of a table declaration (at line 5, column 9)",
+        ),
+    ],
+)
+def test_messages_name_the_field(folder, old, new, said):
+    assert old in WAYPOINTS
+    assert said in refusal(folder, WAYPOINTS.replace(old, new, 1))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('first = "silicon"', 'first = "silikon"', "s.toml: materials.first: 'silikon' is not a built-in material"),
+        ('first = "silicon"', "first = 7", "s.toml: materials.first: 7; expected a text"),
+        ("poissons_ratio = 0.2", "poissons_ratio = 0.7", "s.toml: materials.second: Material: poissons_ratio"),
+        ("poissons_ratio", "poisson_ratio", "s.toml: materials.second.poisson_ratio: unknown key; did you mean"),
+        ('"10 nm"', '"10 nN"', "s.toml: surface.height[1]: '10 nN': 'nN' is not"),
+        ("repeat = 4", "repeat = 0", "s.toml: loading.blocks[0].repeat: 0; expected"),
+        (
+            "repeat = 4",
+            "repeat = 1_000_000_000",
+            "s.toml: loading.blocks: 9000000003 events; expected 10,000,000 at most",
+        ),
+        ('"70 mN"', '"70"', "s.toml: loading.blocks[0].each.normal_load[1]: '70' has no unit"),
+        ('"70 mN"', '"-70 mN"', "s.toml: loading.blocks[0].each.normal_load: NormalLoad"),
+        ('["50 mN", "70 mN", "90 mN"]', '"50 mN"', "s.toml: loading.blocks[0].each.normal_load: the text"),
+        ('["50 mN", "70 mN", "90 mN"]', "[]", "s.toml: loading.blocks[0].each: 0 of normal_load values"),
+        (
+            '"90 mN"]',
+            '"90 mN"], friction = [0.1]',
+            "3 of normal_load, 1 of friction values; expected arrays of one length",
+        ),
+        ('after = "250 ms"', "time = 1", "s.toml: loading.blocks[0].waypoints[0].time: a block runs"),
+        ("[0, 2]", "[0, 3]", "s.toml: record.asperities[1]: 3; expected an index from 0 to 2"),
+        ("y = [0, 0, 0]", "y = [0, 0]", "s.toml: surface: y has 2 values"),
+    ],
+)
+def test_messages_name_the_field_in_blocks(folder, old, new, said):
+    assert old in BLOCKS
+    assert said in refusal(folder, BLOCKS.replace(old, new, 1))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('file = "loads.csv"', 'file = "load.csv"', "s.toml: loading.file: load.csv: there is no such file"),
+        ('file = "loads.csv"', 'file = "."', "s.toml: loading.file: "),
+        ('file = "loads.csv"', 'file = "a\\u0000b"', "s.toml: loading.file: "),
+        ('time = "t"', 'time = "tt"', "s.toml: loading.file: loads.csv: there is no column 'tt'; did you mean 't'?"),
+        ('time = "t"', "", "s.toml: loading.columns.time: missing"),
+        ('time = "t"', "time = 1", "s.toml: loading.columns.time: 1; expected a text"),
+        ('time = "t"', 'time = { column = "t", units = "s" }', "s.toml: loading.columns.time.units: unknown key"),
+        ('time = "t"', 'time = { unit = "s" }', "s.toml: loading.columns.time.column: missing"),
+        ('unit = "mN"', 'unit = "mm"', "s.toml: loading.columns.normal_load.unit: 'mm' is not"),
+        ('delimiter = ";"', 'delimiter = ";;"', "s.toml: loading.delimiter: ';;'; expected one character"),
+        ("tangential_displacement =", "displacement =", "s.toml: loading.columns.displacement: unknown key"),
+        ('friction = "mu"', 'friction = "mu"\n[friction]\ncoefficient = 0.2', "s.toml: friction: given both here and"),
+        ('file = "summits.csv"', 'file = "summits.csv"\nradius = 1', "s.toml: surface.radius: unknown key"),
+    ],
+)
+def test_messages_name_the_field_of_a_table(folder, old, new, said):
+    assert old in MEASURED
+    assert said in refusal(folder, MEASURED.replace(old, new, 1))
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b"", "is empty; expected a header line"),
+        (b"\n\n", "is empty; expected a header line"),
+        (b"t;U;N\n", "has a header but no rows"),
+        (b"t;U;N;t\n0;0;0;0\n", "the header names column 't' 2 times"),
+        (b"t;U;N\n0;0;50\n1;0\n", "line 3: 2 values where the header names 3 columns"),
+        (b"t;U;N\n0;0;50;1\n", "line 2: 4 values where the header names 3 columns"),
+        (b"t;U;N\n0;0;fifty\n", "line 2, column 'N': 'fifty'; expected a finite number"),
+        (b"t;U;N\n0;0;50,5\n", "line 2, column 'N': '50,5'; expected a finite number; if it has a decimal comma, say"),
+        (b"t;U;N\n0;nan;50\n", "line 2, column 'U': 'nan'; expected a finite number"),
+        (b"t;U;N\n0;1_0;50\n", "line 2, column 'U': '1_0'; expected a finite number"),
+        (b"t;U;N\n0;;50\n", "line 2, column 'U': ''; expected a finite number"),
+        (b"t;U;N\n1;0;50\n\n0;0;50\n", "line 4: the time 0 s comes after 1 s"),
+        (b"t;U;N\n1;0;50\n2;0;-1\n", "line 3: a normal load of -0.001 N pulls on the contact"),
+        (b"t;U;N\n0;0;\xff\n", "is not UTF-8 text"),
+        (b"t;U;N\n0;0;" + b"1" * 200_000 + b"\n", "is not a CSV table: field larger than field limit"),
+    ],
+)
+def test_messages_name_line_and_column(folder, content, said):
+    (folder / "loads.csv").write_bytes(content)
+    message = refusal(folder, MEASURED)
+    assert message.startswith("s.toml: loading.file: loads.csv: ")
+    assert said in message
+
+
+def test_all_problems_are_named_at_once(folder):
+    text = WAYPOINTS.replace("radius = 1.0", 'radius = "1 s"').replace("coefficient", "koefficient")
+    message = refusal(folder, text)
+    lines = message.splitlines()
+    assert len(lines) == 3
+    assert all(line.startswith("s.toml: ") for line in lines)
+
+
+def test_a_flood_of_problems_is_cut_short(folder):
+    text = with_loading("waypoints = [" + "{ time = true }," * 1000 + "]")
+    message = refusal(folder, text)
+    assert len(message.splitlines()) == 11
+    assert "… and 990 more" in message
+
+
+def test_tables_have_a_largest_size(folder, monkeypatch):
+    monkeypatch.setattr(tables, "MOST_ROWS", 2)
+    assert "has more than 2 rows" in refusal(folder, MEASURED)
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b"", "s.toml: is empty"),
+        (b"# nothing\n", "s.toml: is empty"),
+        (b"\xff\xfe", "s.toml: is not UTF-8 text"),
+        (b"a = " + b"[" * 100_000, "s.toml: is not TOML"),
+        (b"a = " + b"9" * 5000, "s.toml: is not TOML"),
+        (b"a = 1", "s.toml: a: unknown key"),
+    ],
+)
+def test_files_that_are_no_scenario(tmp_path, content, said):
+    path = tmp_path / "s.toml"
+    path.write_bytes(content)
+    with pytest.raises(InputError) as refused:
+        scenario.load(path)
+    assert said in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [("none.toml", "there is no such file"), (".", "is a folder"), ("a\0b", "path"), ("n" * 5000, "cannot")],
+)
+def test_places_where_no_scenario_is(tmp_path, name, said):
+    with pytest.raises(InputError) as refused:
+        scenario.load(tmp_path / name)
+    assert said in str(refused.value)
+
+
+# -- everything that hypothesis can break ----------------------------------------------------------
+
+
+def check_that_it_is_built_or_refused(folder, document):
+    (folder / "s.toml").write_bytes(document)
+    message = "s.toml: fine"
+    try:
+        scenario.load(folder / "s.toml").checked()
+    except InputError as error:
+        message = str(error)
+    assert message.startswith("s.toml: ")
+    assert message.removeprefix("s.toml: ").strip()
+    assert "Traceback" not in message
+
+
+fuzz = settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+
+
+@pytest.fixture
+def small(folder, monkeypatch):
+    keep_small(monkeypatch)
+    return folder
+
+
+@pytest.mark.parametrize("document", DOCUMENTS)
+def test_what_is_to_be_broken_is_good(small, document):
+    assert built(small, document)
+
+
+@fuzz
+@given(document=broken_documents())
+def test_broken_documents_are_refused(small, document):
+    check_that_it_is_built_or_refused(small, document)
+
+
+@fuzz
+@given(document=broken_bytes(DOCUMENTS))
+def test_broken_text_is_refused(small, document):
+    check_that_it_is_built_or_refused(small, document)
+
+
+@fuzz
+@given(data=st.data(), document=st.sampled_from([MEASURED, DENSITY, ROUGH_ON_ROUGH]))
+def test_broken_tables_are_refused(small, data, document):
+    names = [name for name in FILES if name in document]
+    broken = data.draw(st.sampled_from(names))
+    for name, content in FILES.items():
+        Path(small / name).write_text(content, encoding="utf-8")
+    (small / broken).write_bytes(data.draw(broken_bytes([FILES[broken]])))
+    check_that_it_is_built_or_refused(small, document.encode())

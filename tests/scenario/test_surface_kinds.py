@@ -1,0 +1,860 @@
+"""The kinds of ``[surface]``: the summits that each gives, and what is said about those that give none."""
+
+import math
+import re
+import sys
+import tomllib
+import warnings
+from pathlib import Path
+
+import attrs
+import numpy as np
+import pytest
+from sections import (
+    AMOUNT,
+    DENSITY,
+    LINES,
+    OTHER,
+    RADIUS,
+    ROUGH,
+    SECTIONS,
+    SHORT,
+    TABLE_HEIGHTS,
+    bumps,
+    loaded,
+    section,
+    write_files,
+)
+
+import historysim as hs
+from historysim.errors import InputError
+from historysim.scenario import scenario, surface_kinds
+from historysim.surfaces.distribution import Gaussian, Tabulated, drawn_summits, quantile_summits
+from historysim.surfaces.heights import Surface
+from historysim.surfaces.random import random_surface
+from historysim.surfaces.reading import read_surface
+from historysim.surfaces.summits import Summits
+from historysim.surfaces.textured import split, textured_summits
+from historysim.tables import Format
+
+HEIGHTS = Path(__file__).parents[3] / "shared" / "data" / "heights"
+
+
+@pytest.fixture
+def folder(tmp_path):
+    write_files(tmp_path)
+    return tmp_path
+
+
+def ground(folder, entry):
+    return loaded(folder, entry).ground()
+
+
+def refusal(folder, entry):
+    with pytest.raises(InputError) as refused:
+        loaded(folder, entry).checked()
+    message = str(refused.value)
+    assert all(line.startswith(("s.toml: surface", "…")) for line in message.splitlines())
+    return message
+
+
+def without(entry, key):
+    return {name: value for name, value in entry.items() if name != key}
+
+
+def bits(summits):
+    columns = (summits.height, summits.radius, summits.x, summits.y)
+    return [None if column is None else column.tobytes() for column in columns] + [summits.nominal_area]
+
+
+# -- each gives what the function behind it gives ---------------------------------------------------
+
+
+def found_on(surface, rule=9):
+    return surface.summits(rule), surface
+
+
+def rough_map(folder, pixel_size):
+    return read_surface(folder / "maps" / "rough.txt", pixel_size=pixel_size, height_unit="nm")
+
+
+# the summits and the map of each section, by the functions of the package
+BY_FUNCTIONS = {
+    "sphere": lambda _: (Summits(0.0, RADIUS), None),
+    "inline summits": lambda _: (Summits([0.0, -1e-8], [1e-6, 2e-6], [0.0, 1e-5], [0.0, 0.0]), None),
+    "summit table": lambda _: (Summits([0.0, 12.5 * 1e-9], [1e-5, 2e-5], [0.0, 3e-6], [1e-6, 0.0]), None),
+    "textured": lambda _: (
+        textured_summits(
+            (3, 4),
+            (1e-5, 2e-5),
+            float(split(RADIUS, 12, "self-similar")),
+            height_scatter=1e-9,
+            radius_scatter=0.2,
+            seed=5,
+        ),
+        None,
+    ),
+    "gaussian statistics": lambda _: (drawn_summits(Gaussian(1e-8), RADIUS, **AMOUNT, seed=2), None),
+    "inline statistics": lambda _: (
+        drawn_summits(Tabulated(TABLE_HEIGHTS, DENSITY), RADIUS, **AMOUNT, seed=2),
+        None,
+    ),
+    "statistics of gaps": lambda _: (
+        quantile_summits(Tabulated.from_gaps([0.0, 1e-8], [1.0, 0.0]), RADIUS, **AMOUNT),
+        None,
+    ),
+    "statistics table": lambda _: (
+        drawn_summits(Tabulated([0 * 1e-9, 10 * 1e-9, 40 * 1e-9], [1, 4, 0.5]), RADIUS, **AMOUNT, seed=2),
+        None,
+    ),
+    "random": lambda _: found_on(random_surface(**ROUGH, autocorrelation="gaussian", skewness=-0.2, kurtosis=3.2), 5),
+    "measured": lambda folder: found_on(
+        rough_map(folder, (1e-6, 2e-6)).detrended("quadratic").scaled(2e-8).mirrored(), 5
+    ),
+    "sum": lambda _: found_on(
+        random_surface(**ROUGH).combined(random_surface(**OTHER), shift=(1e-6, 3e-6), rotation=0.3), 5
+    ),
+}
+# and of each short one, which has the defaults
+BY_FUNCTIONS_IN_SHORT = {
+    "inline summits": lambda _: (Summits([0.0, -1e-8], [RADIUS, RADIUS]), None),
+    "summit table": lambda _: (Summits([-1e-8, 0.0], [1e-5, 2e-5]), None),
+    "textured": lambda _: (textured_summits((3, 4), 1e-5, RADIUS), None),
+    "gaussian statistics": lambda _: (quantile_summits(Gaussian(1e-8), RADIUS, **AMOUNT), None),
+    "inline statistics": lambda _: (quantile_summits(Tabulated(TABLE_HEIGHTS, DENSITY), RADIUS, **AMOUNT), None),
+    "statistics table": lambda _: (
+        quantile_summits(Tabulated.from_gaps([0, 10, 40], [1, 4, 0.5]), RADIUS, **AMOUNT),
+        None,
+    ),
+    "random": lambda _: found_on(random_surface((24, 17), 1e-6, 1e-8, 4e-6, seed=3)),
+    "measured": lambda folder: found_on(rough_map(folder, 1e-6).detrended("plane")),
+    "sum": lambda _: found_on(random_surface(**ROUGH) + random_surface(**OTHER)),
+}
+
+
+NAMES = [*SECTIONS, *(f"{name}, in short" for name in SHORT)]
+CASES = [
+    *((entry, BY_FUNCTIONS[name]) for name, entry in SECTIONS.items()),
+    *((entry, BY_FUNCTIONS_IN_SHORT[name]) for name, entry in SHORT.items()),
+]
+
+
+@pytest.mark.parametrize(("entry", "by_functions"), CASES, ids=NAMES)
+def test_a_kind_gives_what_its_function_gives_bit_for_bit(folder, entry, by_functions):
+    summits, surface = by_functions(folder)
+    found = ground(folder, entry)
+    assert len(summits) > 0
+    assert bits(found.summits) == bits(summits)
+    assert found.friction is None
+    if surface is None:
+        assert found.surface is None
+    else:
+        assert found.surface.heights.tobytes() == surface.heights.tobytes()
+        assert found.surface.pixel_size == surface.pixel_size
+        assert found.surface.periodic == surface.periodic
+
+
+def test_an_array_that_replaces_one_asperity_has_smaller_ones(folder):
+    entry = {**SHORT["textured"], "scaling": "self-similar"}
+    assert ground(folder, entry).summits.radius == pytest.approx(RADIUS / math.sqrt(12), rel=4e-16)
+    entry = {**SHORT["textured"], "scaling": "curvature-invariant"}
+    assert (ground(folder, entry).summits.radius == RADIUS).all()
+
+
+@pytest.mark.parametrize("entry", [*SECTIONS.values(), *SHORT.values()], ids=NAMES)
+def test_a_run_has_these_summits_bit_for_bit(folder, entry):
+    summits = ground(folder, entry).summits
+    history = hs.run(folder / "s.toml")
+    assert history.summit_height.values.tobytes() == summits.height.tobytes()
+    assert history.summit_radius.values.tobytes() == summits.radius.tobytes()
+    for axis in "xy":
+        positions = getattr(summits, axis)
+        assert (axis in history.coords) == (positions is not None)
+        if positions is not None:
+            assert history[axis].values.tobytes() == positions.tobytes()
+
+
+def test_the_sections_are_of_every_kind_and_have_every_key():
+    assert {entry["kind"] for entry in SECTIONS.values()} == set(surface_kinds.KINDS)
+    kinds = {surface_kinds.KINDS[entry["kind"]](entry) for entry in SECTIONS.values()}
+    for kind in kinds:
+        keys = {
+            key for entry in SECTIONS.values() if surface_kinds.KINDS[entry["kind"]](entry) is kind for key in entry
+        }
+        # two belong to files that know their distances or channels, the others to all files of numbers
+        assert {field.name for field in attrs.fields(kind)} - keys <= {"lateral_unit", "channel"} | FORMAT
+
+
+FORMAT = {field.name for field in attrs.fields(Format)}
+README = Path(__file__).parents[2] / "scenarios" / "README.md"
+
+
+def documented():
+    """The rows of the table of kinds: the name of the kind, and its keys with their defaults as they stand there."""
+    text = README.read_text(encoding="utf-8")
+    table = text[text.index("### `[surface]`") :].split("\n\n")[2]
+    rows = [line.strip("| ").split(" | ") for line in table.splitlines()[2:]]
+    return [(re.match(r'`"(.*?)"`', kind)[1], re.findall(r"`([^`]*)`", keys)) for kind, keys in rows]
+
+
+def defaults(kind):
+    return {field.name: field.default for field in attrs.fields(kind)}
+
+
+def test_the_table_of_kinds_is_complete_and_its_defaults_are_true():
+    rows = documented()
+    kinds = {surface_kinds.KINDS[entry["kind"]](entry) for entry in SECTIONS.values()}
+    assert {name for name, _ in rows} == set(surface_kinds.KINDS)
+    assert len(rows) == len(kinds)
+    for name, texts in rows:
+        entry = dict.fromkeys(text.split(" = ")[0] for text in texts)
+        fields = defaults(surface_kinds.KINDS[name](entry))
+        assert set(fields) - FORMAT <= set(entry)
+        for text in texts:
+            if " = " in text and not text.startswith("["):
+                ((key, value),) = tomllib.loads(text).items()
+                assert (tuple(value) if isinstance(value, list) else value) == fields[key]
+
+
+def test_the_example_of_the_readme_has_summits(folder):
+    text = README.read_text(encoding="utf-8")
+    example = text[text.index('[surface]\nkind = "sum"') :].split("```")[0]
+    np.savetxt(folder / "maps" / "polished.txt", bumps((256, 256)))
+    (folder / "s.toml").write_text(example + LINES, encoding="utf-8")
+    assert len(scenario.load(folder / "s.toml").ground().summits) > 100
+
+
+# -- what the keys do -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "key", "value"),
+    [
+        ("sphere", "radius", 1e-6),
+        ("inline summits", "height", [0.0, -2e-8]),
+        ("inline summits", "radius", 1e-6),
+        ("inline summits", "x", [0.0, 1.0]),
+        ("inline summits", "y", [0.0, 1.0]),
+        ("summit table", "columns", {"height": "z", "radius": "R"}),
+        ("textured", "count", [4, 3]),
+        ("textured", "pitch", 1e-5),
+        ("textured", "radius", 1e-6),
+        ("textured", "scaling", "curvature-invariant"),
+        ("textured", "height_scatter", 2e-9),
+        ("textured", "radius_scatter", 0.1),
+        ("textured", "seed", 6),
+        ("gaussian statistics", "radius", 1e-6),
+        ("gaussian statistics", "summit_density", 2e10),
+        ("gaussian statistics", "nominal_area", 2.6e-9),
+        ("gaussian statistics", "rms_height", 2e-8),
+        ("gaussian statistics", "seed", 3),
+        ("inline statistics", "height", [-1e-8, 0.0, 4e-8]),
+        ("inline statistics", "density", [1.0, 4.0, 1.0]),
+        ("statistics of gaps", "gap", [0.0, 2e-8]),
+        ("statistics of gaps", "seed", 1),
+        ("statistics table", "columns", {"gap": "h", "density": "p"}),
+        ("random", "shape", [17, 24]),
+        ("random", "pixel_size", [1e-6, 2.1e-6]),
+        ("random", "rms_height", 2e-8),
+        ("random", "autocorrelation_length", [4e-6, 6e-6]),
+        ("random", "seed", 4),
+        ("random", "autocorrelation", "exponential"),
+        ("random", "skewness", 0.2),
+        ("random", "kurtosis", 3.5),
+        ("random", "rule", 9),
+        ("random", "rule", 3),
+        ("measured", "file", "maps/other.npy"),
+        ("measured", "pixel_size", 1e-6),
+        ("measured", "height_unit", "µm"),
+        ("measured", "form", "mean"),
+        ("measured", "form", "plane"),
+        ("measured", "form", "sphere"),
+        ("measured", "rms_height", 1e-8),
+        ("measured", "mirrored", False),
+        ("measured", "rule", 9),
+        ("sum", "first", {"kind": "random", **OTHER}),
+        ("sum", "second", {"kind": "random", **ROUGH}),
+        ("sum", "shift", [1e-6, 2e-6]),
+        ("sum", "rotation", -0.3),
+        ("sum", "rule", 9),
+    ],
+)
+def test_every_key_has_an_effect(folder, name, key, value):
+    np.save(folder / "maps" / "other.npy", bumps((14, 11), seed=1))
+    entry = SECTIONS[name]
+    if key == "height_unit":
+        entry = without(entry, "rms_height")
+    before = bits(ground(folder, entry).summits)
+    assert bits(ground(folder, {**entry, key: value}).summits) != before
+
+
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        ("sphere", {"radius": "2 µm"}),
+        ("inline summits", {"height": ["0 nm", "-10 nm"], "radius": ["1 µm", 2e-6], "x": [0, "10 µm"], "y": "0 m"}),
+        ("textured", {"pitch": ["10 µm", "0.02 mm"], "radius": "2 µm", "height_scatter": "1 nm"}),
+        ("gaussian statistics", {"rms_height": "10 nm", "nominal_area": "2500 µm2", "summit_density": "1e4 mm-2"}),
+        ("gaussian statistics", {"nominal_area": "0.0025 mm^2", "summit_density": "0.01 µm^-2"}),
+        ("inline statistics", {"height": ["-10 nm", 0, "30 nm"], "radius": "2 µm"}),
+        ("statistics of gaps", {"gap": ["0 nm", "10 nm"]}),
+        ("random", {"pixel_size": ["1 µm", "2 µm"], "rms_height": "10 nm", "autocorrelation_length": ["4 µm", 5e-6]}),
+        ("measured", {"pixel_size": ["1 µm", "2 µm"], "height_unit": "1e-9 m", "rms_height": "20 nm"}),
+        ("sum", {"shift": ["1 µm", "3000 nm"], "rotation": "0.3 rad"}),
+    ],
+)
+def test_texts_with_units_are_numbers_in_si(folder, name, changes):
+    assert bits(ground(folder, {**SECTIONS[name], **changes}).summits) == bits(ground(folder, SECTIONS[name]).summits)
+
+
+@pytest.mark.parametrize("text", ["90 degree", "90 degrees", "90°", "90 arc_degree"])
+def test_a_rotation_in_degrees(folder, text):
+    quarter = ground(folder, {**SECTIONS["sum"], "rotation": math.pi / 2}).surface
+    found = ground(folder, {**SECTIONS["sum"], "rotation": text}).surface
+    np.testing.assert_allclose(found.heights, quarter.heights, rtol=0, atol=1e-20)
+
+
+def test_one_number_stands_for_all_summits(folder):
+    positions = {"x": [0.0, 1e-5, 2e-5], "y": 0.0}
+    found = ground(folder, {"kind": "summits", "height": "1 nm", "radius": RADIUS, **positions}).summits
+    assert found.height.tolist() == [1e-9] * 3
+    assert found.radius.tolist() == [RADIUS] * 3
+    assert found.y.tolist() == [0.0] * 3
+    one = ground(folder, {"kind": "summits", "height": [1e-9], "radius": [1e-6, 2e-6]}).summits
+    assert one.height.tolist() == [1e-9] * 2
+
+
+def test_friction_may_stand_in_the_table_of_summits(folder):
+    columns = {**SECTIONS["summit table"]["columns"], "friction": "mu"}
+    lines = LINES.replace("[friction]\ncoefficient = 0.2\n", "")
+    found = loaded(folder, {**SECTIONS["summit table"], "columns": columns}, lines)
+    assert found.ground().friction.tolist() == [0.2, 0.1]
+    assert found.ensemble().friction.tolist() == [0.2, 0.1]
+
+
+def test_a_seed_draws_and_no_seed_takes_quantiles(folder):
+    entry = SHORT["gaussian statistics"]
+    quantiles, drawn = (ground(folder, {**entry, **seed}).summits for seed in ({}, {"seed": 0}))
+    assert (np.diff(quantiles.height) > 0).all()
+    assert quantiles.x is None
+    assert (np.diff(drawn.height) < 0).any()
+    assert len(drawn.x) == len(quantiles) == round(AMOUNT["summit_density"] * AMOUNT["nominal_area"])
+
+
+@pytest.mark.parametrize("where", ["here", "elsewhere"])
+def test_paths_are_relative_to_the_scenario(folder, monkeypatch, tmp_path_factory, where):
+    monkeypatch.chdir(folder if where == "here" else tmp_path_factory.mktemp("elsewhere"))
+    expected = bits(ground(folder, SECTIONS["measured"]).summits)
+    (folder / "below").mkdir()
+    for path in ("../maps/rough.txt", str(folder / "maps" / "rough.txt")):
+        entry = {**SECTIONS["measured"], "file": path}
+        (folder / "below" / "s.toml").write_text(section(entry) + LINES, encoding="utf-8")
+        assert bits(scenario.load(folder / "below" / "s.toml").ground().summits) == expected
+
+
+def test_paths_in_a_sum_are_relative_to_the_scenario_too(folder):
+    second = {**SHORT["measured"], "file": "./maps/../maps/rough.txt"}
+    found = ground(folder, {"kind": "sum", "first": SHORT["measured"], "second": second})
+    one = ground(folder, SHORT["measured"])
+    assert found.surface.heights.tobytes() == (2 * one.surface.heights).tobytes()
+
+
+def test_a_sum_of_sums(folder):
+    inner = {"kind": "sum", "first": {"kind": "random", **OTHER}, "second": SHORT["measured"], "rotation": 0.1}
+    found = ground(folder, {"kind": "sum", "first": {"kind": "random", **ROUGH}, "second": inner})
+    measured = read_surface(folder / "maps" / "rough.txt", pixel_size=1e-6, height_unit="nm").detrended()
+    expected = random_surface(**ROUGH) + random_surface(**OTHER).combined(measured, rotation=0.1)
+    assert found.surface.heights.tobytes() == expected.heights.tobytes()
+    assert bits(found.summits) == bits(expected.summits())
+
+
+@pytest.mark.skipif(not HEIGHTS.is_dir(), reason="the folder of measured height maps is not there")
+@pytest.mark.parametrize("name", ["di-4.di", "x3p-2.x3p"])
+def test_maps_of_instruments_know_their_units(folder, name):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # it warns of parallel computers that it does not find
+        pytest.importorskip("SurfaceTopography")
+    found = ground(folder, {"kind": "measured", "file": str(HEIGHTS / name), "channel": 0, "form": "mean"})
+    expected = read_surface(HEIGHTS / name).detrended("mean")
+    assert found.surface.heights.tobytes() == expected.heights.tobytes()
+    assert bits(found.summits) == bits(expected.summits())
+    message = refusal(folder, {"kind": "measured", "file": str(HEIGHTS / name), "channel": "colour"})
+    assert message.startswith(f"s.toml: surface.file: {name}: has no channels 'colour'; expected the name or index")
+
+
+def test_lists_of_coordinates_take_a_lateral_unit(folder):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # it warns of parallel computers that it does not find
+        pytest.importorskip("SurfaceTopography")
+    heights = bumps((6, 5))
+    points = [f"{0.5 * x} {0.25 * y} {heights[y, x]:.17g}" for y in range(6) for x in range(5)]
+    (folder / "points.xyz").write_text("\n".join(points), encoding="utf-8")
+    entry = {"kind": "measured", "file": "points.xyz", "height_unit": "nm", "form": "mean"}
+    assert "give lateral_unit" in refusal(folder, entry)
+    found = ground(folder, {**entry, "lateral_unit": "µm"}).surface
+    assert found.shape == (5, 6)
+    assert found.pixel_size == pytest.approx((0.5e-6, 0.25e-6))
+
+
+# -- summits of awkward maps ------------------------------------------------------------------------
+
+
+def brute_force(heights, offsets):
+    """Points with lower ones at all offsets; heights without ties."""
+    found = []
+    for i, j in np.ndindex(heights.shape):
+        around = [(i + di, j + dj) for di, dj in offsets]
+        inside = all(0 <= k < heights.shape[0] and 0 <= m < heights.shape[1] for k, m in around)
+        if inside and all(heights[point] < heights[i, j] for point in around):
+            found.append((i, j))
+    return found
+
+
+SQUARE = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0)]
+CROSS = [(0, 1), (0, -1), (1, 0), (-1, 0)]
+
+
+@pytest.mark.parametrize(("rule", "offsets"), [(9, SQUARE), (5, CROSS), (3, [(1, 0), (-1, 0)])])
+def test_summits_of_a_map_with_a_third_missing(folder, rule, offsets):
+    lines = bumps((40, 60))
+    lines[np.random.default_rng(1).random(lines.shape) < 0.31] = np.nan
+    np.savetxt(folder / "gaps.txt", lines)
+    entry = {"kind": "measured", "file": "gaps.txt", "pixel_size": ["1 µm", "2 µm"], "height_unit": "nm"}
+    found = ground(folder, {**entry, "rule": rule})
+    assert 0.29 < found.surface.missing.mean() < 0.33
+    assert (np.isnan(lines.T) == found.surface.missing).all()
+    expected = brute_force(found.surface.heights, offsets)
+    assert len(expected) > 5
+    positions = zip(found.summits.x / 1e-6, found.summits.y / 2e-6, strict=True)
+    assert sorted((round(x), round(y)) for x, y in positions) == expected
+    assert (found.summits.radius > 0).all()
+
+
+def test_the_first_index_of_a_text_is_that_of_its_columns(folder):
+    lines = np.zeros((5, 9))
+    lines[1, 6] = 4.0
+    np.savetxt(folder / "peak.txt", lines)
+    np.save(folder / "peak.npy", lines.T)
+    entry = {"kind": "measured", "pixel_size": ["1 µm", "2 µm"], "height_unit": "nm", "form": "mean"}
+    for name in ("peak.txt", "peak.npy"):
+        found = ground(folder, {**entry, "file": name})
+        assert found.surface.shape == (9, 5)
+        assert (found.summits.x.tolist(), found.summits.y.tolist()) == ([6e-6], [2e-6])
+        mirrored = ground(folder, {**entry, "file": name, "mirrored": True})
+        assert (mirrored.summits.x.tolist(), mirrored.summits.y.tolist()) == ([2e-6], [2e-6])
+
+
+@pytest.mark.parametrize("missing", ["nan", "NaN", "NA", "bad", "***", "---"])
+def test_a_height_that_is_missing_in_a_text(folder, missing):
+    (folder / "map.txt").write_text(f"0 0 0 0\n0 9 0 0\n0 0 0 {missing}\n0 5 0 0\n0 0 0 0\n", encoding="utf-8")
+    entry = {"kind": "measured", "file": "map.txt", "pixel_size": 1, "height_unit": "m", "form": "mean"}
+    found = ground(folder, entry)
+    assert np.argwhere(found.surface.missing).tolist() == [[3, 2]]
+    assert sorted(found.summits.y.tolist()) == [1.0, 3.0]
+
+
+@pytest.mark.parametrize("shape", [(1, 30), (30, 1)])
+def test_a_profile_has_summits_by_rule_3_alone(folder, shape):
+    heights = bumps(shape)
+    np.save(folder / "profile.npy", heights)
+    entry = {"kind": "measured", "file": "profile.npy", "pixel_size": [1e-6, 2e-6], "height_unit": "nm"}
+    for rule in ({}, {"rule": 9}, {"rule": 5}):
+        message = refusal(folder, {**entry, **rule})
+        expected = f"rule is {rule.get('rule', 9)} for a profile of 30 points; expected 3, the rule for profiles"
+        assert message == f"s.toml: surface: {expected}"
+    found = ground(folder, {**entry, "rule": 3, "form": "mean"})
+    along, across = (0, 1) if shape[0] > 1 else (1, 0)
+    offsets = [(1, 0), (-1, 0)] if shape[0] > 1 else [(0, 1), (0, -1)]
+    expected = brute_force(heights, offsets)
+    positions = (found.summits.x / 1e-6, found.summits.y / 2e-6)
+    assert np.rint(positions[along]).tolist() == [point[along] for point in expected]
+    assert (positions[across] == 0).all()
+    assert found.summits.nominal_area is None
+
+
+def test_a_text_of_one_column_is_a_profile(folder):
+    np.savetxt(folder / "profile.txt", bumps((30, 1)))
+    entry = {"kind": "measured", "file": "profile.txt", "pixel_size": 1e-6, "height_unit": "nm", "rule": 3}
+    assert ground(folder, entry).surface.shape == (30, 1)
+
+
+@pytest.mark.parametrize("shape", [[40, 1], [1, 40]])
+def test_random_profiles(folder, shape):
+    found = ground(folder, {**SHORT["random"], "shape": shape, "rule": 3})
+    assert found.surface.shape == tuple(shape)
+    assert len(found.summits) > 3
+
+
+NO_SUMMIT = {
+    "constant": np.zeros((6, 5)),
+    "rising": np.add.outer(np.arange(6.0), np.arange(5.0)) ** 2,
+    "2 by 2": np.array([[0.0, 1.0], [3.0, 1.0]]),
+    "a bowl": np.add.outer(np.linspace(-1, 1, 7) ** 2, np.linspace(-1, 1, 9) ** 2),
+    "a ridge to the border": np.pad(np.ones((1, 7)), ((2, 2), (0, 0))),
+    "a peak beside a missing point": np.array([[0, 0, 0, 0], [0, 1, np.nan, 0], [0, 0, 0, 0], [0, 0, 0, 0.0]]),
+    "three points": np.pad(np.full((2, 2), np.nan), ((0, 1), (0, 1)))[:, 1:],
+}
+
+
+@pytest.mark.parametrize("name", NO_SUMMIT)
+def test_a_map_without_summits_is_refused(folder, name):
+    np.savetxt(folder / "map.txt", NO_SUMMIT[name])
+    lines, columns = NO_SUMMIT[name].shape
+    entry = {"kind": "measured", "file": "map.txt", "pixel_size": 1e-6, "height_unit": "nm", "form": "mean"}
+    assert refusal(folder, entry) == (
+        f"s.toml: surface: the 9-point rule finds no summit among {columns} × {lines} points; expected a point with "
+        "lower ones all around, none of them missing or beyond the border"
+    )
+
+
+def test_a_tilt_that_is_taken_off_leaves_no_summits_of_rounding(folder):
+    x, y = np.indices((40, 30))
+    np.savetxt(folder / "map.txt", 0.1 * x + 0.3 * y + 1000)
+    entry = {"kind": "measured", "file": "map.txt", "pixel_size": 1e-6, "height_unit": "nm"}
+    for form in ("plane", "quadratic"):
+        assert "finds no summit among 30 × 40 points" in refusal(folder, {**entry, "form": form})
+
+
+def test_surfaces_without_a_common_summit(folder):
+    second = {"kind": "measured", "file": "two.txt", "pixel_size": 1e-6, "height_unit": "nm", "form": "mean"}
+    (folder / "two.txt").write_text("1 2\n4 3\n", encoding="utf-8")
+    entry = {"kind": "sum", "first": {"kind": "random", **ROUGH}, "second": second}
+    assert refusal(folder, entry).startswith("s.toml: surface: the 9-point rule finds no summit among 24 × 17 points")
+
+
+# -- what is said about those that cannot be used ---------------------------------------------------
+
+
+def required(name):
+    entry = SECTIONS[name]
+    kind = surface_kinds.KINDS[entry["kind"]](entry)
+    return [field.name for field in attrs.fields(kind) if field.default is attrs.NOTHING]
+
+
+@pytest.mark.parametrize(("name", "key"), [(name, key) for name in SECTIONS for key in required(name)])
+def test_a_missing_key_is_named(folder, name, key):
+    assert f"s.toml: surface.{key}: missing; expected a value" in refusal(folder, without(SECTIONS[name], key))
+
+
+@pytest.mark.parametrize(
+    ("entry", "said"),
+    [
+        ({"kind": "summits", "columns": {"height": "z", "radius": "R"}}, "surface.file: missing"),
+        (without(SECTIONS["inline statistics"], "density"), "surface.density: missing"),
+        (without(SECTIONS["statistics of gaps"], "density"), "surface.density: missing"),
+        (without(SECTIONS["inline statistics"], "height"), "surface: neither height nor gap; expected one of them"),
+        ({**SECTIONS["inline statistics"], "gap": [0, 1]}, "surface: both height and gap; expected one of them"),
+        ({**SHORT["statistics table"], "columns": {"density": "p"}}, "surface.columns: neither height nor gap"),
+        (
+            {**SHORT["statistics table"], "columns": {"gap": "h", "height": "h", "density": "p"}},
+            "surface.columns: both height and gap; expected one of them",
+        ),
+        (without(SHORT["statistics table"], "file"), "surface.file: missing"),
+    ],
+)
+def test_what_was_begun_is_named(folder, entry, said):
+    assert refusal(folder, entry).splitlines()[0].startswith(f"s.toml: {said}")
+
+
+@pytest.mark.parametrize(
+    ("name", "key"), [(name, key) for name, entry in SECTIONS.items() for key in entry if key != "kind"]
+)
+def test_a_misspelt_key_names_the_nearest(folder, name, key):
+    wrong = key[:-1] + key[-1] * 2
+    message = refusal(folder, {**SECTIONS[name], wrong: SECTIONS[name][key]})
+    assert message == f"s.toml: surface.{wrong}: unknown key; did you mean {key!r}?"
+
+
+@pytest.mark.parametrize(
+    "value", [True, "nonsense", "", {"a": 1}, [[1]], [], math.nan, -math.inf, -1, 2**70, 10**400, "5 kg"]
+)
+@pytest.mark.parametrize(
+    ("name", "key"), [(name, key) for name, entry in SECTIONS.items() for key in entry if key != "kind"]
+)
+def test_values_of_a_wrong_type_or_size_are_refused_by_their_key(folder, name, key, value):
+    entry = {**SECTIONS[name], key: value}
+    try:
+        found = ground(folder, entry)
+    except InputError:
+        message = refusal(folder, entry)
+        assert key in message or (key == "pixel_size" and "pixels of 1.18059e+21 m" in message)
+        assert max(map(len, message.splitlines())) < 300
+    else:
+        assert key == "mirrored" if value is True else value in (-1, 2**70)
+        assert np.isfinite(found.summits.height).all()
+
+
+@pytest.mark.parametrize(
+    ("kind", "said"),
+    [
+        ("Sphere", "surface.kind: the text 'Sphere'; did you mean 'sphere'?"),
+        (
+            "gaussian",
+            "surface.kind: the text 'gaussian'; expected one of sphere, summits, textured, statistics, random",
+        ),
+        (["sphere"], "surface.kind: an array; expected one of sphere, summits, textured, statistics, random, measured"),
+        ({"random": 1}, "surface.kind: a table; expected one of sphere"),
+        (7, "surface.kind: 7; expected one of sphere"),
+        (True, "surface.kind: true; expected one of sphere"),
+    ],
+)
+def test_kinds_that_there_are_not(folder, kind, said):
+    assert refusal(folder, {"kind": kind}).startswith(f"s.toml: {said}")
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "said"),
+    [
+        ("sphere", {"radius": 0}, "surface: radius is 0; expected a finite number greater than 0"),
+        ("inline summits", {"height": []}, "surface.height: an empty array; expected one number, or one for each"),
+        ("inline summits", {"x": []}, "surface.x: an empty array; expected one number, or one for each summit"),
+        ("inline summits", {"radius": [1, 2, 3]}, "surface: radius has 3 values for 2 summits"),
+        ("inline summits", {"y": [1, 2, 3]}, "surface: y has 3 values for 2 summits"),
+        ("inline summits", {"radius": [1, -2]}, "surface: radius[1] is -2; expected a finite number greater than 0"),
+        ("summit table", {"file": "none.csv"}, "surface.file: none.csv: there is no such file in"),
+        ("summit table", {"file": "maps"}, "surface.file: maps: "),
+        ("summit table", {"delimiter": ","}, "surface.file: summits.csv: there is no column 'z'; expected one of z;R"),
+        ("textured", {"count": 12}, "surface.count: 12; expected an array"),
+        ("textured", {"count": [12]}, "surface: count is (12,); expected two whole numbers (nx, ny)"),
+        ("textured", {"count": [3, 0]}, "surface: count is (3, 0); expected 1 or more each way"),
+        ("textured", {"count": [3, 2.0]}, "surface.count[1]: 2.0; expected an integer"),
+        ("textured", {"count": [10**5, 10**5]}, "surface: count is (100000, 100000); expected 1 or more each way, and"),
+        ("textured", {"count": [2**62, 2**62]}, "surface: count is (4611686018427387904, 4611686018427387904); expec"),
+        ("textured", {"pitch": [1, 2, 3]}, "surface: pitch has shape (3,); expected one number, or two"),
+        ("textured", {"scaling": "self_similar"}, "surface.scaling: the text 'self_similar'; did you mean 'self-sim"),
+        ("textured", {"radius_scatter": 20}, "surface: radius_scatter is 20; expected 0 to 1"),
+        ("textured", {"seed": -1}, "surface: seed is -1; expected a whole number of 0 or more"),
+        ("textured", {"seed": 1.0}, "surface.seed: 1.0; expected an integer"),
+        ("gaussian statistics", {"rms_height": 0}, "surface: rms_height is 0; expected a finite number greater than"),
+        ("gaussian statistics", {"summit_density": 1}, "surface: summit_density 1 1/m² times nominal_area 2.5e-09 m²"),
+        ("gaussian statistics", {"summit_density": 1e30}, "surface: summit_density 1e+30 1/m² times nominal_area"),
+        ("gaussian statistics", {"nominal_area": "1 mm"}, "surface.nominal_area: '1 mm': 'mm' is not a unit of"),
+        ("inline statistics", {"density": [1, 2]}, "surface: height has shape (3,) and density (2,); expected two"),
+        ("inline statistics", {"density": [0, 0, 0]}, "surface: density is 0 throughout"),
+        ("inline statistics", {"density": [0, 1, -1]}, "surface: density[2] is -1; expected a finite number of 0 or"),
+        ("inline statistics", {"height": [0, 2, 1]}, "surface: height[2] is 1 after 2; expected increasing numbers"),
+        ("statistics of gaps", {"gap": [-1, 1]}, "surface: gap[0] is -1; expected a finite number of 0 or more"),
+        ("statistics table", {"file": "none.csv"}, "surface.file: none.csv: there is no such file in"),
+        ("random", {"shape": [24]}, "surface: shape is (24,); expected the number of points along x and y"),
+        ("random", {"shape": 24}, "surface.shape: 24; expected an array"),
+        ("random", {"shape": [2**40, 2**40]}, "surface: shape is 1099511627776 x 1099511627776, "),
+        ("random", {"pixel_size": [1, 2, 3]}, "surface: pixel_size has shape (3,); expected one number, or one for x"),
+        ("random", {"autocorrelation_length": 1}, "surface: autocorrelation_length along x is 1 m on 24 pixels"),
+        ("random", {"autocorrelation": "cubic"}, "surface: autocorrelation is 'cubic'; expected one of 'exponential',"),
+        ("random", {"kurtosis": 1}, "surface: kurtosis is 1 with a skewness of -0.2; no heights have"),
+        ("random", {"rule": 7}, "surface: rule is 7; expected 3 (for profiles), 5 or 9 points"),
+        ("random", {"rule": 9.0}, "surface.rule: 9.0; expected an integer"),
+        ("measured", {"file": "maps"}, "surface.file: maps: is a folder; expected a file with heights"),
+        ("measured", {"file": "maps/none.txt"}, "surface.file: none.txt: there is no such file in"),
+        ("measured", {"pixel_size": -1}, "surface.file: rough.txt: pixel_size[0] is -1; expected a finite number"),
+        ("measured", {"height_unit": "mN"}, "surface.file: rough.txt: height_unit: 'mN' is not a unit of a length"),
+        ("measured", {"lateral_unit": "µm"}, "surface.file: rough.txt: lateral_unit is 'µm', but the file has no"),
+        ("measured", {"channel": 0}, "surface.file: rough.txt: channel is 0, but a matrix has no channels"),
+        ("measured", {"channel": 0.5}, "surface.channel: 0.5; expected the number of a channel, from 0, or its name"),
+        ("measured", {"channel": False}, "surface.channel: false; expected the number of a channel, from 0, or its"),
+        ("measured", {"channel": 2**64}, "surface.channel: an integer of 65 bits; expected an integer of 64 bits"),
+        ("measured", {"form": "none"}, "surface.form: form is 'none'; expected one of mean, plane, quadratic, sphere"),
+        ("measured", {"rms_height": -1}, "surface.rms_height: rms_height is -1; expected a finite number greater"),
+        ("measured", {"mirrored": 1}, "surface.mirrored: 1; expected true or false"),
+        ("sum", {"shift": 1e-6}, "surface: shift has shape (); expected one length along x and one along y"),
+        (
+            "sum",
+            {"shift": [1, 1], "first": SHORT["measured"], "second": SHORT["measured"]},
+            "surface: the two surfaces have no point in common; expected a shift within",
+        ),
+        ("sum", {"rotation": "30"}, "surface.rotation: '30' has no unit"),
+    ],
+)
+def test_messages_name_what_came_and_what_is_expected(folder, name, changes, said):
+    message = refusal(folder, {**SECTIONS[name], **changes})
+    assert message.startswith(f"s.toml: {said}")
+    assert len(message.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ("", "is empty; expected heights"),
+        ("\n\n", "has no line with heights"),
+        ("1 2 3 4\n1 2 3\n", "line 2: 3 values where line 1 has 4"),
+        ("1 2 3 4\n1 x 3 4\n", "line 2, column 2: 'x'; expected a number, or nan"),
+        ("1 2 3 4\n1 1_0 3 4\n", "line 2, column 2: '1_0'; expected a number"),
+        ("1 2 3 4\n1 inf 3 4\n1 2 3 4\n", "has 1 infinite heights, the first at [1, 1]"),
+        ("nan nan nan nan\n" * 4, "has 0 points with a height, of 16; expected 3 or more"),
+        ("1 2\n" * 20, "has 2 columns in 20 lines, which may be coordinates"),
+    ],
+)
+def test_maps_that_cannot_be_read(folder, content, said):
+    (folder / "map.txt").write_text(content, encoding="utf-8")
+    entry = {"kind": "measured", "file": "map.txt", "pixel_size": 1e-6, "height_unit": "nm"}
+    assert refusal(folder, entry).startswith(f"s.toml: surface.file: map.txt: {said}")
+
+
+@pytest.mark.parametrize(
+    ("missing", "said"),
+    [
+        ({"pixel_size": 1e-6}, "does not name the unit of its heights; give height_unit"),
+        ({"height_unit": "nm"}, "does not say how far apart its points are; give pixel_size"),
+    ],
+)
+def test_a_file_without_a_unit_needs_one(folder, missing, said):
+    entry = {"kind": "measured", "file": "maps/rough.txt", **missing}
+    assert refusal(folder, entry).startswith(f"s.toml: surface.file: rough.txt: {said}")
+
+
+def test_what_reads_the_files_of_instruments_may_be_missing(folder, monkeypatch):
+    monkeypatch.setitem(sys.modules, "SurfaceTopography", None)
+    (folder / "map.x3p").write_bytes(b"PK")
+    message = refusal(folder, {"kind": "measured", "file": "map.x3p"})
+    assert message.startswith("s.toml: surface.file: map.x3p: needs SurfaceTopography, which cannot be imported")
+    assert message.endswith('pip install "historysim[surfaces]"')
+
+
+def test_a_flat_map_cannot_be_scaled(folder):
+    (folder / "map.txt").write_text("1 1 1 1\n" * 4, encoding="utf-8")
+    entry = {"kind": "measured", "file": "map.txt", "pixel_size": 1e-6, "height_unit": "nm", "rms_height": 1e-9}
+    assert refusal(folder, entry) == (
+        "s.toml: surface.rms_height: the surface has one height everywhere; expected a rough one to scale"
+    )
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ("z,R,mu\n0,1e-5,0\n\n1,-1e-5,0\n", "line 4: radius is -1e-05; expected more than 0, in SI"),
+        ("z,R,mu\n0,0,0\n", "line 2: radius is 0; expected more than 0, in SI"),
+        ("z,R,mu\n0,1,-0.1\n", "line 2: friction is -0.1; expected 0 or more, in SI"),
+        ("z,R,mu\n", "has a header but no rows"),
+        ("z,R,mu\n0,1\n", "line 2: 2 values where the header names 3 columns"),
+        ("z,R,mu\n0,nan,1\n", "line 2, column 'R': 'nan'; expected a finite number"),
+        ("z,mu\n0,1\n", "there is no column 'R'; expected one of z, mu"),
+    ],
+)
+def test_tables_of_summits_that_cannot_be_used(folder, content, said):
+    (folder / "comma.csv").write_text(content, encoding="utf-8")
+    columns = {"height": "z", "radius": "R", "friction": "mu"}
+    message = refusal(folder, {**SHORT["summit table"], "columns": columns})
+    assert message.startswith(f"s.toml: surface.file: comma.csv: {said}")
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ("h,p\n0,1\n1,-1\n2,0\n", "density[1] is -1; expected a finite number of 0 or more"),
+        ("h,p\n0,0\n2,1\n1,0\n", "gap[2] is 1 after 2; expected increasing numbers"),
+        ("h,p\n0,0\n1,0\n", "density is 0 throughout"),
+        ("h,p\n0,1\n", "gap has shape (1,) and density (1,); expected two lists of one length ≥ 2"),
+        ("h,p\n-1,1\n0,1\n", "gap[0] is -1; expected a finite number of 0 or more"),
+        ("h,p\n0,one\n", "line 2, column 'p': 'one'; expected a finite number"),
+    ],
+)
+def test_tables_of_densities_that_cannot_be_used(folder, content, said):
+    (folder / "density.csv").write_text(content, encoding="utf-8")
+    message = refusal(folder, SHORT["statistics table"])
+    assert message.startswith(f"s.toml: surface.file: density.csv: {said}")
+
+
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        ("textured", {"pitch": 1e200}),
+        ("gaussian statistics", {"rms_height": 1e308}),
+        ("inline statistics", {"height": [0, 1e-320, 2e-320]}),
+        ("random", {"rms_height": 1e308}),
+        ("random", {"pixel_size": 1e-200, "autocorrelation_length": 4e-200}),
+        ("random", {"pixel_size": 1e200, "autocorrelation_length": 4e200}),
+        ("measured", {"height_unit": "1e300 m"}),
+        ("measured", {"pixel_size": "1e-200 m"}),
+        ("sum", {"first": {"kind": "random", **ROUGH, "rms_height": 1e308}}),
+    ],
+)
+def test_lengths_that_no_float_can_square_are_refused(folder, name, changes):
+    message = refusal(folder, {**SECTIONS[name], **changes})
+    assert "expected" in message
+    assert len(message.splitlines()) == 1
+
+
+# -- sums -------------------------------------------------------------------------------------------
+
+BAD_PARTS = [
+    (7, ": 7; expected a table"),
+    ({}, ".kind: missing; expected one of random, measured, sum"),
+    ({"kind": "sphere"}, ".kind: the text 'sphere'; expected one of random, measured, sum"),
+    ({"kind": "summits"}, ".kind: the text 'summits'; expected one of random, measured, sum"),
+    ({"kind": "randon"}, ".kind: the text 'randon'; did you mean 'random'?"),
+    ({"kind": "random", **ROUGH, "rule": 9}, ".rule: belongs to the surface as a whole; expected it beside first and"),
+    ({"kind": "random", **ROUGH, "sed": 1}, ".sed: unknown key; did you mean 'seed'?"),
+    ({"kind": "random", **ROUGH, "seed": "x"}, ".seed: the text 'x'; expected an integer"),
+    ({"kind": "random", **ROUGH, "seed": -1}, ": seed is -1; expected an integer of 0 or more"),
+    ({"kind": "measured", "file": "maps/none.txt"}, ".file: none.txt: there is no such file in"),
+    ({"kind": "measured", "file": "maps/rough.txt"}, ".file: rough.txt: does not name the unit of its heights"),
+    ({**SHORT["measured"], "form": "cone"}, ".form: form is 'cone'; expected one of mean"),
+    ({**SHORT["measured"], "rms_height": 0}, ".rms_height: rms_height is 0; expected a finite number"),
+]
+
+
+@pytest.mark.parametrize("where", ["first", "second", "first.second", "second.second.first"])
+@pytest.mark.parametrize(("part", "said"), BAD_PARTS)
+def test_errors_in_a_sum_have_the_whole_path(folder, part, said, where):
+    good = {"kind": "random", **ROUGH}
+    for key in reversed(where.split(".")):
+        part = {"kind": "sum", "first": good, "second": good, key: part}
+    message = refusal(folder, part)
+    assert message.startswith(f"s.toml: surface.{where}{said}")
+    assert len(message.splitlines()) == 1
+
+
+def test_both_parts_are_reported_at_once(folder):
+    bad = {"kind": "random", **ROUGH, "seed": "x"}
+    lines = refusal(folder, {"kind": "sum", "first": bad, "second": bad, "rull": 9}).splitlines()
+    assert [line.split(":")[1].strip() for line in lines] == [
+        "surface.first.seed",
+        "surface.second.seed",
+        "surface.rull",
+    ]
+
+
+def test_a_map_and_a_profile_have_no_sum(folder):
+    np.save(folder / "profile.npy", bumps((30, 1)))
+    profile = {"kind": "measured", "file": "profile.npy", "pixel_size": 1e-6, "height_unit": "nm"}
+    entry = {"kind": "sum", "first": {"kind": "random", **ROUGH}, "second": profile}
+    assert refusal(folder, entry).startswith("s.toml: surface: surfaces of (30, 1) and (24, 17) points; expected two")
+    both = {"kind": "sum", "first": profile, "second": profile}
+    assert "expected 3, the rule for profiles" in refusal(folder, both)
+    assert len(ground(folder, {**both, "rule": 3}).summits) > 3
+    assert "expected a shift along it" in refusal(folder, {**both, "rule": 3, "shift": [0, 1]})
+
+
+def nested(levels):
+    entry = {"kind": "random", **ROUGH}
+    for _ in range(levels):
+        entry = {"kind": "sum", "first": entry, "second": {"kind": "random", **OTHER}}
+    return entry
+
+
+def test_sums_within_sums_have_a_deepest_one(folder):
+    one, other = random_surface(**ROUGH), random_surface(**OTHER)
+    expected = one
+    for _ in range(surface_kinds.DEEPEST):
+        expected = expected + other
+    found = ground(folder, nested(surface_kinds.DEEPEST))
+    assert found.surface.heights.tobytes() == expected.heights.tobytes()
+    said = "s.toml: surface: sums within sums, more than 20 deep; expected fewer"
+    assert refusal(folder, nested(surface_kinds.DEEPEST + 1)) == said
+    path = folder / "s.toml"
+    levels = [".first" * level for level in range(1000)]
+    path.write_text("".join(f'[surface{level}]\nkind = "sum"\n' for level in levels) + LINES, encoding="utf-8")
+    with pytest.raises(InputError) as refused:
+        scenario.load(path)
+    assert str(refused.value) == said
+
+
+def test_a_surface_is_what_it_was_beside_a_flat(folder):
+    flat = {"kind": "measured", "file": "flat.npy", "pixel_size": [1e-6, 2e-6], "height_unit": "nm", "form": "mean"}
+    np.save(folder / "flat.npy", np.zeros((24, 17)))
+    one = ground(folder, {"kind": "random", **ROUGH})
+    both = ground(folder, {"kind": "sum", "first": {"kind": "random", **ROUGH}, "second": flat})
+    assert both.surface.heights.tobytes() == one.surface.heights.tobytes()
+    # the flat ends where the map goes round
+    inside = Surface(one.surface.heights, one.surface.pixel_size)
+    assert bits(both.summits) == bits(inside.summits())

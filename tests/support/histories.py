@@ -1,0 +1,203 @@
+"""Random load histories within the friction limit: mixed control that switches midway, lift-off, friction changes."""
+
+from typing import NamedTuple
+
+import numpy as np
+from hypothesis import strategies as st
+from springs import Contact
+
+from historysim.loads.events import (
+    FrictionChange,
+    NormalDisplacement,
+    NormalLoad,
+    TangentialDisplacement,
+    TangentialLoad,
+)
+
+# how much of the friction limit a history asks for: one coefficient, and several
+SINGLE_MARGIN = 0.95
+MIXED_MARGIN = 0.9
+
+# the worked numbers of the theory: E* = R = 1, G* = 0.25, μ = 0.5, straight ramps from N = 0.01, T = 0; each to N, T,
+# then the displacement there, and the energy dissipated so far, its last digit cut off
+TABLE = [
+    (0.01, 0.003, 8.757317e-3, 1.310944e-6),
+    (0.01, -0.002, -5.420920e-3, 2.660305e-6),
+    (0.02, -0.002, -5.420920e-3, 2.660305e-6),
+    (0.02, 0.004, 8.431302e-3, 6.551350e-6),
+    (0.012, 0.004, 1.1233324e-2, 1.392732e-5),
+    (0.012, -0.001, -1.827260e-3, 1.489826e-5),
+    (0.005, -0.001, -3.483260e-3, 1.640487e-5),
+]
+
+
+class Move(NamedTuple):
+    """One joint path of both channels to their targets; `friction` then replaces the coefficients.
+
+    The kinds are "load" [N] and "displacement" [m]; a friction change acts after the arrival, with both channels held.
+    """
+
+    normal_kind: str
+    normal_value: float
+    tangential_kind: str
+    tangential_value: float
+    friction: tuple[float, ...] | None = None
+
+
+class _RandomSource:
+    def __init__(self, rng):
+        self._rng = rng
+
+    def between(self, low, high):
+        return float(self._rng.uniform(low, high))
+
+    def pick(self, options):
+        return options[self._rng.integers(len(options))]
+
+
+class _DrawnSource:
+    def __init__(self, draw):
+        self._draw = draw
+
+    def between(self, low, high):
+        return self._draw(st.floats(low, high))
+
+    def pick(self, options):
+        return self._draw(st.sampled_from(options))
+
+
+class _Writer:
+    """Writes moves one after another and knows the loads that they lead to.
+
+    The tangential load is unknown (None) after a displacement: it is then only known to be within the limit.
+    """
+
+    def __init__(self, source, contact, largest_load):
+        self.source = source
+        self.contact = contact
+        self.largest_load = largest_load
+        self.largest_approach = contact.approach(largest_load)
+        self.slide = contact.compliance_ratio * contact.friction.max() * self.largest_approach
+        self.normal_load = 0.0
+        self.tangential_load = 0.0
+
+    def move(self):
+        action = self.source.pick(("reload", "reload", "reload", "reload", "hold", "hold", "hold", "lift"))
+        normal_kind = self.source.pick(("load", "displacement"))
+        tangential_kind = self.source.pick(("load", "displacement"))
+        if action == "lift" and self.normal_load > 0:
+            return self._lift(normal_kind)
+        held = action == "hold" and self.normal_load > 0
+        # a wide range of loads, so that low asperities come and go
+        normal_load = self.normal_load if held else self.largest_load * self.source.between(0.15, 1.0) ** 2
+        return self._touch(normal_kind, normal_load, tangential_kind)
+
+    def friction(self):
+        """Return new coefficients that hold the present tangential load."""
+        lowest = 0.6
+        if self.tangential_load is not None:
+            held = MIXED_MARGIN * self.contact.limit(self.contact.approach(self.normal_load))
+            lowest = max(lowest, min(abs(self.tangential_load) / held, 1.0)) if held > 0 else lowest
+        if np.ptp(self.contact.friction) == 0:
+            factors = np.full(self.contact.friction.shape, self.source.between(lowest, 1.4))
+        else:
+            factors = np.array([self.source.between(lowest, 1.4) for _ in self.contact.friction])
+        self.contact = self.contact._replace(friction=self.contact.friction * factors)
+        return tuple(self.contact.friction.tolist())
+
+    def _lift(self, normal_kind):
+        # U under a tangential load is not determined once nothing touches
+        gap = self.source.between(0.01, 0.5) * self.largest_approach
+        self.normal_load = self.tangential_load = 0.0
+        return Move(normal_kind, 0.0 if normal_kind == "load" else -gap, "displacement", self._displacement())
+
+    def _touch(self, normal_kind, normal_load, tangential_kind):
+        approach = self.contact.approach(normal_load)
+        if tangential_kind == "displacement":
+            value, tangential_load = self._displacement(), None
+        else:
+            margin = SINGLE_MARGIN if np.ptp(self.contact.friction) == 0 else MIXED_MARGIN
+            value = tangential_load = margin * self.source.between(-1.0, 1.0) * self.contact.limit(approach)
+            if not self._ramp_is_safe(normal_load, tangential_load):
+                # straight in (approach, U) instead: such a path asks for nothing on its way
+                normal_kind = "displacement"
+        self.normal_load, self.tangential_load = normal_load, tangential_load
+        normal_value = normal_load if normal_kind == "load" else approach
+        return Move(normal_kind, float(normal_value), tangential_kind, float(value))
+
+    def _ramp_is_safe(self, normal_load, tangential_load):
+        """With one coefficient the limit is straight in N, and a ramp whose ends are within it stays within."""
+        if np.ptp(self.contact.friction) == 0:
+            return True
+        if self.tangential_load is None:
+            return False
+        share = np.linspace(0, 1, 65)
+        approaches = self.contact.approach(self.normal_load + share * (normal_load - self.normal_load))
+        loads = self.tangential_load + share * (tangential_load - self.tangential_load)
+        return np.all(np.abs(loads) <= (MIXED_MARGIN + 0.05) * self.contact.limit(approaches))
+
+    def _displacement(self):
+        return self.source.between(-1.3, 1.3) * self.slide
+
+
+def _write(source, contact, largest_load, count, friction_changes):
+    writer = _Writer(source, contact, largest_load)
+    moves = []
+    for _ in range(count):
+        move = writer.move()
+        if friction_changes and source.pick((False, False, True)):
+            move = move._replace(friction=writer.friction())
+        moves.append(move)
+    return moves
+
+
+def random_moves(rng, contact, largest_load, count=10, friction_changes=False):
+    """Return a history drawn from a numpy Generator; its normal load stays below `largest_load` [N]."""
+    return _write(_RandomSource(rng), contact, largest_load, count, friction_changes)
+
+
+@st.composite
+def histories(draw, contact, largest_load, longest=10, friction_changes=False):
+    """Strategy for the same histories of 1 to `longest` moves."""
+    count = draw(st.integers(1, longest))
+    return _write(_DrawnSource(draw), contact, largest_load, count, friction_changes)
+
+
+def random_contact(rng, count, several_coefficients=False):
+    """Return asperities with heights and radii that scatter about an approach and a radius of order one."""
+    friction = rng.uniform(0.2, 0.6, count if several_coefficients else 1)
+    height = rng.normal(0.0, 0.01, count)
+    return Contact.build(1.0, 0.25, height, rng.lognormal(0.0, 0.3, count), friction)
+
+
+def to_events(moves):
+    """Return the events of a history: a move arrives per unit of time; a friction change takes a unit of hold."""
+    normal = {"load": NormalLoad, "displacement": NormalDisplacement}
+    tangential = {"load": TangentialLoad, "displacement": TangentialDisplacement}
+    events = []
+    time = 0.0
+    for move in moves:
+        channels = (
+            (normal[move.normal_kind], move.normal_value),
+            (tangential[move.tangential_kind], move.tangential_value),
+        )
+        events += [channel(time, value) for channel, value in channels]
+        time += 1.0
+        if move.friction is not None:
+            events += [channel(time, value) for channel, value in channels]
+            events.append(FrictionChange(time, move.friction))
+            time += 1.0
+    return events
+
+
+def follow(row, moves, substeps=400):
+    """Carry a SpringRow through the moves; yield it after each distinct time of `to_events`."""
+    for move in moves:
+        row.apply((move.normal_kind, move.normal_value), (move.tangential_kind, move.tangential_value), substeps)
+        yield row
+        if move.friction is not None:
+            row.friction_change(move.friction)
+            if move.tangential_kind == "load":
+                # the coefficients are new, the loads are not: U jumps at a fixed approach
+                row.apply(("displacement", row.approach), ("load", move.tangential_value), substeps)
+            yield row

@@ -1,0 +1,315 @@
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from scipy.integrate import trapezoid
+from scipy.io import loadmat
+
+from historysim.contact.greenwood_williamson import summit_contact
+from historysim.errors import InputError
+from historysim.surfaces import distribution as module
+from historysim.surfaces.distribution import Gaussian, Tabulated, drawn_summits, generator, quantile_summits
+
+EPS = np.finfo(float).eps
+MEASURED = Path(__file__).parents[3] / "shared" / "data" / "brake_reuss" / "brb_surface_data.mat"
+
+TWO_HILLS = Tabulated([0, 1, 2, 5, 6, 7], [0, 3, 0, 0, 3, 0])
+
+
+def probability_below(height, table, density):
+    """Integral of a table from its start, by trapezia of cells cut at the height."""
+    table, density = np.asarray(table, float), np.asarray(density, float)
+    ends = np.minimum(table[1:], np.maximum(height, table[:-1]))
+    at_ends = np.array([np.interp(end, table[i : i + 2], density[i : i + 2]) for i, end in enumerate(ends)])
+    return np.sum((ends - table[:-1]) * (density[:-1] + at_ends) / 2) / trapezoid(density, table)
+
+
+@st.composite
+def tables(draw):
+    widths = draw(st.lists(st.floats(1e-3, 1e3), min_size=1, max_size=8))
+    start = draw(st.floats(-1e3, 1e3))
+    density = draw(st.lists(st.just(0.0) | st.floats(1e-3, 1e3), min_size=len(widths) + 1, max_size=len(widths) + 1))
+    assume(any(density))
+    return start + np.concatenate([[0], np.cumsum(widths)]), np.array(density)
+
+
+def test_quantiles_of_gaussian_heights():
+    # 1.959963984540054 and 3.090232306167813 are the tabled quantiles of the standard normal distribution
+    heights = Gaussian(2e-6, mean=1e-6).quantile([0.025, 0.5, 0.975, 0.999])
+    np.testing.assert_allclose(
+        heights, 1e-6 + 2e-6 * np.array([-1.959963984540054, 0, 1.959963984540054, 3.090232306167813]), rtol=8 * EPS
+    )
+    assert Gaussian(3.0).mean == 0
+    assert Gaussian(3.0, 1.0).deviation == 3
+    assert isinstance(Gaussian(1.0).quantile(0.3), float)
+
+
+def test_quantiles_of_a_rectangle_and_of_triangles():
+    p = np.linspace(0, 1, 11)
+    np.testing.assert_allclose(Tabulated([-1, 3], [7, 7]).quantile(p), 4 * p - 1, atol=4 * EPS)
+    np.testing.assert_allclose(Tabulated([0, 2], [0, 5]).quantile(p), 2 * np.sqrt(p), atol=4 * EPS)
+    # the difference 1 - p is rounded before its root is taken: √EPS at the end, less than 3e-16/√(1-p) before
+    np.testing.assert_allclose(Tabulated([0, 2], [5, 0]).quantile(p[:-1]), 2 - 2 * np.sqrt(1 - p[:-1]), atol=2e-15)
+    assert Tabulated([0, 2], [5, 0]).quantile(1) == pytest.approx(2, abs=1e-7)
+
+
+@given(tables(), st.lists(st.floats(0, 1), min_size=1, max_size=5))
+def test_the_probability_below_a_quantile_is_its_own(table, probabilities):
+    made = Tabulated(*table)
+    heights = made.quantile(probabilities)
+    assert heights.shape == (len(probabilities),)
+    # a rounding of the height, up to 1e4 of them in m, makes peak density times that; the sums round as often as they
+    # have cells
+    size = np.abs(table[0]).max()
+    tolerance = 4 * EPS * size * made.density.max() + 40 * EPS
+    for height, probability in zip(heights, probabilities, strict=True):
+        assert made.height[0] <= height <= made.height[-1]
+        assert probability_below(height, *table) == pytest.approx(probability, rel=0, abs=tolerance)
+
+
+@given(tables(), st.lists(st.floats(0, 1), min_size=2, max_size=20))
+def test_quantiles_rise_with_the_probability(table, probabilities):
+    heights = Tabulated(*table).quantile(np.sort(probabilities))
+    assert np.all(np.diff(heights) >= -8 * EPS * np.abs(table[0]).max())
+
+
+@given(tables())
+def test_moments_are_those_of_the_density(table):
+    height, density = table
+    made = Tabulated(height, density)
+    # three Gauss points per cell are exact up to the fifth power; here the third occurs
+    points, weights = np.polynomial.legendre.leggauss(3)
+    share, width = (1 + points) / 2, np.diff(height)[:, None]
+    z = height[:-1, None] + width * share
+    mass = (density[:-1, None] * (1 - share) + density[1:, None] * share) * width * weights
+    mean = np.sum(z * mass) / mass.sum()
+    deviation = math.sqrt(np.sum((z - mean) ** 2 * mass) / mass.sum())
+    size = np.abs(height).max()
+    assert made.mean == pytest.approx(mean, rel=0, abs=40 * EPS * size)
+    # a mean that is off by e adds e² to the variance; the offsets are rounded by size EPS
+    assert made.deviation == pytest.approx(deviation, rel=60 * EPS, abs=40 * EPS * size)
+
+
+@given(tables(), st.floats(1e-12, 1e12))
+def test_the_unit_of_the_density_does_not_matter(table, unit):
+    height, density = table
+    p = np.linspace(0, 1, 9)[1:-1]
+    made, other = Tabulated(height, density), Tabulated(height, unit * density)
+    assert trapezoid(other.density, height) == pytest.approx(1, rel=40 * EPS)
+    np.testing.assert_allclose(other.density, made.density, rtol=40 * EPS)
+    for one, two in ((made, other), (other, made)):
+        tolerance = 4 * EPS * np.abs(height).max() * two.density.max() + 60 * EPS
+        for probability, height_there in zip(p, one.quantile(p), strict=True):
+            assert probability_below(height_there, two.height, two.density) == pytest.approx(probability, abs=tolerance)
+
+
+def test_no_quantile_is_beyond_the_table():
+    random = np.random.default_rng(1)
+    for _ in range(2000):
+        made = Tabulated(np.sort(random.normal(size=4)), random.random(4))
+        # roundings of the height, and of the probability, which the density turns into heights
+        rounding = 4 * EPS * (4 + 1 / made.density[-1])
+        assert made.height[-1] - rounding <= made.quantile(1) <= made.height[-1]
+        assert made.quantile(0) == made.height[0]
+
+
+def test_densities_near_the_largest_float():
+    assert Tabulated([0, 4], [1e308, 1e308]).quantile(0.25) == pytest.approx(1, rel=4 * EPS)
+
+
+def test_no_summit_stands_where_the_density_is_zero():
+    # two triangles of base 2 and probability 1/2 each
+    assert TWO_HILLS.quantile([0, 0.25, 0.5, 0.75, 1]) == pytest.approx([0, 1, 2, 6, 7], abs=1e-7)
+    heights = TWO_HILLS.quantile(np.linspace(0, 1, 100_001))
+    assert not np.any((heights > 2) & (heights < 5))
+    # the hill starts as 3/6 s²/2 of probability
+    assert TWO_HILLS.quantile(0.5 + 1e-8) == pytest.approx(5 + 2e-4, abs=1e-11)
+    empty_ends = Tabulated([-9, 0, 2, 3, 8], [0, 0, 1, 0, 0])
+    assert empty_ends.quantile([0, 1]) == pytest.approx([0, 3], abs=1e-7)
+    assert empty_ends.quantile(0) == 0
+    # a jump: rows as near as floats get
+    jump = Tabulated([0, 1, np.nextafter(1, 2), 2], [1, 1, 0, 0])
+    assert jump.quantile([0.5, 1]) == pytest.approx([0.5, 1], abs=4 * EPS)
+
+
+def test_gaps_are_heights_below_the_first_touch():
+    gaps = Tabulated.from_gaps([0, 1, 4], [6, 2, 0])
+    assert gaps.height.tolist() == [-4, -1, 0]
+    np.testing.assert_allclose(gaps.density, np.array([0, 2, 6]) / 7, rtol=4 * EPS)
+    # 1/7 of the summits has a gap up to s with 6 s - 2 s² = 1
+    assert gaps.quantile(6 / 7) == pytest.approx(-(6 - math.sqrt(28)) / 4, rel=16 * EPS)
+    assert math.copysign(1, gaps.height[-1]) == 1
+
+
+def test_what_a_table_holds_cannot_be_changed():
+    height = np.array([0.0, 1.0])
+    made = Tabulated(height, [1, 1])
+    height[0] = 0.5
+    assert made.height[0] == 0
+    with pytest.raises(ValueError, match="read-only"):
+        made.density[0] = 2
+
+
+def test_quantile_ensemble_of_a_rectangle():
+    made = quantile_summits(Tabulated([0, 8], [1, 1]), 2e-6, summit_density=2.0, nominal_area=2.0)
+    assert made.height == pytest.approx([1, 3, 5, 7], rel=4 * EPS)
+    assert made.radius.tolist() == [2e-6] * 4
+    assert made.x is None
+    assert made.y is None
+    assert (made.nominal_area, made.density) == (2, 2)
+
+
+@pytest.mark.parametrize("heights", [Gaussian(2.0, mean=-7.0), TWO_HILLS], ids=repr)
+def test_ensembles_have_the_moments_of_their_distribution(heights):
+    count = 40_000
+    exact = quantile_summits(heights, 1.0, summit_density=count, nominal_area=1.0)
+    # midpoint rule: less than the range of the function over the count; z² ranges over 40 σ² at most
+    assert exact.height.mean() == pytest.approx(heights.mean, abs=10 * heights.deviation / count)
+    assert exact.height.std() == pytest.approx(heights.deviation, abs=40 * heights.deviation / count)
+    drawn = drawn_summits(heights, 1.0, summit_density=count, nominal_area=1.0, seed=11)
+    # 4 deviations of the means; the fourth moment is at most 3 σ⁴ (Gaussian)
+    assert drawn.height.mean() == pytest.approx(heights.mean, abs=4 * heights.deviation / math.sqrt(count))
+    assert drawn.height.std() == pytest.approx(heights.deviation, abs=4 * heights.deviation / math.sqrt(2 * count))
+
+
+def test_drawn_heights_follow_the_table():
+    count = 20_000
+    heights = np.sort(drawn_summits(TWO_HILLS, 1.0, summit_density=count, nominal_area=1.0, seed=3).height)
+    below = np.array([probability_below(z, TWO_HILLS.height, TWO_HILLS.density) for z in heights[::50]])
+    # Kolmogorov: the largest distance from the share of the sample is above 1.95/√n once in a thousand seeds
+    assert np.abs(below - np.arange(count)[::50] / count).max() < 1.95 / math.sqrt(count)
+
+
+def test_drawn_summits_stand_anywhere_on_the_square():
+    made = drawn_summits(Gaussian(1.0), [1.0, 2.0] * 5000, summit_density=2500, nominal_area=4.0, seed=8)
+    assert len(made) == 10_000
+    assert made.radius[:3].tolist() == [1, 2, 1]
+    for position in (made.x, made.y):
+        assert position.min() >= 0
+        assert position.max() <= 2
+        quarters = np.histogram(position, bins=4, range=(0, 2))[0]
+        # binomial: deviation √(n/4 · 3/4) = 43
+        assert np.abs(quarters - 2500).max() < 4 * 43
+    # independent: the correlation of 10^4 pairs scatters by 0.01
+    assert np.abs(np.corrcoef([made.x, made.y, made.height]) - np.eye(3)).max() < 0.04
+
+
+def test_a_seed_draws_the_same_summits():
+    def drawn(seed, heights=TWO_HILLS):
+        return drawn_summits(heights, 1.0, summit_density=50, nominal_area=1.0, seed=seed)
+
+    one, again, other = drawn(5), drawn(np.int64(5)), drawn(6)
+    for name in ("height", "x", "y"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(again, name))
+        assert not np.any(getattr(one, name) == getattr(other, name))
+    # the same ranks and places with other heights
+    np.testing.assert_array_equal(np.argsort(one.height), np.argsort(drawn(5, Gaussian(1.0)).height))
+    np.testing.assert_array_equal(one.x, drawn(5, Gaussian(1.0)).x)
+
+
+def test_the_random_numbers_are_those_of_pcg64():
+    made = drawn_summits(Tabulated([0, 1], [1, 1]), 1.0, summit_density=4, nominal_area=1.0, seed=2024)
+    # numpy.random.PCG64(2024) in other words
+    expected = np.random.RandomState(np.random.PCG64(2024)).random_sample(4)
+    assert made.height == pytest.approx(expected, rel=4 * EPS)
+
+
+def test_a_random_number_of_zero_has_a_finite_height(monkeypatch):
+    class Zeros:
+        def random(self, size):
+            return np.zeros(size)
+
+    monkeypatch.setattr(module, "generator", lambda _: Zeros())
+    made = drawn_summits(Gaussian(1.0), 1.0, summit_density=3, nominal_area=1.0, seed=0)
+    # Φ(-8.29) = 5.6e-17 = 2^-54
+    assert made.height == pytest.approx([-8.2924] * 3, abs=1e-3)
+
+
+@pytest.mark.parametrize(("density", "area", "count"), [(1e12, 3.4e-12, 3), (1e12, 3.6e-12, 4), (0.6, 1, 1), (7, 1, 7)])
+def test_number_of_summits(density, area, count):
+    for made in (
+        quantile_summits(Gaussian(1.0), 1.0, summit_density=density, nominal_area=area),
+        drawn_summits(Gaussian(1.0), 1.0, summit_density=density, nominal_area=area, seed=1),
+    ):
+        assert len(made) == count
+        assert made.nominal_area == area
+
+
+def test_summits_of_a_measured_joint():
+    if not MEASURED.exists():
+        pytest.skip(f"the measured surface {MEASURED.name} is not here")
+    found = loadmat(MEASURED)
+    radius, per_area, largest = (float(found[name].item()) for name in ("Re", "area_density", "z_max"))
+    gap, density = found["normzinterp"].ravel(), found["pzinterp"].ravel()
+    assert (radius, per_area, largest) == pytest.approx((1.365e-3, 1.371e6, 28e-6), rel=2e-3)
+
+    made = Tabulated.from_gaps(largest * gap, density)
+    assert made.height[[0, -1]].tolist() == [-largest, 0]
+    # the source has a density per gap over its largest, and a kernel estimate that ends within the table
+    assert trapezoid(density, gap) == pytest.approx(1, abs=1e-4)
+    np.testing.assert_allclose(made.density[::-1], density / largest, rtol=1e-4)
+    assert made.mean == pytest.approx(-largest * trapezoid(gap * density, gap), rel=1e-4)
+
+    area = 0.05
+    summits = quantile_summits(made, radius, summit_density=per_area, nominal_area=area)
+    assert len(summits) == round(per_area * area)
+    assert summits.height.max() < 0
+
+    # the pressure as the source integrates it, over gaps, with the normal displacement as approach: Porter and Brake,
+    # Mech. Syst. Signal Process. 192 (2023) 110210, elastic range
+    modulus, approach = 192.31e9 / 2 / (1 - 0.3**2), np.array([4e-6, 10e-6])
+    fine = np.linspace(0, 1, 100_001)
+    depth = np.maximum(approach[:, None] - largest * fine, 0)
+    one = 4 / 3 * modulus * math.sqrt(radius) * depth**1.5
+    pressure = per_area * trapezoid(np.interp(fine, gap, density) * one, fine)
+    carried = summit_contact(summits.height, radius, -approach, contact_modulus=modulus).normal_load
+    # midpoint rule for a load that falls with rank: at most half the largest load over the count, and 1e-4 of norm
+    largest_load = 4 / 3 * modulus * math.sqrt(radius) * approach**1.5
+    np.testing.assert_array_less(np.abs(carried / area - pressure), 1e-4 * pressure + largest_load / (2 * area))
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: Gaussian(0.0), "rms_height is 0; expected a finite number greater than 0"),
+        (lambda: Gaussian([1.0, 2.0]), r"rms_height is a list of shape \(2,\)"),
+        (lambda: Gaussian(1.0, math.nan), "mean is nan"),
+        (lambda: Gaussian(1.0).quantile([0.5, 0]), r"probability\[1\] is 0; expected a finite number greater than 0"),
+        (lambda: Gaussian(1.0).quantile([0.5, 1]), "probability is 1; expected less than 1: Gaussian heights have no"),
+        (lambda: TWO_HILLS.quantile(-0.1), "probability is -0.1"),
+        (lambda: TWO_HILLS.quantile([0, 1.1]), "probability is 1.1; expected 1 or less"),
+        (lambda: Tabulated([0, 1, 1], [1, 1, 1]), r"height\[2\] is 1 after 1; expected increasing numbers"),
+        (lambda: Tabulated([0, 1], [1, 1, 1]), r"height has shape \(2,\) and density \(3,\)"),
+        (lambda: Tabulated([0], [1]), r"expected two lists of one length ≥ 2"),
+        (lambda: Tabulated([[0, 1]], [[1, 1]]), r"height has shape \(1, 2\)"),
+        (lambda: Tabulated([0, 1], [1, -1]), r"density\[1\] is -1; expected a finite number of 0 or more"),
+        (lambda: Tabulated([0, 1], [0, 0]), "density is 0 throughout"),
+        (lambda: Tabulated([0, math.nan], [1, 1]), r"height\[1\] is nan"),
+        (lambda: Tabulated.from_gaps([-1, 1], [1, 1]), r"gap\[0\] is -1; expected a finite number of 0 or more"),
+        (lambda: Tabulated.from_gaps([1, 0], [1, 1]), r"gap\[1\] is 0 after 1"),
+        (
+            lambda: quantile_summits(Gaussian(1.0), 1.0, summit_density=1e6, nominal_area=4e-7),
+            "makes 0.4 summits; expected 1 to 50,000,000",
+        ),
+        (
+            lambda: drawn_summits(Gaussian(1.0), 1.0, summit_density=1e12, nominal_area=1.0, seed=1),
+            r"makes 1e\+12 summits; expected 1 to 50,000,000: change the area or the density",
+        ),
+        (
+            lambda: quantile_summits(Gaussian(1.0), 1.0, summit_density=-1.0, nominal_area=1.0),
+            "summit_density is -1",
+        ),
+        (lambda: quantile_summits(Gaussian(1.0), 1.0, summit_density=1.0, nominal_area=0), "nominal_area is 0"),
+        (lambda: quantile_summits(Gaussian(1.0), -1.0, summit_density=9.0, nominal_area=1.0), "radius is -1"),
+        (lambda: generator(None), "seed is None; expected a whole number of 0 or more"),
+        (lambda: generator(-1), "seed is -1"),
+        (lambda: generator(1.5), "seed is 1.5"),
+        (lambda: generator(True), "seed is True"),
+    ],
+)
+def test_arguments_out_of_range(call, message):
+    with pytest.raises(InputError, match=message):
+        call()

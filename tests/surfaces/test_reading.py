@@ -1,0 +1,766 @@
+import io
+import re
+import subprocess
+import sys
+import warnings
+import zipfile
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from historysim.errors import InputError
+from historysim.surfaces import reading as measured
+from historysim.surfaces.reading import read_surface
+
+HEIGHTS = Path(__file__).parents[3] / "shared" / "data" / "heights"
+EPS = np.finfo(float).eps
+PLAIN = {"pixel_size": "1 µm", "height_unit": "nm"}
+METRES = {"pixel_size": 1.0, "height_unit": "m"}
+
+measured_files = pytest.mark.skipif(not HEIGHTS.is_dir(), reason="the folder of measured height maps is not there")
+
+
+@pytest.fixture(scope="module")
+def library():
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # it warns of parallel computers that it does not find
+        return pytest.importorskip("SurfaceTopography")
+
+
+@pytest.fixture(scope="module")
+def scratch(tmp_path_factory):
+    return tmp_path_factory.mktemp("fuzz")
+
+
+def written(path, text):
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def rough(shape, *, missing=0.0, seed=1):
+    rng = np.random.default_rng(seed)
+    heights = rng.normal(size=shape)
+    heights[rng.random(shape) < missing] = np.nan
+    return heights
+
+
+# measured files, beside their raw content
+
+
+def nanoscope(path):
+    """The first image of a Nanoscope file, line by line [nm], and its scan size [nm], by its header."""
+    content = path.read_bytes()
+    header = content[: content.index(b"\\*File list end")].decode("latin-1")
+    image = header.split("\\*Ciao image list")[1]
+    sensor, volts = re.search(r"\\@2:Z scale: V \[(.*?)\] \(.*?\) ([\d.]+) V", image).groups()
+    sensitivity = float(re.search(rf"\\@{re.escape(sensor)}: V ([\d.]+) nm/V", header).group(1))
+    offset, columns, lines = (
+        int(re.search(rf"\\{key}: (\d+)", image).group(1)) for key in ("Data offset", "Samps/line", "Number of lines")
+    )
+    size = float(re.search(r"\\Scan Size: (\d+) nm", header).group(1))
+    raw = np.frombuffer(content, "<i2", count=columns * lines, offset=offset).reshape(lines, columns)
+    # the Z scale is what the 2¹⁶ steps span together
+    return raw * (float(volts) / 2**16 * sensitivity), size
+
+
+@measured_files
+def test_atomic_force_map_beside_its_raw_numbers(library):  # noqa: ARG001 - skips where it is not installed
+    surface = read_surface(HEIGHTS / "di-4.di")
+    lines, size = nanoscope(HEIGHTS / "di-4.di")
+    assert surface.shape == (512, 512)
+    assert surface.pixel_size == pytest.approx((size * 1e-9 / 512,) * 2, rel=8 * EPS)
+    assert surface.size == pytest.approx((10e-6, 10e-6), rel=8 * EPS)
+    assert not surface.periodic
+    assert not surface.missing.any()
+    # the first line of the file is the lowest of the picture, and y is counted from the top
+    np.testing.assert_allclose(surface.heights, lines[::-1].T * 1e-9, rtol=8 * EPS)
+    assert surface.heights.std() == pytest.approx(82e-9, abs=0.5e-9)
+
+
+@measured_files
+def test_optical_map_beside_its_raw_numbers(library):  # noqa: ARG001 - skips where it is not installed
+    surface = read_surface(HEIGHTS / "x3p-2.x3p")
+    with zipfile.ZipFile(HEIGHTS / "x3p-2.x3p") as archive:
+        index = ET.fromstring(archive.read("main.xml"))  # noqa: S314 - of a file that is known
+        raw = np.frombuffer(archive.read("bindata/data.bin"), "<f8").reshape(650, 650)
+    steps = [float(index.find(f"Record1/Axes/{axis}/Increment").text) for axis in ("CX", "CY")]
+    assert surface.shape == (650, 650)
+    assert surface.pixel_size == pytest.approx(steps, rel=8 * EPS)
+    assert surface.size == pytest.approx((83e-6, 204e-6), rel=5e-3)
+    np.testing.assert_array_equal(surface.heights, raw.T)
+    assert surface.heights.std() == pytest.approx(77e-9, abs=0.5e-9)
+
+
+@measured_files
+def test_channels_of_a_measured_file(library):  # noqa: ARG001 - skips where it is not installed
+    path = HEIGHTS / "di-4.di"
+    default = read_surface(path)
+    for channel in (0, "ZSensor"):
+        np.testing.assert_array_equal(read_surface(path, channel=channel).heights, default.heights)
+    listed = r"0 'ZSensor', 1 'AmplitudeError' \(no heights\), 2 'Phase' \(no heights\)"
+    # the amplitude error is in nm, and still no height
+    for channel in (1, "AmplitudeError", 2, "Phase"):
+        with pytest.raises(InputError, match=rf"di-4.di: channel {channel!r} holds no heights; .* {listed}"):
+            read_surface(path, channel=channel)
+    for channel in (3, -1, "Height", True):
+        with pytest.raises(InputError, match=rf"has no channels {channel!r}; .* {listed}"):
+            read_surface(path, channel=channel)
+
+
+@measured_files
+def test_which_channels_hold_heights(library, tmp_path):  # noqa: ARG001 - skips where it is not installed
+    content = (HEIGHTS / "di-4.di").read_bytes()
+    sensor, phase, error = b"S [ZSensor]", b"S [Phase]", b"S [AmplitudeError]"
+    first = read_surface(HEIGHTS / "di-4.di").heights
+    path = tmp_path / "named.di"
+
+    def renamed(**names):
+        changed = content
+        for old, new in ((sensor, names.get("sensor")), (phase, names.get("phase")), (error, names.get("error"))):
+            assert content.count(old) == 1
+            changed = changed.replace(old, b"S [" + new + b"]") if new else changed
+        path.write_bytes(changed)
+        return path
+
+    # a name says nothing of heights, but its values are in no unit of a length
+    with pytest.raises(InputError, match="channel 'Thing' holds no heights"):
+        read_surface(renamed(phase=b"Thing"), channel="Thing")
+    # of several channels with heights the first, which is the default
+    np.testing.assert_array_equal(read_surface(renamed(error=b"Height_Sensor1")).heights, first)
+    # where the default has no heights, the first that has
+    second = read_surface(renamed(error=b"Height_Sensor1"), channel="Height_Sensor1").heights
+    assert not np.array_equal(first, second)
+    np.testing.assert_array_equal(read_surface(renamed(sensor=b"Current", error=b"Height_Sensor1")).heights, second)
+    with pytest.raises(InputError, match="has no channel with heights: 0 'Current' "):
+        read_surface(renamed(sensor=b"Current"))
+
+
+@measured_files
+def test_what_a_file_says_can_be_repeated_but_not_contradicted(library):  # noqa: ARG001 - skips where it is not there
+    path = HEIGHTS / "di-4.di"
+    repeated = read_surface(path, height_unit="1e-9 m", lateral_unit="nm", pixel_size="19.53 nm")
+    assert repeated.pixel_size == read_surface(path).pixel_size
+    for wrong, message in [
+        ({"height_unit": "µm"}, "says that its heights are in nm, but height_unit is 'µm'; leave height_unit out"),
+        ({"lateral_unit": "µm"}, "says that its distances are in nm, but lateral_unit is 'µm'"),
+        ({"pixel_size": "19.6 nm"}, "its points are 1.95313e-08 m × 1.95313e-08 m apart, but pixel_size is '19.6 nm'"),
+        ({"pixel_size": ("19.53125 nm", "19.6 nm")}, "apart, but pixel_size is"),
+    ]:
+        with pytest.raises(InputError, match=message):
+            read_surface(path, **wrong)
+
+
+@measured_files
+@pytest.mark.parametrize("name", ["di-4.di", "x3p-2.x3p"])
+def test_a_measured_file_cut_short_is_refused(library, scratch, name):  # noqa: ARG001 - skips where it is not there
+    content = (HEIGHTS / name).read_bytes()
+    # the last but one leaves as many bytes as a square of 16-bit numbers has, which one format consists of
+    for length in (1, 7, 300, 5000, 41000, 2 * 512**2, len(content) - 1):
+        path = scratch / name
+        path.write_bytes(content[:length])
+        with pytest.raises(InputError, match=f"^{name}: (holds no heights, or )?is damaged, or of no format"):
+            read_surface(path, **PLAIN)
+
+
+# formats that SurfaceTopography writes
+
+
+WRITERS = {"nc": "to_netcdf", "x3p": "to_x3p", "gwy": "to_gwy", "txt": "to_matrix"}
+METRES_PER = {"nm": 1e-9, "µm": 1e-6, "mm": 1e-3, "m": 1.0, "Å": 1e-10}
+
+
+@pytest.mark.parametrize("unit", METRES_PER)
+@pytest.mark.parametrize("ending", WRITERS)
+def test_units_and_missing_points_come_through(library, tmp_path, ending, unit):
+    heights = rough((12, 7), missing=0.31)
+    path = tmp_path / f"map.{ending}"
+    topography = library.Topography(np.ma.masked_invalid(heights), (6.0, 14.0), unit=unit)
+    getattr(topography, WRITERS[ending])(str(path))
+    surface = read_surface(path)
+    assert surface.shape == (12, 7)
+    # two conversions on the way there and back, and the digits of the text formats (15 after the point)
+    assert surface.pixel_size == pytest.approx((0.5 * METRES_PER[unit], 2 * METRES_PER[unit]), rel=1e-14)
+    np.testing.assert_array_equal(surface.missing, np.isnan(heights))
+    assert surface.missing.any()
+    np.testing.assert_allclose(surface.heights, heights * METRES_PER[unit], rtol=8 * EPS)
+
+
+@pytest.mark.parametrize(
+    "heights",
+    [np.full((5, 8), 3.0), rough((9, 1)), rough((1, 9)), np.where(np.eye(6) > 0, np.nan, 1.0)],
+    ids=["constant", "one line", "one column", "constant with gaps"],
+)
+@pytest.mark.parametrize("ending", ["nc", "x3p", "gwy"])
+def test_flat_and_thin_maps(library, tmp_path, ending, heights):
+    path = tmp_path / f"map.{ending}"
+    topography = library.Topography(np.ma.masked_invalid(heights), np.array(heights.shape) * 2.0, unit="µm")
+    getattr(topography, WRITERS[ending])(str(path))
+    surface = read_surface(path)
+    np.testing.assert_allclose(surface.heights, heights * 1e-6, rtol=8 * EPS)
+    assert surface.pixel_size == pytest.approx((2e-6, 2e-6), rel=1e-14)
+
+
+@pytest.mark.parametrize("periodic", [True, False])
+def test_periodic_surfaces_stay_so(library, tmp_path, periodic):
+    path = tmp_path / "map.nc"
+    library.Topography(rough((6, 5)), (6.0, 5.0), unit="nm", periodic=periodic).to_netcdf(str(path))
+    assert read_surface(path).periodic is periodic
+
+
+def test_a_profile_runs_along_x(library, tmp_path):
+    path = tmp_path / "profile.nc"
+    heights = rough(8, missing=0.31)
+    library.UniformLineScan(np.ma.masked_invalid(heights), 4.0, unit="mm").to_netcdf(str(path))
+    surface = read_surface(path)
+    np.testing.assert_allclose(surface.heights, heights[:, None] * 1e-3, rtol=8 * EPS)
+    assert surface.pixel_size == pytest.approx((0.5e-3, 0.5e-3), rel=8 * EPS)
+
+
+def test_an_uneven_profile_is_refused(library, tmp_path):
+    path = tmp_path / "profile.nc"
+    library.NonuniformLineScan(np.array([0, 1, 3.0]), np.zeros(3), unit="mm").to_netcdf(str(path))
+    with pytest.raises(InputError, match=r"profile.nc: is a profile with uneven distances between its points"):
+        read_surface(path)
+
+
+def test_a_file_without_unit(library, tmp_path):
+    path = tmp_path / "map.nc"
+    heights = rough((6, 5))
+    library.Topography(heights, (6.0, 10.0)).to_netcdf(str(path))
+    for given_units, missing in [
+        ({}, "does not name the unit of its heights; give height_unit"),
+        ({"height_unit": "nm"}, "does not name the unit of its distances; give lateral_unit"),
+        ({"height_unit": "nm", "pixel_size": 1e-6}, "does not name the unit of its distances"),
+        ({"height_unit": "nN", "lateral_unit": "µm"}, "height_unit: 'nN' is not a unit of a length"),
+        ({"height_unit": 3, "lateral_unit": "µm"}, "height_unit: 3 is not a unit"),
+    ]:
+        with pytest.raises(InputError, match=f"map.nc: {missing}"):
+            read_surface(path, **given_units)
+    surface = read_surface(path, height_unit="nm", lateral_unit="µm")
+    assert surface.pixel_size == pytest.approx((1e-6, 2e-6), rel=8 * EPS)
+    np.testing.assert_allclose(surface.heights, heights * 1e-9, rtol=4 * EPS)
+
+
+def test_arrays_that_may_be_anything_have_to_be_chosen(library, tmp_path):  # noqa: ARG001 - skips where it is not there
+    from scipy.io import savemat
+
+    path = tmp_path / "maps.mat"
+    savemat(path, {"x": np.ones((4, 3)), "z": np.arange(12.0).reshape(4, 3)})
+    with pytest.raises(InputError, match="has 2 arrays and does not say which are heights; give channel: 0 'x', 1 'z'"):
+        read_surface(path, **METRES)
+    surface = read_surface(path, channel="z", pixel_size=(1.0, 2.0), height_unit="m")
+    np.testing.assert_array_equal(surface.heights, np.arange(12.0).reshape(4, 3))
+    assert surface.pixel_size == (1.0, 2.0)
+    with pytest.raises(InputError, match="does not say how far apart its points are; give pixel_size"):
+        read_surface(path, channel="z", height_unit="m")
+
+
+def test_bytes_of_no_format(library, tmp_path):  # noqa: ARG001 - skips where it is not installed
+    noise = np.random.default_rng(0).bytes(2 * 30**2)
+    for name in ("noise.bin", "noise", "noise.dat", "noise.spm"):
+        path = tmp_path / name
+        path.write_bytes(noise)
+        with pytest.raises(InputError, match=f"{name}: .*is damaged, or of no format that SurfaceTopography"):
+            read_surface(path, **PLAIN)
+    # a square of big-endian integers is a format of its own, but only under its name
+    path = tmp_path / "N46E007.hgt"
+    path.write_bytes(np.arange(900, dtype=">i2").tobytes())
+    surface = read_surface(path, pixel_size=30.0, height_unit="m")
+    np.testing.assert_array_equal(surface.heights, np.arange(900.0).reshape(30, 30).T)
+
+
+# texts with a header
+
+
+HEADER = "# Channel: Z\n# Breite: 8 µm\n# Höhe: 1.5 µm\n# Einheiten: nm\n"
+ROWS = "1 2 3 4\n5 6 nan 8\n9 10 11 12\n"
+
+
+def test_a_header_says_size_and_unit(library, tmp_path):  # noqa: ARG001 - skips where it is not installed
+    surface = read_surface(written(tmp_path / "map.txt", HEADER + ROWS))
+    assert surface.pixel_size == pytest.approx((2e-6, 0.5e-6), rel=8 * EPS)
+    np.testing.assert_allclose(
+        surface.heights, np.array([[1, 5, 9], [2, 6, 10], [3, np.nan, 11], [4, 8, 12]]) * 1e-9, rtol=4 * EPS
+    )
+    with pytest.raises(InputError, match="its heights are in nm, but height_unit is 'µm'"):
+        read_surface(tmp_path / "map.txt", height_unit="µm")
+
+
+def test_a_header_with_a_size_and_no_unit_of_the_heights(library, tmp_path):  # noqa: ARG001 - skips where it is not there
+    path = written(tmp_path / "map.txt", "# Width: 8 µm\n# Height: 1.5 µm\n" + ROWS)
+    with pytest.raises(InputError, match="does not name the unit of its heights"):
+        read_surface(path)
+    with pytest.raises(InputError, match="its distances are in µm, but lateral_unit is 'mm'"):
+        read_surface(path, height_unit="nm", lateral_unit="mm")
+    assert read_surface(path, height_unit="nm").pixel_size == pytest.approx((2e-6, 0.5e-6), rel=8 * EPS)
+
+
+def test_the_unit_a_is_refused(library, tmp_path):  # noqa: ARG001 - skips where it is not installed
+    # ångström or ampere: a map of currents must not become one of heights
+    path = written(tmp_path / "map.txt", "# Width: 8 µm\n# Height: 1.5 µm\n# Value units: A\n" + ROWS)
+    for units in ({}, {"height_unit": "Å"}):
+        with pytest.raises(InputError, match=r"^map.txt: the unit of its heights: 'A' is not a unit of a length"):
+            read_surface(path, **units)
+
+
+def test_two_units_for_the_axes_are_refused(library, tmp_path):  # noqa: ARG001 - skips where it is not installed
+    path = written(tmp_path / "map.txt", "# Width: 8 µm\n# Height: 1.5 nm\n" + ROWS)
+    with pytest.raises(InputError, match="gives its lengths in nm and µm; expected one unit"):
+        read_surface(path, height_unit="nm")
+
+
+def test_bad_points_under_a_header_are_missing(library, tmp_path):  # noqa: ARG001 - skips where it is not installed
+    surface = read_surface(written(tmp_path / "map.txt", HEADER + "1 2 BAD 4\n\n5 6 7 8\nbad nan 7 8\n"))
+    np.testing.assert_array_equal(surface.missing.T, [[0, 0, 1, 0], [0, 0, 0, 0], [1, 1, 0, 0]])
+
+
+@pytest.mark.parametrize("broken", ["1.O 2 3 4", "5 6 *** 8", "5 6 - 8", "5 6 7,5 8"])
+@pytest.mark.parametrize("place", [0, 1, 3])
+def test_no_line_under_a_header_is_passed_over(library, tmp_path, broken, place):  # noqa: ARG001 - skips where not there
+    rows = ROWS.splitlines()
+    rows.insert(place, broken)
+    path = written(tmp_path / "map.txt", HEADER + "\n".join(rows) + "\n")
+    with pytest.raises(InputError, match=rf"line {place + 5} holds something that is no number|different|damaged"):
+        read_surface(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [("# depth: 5 mm\n" + ROWS, "line 1: '# depth: 5 mm'"), ("\nHeights of sample 3\n" + ROWS, "line 2: 'Heights")],
+)
+def test_a_header_that_nobody_understands(library, tmp_path, text, line):  # noqa: ARG001 - skips where it is not there
+    for ending in ("txt", "map"):
+        path = written(tmp_path / f"map.{ending}", text)
+        with pytest.raises(InputError, match="has a header without a unit or size") as error:
+            read_surface(path, **PLAIN)
+        assert (line in str(error.value)) is (ending == "txt")
+
+
+def test_what_needs_the_extra_says_so(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "SurfaceTopography", None)
+    hint = re.escape('pip install "historysim[surfaces]"')
+    (tmp_path / "map.spm").write_bytes(b"\\*File list\r\n")
+    with pytest.raises(InputError, match=f"map.spm: needs SurfaceTopography, .*{hint}$"):
+        read_surface(tmp_path / "map.spm")
+    path = written(tmp_path / "map.txt", HEADER + ROWS)
+    with pytest.raises(InputError, match=f"{hint}; or take out line 2: '# Breite: 8 µm', and give pixel_size"):
+        read_surface(path, **PLAIN)
+    assert read_surface(written(tmp_path / "plain.txt", ROWS), **PLAIN).shape == (4, 3)
+    np.save(tmp_path / "map.npy", np.ones((3, 4)))
+    assert read_surface(tmp_path / "map.npy", **PLAIN).shape == (3, 4)
+
+
+def test_the_extra_is_imported_lazily():
+    code = "import sys, historysim.surfaces.reading; sys.exit('SurfaceTopography' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+# lists of coordinates
+
+
+def coordinates(heights, step_x, step_y):
+    points = [(i * step_x, j * step_y, z) for (i, j), z in np.ndenumerate(heights)]
+    return "".join(" ".join(map(repr, map(float, point))) + "\n" for point in points)
+
+
+def test_coordinates_of_a_map(library, tmp_path):  # noqa: ARG001 - skips where it is not installed
+    heights = rough((5, 4), missing=0.2)
+    path = written(tmp_path / "map.xyz", coordinates(heights, 0.5, 0.25))
+    with pytest.raises(InputError, match="does not name the unit of its heights; give height_unit"):
+        read_surface(path)
+    with pytest.raises(InputError, match="does not name the unit of its distances; give lateral_unit"):
+        read_surface(path, height_unit="nm")
+    surface = read_surface(path, height_unit="nm", lateral_unit="µm")
+    assert surface.pixel_size == pytest.approx((0.5e-6, 0.25e-6), rel=8 * EPS)
+    np.testing.assert_allclose(surface.heights, heights * 1e-9, rtol=4 * EPS)
+    assert surface.missing.any()
+
+
+@pytest.mark.parametrize("broken", ["# 2nd part", "half", "0.5 0 x", "1 2", "1 2 3 4"])
+@pytest.mark.parametrize("place", [1, 4, 8, 12])
+def test_no_coordinates_are_passed_over(library, tmp_path, broken, place):  # noqa: ARG001 - skips where it is not there
+    rows = coordinates(rough((4, 4)), 1.0, 1.0).splitlines()
+    rows.insert(place, broken)
+    with pytest.raises(InputError, match=r"^map.xyz: "):
+        read_surface(written(tmp_path / "map.xyz", "\n".join(rows) + "\n"), height_unit="nm", lateral_unit="µm")
+
+
+def test_a_grid_with_a_point_left_out_is_refused(library, tmp_path):  # noqa: ARG001 - skips where it is not there
+    rows = coordinates(rough((4, 4)), 1.0, 1.0).splitlines()
+    del rows[6]
+    with pytest.raises(InputError, match=r"^map.xyz: is a list of coordinates with gaps"):
+        read_surface(written(tmp_path / "map.xyz", "\n".join(rows) + "\n"), height_unit="nm", lateral_unit="µm")
+
+
+def test_coordinates_of_a_profile(library, tmp_path):  # noqa: ARG001 - skips where it is not installed
+    units = {"height_unit": "nm", "lateral_unit": "mm"}
+    surface = read_surface(written(tmp_path / "even.xyz", "0 1\n0.5 2\n1 4\n1.5 3\n"), **units)
+    np.testing.assert_allclose(surface.heights[:, 0], np.array([1, 2, 4, 3]) * 1e-9, rtol=4 * EPS)
+    assert surface.pixel_size[0] == pytest.approx(0.5e-3, rel=8 * EPS)
+    with pytest.raises(InputError, match="uneven distances"):
+        read_surface(written(tmp_path / "uneven.xyz", "0 1\n0.5 2\n1.1 4\n1.5 3\n"), **units)
+    # uneven by a third, but by less than SurfaceTopography sees
+    with pytest.raises(InputError, match="steps too small to tell whether they are even"):
+        read_surface(written(tmp_path / "small.xyz", "0 1\n1e-7 2\n2e-7 4\n3.3e-7 3\n"), **units)
+
+
+@pytest.mark.parametrize(
+    "text", ["0 1 2\n1 2 3\n2 3 4\n3 4 9\n", "0 1\n1 2\n2 3\n3 4\n", "0,5\n1,5\n2,5\n2,0\n", "a,b,c\n1,2,3\n4,5,7\n"]
+)
+def test_few_columns_may_be_coordinates(library, tmp_path, text):  # noqa: ARG001 - skips where it is not installed
+    with pytest.raises(InputError, match=r"coordinates.* name it .xyz if .* save it as .npy"):
+        read_surface(written(tmp_path / "map.csv", text), **PLAIN)
+
+
+# matrices as text
+
+
+def test_a_line_of_text_runs_along_x(tmp_path):
+    surface = read_surface(
+        written(tmp_path / "map.txt", "1 2 3 4\n5 6 7 8\n"), pixel_size=(2e-6, "3 µm"), height_unit="m"
+    )
+    assert surface.heights.tolist() == [[1, 5], [2, 6], [3, 7], [4, 8]]
+    assert surface.pixel_size == (2e-6, 3e-6)
+    assert not surface.periodic
+
+
+@pytest.mark.parametrize("shape", [(8, 8), (4, 9), (9, 4), (7, 1), (1, 7)])
+def test_text_and_numpy_agree_with_surfacetopography(library, tmp_path, shape):
+    heights = rough(shape)
+    path = tmp_path / "map.txt"
+    np.savetxt(path, heights, fmt="%.17g")
+    sizes = (1.0,) if shape[1] == 1 else (1.0, 1.0)
+    theirs = library.read_topography(str(path), format="asc", physical_sizes=sizes)
+    np.testing.assert_array_equal(
+        read_surface(path, **METRES).heights, theirs.heights().reshape(theirs.nb_grid_pts[0], -1)
+    )
+    path = tmp_path / "map.npy"
+    np.save(path, heights)
+    with path.open("rb") as stream:
+        theirs = library.read_topography(stream, format="npy", physical_sizes=(1.0, 1.0))
+    np.testing.assert_array_equal(read_surface(path, **METRES).heights, theirs.heights())
+
+
+MISSING = ("nan", "NaN", "-nan", "NA", "n/a", "bad", "***", "-", "--", "1.#QNAN", "-1.#IND")
+DELIMITERS = (" ", "   ", "\t", ",", ", ", ";", " ; ")
+
+
+@st.composite
+def matrices(draw):
+    """A matrix, and the text of it in one of many ways."""
+    columns = draw(st.integers(4, 7))
+    lines = draw(st.integers(1, 6))
+    numbers = st.floats(-1e9, 1e9) | st.integers(-1000, 1000).map(float) | st.just(np.nan)
+    matrix = np.array(draw(st.lists(numbers, min_size=columns * lines, max_size=columns * lines)))
+    matrix[[0, 1, 2, columns - 1]] = [1.0, -2.5, 3e-7, 5.0]  # a last column of nothing would be none
+    matrix = matrix.reshape(lines, columns)
+    delimiter = draw(st.sampled_from(DELIMITERS))
+    marks = st.sampled_from(MISSING if delimiter.isspace() and delimiter != "\t" else (*MISSING, ""))
+    comma = ";" in delimiter and draw(st.booleans())
+
+    def cell(number):
+        if np.isnan(number):
+            return draw(marks.filter(lambda mark: not comma or "." not in mark))
+        return repr(float(number)).replace(".", "," if comma else ".")
+
+    text = ""
+    for row in matrix:
+        text += draw(st.sampled_from(("", "", "\n", "# a comment\n", "% another, 1;2\n", "  # and one\n")))
+        text += delimiter.join(map(cell, row))
+        text += draw(st.sampled_from(("", " ", "  # the first"))) + draw(st.sampled_from(("\n", "\r\n")))
+    return matrix, text
+
+
+@given(matrices())
+def test_a_matrix_in_many_spellings(scratch, case):
+    matrix, text = case
+    path = scratch / "matrix.txt"
+    path.write_bytes(text.encode())
+    surface = read_surface(path, **METRES)
+    np.testing.assert_array_equal(surface.heights, matrix.T)
+
+
+def test_missing_and_thin_and_flat_texts(tmp_path):
+    heights = rough((40, 23), missing=0.31)
+    np.savetxt(tmp_path / "map.csv", heights, delimiter=",", fmt="%.17g")
+    surface = read_surface(tmp_path / "map.csv", **PLAIN)
+    np.testing.assert_allclose(surface.heights, heights.T * 1e-9, rtol=4 * EPS)
+    assert surface.missing.mean() == pytest.approx(0.31, abs=0.05)
+    for text in ("1 2 nan 4 2\n", "1\n2\nnan\n4\n2\n", "1,\n2,\n,\n4,\n2,\n"):
+        surface = read_surface(written(tmp_path / "thin.txt", text), **METRES)
+        np.testing.assert_array_equal(surface.heights, np.array([[1], [2], [np.nan], [4], [2]]))
+    assert (read_surface(written(tmp_path / "flat.txt", "7 7 7 7\n" * 5), **METRES).heights == 7).all()
+
+
+def test_a_delimiter_at_the_end_of_each_line_adds_no_column(tmp_path):
+    surface = read_surface(written(tmp_path / "map.csv", "1,2,3,4,\n5,,7,8,\n"), **METRES)
+    np.testing.assert_array_equal(surface.heights, np.array([[1, 5], [2, np.nan], [3, 7], [4, 8]]))
+    for text, last in [("1,2,3,4,\n5,6,7,8,9\n", [np.nan, 9]), ("1,2,3,4,9\n5,6,7,8,\n", [9, np.nan])]:
+        surface = read_surface(written(tmp_path / "map.csv", text), **METRES)
+        np.testing.assert_array_equal(surface.heights[4], last)
+
+
+def test_a_line_of_nothing_but_tabs_is_a_line_of_missing_points(tmp_path):
+    surface = read_surface(written(tmp_path / "map.txt", "1\t2\t3\t4\n\t\t\t\n\n5\t6\t\t8\n"), **METRES)
+    np.testing.assert_array_equal(surface.heights[0], [1, np.nan, 5])
+    np.testing.assert_array_equal(surface.heights[2], [3, np.nan, np.nan])
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("1 2 3 4\n\n5 6 7\n", "line 3: 3 values where line 1 has 4; expected as many in each line"),
+        ("# x\n1 2 3 4\n5 6 x 8\n", "line 3, column 3: 'x'; expected a number, or nan where the height is missing$"),
+        ("1,2,3,4\n5,6,7 5,8\n", "line 2, column 3: '7 5'"),
+        ("1\t2,5\t3\t4\n", "line 1, column 2: '2,5'; .*; write the decimal comma as a point"),
+        ("1;2,5;3\n4;5.5;6\n", "line 2: a decimal point where another value has a comma; write them alike"),
+        ("1;1.234,5;3\n", "line 1: a decimal point where another value has a comma"),
+        ("1 2 3 4\n1_000 2 3 4\n", "line 2, column 1: '1_000'"),
+        ("1 2 3 4\n1 2\t3,4 4\n", "line 2, column 3: '3,4'"),
+        ("1 2 3 0x10\n", "line 1, column 4: '0x10'"),
+        ("1.O 2 3 4\n1 2 3 4\n", "line 1, column 1: '1.O'"),
+        ("ncols 4\nnrows 1\n1 2 3 4\n", "line 1, column 1: 'ncols'"),
+        ("1 2 3 4\n1 2 " + "9" * 50 + "x 3\n", f"line 2, column 3: '{'9' * 40}'; expected"),
+        (",0,1,2\n0,5,6,5\n1,5,6,5\n2,5,7,5\n", "has positions in its first line and first column; .* take them out"),
+        ("# only\n% comments\n\n", "has no line with heights"),
+        ("1 2 inf 4\n1e999 2 3 4\n", r"has 2 infinite heights, the first at \[0, 1\]; expected numbers, and nan where"),
+        ("nan - ***\nbad nan nan\n", "has 0 points with a height, of 6; expected 3 or more"),
+        ("1 2\n", "has 2 points with a height, of 2; expected 3 or more"),
+        ("1 nan nan 2 nan\n", "has 2 points with a height, of 5"),
+    ],
+)
+def test_texts_that_are_no_matrix(tmp_path, text, message):
+    with pytest.raises(InputError, match=rf"^map\.csv: {message}"):
+        read_surface(written(tmp_path / "map.csv", text), **PLAIN)
+
+
+def test_a_blank_corner_alone_is_a_missing_point(tmp_path):
+    surface = read_surface(written(tmp_path / "map.csv", ",0,1,2\n0,5,6,5\n1,5,6,5\n7,5,7,5\n"), **METRES)
+    assert surface.missing.sum() == 1
+    assert read_surface(written(tmp_path / "map.csv", "nan,1,2,3\n4,5,6,7\n8,9,1,1\n"), **METRES).shape == (4, 3)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({}, "does not name the unit of its heights; give height_unit, as in height_unit='nm'"),
+        ({"height_unit": "nm"}, "does not say how far apart its points are; give pixel_size in m, or as in"),
+        (
+            {"height_unit": "nm", "lateral_unit": "µm"},
+            "lateral_unit is 'µm', but the file has no distances; give pixel",
+        ),
+        ({"height_unit": "A", "pixel_size": 1}, "height_unit: 'A' is not a unit of a length"),
+        ({"height_unit": "nm", "pixel_size": 0}, r"pixel_size\[0\] is 0; expected a finite number greater than 0"),
+        ({"height_unit": "nm", "pixel_size": (1, -2)}, r"pixel_size\[1\] is -2"),
+        ({"height_unit": "nm", "pixel_size": (1, 2, 3)}, r"pixel_size has shape \(3,\)"),
+        ({"height_unit": "nm", "pixel_size": "1 nN"}, "pixel_size: '1 nN': 'nN' is not a unit of a length"),
+        ({"height_unit": "nm", "pixel_size": "1"}, "pixel_size: '1' has no unit"),
+        ({"height_unit": "nm", "pixel_size": [None]}, "pixel_size: None is a NoneType"),
+        ({"height_unit": "nm", "pixel_size": 1, "channel": 0}, "channel is 0, but a matrix has no channels"),
+    ],
+)
+def test_arguments_that_a_matrix_needs(tmp_path, arguments, message):
+    written(tmp_path / "map.txt", "1 2 3 4\n")
+    np.save(tmp_path / "map.npy", np.ones((4, 1)))
+    for name in ("map.txt", "map.npy"):
+        with pytest.raises(InputError, match=f"^{name}: {message}"):
+            read_surface(tmp_path / name, **arguments)
+
+
+def test_heights_beyond_what_a_float_holds(tmp_path):
+    with pytest.raises(InputError, match=r"^map.txt: 2 heights are infinite"):
+        read_surface(written(tmp_path / "map.txt", "1 1e308 3 1e308\n"), pixel_size=1, height_unit="km")
+
+
+def test_other_encodings(tmp_path):
+    path = tmp_path / "map.txt"
+    path.write_bytes("# gemessen in µm/s\n1 2 3 4\n".encode("latin-1"))
+    assert read_surface(path, **METRES).heights[:, 0].tolist() == [1, 2, 3, 4]
+    path.write_bytes("1 2 3 4\n".encode("utf-8-sig"))
+    assert read_surface(path, **METRES).heights[:, 0].tolist() == [1, 2, 3, 4]
+    path.write_bytes("1 2 3 4\n".encode("utf-16"))
+    with pytest.raises(InputError, match=r"map.txt: is UTF-16 text; save it as UTF-8"):
+        read_surface(path, **METRES)
+
+
+# arrays of numpy
+
+
+@pytest.mark.parametrize("kind", ["<f8", ">f8", "<f4", "<f2", "<i2", ">i4", "u1"])
+@pytest.mark.parametrize("order", ["C", "F"])
+def test_numpy_arrays_keep_their_axes(tmp_path, kind, order):
+    heights = np.asarray(np.arange(12).reshape(4, 3), dtype=kind, order=order)
+    np.save(tmp_path / "map.npy", heights)
+    np.savez_compressed(tmp_path / "map.npz", heights)
+    for name in ("map.npy", "map.npz"):
+        surface = read_surface(tmp_path / name, pixel_size=(1e-6, 2e-6), height_unit="m")
+        assert surface.heights.tolist() == np.arange(12.0).reshape(4, 3).tolist()
+        assert surface.pixel_size == (1e-6, 2e-6)
+
+
+def test_numpy_profile_and_missing_points(tmp_path):
+    heights = rough(30, missing=0.31)
+    np.save(tmp_path / "map.npy", heights)
+    np.testing.assert_array_equal(read_surface(tmp_path / "map.npy", **METRES).heights, heights[:, None])
+
+
+@pytest.mark.parametrize(
+    ("array", "message"),
+    [
+        (np.array([[1, None]]), "holds an array of type object; expected numbers"),
+        (np.ones((2, 2), complex), "holds an array of type complex128"),
+        (np.ones((2, 2), bool), "holds an array of type bool"),
+        (np.array([["a"]]), "holds an array of type <U1"),
+        (np.ones((2, 2, 3)), r"holds an array of shape \(2, 2, 3\); expected \(nx, ny\), or \(n,\) for a profile"),
+        (np.array(3.0), r"holds an array of shape \(\)"),
+        (np.ones((3, 0)), r"holds an array of shape \(3, 0\)"),
+        (np.array([1, np.inf, -np.inf, 2]), r"has 2 infinite heights, the first at \[1\]"),
+        (np.full((3, 3), np.nan), "has 0 points with a height, of 9"),
+    ],
+)
+def test_arrays_that_are_no_heights(tmp_path, array, message):
+    np.save(tmp_path / "map.npy", array, allow_pickle=True)
+    with pytest.raises(InputError, match=rf"^map\.npy: {message}"):
+        read_surface(tmp_path / "map.npy", **METRES)
+
+
+def test_size_limits(tmp_path, monkeypatch):
+    monkeypatch.setattr(measured, "MOST_POINTS", 20)
+    np.save(tmp_path / "map.npy", np.ones((3, 7)))
+    written(tmp_path / "map.txt", "1 2 3 4 5 6 7\n" * 3)
+    for name in ("map.npy", "map.txt"):
+        with pytest.raises(InputError, match=f"^{name}: has 21 points; expected 20 or fewer: thin or cut it"):
+            read_surface(tmp_path / name, **METRES)
+    np.save(tmp_path / "map.npy", np.ones((4, 5)))
+    assert read_surface(tmp_path / "map.npy", **METRES).shape == (4, 5)
+
+
+def test_size_limit_of_other_formats(library, tmp_path, monkeypatch):
+    monkeypatch.setattr(measured, "MOST_POINTS", 20)
+    library.Topography(np.ones((3, 7)), (1.0, 1.0), unit="nm").to_x3p(str(tmp_path / "map.x3p"))
+    with pytest.raises(InputError, match=r"^map.x3p: has 21 points; expected 20 or fewer"):
+        read_surface(tmp_path / "map.x3p")
+
+
+def test_archives_of_arrays(tmp_path):
+    path = tmp_path / "maps.npz"
+    np.savez(path, first=np.zeros((2, 3)), second=np.ones((3, 2)))
+    with pytest.raises(InputError, match=r"^maps.npz: holds 2 arrays; choose one with channel: first, second"):
+        read_surface(path, **METRES)
+    with pytest.raises(InputError, match="has no array 'third'; expected channel to be one of first, second"):
+        read_surface(path, **METRES, channel="third")
+    assert read_surface(path, **METRES, channel="second").heights.tolist() == [[1, 1]] * 3
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("readme", "nothing here")
+    with pytest.raises(InputError, match="holds 0 arrays; choose one with channel: none"):
+        read_surface(path, **METRES)
+    with pytest.raises(InputError, match="has no array 'first'"):
+        read_surface(path, **METRES, channel="first")
+
+
+# any file
+
+
+def test_no_file_at_all(tmp_path):
+    for name in ("", "x" * 300, "nul\0"):
+        with pytest.raises(InputError):
+            read_surface(tmp_path / name if name else tmp_path, **PLAIN)
+    with pytest.raises(InputError, match=f"^gone.txt: there is no such file in {re.escape(str(tmp_path))}"):
+        read_surface(tmp_path / "gone.txt")
+    with pytest.raises(InputError, match="is a folder; expected a file with heights"):
+        read_surface(tmp_path)
+    with pytest.raises(InputError, match="path is 5; expected the name of a file"):
+        read_surface(5)
+    for name in ("map.txt", "map.npy", "map.npz", "map.spm"):
+        (tmp_path / name).touch()
+        with pytest.raises(InputError, match=f"{name}: is empty; expected heights"):
+            read_surface(tmp_path / name)
+
+
+def attempt(path, **arguments):
+    """Only an InputError may come, or a surface with heights that are finite or missing."""
+    try:
+        surface = read_surface(path, **arguments)
+    except InputError as error:
+        message = str(error)
+    else:
+        assert np.isfinite(surface.heights[~surface.missing]).all()
+        assert (~surface.missing).sum() >= 3
+        return
+    assert message.startswith(f"{path.name}: ")
+
+
+@settings(max_examples=50)
+@given(st.text(alphabet="0123456789.,;-+eE#%*naib \t\n\r_:=µmx", max_size=60))
+def test_any_text(scratch, text):
+    attempt(written(scratch / "any.txt", text), **PLAIN)
+
+
+def numpy_bytes(write):
+    stream = io.BytesIO()
+    write(stream, np.arange(12.0).reshape(3, 4))
+    return stream.getvalue()
+
+
+SAMPLES = {"npy": numpy_bytes(np.save), "npz": numpy_bytes(np.savez)}
+
+
+@st.composite
+def damaged(draw, content):
+    """The bytes of a file, some of them changed, and cut short."""
+    changed = bytearray(content)
+    for place, byte in draw(st.lists(st.tuples(st.integers(0, len(content) - 1), st.integers(0, 255)), max_size=5)):
+        changed[place] = byte
+    return bytes(changed[: draw(st.integers(0, len(content)))] if draw(st.booleans()) else changed)
+
+
+@pytest.mark.parametrize("ending", SAMPLES)
+@given(st.data())
+def test_damaged_arrays(scratch, ending, data):
+    path = scratch / f"any.{ending}"
+    path.write_bytes(data.draw(damaged(SAMPLES[ending])))
+    attempt(path, **METRES)
+
+
+@pytest.mark.parametrize("ending", SAMPLES)
+def test_arrays_cut_short_are_refused(scratch, ending):
+    path = scratch / f"cut.{ending}"
+    for length in range(1, len(SAMPLES[ending])):
+        path.write_bytes(SAMPLES[ending][:length])
+        with pytest.raises(InputError, match=r"is damaged, or no NP[YZ] file"):
+            read_surface(path, **METRES)
+
+
+@pytest.fixture(scope="module")
+def small_files(library, scratch):
+    """Small files of SurfaceTopography's formats, by their endings."""
+    topography = library.Topography(np.ma.masked_less(np.arange(30.0).reshape(5, 6), 4), (5.0, 6.0), unit="nm")
+    found = {}
+    for ending, writer in WRITERS.items():
+        getattr(topography, writer)(str(scratch / f"small.{ending}"))
+        found[ending] = (scratch / f"small.{ending}").read_bytes()
+    return found
+
+
+@pytest.mark.parametrize("ending", WRITERS)
+@settings(max_examples=15)  # each damaged file is shown to some forty readers
+@given(st.data())
+def test_damaged_files(small_files, scratch, ending, data):
+    path = scratch / f"any.{ending}"
+    path.write_bytes(data.draw(damaged(small_files[ending])))
+    attempt(path)
+    attempt(path, height_unit="nm", lateral_unit="nm")
+
+
+@measured_files
+@settings(max_examples=25)
+@given(st.data())
+def test_damaged_measured_file(library, scratch, data):  # noqa: ARG001 - skips where it is not installed
+    header = (HEIGHTS / "di-4.di").read_bytes()[:50_000]
+    path = scratch / "any.di"
+    path.write_bytes(data.draw(damaged(header)))
+    attempt(path, **PLAIN)

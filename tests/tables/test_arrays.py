@@ -1,0 +1,726 @@
+"""Files that hold named arrays: JSON, MATLAB, HDF5, netCDF, TDMS."""
+
+import builtins
+import json
+import logging
+import warnings
+from pathlib import Path
+
+import attrs
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from number_files import write_matlab_73
+
+from historysim import tables
+from historysim.errors import InputError
+from historysim.tables import Column, Format, describe, read_table
+
+DATA = Path(__file__).parents[3] / "shared" / "data"
+DAMPER = DATA / "friction_damper" / "0.5Hz36lbtension1amplitude.json"
+BOLTED = DATA / "brake_reuss" / "brb_surface_data.mat"
+
+measured_files = pytest.mark.skipif(not DATA.is_dir(), reason="the folder of measured data is not there")
+
+T = np.arange(6) * 0.5
+F = np.array([0.0, 1.5, -2.0, 3.0, 4.0, 5.5])
+M = np.column_stack([T, F, -F])
+
+
+def values(path, *columns, units="s", missing=False, **layout):
+    wanted = {
+        str(place): column if isinstance(column, Column) else Column(column) for place, column in enumerate(columns)
+    }
+    table = read_table(path, wanted, dict.fromkeys(wanted, units), Format(**layout), missing=missing)
+    assert table.lines is None
+    assert table.place(2) == "row 3"
+    return [column.tolist() for column in table.columns.values()]
+
+
+def refusal(path, *columns, **arguments):
+    with pytest.raises(InputError) as refused:
+        values(path, *columns, **arguments)
+    return str(refused.value)
+
+
+def listed(path, **layout):
+    return [attrs.astuple(listing) for listing in describe(path, Format(**layout))]
+
+
+# -- JSON ------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def file(tmp_path):
+    return tmp_path / "f.json"
+
+
+@pytest.mark.parametrize(
+    ("document", "columns", "layout"),
+    [
+        ({"t": [0, 1, 2], "F": [3, 4.5, 5]}, ["t", "F"], {}),
+        ({"run": {"t": [0, 1, 2], "at": {"F": [3, 4.5, 5]}}}, ["run.t", "run.at.F"], {}),
+        ({"run.t": [0, 1, 2], "a.b": {"c.d": [3, 4.5, 5]}}, ["run.t", "a.b.c.d"], {}),
+        ({"data": [[0, 3], [1, 4.5], [2, 5]]}, [Column("data", index=1), Column("data", index=2)], {}),
+        ({"data": [[0, 1, 2], [3, 4.5, 5]]}, [Column("data", index=1), Column("data", index=2)], {"transposed": True}),
+        ({"t": [[0], [1], [2]], "F": [[3, 4.5, 5]]}, ["t", "F"], {}),
+        ({"t": [[0], [1], [2]], "F": [[3, 4.5, 5]]}, [Column("t", index=1), Column("F", index=1)], {}),
+        ([[0, 3], [1, 4.5], [2, 5]], [1, 2], {}),
+        ([[0, 1, 2], [3, 4.5, 5]], [1, 2], {"transposed": True}),
+        ([{"t": 0, "F": 3}, {"t": 1, "F": 4.5}, {"F": 5, "t": 2, "note": "x"}], ["t", "F"], {}),
+        ({"samples": [{"t": 0, "F": 3}, {"t": 1, "F": 4.5}, {"t": 2, "F": 5}]}, ["samples.t", "samples.F"], {}),
+    ],
+)
+def test_shapes_of_json(file, document, columns, layout):
+    file.write_text(json.dumps(document), encoding="utf-8")
+    assert values(file, *columns, **layout) == [[0.0, 1.0, 2.0], [3.0, 4.5, 5.0]]
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "latin-1"])
+def test_encodings_of_json(file, encoding):
+    file.write_text('{"µ": [1]}', encoding=encoding)
+    form = {} if encoding.startswith("utf-8") else {"encoding": encoding}
+    assert values(file, "µ", **form) == [[1.0]]
+    file.write_bytes(b'{\n"t": "\xb5"}')
+    assert "is not UTF-8 text (0xb5, byte 9 of the file, line 2: " in refusal(file, "t")
+
+
+def test_missing_values_of_json(file):
+    file.write_text('{"t": [0, null, NaN, "NaN", "", "-"]}', encoding="utf-8")
+    np.testing.assert_array_equal(values(file, "t", missing=True)[0], [0.0] + [np.nan] * 5)
+    assert refusal(file, "t") == "f.json: row 2, column 't': missing (NaN); expected a finite number"
+    file.write_text('[{"t": 0}, {"F": 1}]', encoding="utf-8")
+    np.testing.assert_array_equal(values(file, "t", missing=True)[0], [0.0, np.nan])
+
+
+@pytest.mark.parametrize(
+    ("document", "column", "said"),
+    [
+        ("", "t", "is damaged, or no JSON file (Expecting value"),
+        ("{", "t", "is damaged, or no JSON file"),
+        ("[" * 100_000, "t", "is nested too deeply"),
+        ('{"t": [1], "t": [2]}', "t", "the key 't' stands twice in one object"),
+        ('{"a": {"b": [1]}, "a.b": [2]}', "a.b", "2 arrays go by the name 'a.b'"),
+        ('{"t": [1]}', "T", "there is no column 'T'; expected one of t"),
+        ('{"times": [1]}', "time", "there is no column 'time'; did you mean 'times'?"),
+        ('{"t": [1]}', 1, "there is no column 1, since the arrays in this file have names; expected one of t"),
+        ('{"t": [1]}', Column("t", occurrence=2), "occurrence = 2 counts names in the header of a text"),
+        ('{"t": [1, 2]}', Column("t", index=2), "there is no column 2 in 't', which is a single column"),
+        ('{"m": [[1, 2], [3, 4], [5, 6]]}', "m", "is a matrix of 3 × 2; expected one of its columns, as in { column"),
+        ('{"m": [[1, 2], [3, 4], [5, 6]]}', Column("m", index=3), "3 × 2; there is no column 3 in it; expected one"),
+        ('{"m": [[1, 2], [3, 4]]}', Column("m", index=1), "is a matrix of 2 × 2, so its rows may be what was recorded"),
+        ("[[1, 2], [3, 4]]", 1, "the file is a matrix of 2 × 2, so its rows may be what was recorded"),
+        ('{"m": [[[1]], [[2]]]}', "m", "row 1, column 'm': an array; expected a number"),
+        ('{"m": [[1, 2], [3]]}', "m", "its lists have different lengths: 2 in the first, 1 in number 2"),
+        ('{"m": [1, [3]]}', "m", "row 2, column 'm': an array; expected a number"),
+        ('{"t": []}', "t", "column 't' has no values"),
+        ('{"t": [[], []]}', "t", "column 't' has no values"),
+        ('{"t": [1, true]}', "t", "row 2, column 't': true; expected a number"),
+        ('{"t": [1, "2"]}', "t", "row 2, column 't': the text '2'; expected a number"),
+        ('{"t": [1, {}]}', "t", "row 2, column 't': a table; expected a number"),
+        ('{"t": [1, 1e999]}', "t", "row 2, column 't': inf; expected a finite number"),
+        ('{"t": [1, -Infinity]}', "t", "row 2, column 't': -inf; expected a finite number"),
+        (f'{{"t": [1{"0" * 400}]}}', "t", "an integer beyond the largest float"),
+        (f'{{"t": [1{"0" * 5000}]}}', "t", "is damaged, or no JSON file"),
+    ],
+)
+def test_messages_about_json(file, document, column, said):
+    file.write_text(document, encoding="utf-8")
+    message = refusal(file, column, missing=True)
+    assert message.startswith("f.json: ")
+    assert said in message
+
+
+def test_columns_of_different_lengths_are_an_error(file):
+    file.write_text('{"t": [1, 2], "F": [[1, 2], [3, 4], [5, 6]]}', encoding="utf-8")
+    message = refusal(file, "t", Column("F", index=2))
+    assert "columns of different lengths: 't' has 2, 2 of 'F' has 3" in message
+
+
+@pytest.mark.parametrize(
+    "beside",
+    [
+        {"F unit": "kN"},
+        {"F units": "kN"},
+        {"F_unit": "kN", "t_unit": "s"},
+        {"F_units": "kN"},
+        {"units": {"F": "kN", "t": "s"}},
+        {"unit": {"F": "kN"}},
+        {"F.unit": "kN"},
+    ],
+)
+def test_units_beside_arrays_of_json(file, beside):
+    file.write_text(json.dumps({"run": {"t": [0], "F": [1.5]} | beside}), encoding="utf-8")
+    assert values(file, "run.F", units="N") == [[1500.0]]
+    assert values(file, Column("run.F", "1000 N"), units="N") == [[1500.0]]
+    assert "but f.json: column 'run.F' is in 'kN'" in refusal(file, Column("run.F", "N"), units="N")
+
+
+def test_the_unit_of_the_only_array_beside_it(file):
+    document = {"F": {"values": [1.5], "unit": "kN"}, "t": {"values": [0], "unit": "ms"}}
+    file.write_text(json.dumps(document), encoding="utf-8")
+    assert values(file, "F.values", units="N") == [[1500.0]]
+    file.write_text('{"F (kN)": [1.5]}', encoding="utf-8")
+    assert values(file, "F (kN)", units="N") == [[1500.0]]
+    file.write_text('{"F (kN)": [1.5], "F (kN) unit": "N"}', encoding="utf-8")
+    assert "is in 'kN' here and 'N' there" in refusal(file, "F (kN)", units="N")
+    file.write_text('{"m": [[0, 1.5], [1, 2], [2, 3]], "unit": "kN"}', encoding="utf-8")
+    assert values(file, Column("m", index=1)) == [[0.0, 1.0, 2.0]]
+    file.write_text('{"F": [1.5], "t": [0], "unit": "kN"}', encoding="utf-8")
+    assert values(file, "F", units="N") == [[1.5]]
+
+
+def test_listing_of_json(file):
+    document = {
+        "t": [0.5, 1],
+        "data": [[1, 2], [3, 4], [5, 6]],
+        "F": [],
+        "F unit": "kN",
+        "dt": 0.1,
+        "bad": [[1], [2, 3]],
+    }
+    file.write_text(json.dumps(document), encoding="utf-8")
+    assert listed(file) == [
+        ('"t"', "", "2", "0.5"),
+        ('{ column = "data", index = 1 }', "", "3", "1"),
+        ('{ column = "data", index = 2 }', "", "3", "2"),
+        ('"F"', "kN", "0", ""),
+        ('"dt"', "", "1", "0.1"),
+        ('"bad"', "", "2", ""),
+        ('"F unit"', "", "a text", "kN"),
+    ]
+    file.write_text("[[1, 2, 3], [4, 5, 6]]", encoding="utf-8")
+    assert listed(file) == [("{ column = 1 }", "", "3", "1"), ("{ column = 2 }", "", "3", "4")]
+    assert [column for column, *_ in listed(file, transposed=False)] == [
+        f"{{ column = {place} }}" for place in (1, 2, 3)
+    ]
+    file.write_text(json.dumps({"m": np.zeros((300, 200)).tolist()}), encoding="utf-8")
+    assert listed(file) == [('"m"', "", "300 × 200", "")]
+
+
+@settings(max_examples=100)
+@given(
+    rows=st.lists(
+        st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=3, max_size=3), min_size=4, max_size=9
+    )
+)
+def test_numbers_of_json_are_read_exactly(tmp_path_factory, rows):
+    path = tmp_path_factory.getbasetemp() / "exact.json"
+    for document, form in (({"m": rows}, {}), ({"m": np.transpose(rows).tolist()}, {"transposed": True})):
+        path.write_text(json.dumps(document), encoding="utf-8")
+        found = values(path, *(Column("m", index=index) for index in (1, 2, 3)), **form)
+        assert np.transpose(found).tolist() == rows
+
+
+# -- MATLAB ----------------------------------------------------------------------------------------
+
+
+VARIABLES = {
+    "t": T,
+    "row": F[None],
+    "column": F[:, None],
+    "m": M,
+    "wide": M.T,
+    "single": F.astype("f4"),
+    "counts": np.arange(6, dtype="u2"),
+    "signed": -np.arange(6, dtype="i8"),
+    "scalar": 2.5,
+    "run": {"force": F, "force_unit": "kN", "deep": {"x": T}},
+    "logical": np.array([True, False]),
+    "complex": 1j * T,
+    "cube": np.zeros((2, 3, 4)),
+    "cells": np.array([1, "x"], dtype=object),
+    "many": np.zeros(3, dtype=[("x", "f8")]),
+    "none": np.zeros((0, 0)),
+    "text": "kN",
+    "texts": np.array(["a", "b"]),
+}
+
+
+@pytest.fixture(params=[False, True], ids=["plain", "compressed"])
+def matlab(request, tmp_path):
+    from scipy.io import savemat
+
+    path = tmp_path / "f.mat"
+    savemat(path, VARIABLES, do_compression=request.param)
+    return path
+
+
+@pytest.fixture
+def matlab_73(tmp_path):
+    """As MATLAB writes it: two dimensions in the other order, texts as numbers, structures as groups."""
+
+    def fill(file):
+        def put(name, value, kind="double"):
+            file[name] = np.atleast_2d(value).T
+            file[name].attrs["MATLAB_class"] = np.bytes_(kind)
+
+        put("t", T)
+        put("row", F[None])
+        put("column", F[:, None])
+        put("m", M)
+        put("wide", M.T)
+        put("single", F.astype("f4"), "single")
+        put("counts", np.arange(6, dtype="u2"), "uint16")
+        put("signed", -np.arange(6, dtype="i8"), "int64")
+        put("scalar", 2.5)
+        put("run/force", F)
+        put("run/force_unit", [[ord(letter) for letter in "kN"]], "char")
+        put("run/deep/x", T)
+        for group in ("run", "run/deep"):
+            file[group].attrs["MATLAB_class"] = np.bytes_("struct")
+        put("logical", np.array([1, 0], dtype="u1"), "logical")
+        put("none", np.zeros(2, dtype="u8"))
+        file["none"].attrs["MATLAB_empty"] = 1
+        put("text", [[ord(letter) for letter in "kN"]], "char")
+        put("sparse/data", F)
+        file["sparse"].attrs["MATLAB_class"], file["sparse"].attrs["MATLAB_sparse"] = np.bytes_("double"), 6
+        put("#refs#/a", T)
+
+    path = tmp_path / "g.mat"
+    write_matlab_73(path, fill)
+    return path
+
+
+@pytest.fixture(params=["matlab", "matlab_73"])
+def any_matlab(request):
+    if request.param == "matlab_73":
+        return request.getfixturevalue("matlab_73")
+    from scipy.io import savemat
+
+    path = request.getfixturevalue("tmp_path") / "f.mat"
+    savemat(path, VARIABLES)
+    return path
+
+
+def test_variables_of_matlab(any_matlab):
+    names = ("t", "row", "column", "single", "counts", "signed", "run.deep.x")
+    found = values(any_matlab, *names)
+    for column, expected in zip(found, (T, F, F, F, np.arange(6), -np.arange(6), T), strict=True):
+        assert column == expected.tolist()
+    assert values(any_matlab, "scalar") == [[2.5]]
+    assert values(any_matlab, "run.force", units="N") == [(1000 * F).tolist()]
+    assert values(any_matlab, Column("m", index=2)) == [F.tolist()]
+    assert values(any_matlab, Column("wide", index=2), transposed=True) == [F.tolist()]
+
+
+def test_compressed_variables_of_matlab(matlab):
+    assert values(matlab, "t", Column("m", index=3)) == [T.tolist(), (-F).tolist()]
+
+
+@pytest.mark.parametrize(
+    ("column", "said"),
+    [
+        ("T", "there is no column 'T'; expected one of "),
+        ("counted", "there is no column 'counted'; did you mean 'counts'?"),
+        ("m", "column 'm' is a matrix of 6 × 3; expected one of its columns, as in { column = 'm', index = 3 }"),
+        (Column("wide", index=2), "column 'wide' is a matrix of 3 × 6, so its rows may be what was recorded"),
+        ("none", "column 'none' has no values"),
+        ("logical", "there is no column 'logical'"),
+        ("text", "there is no column 'text'"),
+        ("run", "there is no column 'run'"),
+        (1, "there is no column 1, since the arrays in this file have names"),
+    ],
+)
+def test_messages_about_matlab(any_matlab, column, said):
+    assert said in refusal(any_matlab, column)
+
+
+@pytest.mark.parametrize("name", ["complex", "cells", "many", "texts"])
+def test_what_is_no_array_of_numbers_is_no_column(matlab, name):
+    assert f"there is no column '{name}'" in refusal(matlab, name)
+
+
+def test_arrays_of_three_dimensions_are_refused(matlab):
+    assert "column 'cube' has 3 dimensions (2 × 3 × 4)" in refusal(matlab, "cube")
+
+
+def test_sparse_matrices_and_hidden_groups_are_no_columns(matlab_73):
+    names = [column for column, *_ in listed(matlab_73)]
+    assert not any("sparse" in name or "refs" in name for name in names)
+    assert ('"text"', "", "a text", "kN") in listed(matlab_73)
+
+
+def test_listing_of_matlab(any_matlab):
+    found = listed(any_matlab)
+    for expected in (
+        ('"t"', "", "6", "0"),
+        ('{ column = "m", index = 3 }', "", "6", "-0"),
+        ('{ column = "wide", index = 2 }', "", "6", "0"),
+        ('"run.force"', "kN", "6", "0"),
+        ('"run.force_unit"', "", "a text", "kN"),
+    ):
+        assert expected in found
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_matlab_files_of_either_byte_order(tmp_path, order):
+    """A file made by hand from the description of the format."""
+
+    def element(kind, content):
+        return np.array([kind, len(content)], f"{order}u4").tobytes() + content + b"\0" * (-len(content) % 8)
+
+    def small(kind, content):
+        tag = np.array([len(content) << 16 | kind], f"{order}u4").tobytes()
+        return tag + content.ljust(4, b"\0")
+
+    flags = element(6, np.array([6, 0], f"{order}u4").tobytes())
+    sizes = element(5, np.array([2, 3], f"{order}i4").tobytes())
+    numbers = element(3, np.array([1, 2, 3, 4, 5, -6], f"{order}i2").tobytes())
+    version = np.array([0x0100], f"{order}u2").tobytes() + (b"IM" if order == "<" else b"MI")
+    content = b"MATLAB 5.0 MAT-file".ljust(124) + version + element(14, flags + sizes + small(1, b"m") + numbers)
+    path = tmp_path / "f.mat"
+    path.write_bytes(content)
+    assert values(path, *(Column("m", index=i) for i in (1, 2)), transposed=True) == [[1.0, 3.0, 5.0], [2.0, 4.0, -6.0]]
+    from scipy.io import loadmat
+
+    np.testing.assert_array_equal(loadmat(path)["m"], [[1, 3, 5], [2, 4, -6]])
+
+
+@pytest.mark.parametrize("content", [b"", b"x" * 200, b"\0" * 200])
+def test_files_that_are_not_of_matlab(tmp_path, content):
+    path = tmp_path / "f.mat"
+    path.write_bytes(content)
+    assert refusal(path, "t") == "f.mat: is not a MATLAB file of version 5 or later; save it with -v7 or -v7.3"
+
+
+def test_matlab_files_of_version_4_are_refused(tmp_path):
+    from scipy.io import savemat
+
+    savemat(tmp_path / "f.mat", {"t": T}, format="4")
+    assert "save it with -v7" in refusal(tmp_path / "f.mat", "t")
+
+
+def test_two_variables_of_one_name_are_an_error(matlab):
+    content = matlab.read_bytes()
+    matlab.write_bytes(content + content[128:])
+    assert "2 arrays go by the name 't'" in refusal(matlab, "t")
+
+
+# -- HDF5 ------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def hdf5(tmp_path):
+    import h5py
+
+    path = tmp_path / "f.h5"
+    with h5py.File(path, "w") as file:
+        file["t"], file["run/F"], file["m"] = T, F, M
+        file["run/F"].attrs["units"] = "kN"
+        file["u"] = F[None, :]
+        file["u"].attrs["unit"] = np.array([b"kN"])
+        file["mm"] = F
+        file["mm"].attrs["units"] = np.bytes_("mm")
+        file["filled"] = np.where(F == 3.0, -9.0, F)
+        file["filled"].attrs["_FillValue"] = np.array([-9.0])
+        file["scaled"] = F
+        file["scaled"].attrs["scale_factor"] = 2.0
+        file["half"], file["big"], file["small"] = F.astype("f2"), F.astype(">f8"), np.arange(6, dtype="i1")
+        file.create_dataset("packed", data=F, compression="gzip", shuffle=True, chunks=(2,))
+        file["records"] = np.array(list(zip(T, F, strict=True)), dtype=[("t", "f8"), ("F (kN)", "f4")])
+        file["bool"], file["text"], file["complex"] = F > 0, "kN", 1j * F
+        file["words"] = np.array([b"a", b"b"])
+        file["empty"] = h5py.Empty("f8")
+        file["broken link"], file["other file"] = h5py.SoftLink("/nowhere"), h5py.ExternalLink("none.h5", "/x")
+        file["run"]["loop"] = file["/"]
+        file["infinite"] = np.array([1.0, np.inf])
+        file["nan"] = np.array([1.0, np.nan])
+        file["scalar"] = 2.5
+    return path
+
+
+def test_datasets_of_hdf5(hdf5):
+    found = values(hdf5, "t", "half", "big", "packed", "records/t", Column("m", index=3), "small")
+    for column, expected in zip(found, (T, F, F, F, T, -F, np.arange(6)), strict=True):
+        assert column == expected.tolist()
+    assert values(hdf5, "run/F", "u", "records/F (kN)", units="N") == [(1000 * F).tolist()] * 3
+    assert values(hdf5, "scalar") == [[2.5]]
+    assert values(hdf5.rename(hdf5.with_suffix(".HDF5")), "t") == [T.tolist()]
+
+
+def test_missing_values_of_hdf5(hdf5):
+    expected = np.where(F == 3.0, np.nan, F)
+    np.testing.assert_array_equal(values(hdf5, "filled", missing=True)[0], expected)
+    assert "row 4, column 'filled': missing (NaN)" in refusal(hdf5, "filled")
+    assert "row 2, column 'nan': missing (NaN)" in refusal(hdf5, "nan")
+    assert "row 2, column 'infinite': inf; expected a finite number" in refusal(hdf5, "infinite", missing=True)
+
+
+@pytest.mark.parametrize(
+    ("column", "said"),
+    [
+        ("F", "there is no column 'F'; expected one of"),
+        ("run/loop/t", "there is no column 'run/loop/t'; expected one of"),
+        ("broken link", "there is no column 'broken link'"),
+        ("bool", "column 'bool' holds true and false; expected real numbers"),
+        ("complex", "column 'complex' holds complex numbers"),
+        ("text", "column 'text' holds texts; expected real numbers"),
+        ("words", "column 'words' holds texts"),
+        ("empty", "there is no column 'empty'"),
+        ("scaled", "has the attribute scale_factor; name the file .nc"),
+        ("mm", "column 'mm': 'mm' is not a unit of a time"),
+        (Column("mm", unit="s"), "'s', but f.h5: column 'mm' is in 'mm'"),
+    ],
+)
+def test_messages_about_hdf5(hdf5, column, said):
+    assert said in refusal(hdf5, column)
+
+
+def test_listing_of_hdf5(hdf5):
+    found = listed(hdf5)
+    for expected in (
+        ('"run/F"', "kN", "6", "0"),
+        ('{ column = "m", index = 2 }', "", "6", "0"),
+        ('"records/t"', "", "6", "0"),
+        ('"filled"', "", "6", "0"),
+        ('"words"', "", "2", ""),
+    ):
+        assert expected in found
+
+
+def test_a_dataset_has_a_largest_size(tmp_path, monkeypatch):
+    import h5py
+
+    with h5py.File(tmp_path / "f.h5", "w") as file:
+        file.create_dataset("huge", (10**12,), dtype="f8", chunks=True)
+        file.create_dataset("wide", (10, 10**9), dtype="f8", chunks=True)
+    assert "column 'huge' has more than 10,000,000 values; thin or split it" in refusal(tmp_path / "f.h5", "huge")
+    assert "has more than" in refusal(tmp_path / "f.h5", Column("wide", index=1), transposed=True)
+    assert ('"huge"', "", str(10**12), "0") in listed(tmp_path / "f.h5")
+    monkeypatch.setattr(tables, "MOST_ROWS", 9)
+    assert "more than 9 values" in refusal(tmp_path / "f.h5", Column("wide", index=1), transposed=False)
+
+
+# -- netCDF ----------------------------------------------------------------------------------------
+
+
+@pytest.fixture(params=["NETCDF4", "NETCDF4_CLASSIC", "NETCDF3_CLASSIC", "NETCDF3_64BIT_OFFSET"])
+def netcdf(request, tmp_path):
+    import netCDF4
+
+    path = tmp_path / "f.nc"
+    with netCDF4.Dataset(path, "w", format=request.param) as file:
+        for name, size in {"t": 6, "c": 3, "word": 2, "u": None}.items():
+            file.createDimension(name, size)
+
+        def put(name, kind, values, dimensions=("t",), **attributes):
+            variable = file.createVariable(name, kind, dimensions, fill_value=attributes.pop("_FillValue", None))
+            variable.setncatts(attributes)
+            variable.set_auto_maskandscale(False)
+            variable[: len(values)] = values
+
+        put("t", "f8", T, units="seconds since 2001-01-01 00:00")
+        put("m", "f8", M, ("t", "c"), units="kN")
+        put("F", "f4", F, units="kN")
+        put("scaled", "i2", np.arange(6), scale_factor=0.5, add_offset=1.0)
+        put("filled", "i4", [1, 2, -9, 4, 5, 6], _FillValue=np.int32(-9))
+        put("missing", "f4", [1, 2, -9, 4, 5, 6], missing_value=np.float32(-9))
+        put("valid", "i2", [1, 2, -9, 4, 50, 6], valid_range=np.array([0, 9], "i2"), scale_factor=2.0)
+        put("least", "f8", [1, 2, -9, 4, 5, 6], valid_min=0.0)
+        put("most", "f8", [1, 2, -9, 4, 5, 6], valid_max=5.0)
+        put("unwritten", "f8", [1, 2])
+        put("bytes", "i1", np.arange(6))
+        put("record", "f8", T, ("u",))
+        put("letters", "S1", np.array([b"a"] * 6))
+        if request.param == "NETCDF4":
+            group = file.createGroup("g").createGroup("h")
+            group.createVariable("z", "f8", ("t",), zlib=True)[:] = F
+            file.createVariable("words", str, ("t",))
+            file.createVariable("lists", file.createVLType("f8", "list"), ("t",))
+    return path
+
+
+def test_variables_of_netcdf(netcdf):
+    assert values(netcdf, "t", "record", Column("m", "kN", index=2), "bytes", units=("s", "N", "1")) == [
+        T.tolist(),
+        T.tolist(),
+        (1000 * F).tolist(),
+        list(range(6)),
+    ]
+    assert values(netcdf, "scaled") == [[1.0, 1.5, 2.0, 2.5, 3.0, 3.5]]
+
+
+@pytest.mark.parametrize("name", ["filled", "missing", "valid", "least", "most", "unwritten"])
+def test_missing_values_are_those_that_the_netcdf_library_masks(netcdf, name):
+    import netCDF4
+
+    with netCDF4.Dataset(netcdf) as file:
+        expected = np.ma.filled(file[name][:].astype(float), np.nan)
+    assert np.isnan(expected).any()
+    np.testing.assert_array_equal(values(netcdf, name, missing=True)[0], expected)
+    assert f"column '{name}': missing (NaN)" in refusal(netcdf, name)
+
+
+def test_groups_of_netcdf(netcdf):
+    if "g/h/z" in [column.strip('"') for column, *_ in listed(netcdf)]:
+        assert values(netcdf, "g/h/z") == [F.tolist()]
+        assert "there is no column 'words'" in refusal(netcdf, "words")
+        assert "column 'lists' holds something else than numbers" in refusal(netcdf, "lists")
+
+
+def test_messages_and_listing_of_netcdf(netcdf):
+    assert "column 'letters' holds texts" in refusal(netcdf, "letters")
+    assert "there is no column 'x'" in refusal(netcdf, "x")
+    assert "'kN' is not a unit of a time" in refusal(netcdf, "F")
+    found = listed(netcdf)
+    for expected in (
+        ('"t"', "seconds", "6", "0"),
+        ('{ column = "m", index = 2 }', "kN", "6", "0"),
+        ('"letters"', "", "6", ""),
+    ):
+        assert expected in found
+
+
+def test_netcdf_of_64_bit_data_is_refused(tmp_path):
+    import netCDF4
+
+    with netCDF4.Dataset(tmp_path / "f.nc", "w", format="NETCDF3_64BIT_DATA") as file:
+        file.createDimension("t", 6)
+        file.createVariable("t", "f8", ("t",))[:] = T
+    assert "convert it with nccopy -k nc4" in refusal(tmp_path / "f.nc", "t")
+
+
+def test_a_result_of_the_program_can_be_read(tmp_path):
+    import historysim as hs
+
+    pair = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
+    ensemble = hs.Ensemble(pair, summit_height=[0.0, -0.1], summit_radius=1.0, friction=0.5)
+    history = hs.replay(ensemble, [hs.NormalLoad(0.0, 0.01), hs.TangentialLoad(1.0, 0.001)])
+    history.to_netcdf(tmp_path / "f.nc")
+    wanted = {"t": Column("time"), "N": Column("total_normal_load"), "T": Column("tangential_load", index=1)}
+    found = read_table(tmp_path / "f.nc", wanted, {"t": "s", "N": "N", "T": "N"}, Format(transposed=False))
+    np.testing.assert_array_equal(found.columns["t"], history["time"])
+    np.testing.assert_array_equal(found.columns["N"], history["total_normal_load"])
+    np.testing.assert_array_equal(found.columns["T"], history["tangential_load"][:, 0])
+
+
+# -- TDMS ------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def tdms(tmp_path):
+    nptdms = pytest.importorskip("nptdms")
+    path = tmp_path / "f.tdms"
+    evenly = {"wf_start_offset": 2.0, "wf_increment": 0.25, "unit_string": "kN"}
+    with nptdms.TdmsWriter(path) as writer:
+        writer.write_segment(
+            [
+                nptdms.ChannelObject("run", "t", T),
+                nptdms.ChannelObject("run", "F", F, properties=evenly),
+                nptdms.ChannelObject("run", "counts", np.arange(6, dtype="i2"), properties={"unit_string": ""}),
+                nptdms.ChannelObject("run", "words", ["a", "b"]),
+                nptdms.ChannelObject("run", "clock", np.array([1, 2], dtype="datetime64[s]")),
+                nptdms.ChannelObject("run", "bad", np.array([1.0, np.nan, np.inf])),
+                nptdms.ChannelObject("run", "nothing", np.zeros(0)),
+            ]
+        )
+    return path
+
+
+def test_channels_of_tdms(tdms):
+    assert values(tdms, "run/t", "run/counts", "run/F/time") == [
+        T.tolist(),
+        list(range(6)),
+        (2 + 0.25 * np.arange(6)).tolist(),
+    ]
+    assert values(tdms, "run/F", units="N") == [(1000 * F).tolist()]
+    assert "'N', but f.tdms: column 'run/F' is in 'kN'" in refusal(tdms, Column("run/F", "N"), units="N")
+
+
+@pytest.mark.parametrize(
+    ("column", "said"),
+    [
+        ("F", "there is no column 'F'; expected one of run/t, run/F, run/F/time"),
+        ("run/t/time", "there is no column 'run/t/time'"),
+        ("run/words", "column 'run/words' holds something else than numbers"),
+        ("run/clock", "column 'run/clock' holds dates"),
+        ("run/bad", "row 2, column 'run/bad': missing (NaN)"),
+        ("run/nothing", "column 'run/nothing' has no values"),
+    ],
+)
+def test_messages_about_tdms(tdms, column, said):
+    assert said in refusal(tdms, column)
+
+
+def test_listing_of_tdms(tdms):
+    found = listed(tdms)
+    assert ('"run/F"', "kN", "6", "0") in found
+    assert ('"run/F/time"', "s", "6", "2") in found
+    assert ('"run/words"', "", "2", "") in found
+
+
+@pytest.mark.parametrize("cut", [1, 20, 100])
+def test_a_recording_that_was_cut_short_is_refused(tdms, cut, capfd):
+    tdms.write_bytes(tdms.read_bytes()[:-cut])
+    message = refusal(tdms, "run/t")
+    assert "is damaged" in message or "is cut short" in message
+    assert capfd.readouterr() == ("", "")
+
+
+def test_the_library_goes_on_printing_for_others(tdms):
+    from nptdms.log import log_manager
+
+    before = list(log_manager.console_handler.filters)
+    values(tdms, "run/t")
+    refusal(tdms, "x")
+    assert log_manager.console_handler.filters == before
+    assert logging.getLogger("nptdms.reader").isEnabledFor(logging.WARNING)
+
+
+def test_without_the_library_the_message_says_how_to_install_it(tmp_path, monkeypatch):
+    importing = builtins.__import__
+
+    def without(name, *arguments, **more):
+        if name.partition(".")[0] == "nptdms":
+            raise ImportError(name)
+        return importing(name, *arguments, **more)
+
+    (tmp_path / "f.tdms").write_bytes(b"TDSm")
+    monkeypatch.setattr(builtins, "__import__", without)
+    assert refusal(tmp_path / "f.tdms", "t").endswith('is not installed; pip install "historysim[tdms]"')
+
+
+# -- measured records ------------------------------------------------------------------------------
+
+
+@measured_files
+def test_the_friction_damper():
+    columns = {
+        "time": Column("data", "s", index=1),
+        "displacement": Column("data", "in", index=2),
+        "force": Column("data", "kip", index=3),
+    }
+    table = read_table(DAMPER, columns, {"time": "s", "displacement": "m", "force": ("Pa", "N")})
+    expected = np.array(json.loads(DAMPER.read_text(encoding="utf-8"))["data"])
+    assert expected.shape == (14337, 6)
+    # an inch is 25.4 mm and a kip 1000 lbf, of 0.45359237 kg × 9.80665 m/s²
+    for column, place, factor in (("time", 0, 1), ("displacement", 1, 0.0254), ("force", 2, 453.59237 * 9.80665)):
+        np.testing.assert_allclose(table.columns[column], expected[:, place] * factor, rtol=1e-12)
+    assert table.units["force"] == "N"
+    found = {column: (values, first) for column, _, values, first in listed(DAMPER)}
+    assert found['{ column = "data", index = 6 }'] == ("14337", "5.33039")
+    assert found['"friction force units"'] == ("a text", "kip")
+
+
+@measured_files
+def test_the_bolted_joint():
+    from scipy.io import loadmat
+
+    expected = loadmat(BOLTED)
+    columns = {"z": Column("normzinterp"), "p": Column("pzinterp")}
+    table = read_table(BOLTED, columns, {"z": "1", "p": "1"})
+    for key, name in (("z", "normzinterp"), ("p", "pzinterp")):
+        np.testing.assert_array_equal(table.columns[key], expected[name][0])
+        assert table.columns[key].shape == (1001,)
+    gap = read_table(BOLTED, {"gap": Column("mesoscale_xygap", index=3)}, {"gap": "m"}, missing=True)
+    np.testing.assert_array_equal(gap.columns["gap"], expected["mesoscale_xygap"][:, 2])
+    assert "row 1, column 3 of 'mesoscale_xygap': missing (NaN)" in refusal(BOLTED, Column("mesoscale_xygap", index=3))
+
+
+def test_no_reader_warns(hdf5, matlab):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        describe(hdf5)
+        describe(matlab)

@@ -1,0 +1,611 @@
+"""Columns, formats, units, and the reader of texts. The other formats are in test_tables_arrays.py."""
+
+import io
+import subprocess
+import sys
+from pathlib import Path
+
+import attrs
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from historysim import tables
+from historysim.errors import InputError
+from historysim.tables import Column, Format, column_from_toml, describe, from_text, read_table
+from historysim.tables.settled import settled, unit_in
+
+DATA = Path(__file__).parents[3] / "shared" / "data"
+TRIAXIAL = DATA / "triaxial" / "TM11_Pc130_Pp50_T100_loading.tsv"
+
+measured_files = pytest.mark.skipif(not DATA.is_dir(), reason="the folder of measured data is not there")
+
+
+@pytest.fixture
+def file(tmp_path):
+    return tmp_path / "f.txt"
+
+
+@pytest.fixture(scope="module")
+def scratch(tmp_path_factory):
+    return tmp_path_factory.mktemp("tables") / "f.txt"
+
+
+def given_as(columns):
+    return {str(column): column if isinstance(column, Column) else Column(column) for column in columns}
+
+
+def values(path, content, columns, units="s", *, missing=False, **layout):
+    """Columns of a text, as lists."""
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    wanted = given_as(columns)
+    table = read_table(path, wanted, dict.fromkeys(wanted, units), Format(**layout), missing=missing)
+    return [column.tolist() for column in table.columns.values()]
+
+
+def refusal(path, content, columns, units="s", **arguments):
+    with pytest.raises(InputError) as refused:
+        values(path, content, columns, units, **arguments)
+    return str(refused.value)
+
+
+# -- where the columns are -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("content", "layout"),
+    [
+        ("t,F\n0,1\n1,2\n", {}),
+        ("t;F\n0;1\n1;2\n", {}),
+        ("t\tF\n0\t1\n1\t2\n", {}),
+        ("t|F\n0|1\n1|2\n", {}),
+        ("t F\n0 1\n1 2\n", {}),
+        ("  t    F\n 0.0   1\n  1    2\n", {}),
+        (" t , F \n 0 , 1 \n 1 , 2 ", {}),
+        ("t&F\n0&1\n1&2\n", {"delimiter": "&"}),
+        ("t\x1fF\n0\x1f1\n1\x1f2\n", {"delimiter": "\x1f"}),
+        ("t,F\r\n0,1\r\n1,2\r\n", {}),
+        ("t,F\r0,1\r1,2\r", {}),
+        ("\ufefft,F\n0,1\n1,2\n", {}),
+        ("\n\nt,F\n\n0,1\n   \n1,2\n\n", {}),
+        ("# t,F of old\nt,F\n# a remark\n0,1\n  # another\n1,2\n", {}),
+        ("% t F\nt F\n0 1\n% more\n1 2\n", {"comment": "%"}),
+        ("# t F\n0 1\n1 2\n", {}),
+        ("#t,F\n0,1\n1,2\n", {}),
+        ("#,t,F\n7,0,1\n7,1,2\n", {"comment": ""}),
+        ("Date: 1\nLength (mm): 7, Width (mm): 8\nt,F\n0,1\n1,2\n", {}),
+        ("run 7\nrate,1024\nt,F\n0,1\n1,2\n", {}),
+        ("7,8\nt,F\n0,1\n1,2\n", {"header": 2}),
+        ("t,F\n9,9\nt,F\n0,1\n1,2\n", {"header": 3}),
+        ("t,F,\n0,1,\n1,2,\n", {}),
+        ("t,F,\n0,1\n1,2\n", {}),
+        ("t,F\n0,1,\n1,2,,\n", {}),
+        (",,,\nt,F,,\n0,1,,\n1,2,,\n", {}),
+        (",t,F\na,0,1\nb,1,2\n", {}),
+        ('"t","F"\n"0","1"\n"1","2"\n', {}),
+        ('remark,t,F\n"a, ""b""",0,1\n,1,2\n', {}),
+        ("t;F\n0,0;1,0\n1;2e0\n", {"decimal": ","}),
+        ("t F\n0,0 1,0\n1 ,2e1\n", {"decimal": ","}),
+        ("t,F\n+0,1.\n1.0E+0,.2e1\n", {}),
+    ],
+)
+def test_tables_in_many_forms(file, content, layout):
+    assert values(file, content, ["t", "F"], **layout) == [[0.0, 1.0], [1.0, 2.0]]
+
+
+def test_lines_are_counted_in_the_file(file):
+    file.write_text("\nx\nt,F\n\n# a remark\n0,1\n\n1,2\n", encoding="utf-8")
+    table = read_table(file, given_as(["t"]), {"t": "s"})
+    assert table.lines.tolist() == [6, 8]
+    assert [table.place(0), table.place(1)] == ["line 6", "line 8"]
+
+
+@pytest.mark.parametrize(
+    ("content", "columns", "layout", "expected"),
+    [
+        ("0,1\n1,2.5\n", [2], {}, [[1.0, 2.5]]),
+        ("0 1\n1 2\n", [2, 1], {}, [[1.0, 2.0], [0.0, 1.0]]),
+        ("0\n1\n", [1], {}, [[0.0, 1.0]]),
+        ("0,5\n1,5\n", [1], {"decimal": ","}, [[0.5, 1.5]]),
+        ("0,5\n1,5\n", [2], {"delimiter": ","}, [[5.0, 5.0]]),
+        ("0,5;1\n1;2\n", [1], {"decimal": ","}, [[0.5, 1.0]]),
+        ("t,F\n0,1\n1,2\n", [2], {}, [[1.0, 2.0]]),
+        ("t,F\n0,1\n1,2\n", [2, "t"], {}, [[1.0, 2.0], [0.0, 1.0]]),
+        ("a b c\nt,F\n0,1\n1,2\n", [2], {}, [[1.0, 2.0]]),
+        ("t,F (kN)\n0,1\n1,2\n", [2], {"header": 0, "delimiter": ","}, [[1.0, 2.0]]),
+        ("t,t,t\n0,1,2\n1,2,3\n", [3], {}, [[2.0, 3.0]]),
+        ("t,t,t\n0,1,2\n1,2,3\n", [Column("t", occurrence=2)], {}, [[1.0, 2.0]]),
+        ("t\n0,1,2\n1,2,3\n", [3], {"header": 1}, [[2.0, 3.0]]),
+        ("1024\n0,1,2\n1,2,3\n", [3], {"header": 1}, [[2.0, 3.0]]),
+        ("0,1,\n1,2,\n", [2], {}, [[1.0, 2.0]]),
+        ("2020-01-01 10:00,1\n2020-01-01 11:00,2\n", [2], {"delimiter": ","}, [[1.0, 2.0]]),
+    ],
+)
+def test_columns_by_position_and_occurrence(file, content, columns, layout, expected):
+    assert values(file, content, columns, **layout) == expected
+
+
+@pytest.mark.parametrize(
+    ("content", "columns", "layout", "said"),
+    [
+        ("", ["t"], {}, "is empty"),
+        ("# t\n", ["x"], {}, "there is no column 'x'; expected one of t"),
+        ("t,F\n0,1\n", ["T"], {}, "there is no column 'T'; expected one of t, F"),
+        ("t,F\n0,1\n", ["time", "Force"], {}, "there is no column 'time'"),
+        ("run 7\nt;F\n0;1\n", ["f"], {}, "there is no column 'f'; expected one of t, F"),
+        ("t,F\n0,1\n", ["F"], {"delimiter": ";"}, "there is no column 'F'; expected one of t,F"),
+        ("t,F\n0,1\n", ["F"], {"header": 2}, "there is no column 'F'"),
+        ("t,F\n0,1\n", ["F"], {"header": 7}, "line 7 is no header"),
+        ("\nt,F\n0,1\n", ["F"], {"header": 1}, "line 1 is no header"),
+        ("t,F\n0,1\n", ["F"], {"header": 0}, "has no header, as header = 0 says"),
+        ("t,F\n", ["F"], {}, "has a header but no rows"),
+        ("t,F\n0,1\n", [3], {}, "there is no column 3; the rows have 2 values"),
+        ("t,t,F\n0,1,2\n", ["t"], {}, "names column 't' 2 times, at positions 1, 2; say which, as in { column = \"t\""),
+        (
+            "t,t,F\n0,1,2\n",
+            [Column("t", occurrence=3)],
+            {},
+            "no occurrence 3 of column 't'; the header names it 2 times",
+        ),
+        ("t,F\n0,1\n", [Column("t", occurrence=2)], {}, "no occurrence 2 of column 't'; the header names it once"),
+        ("t,F\n0,1\n", [Column("t", index=2)], {}, "index = 2 counts the columns of a matrix"),
+        ("a\nt\na\n1\n", ["a", "t"], {}, "there is no column 't'; expected one of a"),
+        ("t,F\n0,1,2\n", ["t"], {}, "line 2: 3 values where the header names 2 columns; expected one value for each"),
+        ("t,F,\n0,1,2\n", ["t"], {}, "a name is missing or superfluous"),
+        ("t,F (kN),\n0,1,2\n", [1], {}, "and say the unit of column 1"),
+        ("t,F,x\n0,1\n", ["t"], {}, "line 2: 2 values where the header names 3 columns"),
+        ("t,F\n0,1\n1\n", ["t"], {}, "line 3: 1 value where the header names 2 columns"),
+        ("0,1\n1,2\n1,2,3\n", [1], {"delimiter": ","}, "line 3: 3 values where other lines have 2"),
+        ("0,1\n0,1,2\n1,2,3\n", [1], {}, "line 1 looks like a row of numbers, but the table begins below line 1"),
+        ("7,8\nt,F\n0,1\n", ["t"], {}, "line 1 looks like a row of numbers, but the table begins below line 2"),
+        ("nan,8\nt,F\n0,1\n", ["t"], {}, "line 1 looks like a row of numbers"),
+        ("one\ntwo\n", [1], {}, "has no rows of numbers"),
+        ("0,5\n1,5\n", [1], {}, "line 1: '0,5' may be one value or two"),
+        ("0,5;1\n1;2\n", [1], {}, "line 1: '0,5' may be one value or two"),
+        ("0,5 1\n1,5 2\n", [2], {}, "line 1: '5 1' may be one value or two"),
+        (
+            "2020-01-01 10:00,1\n2020-01-01 11:00,2\n",
+            [2],
+            {},
+            "may be one value or two; say what stands between values",
+        ),
+        ('t,F\n0,"1\n1,2\n', ["t"], {}, "line 2 is not a CSV table: a value in quotes does not end on it"),
+        ('t,F\n0,"1\n1",2\n', ["t"], {}, "line 2 is not a CSV table"),
+        ('t,F\n0,"1"2\n', ["t"], {}, "line 2 is not a CSV table"),
+    ],
+)
+def test_messages_about_where_the_columns_are(file, content, columns, layout, said):
+    message = refusal(file, content, columns, **layout)
+    assert message.startswith("f.txt: ")
+    assert said in message
+
+
+# -- what the values are ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("word", ["", "nan", "NaN", "NAN", "NA", "null", "-"])
+def test_missing_values_are_nan_when_asked_for_and_errors_otherwise(file, word):
+    content = f"t,F\n0,1\n1,{word}\n2,3\n"
+    [[*_], force] = values(file, content, ["t", "F"], missing=True)
+    np.testing.assert_array_equal(force, [1.0, np.nan, 3.0])
+    assert f"line 3, column 'F': {word!r}; expected a finite number" in refusal(file, content, ["t", "F"])
+
+
+@pytest.mark.parametrize("missing", [False, True])
+@pytest.mark.parametrize(
+    ("word", "hint"),
+    [
+        ("inf", ""),
+        ("-Infinity", ""),
+        ("1e999", ""),
+        ("fifty", ""),
+        ("1_0", ""),
+        ("٣", ""),
+        ("1 2", ""),
+        ("0x10", ""),
+        ("1.5.2", ""),
+        ("−1", ""),
+        ("--", ""),
+        ("1,5", '; if it has a decimal comma, say decimal = ","'),
+        ("1,500.2", ""),
+    ],
+)
+def test_anything_else_is_an_error_with_line_and_column(file, word, hint, missing):
+    content = f"t;F\n0;1\n1;{word}\n2;3\n"
+    message = refusal(file, content, ["t", "F"], missing=missing, delimiter=";")
+    assert message == f"f.txt: line 3, column 'F': {word!r}; expected a finite number{hint}"
+
+
+def test_a_point_among_decimal_commas_is_an_error(file):
+    message = refusal(file, "t;F\n0,5;1.5\n", ["t", "F"], decimal=",")
+    assert message.endswith(
+        "'1.5'; expected a finite number; it has a decimal point, although decimal = \",\" was said"
+    )
+    assert "'1.000,5'" in refusal(file, "t;F\n0,5;1.000,5\n", ["t", "F"], decimal=",")
+
+
+def test_the_first_wrong_value_is_named_however_long_the_table(file, monkeypatch):
+    monkeypatch.setattr(from_text, "AT_ONCE", 7)
+    rows = [f"{i},{i}" for i in range(100)]
+    rows[60], rows[61], rows[90] = "60,x", "y,61", "x,90"
+    assert "line 62, column 'F': 'x'" in refusal(file, "\n".join(["t,F", *rows]), ["t", "F"])
+
+
+def test_a_long_value_is_cut_short_in_the_message(file):
+    assert f"'{'x' * 40}…'" in refusal(file, f"t\n{'x' * 500}\n", ["t"])
+
+
+def test_columns_that_are_not_asked_for_may_hold_anything(file):
+    assert values(file, "t,F,remark\n0,x,\n1,,§\n", ["t"]) == [[0.0, 1.0]]
+
+
+@settings(max_examples=200)
+@given(
+    numbers=st.lists(st.tuples(*[st.floats(allow_nan=False, allow_infinity=False)] * 2), min_size=1, max_size=30),
+    delimiter=st.sampled_from([",", ";", "\t", "|", " ", "&"]),
+    decimal=st.sampled_from([".", ","]),
+    form=st.sampled_from(["{!r}", "{:.17e}", "{:+.20g}"]),
+    at_once=st.sampled_from([1, 3, 2000]),
+)
+def test_numbers_are_read_exactly(scratch, numbers, delimiter, decimal, form, at_once):
+    if delimiter == decimal:
+        delimiter = ";"
+    lines = [delimiter.join(form.format(number).replace(".", decimal) for number in row) for row in numbers]
+    content = "\n".join([delimiter.join(["t", "F"]), *lines])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(from_text, "AT_ONCE", at_once)
+        found = values(scratch, content, ["t", "F"], delimiter=delimiter, decimal=decimal)
+    assert list(zip(*found, strict=True)) == numbers
+
+
+@settings(max_examples=100)
+@given(
+    rows=st.lists(
+        st.lists(st.one_of(st.floats(-1e6, 1e6), st.just("")), min_size=3, max_size=3), min_size=1, max_size=20
+    ),
+    delimiter=st.sampled_from([",", ";", "\t"]),
+)
+def test_missing_values_are_where_pandas_finds_them(scratch, rows, delimiter):
+    pandas = pytest.importorskip("pandas")
+    content = "\n".join([delimiter.join("abc"), *(delimiter.join(map(str, row)) for row in rows)])
+    found = values(scratch, content, ["a", "b", "c"], missing=True, delimiter=delimiter)
+    expected = pandas.read_csv(io.StringIO(content), sep=delimiter, skip_blank_lines=False)
+    np.testing.assert_array_equal(np.transpose(found), expected.to_numpy(dtype=float))
+
+
+def test_a_table_has_a_largest_size(file, monkeypatch):
+    monkeypatch.setattr(tables, "MOST_ROWS", 3)
+    assert values(file, "t\n1\n2\n3\n", ["t"]) == [[1.0, 2.0, 3.0]]
+    assert "has more than 3 rows" in refusal(file, "t\n1\n2\n3\n4\n", ["t"])
+
+
+# -- encodings -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be", "latin-1", "cp1252", "utf-8", "utf-8-sig"])
+def test_other_encodings(file, encoding):
+    content = "µ (µm)\tF\r\n1\t2\r\n".encode(encoding)
+    assert values(file, content, ["µ (µm)"], "m", encoding=encoding) == [[pytest.approx(1e-6)]]
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (
+            "t\n1\n2\n\u00b5\n".encode("latin-1"),
+            "(0xb5, byte 7 of the file, line 4: invalid start byte); save it as UTF-8, or",
+        ),
+        ("t\n1\n".encode("utf-16"), 'such as encoding = "utf-16"'),
+        (b"t\n" + b"1\n" * 100_000 + b"\xff", "(0xff, byte 200003 of the file, line 100002: "),
+    ],
+)
+def test_another_encoding_is_told_with_the_byte(file, content, said):
+    message = refusal(file, content, ["t"])
+    assert message.startswith("f.txt: is not UTF-8 text ")
+    assert said in message
+
+
+def test_the_wrong_encoding_is_an_error(file):
+    assert "is not utf-16 text" in refusal(file, b"t\n1\n2", ["t"], encoding="utf-16")
+    assert "is not ascii text (0xc2, byte 3" in refusal(file, "t\nµ\n", ["t"], encoding="ascii")
+
+
+# -- units -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [
+        ("Force.(kN)", "kN"),
+        ("Force [kN]", "kN"),
+        ("Force (kN)", "kN"),
+        ("Force / kN", "kN"),
+        ("Force (kN) filtered", "kN"),
+        ("Speed / (m/s)", "m/s"),
+        ("Stiffness (N/(m s))", "N/(m s)"),
+        ("µ / %", "%"),
+        ("Temp.(degC)", "degC"),
+        ("Force (raw)", "raw"),
+        ("Force_kN", None),
+        ("Force/kN", None),
+        ("N/mm", None),
+        ("Sensor [1]", None),
+        ("x(2)", None),
+        ("F()", None),
+        ("", None),
+    ],
+)
+def test_units_in_names(name, unit):
+    assert unit_in(name) == unit
+
+
+@pytest.mark.parametrize(
+    ("explicit", "in_file", "wanted", "expected"),
+    [
+        (None, [], ["N"], ("N", 1.0)),
+        (None, [], ["N", "Pa"], ("N", 1.0)),
+        ("kN", [], ["N"], ("N", 1000.0)),
+        (None, ["kN"], ["N"], ("N", 1000.0)),
+        ("kN", ["kN"], ["N"], ("N", 1000.0)),
+        ("1000 N", ["kN"], ["N"], ("N", 1000.0)),
+        ("kN", ["raw"], ["N"], ("N", 1000.0)),
+        (None, ["MPa"], ["N", "Pa"], ("Pa", 1e6)),
+        ("kip", [], ["N", "Pa"], ("N", 4448.2216152605)),
+        (None, ["kN", "1000 N"], ["N"], ("N", 1000.0)),
+        ("4.4482216152605 N", ["lbf"], ["N"], ("N", 4.4482216152605)),
+        ("%", [], ["1"], ("1", 0.01)),
+    ],
+)
+def test_the_unit_of_a_column(explicit, in_file, wanted, expected):
+    unit, factor = settled(explicit, in_file, wanted, "column 'F'")
+    assert (unit, factor) == (expected[0], pytest.approx(expected[1], rel=1e-12))
+
+
+@pytest.mark.parametrize(
+    ("explicit", "in_file", "wanted", "said"),
+    [
+        ("mN", ["kN"], ["N"], "'mN', but column 'F' is in 'kN'; expected the same unit, or none here"),
+        ("kN", ["V"], ["N"], "'kN', but column 'F' is in 'V'"),
+        (None, ["V"], ["N"], "column 'F': 'V' is not a unit of a force"),
+        (None, ["V"], ["N", "Pa"], "column 'F': 'V' converts to none of N, Pa"),
+        (None, ["raw"], ["N"], "column 'F': 'raw' is not a known unit; give it one, as in unit = \"N\""),
+        (None, ["kN", "N"], ["N"], "column 'F' is in 'kN' here and 'N' there"),
+        (None, ["degC"], ["K"], "column 'F': 'degC' does not start from zero"),
+        ("mm", [], ["N"], "'mm' is not a unit of a force"),
+    ],
+)
+def test_units_that_do_not_fit(explicit, in_file, wanted, said):
+    with pytest.raises(InputError) as refused:
+        settled(explicit, in_file, wanted, "column 'F'")
+    assert str(refused.value).startswith(said)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "t [s],F (kN)\n0,1\n",
+        "t / s;F / kN\n0;1\n",
+        "t\tF\n(s)\t(kN)\n0\t1\n",
+        "t,F\n[s],[kN]\n\n0,1\n",
+        "run\n# of 1999\nt.(s),F.(kN)\n0,1\n",
+    ],
+)
+def test_units_of_the_header_are_used(file, content):
+    file.write_text(content, encoding="utf-8")
+    found = read_table(file, {"t": Column(1), "F": Column(2)}, {"t": "s", "F": ("Pa", "N")})
+    assert found.columns["F"].tolist() == [1000.0]
+    assert found.units == {"t": "s", "F": "N"}
+
+
+def test_a_unit_that_contradicts_the_header_is_an_error(file):
+    content = "t,F (kN)\n0,1\n"
+    assert values(file, content, [Column("F (kN)", unit="1e3 N")], "N") == [[1000.0]]
+    said = "'N', but f.txt: column 'F (kN)' is in 'kN'; expected the same unit, or none here"
+    assert refusal(file, content, [Column("F (kN)", unit="N")], "N") == said
+    assert refusal(file, content, ["F (kN)"], "m").startswith("f.txt: column 'F (kN)': 'kN' is not a unit of a length")
+
+
+def test_values_beyond_the_largest_float_in_si_are_errors(file):
+    message = refusal(file, "F\n1\n1e308\n", [Column("F", unit="kN")], "N")
+    assert message == "f.txt: line 3, column 'F': 1e+308 is beyond the largest float in SI"
+
+
+# -- columns and formats ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [
+        ("F", Column("F")),
+        ({"column": "F"}, Column("F")),
+        ({"column": 3}, Column(3)),
+        ({"column": "F", "unit": "mN", "occurrence": 2}, Column("F", "mN", occurrence=2)),
+        ({"column": "F", "index": 2}, Column("F", index=2)),
+    ],
+)
+def test_columns_of_a_scenario(value, expected):
+    assert column_from_toml(value) == expected
+
+
+@pytest.mark.parametrize(
+    ("value", "said"),
+    [
+        (3, "3; expected a text"),
+        ("", "expected a text that is not blank"),
+        ({}, "missing; expected the name of a column in the file"),
+        ({"column": "F", "units": "N"}, "unknown key; did you mean 'unit'?"),
+        ({"column": " "}, "expected a text that is not blank"),
+        ({"column": 0}, "0; expected a position counted from 1"),
+        ({"column": True}, "true; expected a name, or a position counted from 1"),
+        ({"column": 1.5}, "1.5; expected a name, or a position counted from 1"),
+        ({"column": "F", "unit": ""}, "expected a text that is not blank"),
+        ({"column": "F", "unit": 3}, "3; expected a text that is not blank"),
+        ({"column": "F", "occurrence": 0}, "0; expected an integer of 1 or more"),
+        ({"column": "F", "index": "1"}, "the text '1'; expected an integer of 1 or more"),
+        ({"column": 2, "occurrence": 2}, "a position is one column already"),
+    ],
+)
+def test_columns_that_are_none(value, said):
+    with pytest.raises(InputError, match=said.replace("?", r"\?")):
+        column_from_toml(value)
+
+
+@pytest.mark.parametrize(
+    ("layout", "said"),
+    [
+        ({"delimiter": ""}, "expected one character"),
+        ({"delimiter": ";;"}, "expected one character"),
+        ({"delimiter": "."}, "expected one character"),
+        ({"delimiter": "e"}, "expected one character"),
+        ({"delimiter": 7}, "expected one character"),
+        ({"delimiter": ",", "decimal": ","}, "as the delimiter"),
+        ({"decimal": []}, 'expected "." or ","'),
+        ({"decimal": ";"}, 'expected "." or ","'),
+        ({"header": -1}, "expected the number of a line, or 0"),
+        ({"header": True}, "expected the number of a line, or 0"),
+        ({"encoding": "utf-9"}, "expected an encoding such as"),
+        ({"encoding": "base64"}, "expected an encoding such as"),
+        ({"encoding": "a\0b"}, "expected an encoding such as"),
+        ({"encoding": 7}, "expected an encoding such as"),
+        ({"comment": " "}, "expected what a comment starts with"),
+        ({"comment": "-"}, "expected what a comment starts with"),
+        ({"comment": 7}, "expected what a comment starts with"),
+        ({"transposed": "yes"}, "expected true or false"),
+    ],
+)
+def test_formats_that_are_none(layout, said):
+    with pytest.raises(InputError, match=said):
+        Format(**layout)
+
+
+def test_columns_and_formats_cannot_be_changed():
+    with pytest.raises(attrs.exceptions.FrozenInstanceError):
+        Column("F").unit = "N"
+    with pytest.raises(attrs.exceptions.FrozenInstanceError):
+        Format().decimal = ","
+
+
+@pytest.mark.parametrize("name", ["none.csv", ".", "a\0b", "none.json", "none.mat", "none.h5", "none.nc", "none.tdms"])
+def test_files_that_are_not_there(tmp_path, name):
+    for read in (lambda path: read_table(path, {"t": Column("t")}, {"t": "s"}), describe):
+        with pytest.raises(InputError, match="there is no such file"):
+            read(tmp_path / name)
+
+
+def test_a_path_may_be_a_text(file):
+    file.write_text("t\n1\n", encoding="utf-8")
+    assert read_table(str(file), {"t": Column("t")}, {"t": "s"}).columns["t"].tolist() == [1.0]
+    assert describe(str(file))[0].column == '"t"'
+
+
+# -- what there is in a file -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [
+        ("run 7\nt,F (kN)\n0,1\n1,2\n", [('"t"', "", "2", "0"), ('"F (kN)"', "kN", "2", "1")]),
+        ("t\tF\n(s)\t(kN)\n0\t1\n", [('"t"', "s", "1", "0"), ('"F"', "kN", "1", "1")]),
+        ("# t F\n0 1\n", [('"t"', "", "1", "0"), ('"F"', "", "1", "1")]),
+        ("0;1,5\n1;2\n", [("{ column = 1 }", "", "2", "0"), ("{ column = 2 }", "", "2", "1,5")]),
+        (
+            't,t,"a ""b"""\n0,1,2\n',
+            [
+                ('{ column = "t", occurrence = 1 }', "", "1", "0"),
+                ('{ column = "t", occurrence = 2 }', "", "1", "1"),
+                ('"a \\"b\\""', "", "1", "2"),
+            ],
+        ),
+        (
+            "t,F (kN),\n0,1,2\n",
+            [
+                ("{ column = 1 } # under 't'", "", "1", "0"),
+                ("{ column = 2 } # under 'F (kN)'", "", "1", "1"),
+                ("{ column = 3 }", "", "1", "2"),
+            ],
+        ),
+    ],
+)
+def test_listings(file, content, expected):
+    file.write_text(content, encoding="utf-8")
+    assert [attrs.astuple(listing) for listing in describe(file)] == expected
+
+
+def test_what_is_listed_can_be_asked_for(file):
+    import tomllib
+
+    file.write_text('remark,t,t,"F ""N"""\nx,0,1,2\n,3,4,5\n', encoding="utf-8")
+    for place, listing in enumerate(describe(file)[1:]):
+        column = column_from_toml(tomllib.loads(f"column = {listing.column}")["column"])
+        found = read_table(file, {"c": column}, {"c": "1"}).columns["c"]
+        assert found.tolist() == [place, place + 3]
+
+
+def test_importing_the_package_loads_nothing_heavy():
+    heavy = "{'numpy', 'scipy', 'h5py', 'netCDF4', 'nptdms', 'cf_units', 'pandas', 'xarray'}"
+    code = f"import sys, historysim.tables; print({heavy} & set(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "set()"
+
+
+# -- a measured record -----------------------------------------------------------------------------
+
+
+@measured_files
+def test_the_triaxial_record():
+    columns = {"t": Column(1, "s"), "p": Column(4, "MPa"), "F": Column(6, "kN"), "x": Column(8, "mm")}
+    table = read_table(TRIAXIAL, columns, {"t": "s", "p": ("N", "Pa"), "F": ("N", "Pa"), "x": "m"})
+    expected = np.loadtxt(TRIAXIAL, skiprows=3, delimiter="\t", usecols=(0, 3, 5, 7), unpack=True)
+    assert expected.shape == (4, 8663)
+    for found, values_in_file, factor in zip(table.columns.values(), expected, (1, 1e6, 1e3, 1e-3), strict=True):
+        np.testing.assert_allclose(found, values_in_file * factor, rtol=1e-15)
+    assert table.units == {"t": "s", "p": "Pa", "F": "N", "x": "m"}
+    assert (table.lines[0], table.lines[-1]) == (4, 8666)
+
+
+@measured_files
+def test_the_triaxial_record_lacks_a_name_and_is_not_read_by_names():
+    # 19 names over 20 values: those after Temp.(degC) stand one place to the left of their values
+    with pytest.raises(InputError, match=r"line 4: 20 values where the header names 19 columns; .* name is missing"):
+        read_table(TRIAXIAL, {"F": Column("Force.(kN)")}, {"F": "N"})
+    with pytest.raises(InputError, match="and say the unit of column 6"):
+        read_table(TRIAXIAL, {"F": Column(6)}, {"F": "N"})
+    listings = describe(TRIAXIAL)
+    assert len(listings) == 20
+    assert listings[5].column == "{ column = 6 } # under 'Force.(kN)'"
+    assert {listing.values for listing in listings} == {"8663"}
+
+
+@measured_files
+def test_the_triaxial_record_with_the_missing_name_is_read_by_names(tmp_path):
+    content = TRIAXIAL.read_bytes().replace(b"Temp.(degC)", b"Temp.(degC)\tFurnace.(degC)", 1)
+    path = tmp_path / "mended.tsv"
+    path.write_bytes(content)
+    columns = {
+        "t": Column("Time.(s)", occurrence=1),
+        "again": Column("Time.(s)", occurrence=2),
+        "F": Column("Force.(kN)"),
+    }
+    table = read_table(path, columns, {"t": "s", "again": "s", "F": "N"})
+    assert len(table.lines) == 8663
+    # both clocks of the recorder
+    np.testing.assert_allclose(table.columns["t"], table.columns["again"], atol=1.0)
+    assert table.columns["F"].min() == pytest.approx(-412.337)
+    with pytest.raises(InputError, match=r"names column 'Time.\(s\)' 2 times, at positions 1, 12"):
+        read_table(path, {"t": Column("Time.(s)")}, {"t": "s"})
+    with pytest.raises(InputError, match="'V' is not a unit of a force"):
+        read_table(path, {"F": Column("Force.(V)")}, {"F": "N"})
+
+
+def test_with_its_line_given_a_short_header_names_the_first_columns(tmp_path):
+    path = tmp_path / "short.tsv"
+    path.write_text("1 July\nt (s)\tF (kN)\tT (degC)\n0\t1.5\t20\t21\n1\t2.5\t20\t21\n", encoding="utf-8")
+    columns, units = {"t": Column("t (s)"), "F": Column("F (kN)")}, {"t": "s", "F": "N"}
+    with pytest.raises(InputError, match=r"line 3: 4 values where the header names 3 columns.*; header = 2 takes its"):
+        read_table(path, columns, units)
+    found = read_table(path, columns, units, Format(header=2))
+    assert found.columns["F"].tolist() == [1500.0, 2500.0]
+    path.write_text("t (s)\tF (kN)\n0\t1.5\t20\n1\t2.5\t20\t21\t3\n", encoding="utf-8")
+    with pytest.raises(InputError, match="line 3: 5 values"):
+        read_table(path, columns, units, Format(header=1))
