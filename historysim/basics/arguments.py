@@ -7,6 +7,7 @@ from contextlib import contextmanager
 import numpy as np
 import numpy.typing as npt
 
+from historysim.basics.wording import counted
 from historysim.errors import InputError
 
 Values = npt.NDArray[np.float64]
@@ -49,6 +50,44 @@ def scalar(name: str, value: npt.ArrayLike, *, above: float = -math.inf, least: 
     if number.ndim:
         raise InputError(f"{name} is a list of shape {number.shape}; expected one number, in SI")
     return float(number)
+
+
+def one_per(
+    one: str, several: str, name: str, values: npt.ArrayLike, count: int | None = None, *, above: float = -math.inf
+) -> Values:
+    """Return an argument that has one value for each of several things, as an array of its own that cannot be changed.
+
+    Parameters
+    ----------
+    one, several : str
+        What there is a value for, such as ``"summit"``, ``"summits"``, for the message.
+    name : str
+        The name of the argument, for the message.
+    values : array_like
+        What came: one number, which stands for all, or a list.
+    count : int, optional
+        How many of them there are; without it, as many as there are values.
+    above : float
+        All values must be greater.
+
+    Returns
+    -------
+    numpy.ndarray (count,)
+
+    Raises
+    ------
+    InputError
+        More than a list, another number of values, or a value that `checked` refuses.
+    """
+    array = np.atleast_1d(checked(name, values, above=above))
+    if array.ndim > 1:
+        raise InputError(f"{name} has shape {array.shape}; expected one number, or a list with one per {one}")
+    if count is not None and array.size not in {1, count}:
+        came = counted(array.size, "value", "values")
+        raise InputError(f"{name} has {came} for {counted(count, one, several)}; expected one, or one per {one}")
+    array = np.array(array if count is None else np.broadcast_to(array, count))
+    array.flags.writeable = False
+    return array
 
 
 @contextmanager

@@ -16,6 +16,7 @@ import attrs
 from cattrs import Converter
 
 from historysim.asperities.instrument import RIGID, Instrument
+from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
 from historysim.loads.events import Event, FrictionChange
 from historysim.scenario.loading_kinds import (
@@ -36,10 +37,8 @@ from historysim.scenario.schema import (
     at,
     given,
     misfit,
-    nearest,
     reported,
     schema_converter,
-    shown,
     text,
 )
 from historysim.scenario.surface_kinds import (

@@ -4,9 +4,8 @@ A section of a scenario is an attrs class. Its fields are declared with the type
 say what unit a value has; the rest (unknown keys, missing keys, wrong types) follows from the class.
 """
 
-import difflib
 import re
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import UnionType
 from typing import Annotated, Any, TypeVar, get_args, get_origin
@@ -22,6 +21,7 @@ from cattrs.errors import (
 )
 from cattrs.gen import make_dict_structure_fn
 
+from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
 
 T = TypeVar("T")
@@ -75,14 +75,6 @@ def reported(source: str) -> Iterator[None]:
         raise InputError("\n".join(problems[:MOST_PROBLEMS] + more)) from error
 
 
-def nearest(word: str, known: Collection[str]) -> str:
-    """Say what to write in place of an unknown word: the nearest known one, else all of them."""
-    match = difflib.get_close_matches(word, known, n=1)
-    if match:
-        return f"did you mean {match[0]!r}?"
-    return f"expected one of {', '.join(known)}" if known else "none is expected here"
-
-
 def misfit(problem: str, *path: str | int) -> InputError:
     """Make an InputError that belongs to a place inside the value that is being structured."""
     error = InputError(problem)
@@ -96,20 +88,6 @@ def _note(error: Exception, step: str | int) -> None:
         error.add_note(IterableValidationNote("", step, None))
     else:
         error.add_note(AttributeValidationNote("", step, None))
-
-
-def shown(value: object) -> str:
-    """Say briefly what came in place of what was expected."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    # Python refuses to print integers of some thousand digits
-    if isinstance(value, int) and value.bit_length() > 64:
-        return f"an integer of {value.bit_length()} bits"
-    if isinstance(value, str):
-        return f"the text {value!r}" if len(value) <= 40 else f"the text {value[:40]!r}…"
-    if isinstance(value, dict):
-        return "a table"
-    return "an array" if isinstance(value, list) else str(value)
 
 
 def _number(value: object, unit: str) -> float:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Protocol
 import attrs
 from cattrs import Converter
 
+from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
 from historysim.scenario.schema import (
     Length,
@@ -19,8 +20,6 @@ from historysim.scenario.schema import (
     at,
     given,
     misfit,
-    nearest,
-    shown,
     table,
 )
 from historysim.tables import Column, NumbersFile

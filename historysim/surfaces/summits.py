@@ -7,23 +7,12 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import checked, scalar
+from historysim.basics.arguments import one_per, scalar
 from historysim.errors import InputError
 
 Array = npt.NDArray[Any]
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
-
-
-def _row(name: str, values: npt.ArrayLike, count: int | None = None, *, above: float = -np.inf) -> Floats:
-    array = np.atleast_1d(checked(name, values, above=above))
-    if array.ndim > 1:
-        raise InputError(f"{name} has shape {array.shape}; expected a list with one value per summit")
-    if count is not None and array.size not in {1, count}:
-        raise InputError(f"{name} has {array.size} values for {count} summits; expected one, or one per summit")
-    array = np.array(array if count is None else np.broadcast_to(array, count))
-    array.flags.writeable = False
-    return array
 
 
 @attrs.frozen(eq=False, init=False)
@@ -62,12 +51,12 @@ class Summits:
         *,
         nominal_area: float | None = None,
     ) -> None:
-        heights = _row("height", height)
+        heights = one_per("summit", "summits", "height", height)
         self.__attrs_init__(
             height=heights,
-            radius=_row("radius", radius, heights.size, above=0),
-            x=None if x is None else _row("x", x, heights.size),
-            y=None if y is None else _row("y", y, heights.size),
+            radius=one_per("summit", "summits", "radius", radius, heights.size, above=0),
+            x=None if x is None else one_per("summit", "summits", "x", x, heights.size),
+            y=None if y is None else one_per("summit", "summits", "y", y, heights.size),
             nominal_area=None if nominal_area is None else scalar("nominal_area", nominal_area, above=0),
         )
 

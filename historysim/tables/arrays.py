@@ -10,8 +10,8 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
+from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
-from historysim.scenario.schema import nearest, shown
 from historysim.tables.columns import Column, Format, Found, Listing
 from historysim.tables.settled import unit_in
 

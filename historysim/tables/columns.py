@@ -4,7 +4,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import attrs
 
-from historysim.scenario.schema import misfit, nearest, shown, text
+from historysim.basics.wording import nearest, shown
+from historysim.scenario.schema import misfit, text
 
 if TYPE_CHECKING:
     import numpy as np

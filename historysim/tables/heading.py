@@ -9,8 +9,8 @@ from itertools import islice
 
 import attrs
 
+from historysim.basics.wording import nearest
 from historysim.errors import InputError
-from historysim.scenario.schema import nearest
 from historysim.tables.columns import Column, Format
 from historysim.tables.lines import brief, number, split
 from historysim.tables.settled import unit_in

@@ -779,7 +779,10 @@ def test_there_may_be_no_summits():
         (lambda: Summits([1, 2], [1, 0]), r"radius\[1\] is 0; expected a finite number greater than 0"),
         (lambda: Summits([1], -1), "radius is -1"),
         (lambda: Summits([1], math.inf), "radius is inf"),
-        (lambda: Summits([[1, 2]], 1), r"height has shape \(1, 2\); expected a list with one value per summit"),
+        (
+            lambda: Summits([[1, 2]], 1),
+            r"height has shape \(1, 2\); expected one number, or a list with one per",
+        ),
         (lambda: Summits([1, 2, 3], [1, 2]), "radius has 2 values for 3 summits"),
         (lambda: Summits([1, 2], 1, x=[1, 2, 3]), "x has 3 values for 2 summits"),
         (lambda: Summits([1, 2], 1, y=[math.inf, 2]), r"y\[0\] is inf"),

@@ -5,6 +5,7 @@ from typing import Any
 
 import attrs
 
+from historysim.basics.wording import shown
 from historysim.errors import InputError
 from historysim.loads.events import (
     Event,
@@ -15,7 +16,7 @@ from historysim.loads.events import (
     TangentialDisplacement,
     TangentialLoad,
 )
-from historysim.scenario.schema import misfit, shown
+from historysim.scenario.schema import misfit
 
 MOST_STEPS = 100_000_000
 

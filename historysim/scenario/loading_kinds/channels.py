@@ -6,9 +6,10 @@ from typing import Annotated, Any
 import attrs
 from cattrs import Converter
 
+from historysim.basics.wording import shown
 from historysim.errors import InputError
 from historysim.scenario.loading_kinds.base import LOADS, one_of_each
-from historysim.scenario.schema import Force, Length, Number, Quantity, Time, given, misfit, shown
+from historysim.scenario.schema import Force, Length, Number, Quantity, Time, given, misfit
 from historysim.tables import Column, NumbersFile
 
 Area = Annotated[float, Quantity("m2")]

@@ -6,10 +6,11 @@ from typing import Annotated, Any
 
 import attrs
 
+from historysim.basics.wording import shown
 from historysim.errors import InputError
 from historysim.loads.events import Event, LoadEvent
 from historysim.scenario.loading_kinds.base import CHANGES, Loading, one_of_each
-from historysim.scenario.schema import Force, Length, Numbers, Quantity, Time, at, misfit, shown
+from historysim.scenario.schema import Force, Length, Numbers, Quantity, Time, at, misfit
 
 MOST_EVENTS = 10_000_000
 

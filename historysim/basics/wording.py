@@ -1,0 +1,31 @@
+"""What messages have in common: what came, what was meant, and how many."""
+
+import difflib
+from collections.abc import Collection
+
+
+def nearest(word: str, known: Collection[str]) -> str:
+    """Return what to write in place of an unknown word: the nearest known one, else all of them."""
+    match = difflib.get_close_matches(word, known, n=1)
+    if match:
+        return f"did you mean {match[0]!r}?"
+    return f"expected one of {', '.join(known)}" if known else "none is expected here"
+
+
+def shown(value: object) -> str:
+    """Return what came in place of what was expected, in brief and in the words of TOML and JSON."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    # Python refuses to print integers of some thousand digits
+    if isinstance(value, int) and value.bit_length() > 64:
+        return f"an integer of {value.bit_length()} bits"
+    if isinstance(value, str):
+        return f"the text {value!r}" if len(value) <= 40 else f"the text {value[:40]!r}…"
+    if isinstance(value, dict):
+        return "a table"
+    return "an array" if isinstance(value, list) else str(value)
+
+
+def counted(count: int, one: str, several: str) -> str:
+    """Return a number and what it counts: ``"1 asperity"``, ``"40,000 asperities"``."""
+    return f"{count:,} {one if count == 1 else several}"

@@ -1,0 +1,132 @@
+"""Files that are on the disk whole, or not at all."""
+
+import errno
+import os
+from pathlib import Path
+
+import pytest
+
+from historysim.basics.files import replacing, sync_file, sync_folder
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+@pytest.fixture
+def older(tmp_path):
+    path = tmp_path / "out.nc"
+    path.write_text("older", encoding="utf-8")
+    return path
+
+
+def test_the_new_file_takes_the_place_of_the_old_one_at_the_end(older):
+    with replacing(older) as unfinished:
+        unfinished.write_text("new", encoding="utf-8")
+        assert unfinished.parent == older.parent
+        assert unfinished.name.startswith(".out.nc.")
+        assert older.read_text(encoding="utf-8") == "older"
+    assert older.read_text(encoding="utf-8") == "new"
+    assert names(older.parent) == ["out.nc"]
+
+
+def test_the_name_until_then_may_be_given(older):
+    given = older.with_name("unfinished")
+    given.write_text("left by a crash", encoding="utf-8")
+    with replacing(older, given) as unfinished:
+        assert unfinished == given
+        assert given.read_text(encoding="utf-8") == ""
+    assert names(older.parent) == ["out.nc"]
+
+
+@pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
+def test_after_an_error_the_old_one_is_there_and_nothing_else(older, error):
+    def fail():
+        with replacing(older) as unfinished:
+            unfinished.write_text("half", encoding="utf-8")
+            raise error
+
+    with pytest.raises(error):
+        fail()
+    assert older.read_text(encoding="utf-8") == "older"
+    assert names(older.parent) == ["out.nc"]
+
+
+def test_it_is_on_the_disk_before_it_has_its_name_and_the_name_is_afterwards(tmp_path, monkeypatch):
+    order, fsync, replace = [], os.fsync, Path.replace
+    inodes = {tmp_path.stat().st_ino: "folder"}
+
+    def synced(handle):
+        order.append(inodes.get(os.fstat(handle).st_ino))
+        fsync(handle)
+
+    def renamed(path, target):
+        order.append("rename")
+        return replace(path, target)
+
+    monkeypatch.setattr(os, "fsync", synced)
+    monkeypatch.setattr(Path, "replace", renamed)
+    with replacing(tmp_path / "out.nc") as unfinished:
+        inodes[unfinished.stat().st_ino] = "file"
+    assert order == ["file", "rename", "folder"]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs the permissions of POSIX")
+@pytest.mark.parametrize(("mask", "mode"), [(0o022, 0o644), (0o077, 0o600)])
+def test_it_may_be_read_by_whom_the_user_lets_read(tmp_path, mask, mode):
+    before = os.umask(mask)
+    try:
+        with replacing(tmp_path / "out.nc") as unfinished:
+            unfinished.write_bytes(b"new")
+    finally:
+        os.umask(before)
+    assert (tmp_path / "out.nc").stat().st_mode & 0o777 == mode
+
+
+@pytest.mark.parametrize("refused", ["open", "fsync"])
+def test_whatever_the_system_refuses_is_told_of_the_name_asked_for(older, refused, monkeypatch):
+    called = getattr(os, refused)
+
+    def refuse(first, *rest, **options):
+        if refused == "open" and str(first).endswith("out.nc"):
+            return called(first, *rest, **options)
+        named = [first] if refused == "open" else []
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), *named)
+
+    monkeypatch.setattr(os, refused, refuse)
+    with pytest.raises(OSError, match="No space left on device") as caught, replacing(older):
+        pass
+    monkeypatch.undo()
+    assert (caught.value.errno, caught.value.filename) == (errno.ENOSPC, str(older))
+    assert older.read_text(encoding="utf-8") == "older"
+    assert names(older.parent) == ["out.nc"]
+
+
+@pytest.mark.parametrize("name", ["none/out.nc", "folder"])
+def test_what_cannot_be_a_file_is_told_of_the_name_asked_for(tmp_path, name):
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(OSError, match=r"No such file|Is a directory") as caught, replacing(tmp_path / name):
+        pass
+    assert caught.value.filename == str(tmp_path / name)
+    assert names(tmp_path) == ["folder"]
+
+
+def test_what_cannot_be_written_in_the_block_is_told_of_the_name_asked_for(older):
+    with pytest.raises(FileNotFoundError) as caught, replacing(older) as unfinished:
+        unfinished.unlink()
+    assert caught.value.filename == str(older)
+
+
+def test_an_error_of_another_file_stays_as_it_is(older, tmp_path):
+    with pytest.raises(FileNotFoundError) as caught, replacing(older):
+        (tmp_path / "other").read_bytes()
+    assert caught.value.filename == str(tmp_path / "other")
+
+
+def test_what_is_not_there_cannot_be_brought_to_the_disk(tmp_path):
+    (tmp_path / "file").touch()
+    sync_file(tmp_path / "file")
+    sync_folder(tmp_path)
+    for sync in (sync_file, sync_folder):
+        with pytest.raises(FileNotFoundError):
+            sync(tmp_path / "none")
