@@ -4,6 +4,8 @@ Names are imported when they are first used, so that importing the package costs
 """
 
 import importlib
+import sys
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from historysim._version import __version__
@@ -25,7 +27,9 @@ if TYPE_CHECKING:
     from historysim.loads.events import TangentialDisplacement as TangentialDisplacement
     from historysim.loads.events import TangentialLoad as TangentialLoad
     from historysim.log.event_log import EventLog as EventLog
-    from historysim.scenario.run import replay as replay
+    from historysim.log.verification import verify as verify
+    from historysim.replay import Replay as Replay
+    from historysim.replay import replay as replay
     from historysim.scenario.run import run as run
     from historysim.surfaces.distribution import drawn_summits as drawn_summits
     from historysim.surfaces.distribution import quantile_summits as quantile_summits
@@ -43,7 +47,9 @@ _HOMES = {
     "contact.materials": ("Material", "MaterialPair", "material"),
     "loads.events": ("FrictionChange", "NormalDisplacement", "NormalLoad", "TangentialDisplacement", "TangentialLoad"),
     "log.event_log": ("EventLog",),
-    "scenario.run": ("replay", "run"),
+    "log.verification": ("verify",),
+    "replay": ("Replay", "replay"),
+    "scenario.run": ("run",),
     "surfaces.distribution": ("drawn_summits", "quantile_summits"),
     "surfaces.heights": ("Surface",),
     "surfaces.random": ("random_surface",),
@@ -61,6 +67,18 @@ __all__ = [  # noqa: PLE0604 - the names of _HOMES are texts, which the linter c
     "__version__",
     *_HOME_OF,
 ]
+
+
+class _Package(ModuleType):
+    """A package in which a public name outlives the import of a module of the same name."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        # `historysim.replay` is the function; the import system would put its module in that place
+        if not (name in _HOME_OF and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package
 
 
 def __getattr__(name: str) -> Any:

@@ -113,9 +113,9 @@ def run(
     if with_picture:
         _check_target(picture, scenario, output)
     from historysim.results import analysis
-    from historysim.scenario import run as simulation
+    from historysim.scenario.run import run as carry_out
 
-    with simulation.run(
+    with carry_out(
         scenario,
         output,
         progress=not quiet,
@@ -137,18 +137,21 @@ def run(
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing where all is well.")
 def verify(file: Path, log: Path | None, quiet: bool) -> None:
     """Replay the log of a result, FILE, and compare every bit; or check FILE, a log, and its snapshots."""
-    from historysim.log import verification
+    from historysim.log.verification import verify as check
 
+    found = check(file, log, progress=not quiet, tell=_notice)
+    told = "\n".join(f"  {difference.text}" for difference in found.differences)
+    if not found:
+        raise NotPossible(f"{file}: is not what its log gives:\n{told}")
     if _is_log(file):
-        events, snapshots, digest = verification.verify_log(file, tell=_notice)
-        lines = [("events", f"{events:,}, sound"), ("snapshots", f"{snapshots:,}, as replayed"), ("digest", digest)]
+        lines = [
+            ("events", f"{found.events:,}, sound"),
+            ("snapshots", f"{found.snapshots:,}, as replayed"),
+            ("digest", found.digest),
+        ]
+    elif found.differences:
+        lines = [(str(file), f"is what its log gives, up to rounding elsewhere:\n{told}")]
     else:
-        if file.is_file() and not _is_netcdf(file):
-            raise InputError(f"{file}: is neither a result of historysim run (netCDF) nor a log (NAME.history)")
-        differences = verification.verify_result(file, log, progress=not quiet, tell=_notice)
-        if differences:
-            told = "\n".join(f"  {difference.text}" for difference in differences)
-            raise NotPossible(f"{file}: is not what its log gives:\n{told}")
         lines = [(str(file), "is what its log gives, bit for bit")]
     if not quiet:
         _print_lines(lines)

@@ -4,6 +4,8 @@ Loads are waypoints, as in an amplitude table: an event says what its channel ha
 time, and a channel runs straight between its own waypoints.
 """
 
+import hashlib
+import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, ClassVar
@@ -134,6 +136,19 @@ def time_text(time: float) -> str:
     return f"{repr(float(time)).removesuffix('.0')} s"
 
 
+def as_events(given: Any) -> Sequence[Event]:
+    """Return an argument that is a sequence of events; what it holds is checked by `check_sequence`.
+
+    Raises
+    ------
+    InputError
+        It cannot be one.
+    """
+    if not isinstance(given, Iterable):
+        raise InputError(f"events is {given!r}; expected a list of load events")
+    return given if isinstance(given, Sequence) else list(given)
+
+
 def check_sequence(events: Sequence[Event]) -> None:
     """Check a sequence of events before any of it is applied.
 
@@ -156,3 +171,13 @@ def check_sequence(events: Sequence[Event]) -> None:
                 "event.time) keeps the order of those at one time)"
             )
         previous = event.time
+
+
+def digest(events: Iterable[Event]) -> str:
+    """Return the SHA-256 of events, over a form that covers kind, order and every bit of the numbers."""
+    total = hashlib.sha256()
+    for event in events:
+        value = event.friction if isinstance(event, FrictionChange) else event.value
+        numbers = [number.hex() for number in value] if isinstance(value, tuple) else value.hex()
+        total.update(json.dumps([type(event).__name__, event.time.hex(), numbers]).encode() + b"\n")
+    return total.hexdigest()

@@ -9,6 +9,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
+from historysim.asperities.ensemble import EnsembleState
 from historysim.errors import InputError
 from historysim.loads.events import (
     Event,
@@ -18,6 +19,7 @@ from historysim.loads.events import (
     TangentialDisplacement,
     check_sequence,
 )
+from historysim.loads.samples import SampledLoads
 from historysim.memory import kernel
 
 Goal = tuple[int, float, float]
@@ -59,6 +61,19 @@ class Standing:
     heading: tuple[int, int]
 
 
+@attrs.frozen(eq=False)
+class Start:
+    """Where a replay begins: at the beginning, or where an earlier one of the same events stood."""
+
+    state: EnsembleState
+    standing: Standing | None = None
+
+    @property
+    def rows(self) -> int:
+        """Rows that are recorded before."""
+        return self.standing.rows if self.standing else 0
+
+
 @attrs.frozen
 class Stretch:
     """Paths between changes of friction, and the change that ends them.
@@ -67,7 +82,7 @@ class Stretch:
     ----------
     paths : kernel.Paths
         With targets in N and m.
-    event : list (path)
+    event : sequence (path)
         Index of an event that each path serves, the tangential one where there is one.
     row_time : array (row)
         Times of the rows that the paths record [s].
@@ -82,7 +97,7 @@ class Stretch:
     """
 
     paths: kernel.Paths
-    event: list[int]
+    event: Sequence[int]
     row_time: npt.NDArray[np.float64]
     friction: FrictionChange | None = None
     friction_event: int = -1
@@ -122,6 +137,9 @@ def stretches(
     InputError
         Events that are not events, not in order, or none; substeps below 1.
     """
+    if isinstance(events, SampledLoads) and start is None and until == math.inf:
+        yield _sampled(events, substeps)
+        return
     _check(events, substeps)
     normal, tangential = _Channel(events, "normal", start), _Channel(events, "tangential", start)
     done, rows, previous = (start.events, start.rows, start.time) if start else (0, 0, None)
@@ -202,12 +220,24 @@ def standing_at(events: Sequence[Event], count: int, substeps: int = 1) -> Stand
 
 
 def row_count(events: Sequence[Event], substeps: int = 1, until: float = math.inf) -> int:
-    """Count the rows that `stretches` records; parameters and errors as there."""
+    """Return the number of rows that `stretches` records; parameters and errors as there."""
+    if isinstance(events, SampledLoads) and until == math.inf:
+        return events.time.size
     _check(events, substeps)
     times = np.fromiter((event.time for event in events), dtype=float, count=len(events))
     done = times[times <= until]
     between = 0 < done.size < times.size and until > done[-1]
     return (int(np.count_nonzero(np.diff(done))) * substeps + 1 if done.size else 0) + int(between)
+
+
+def _sampled(loads: SampledLoads, substeps: int) -> Stretch:
+    """Return the stretch of sampled loads, which are walked in one piece."""
+    check_substeps(substeps)
+    count = loads.time.size
+    paths = kernel.paths_to(
+        kernel.Goals(kernel.LOAD, loads.normal_load), kernel.Goals(kernel.DISPLACED, loads.tangential_displacement)
+    )
+    return Stretch(paths, range(1, 2 * count, 2), loads.time)
 
 
 def _check(events: Sequence[Event], substeps: int) -> None:

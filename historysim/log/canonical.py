@@ -27,16 +27,6 @@ ONE_COEFFICIENT, MANY_COEFFICIENTS = len(KINDS), len(KINDS) + 1
 LINK = struct.Struct("<qqq")
 
 
-def digest(events: Iterable[Event]) -> str:
-    """SHA-256 of a sequence of events, over a canonical form that covers kind, order and every bit of the numbers."""
-    total = hashlib.sha256()
-    for event in events:
-        value = event.friction if isinstance(event, FrictionChange) else event.value
-        numbers = [number.hex() for number in value] if isinstance(value, tuple) else value.hex()
-        total.update(json.dumps([type(event).__name__, event.time.hex(), numbers]).encode() + b"\n")
-    return total.hexdigest()
-
-
 class Columns(NamedTuple):
     """Events as bytes of little-endian arrays: a kind each (int8), a time and a value (float64).
 

@@ -11,8 +11,9 @@ import numpy as np
 from historysim.asperities.ensemble import Ensemble, EnsembleState
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.basics.arguments import scalar
+from historysim.basics.notices import Teller, silent
 from historysim.errors import InputError
-from historysim.loads import schedule as scheduler
+from historysim.loads import schedule
 from historysim.loads.events import (
     Event,
     LoadEvent,
@@ -24,9 +25,9 @@ from historysim.loads.events import (
 )
 from historysim.log.file import Content, LogFile
 from historysim.log.head import Head
+from historysim.log.starts import start_before
 from historysim.memory import kernel
-from historysim.recording import recorder
-from historysim.scenario import run as simulation
+from historysim.recording.recorder import DatasetRecorder, Selection, chosen_asperities
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -91,7 +92,7 @@ class EventLog:
         *,
         substeps: int = 1,
         saturate: bool = False,
-        record: recorder.Selection = "touching",
+        record: Selection = "touching",
         instrument: Instrument = RIGID,
         title: str = "",
     ) -> Self:
@@ -115,8 +116,8 @@ class EventLog:
         OSError
             The file cannot be written, or another process is writing it.
         """
-        scheduler.check_substeps(substeps)
-        recorder.chosen_asperities(ensemble, (), record)
+        schedule.check_substeps(substeps)
+        chosen_asperities(ensemble, (), record)
         settings: dict[str, Any] = {"substeps": substeps, "saturate": saturate, "record": record, "title": title}
         head = Head.of(ensemble, instrument=as_instrument(instrument), **settings)
         return cls(LogFile.create(Path(path), head, list(events)))
@@ -200,7 +201,7 @@ class EventLog:
         """
         self._file.append([events] if not isinstance(events, Iterable) else list(events))
 
-    def fork(self, at: float, path: str | Path, *, tell: simulation.Teller = simulation.silent) -> "EventLog":
+    def fork(self, at: float, path: str | Path, *, tell: Teller = silent) -> "EventLog":
         """Copy the past up to a time to a new log, so that another future can be appended.
 
         Channels that are on their way then, or held after their last waypoint, get a waypoint where they stand; those
@@ -246,16 +247,16 @@ class EventLog:
 
     def _standing(self, content: Content, past: Sequence[Event], time: float) -> list[Event]:
         """Waypoints where the channels stand at a time, for those that have none at it."""
-        standing = scheduler.standing_at(content.events, len(past), self._file.head.substeps)
+        standing = schedule.standing_at(content.events, len(past), self._file.head.substeps)
         if standing is None:
             return []
         held: list[Event] = []
-        for own, channel in enumerate(scheduler.CHANNELS):
+        for own, channel in enumerate(schedule.CHANNELS):
             heading = standing.heading[own]
             waypoints = [event for event in past if isinstance(event, LoadEvent) and event.channel == channel]
             if waypoints and waypoints[-1].time == time:
                 continue
-            if heading == scheduler.AT_WAYPOINT:
+            if heading == schedule.AT_WAYPOINT:
                 # it left its waypoint after the last event of the past, for the next one if there is one
                 later = (event for event in content.events[len(past) :] if isinstance(event, LoadEvent))
                 ahead = next((event for event in later if event.channel == channel), None)
@@ -287,7 +288,7 @@ class EventLog:
     # -- replaying ---------------------------------------------------------------------------------
 
     def replay(
-        self, until: float = math.inf, *, record: recorder.Selection | None = None, substeps: int | None = None
+        self, until: float = math.inf, *, record: Selection | None = None, substeps: int | None = None
     ) -> "xr.Dataset":
         """Replay the log, from its beginning.
 
@@ -309,18 +310,17 @@ class EventLog:
         """
         head, events = self._file.head, self._file.sound().events
         time = math.inf if until == math.inf else scalar("until", until)
-        steps = head.substeps if substeps is None else substeps
-        count = scheduler.row_count(events, steps, time)
-        if count == 0:
+        job = head.replay(events)
+        job = attrs.evolve(
+            job,
+            substeps=job.substeps if substeps is None else substeps,
+            record=job.record if record is None else record,
+        )
+        if job.steps(time) == 0:
             raise InputError(f"{self.path}: has no event up to t = {time_text(time)}; expected a later time")
-        chosen = recorder.chosen_asperities(head.ensemble, events, head.record if record is None else record)
-        attributes = simulation.attributes_of(head, events)
-        target = recorder.DatasetRecorder(head.ensemble, chosen, count, attributes, instrument=head.instrument)
-        plan = scheduler.stretches(events, steps, simulation.ROWS_BETWEEN_REPORTS, until=time)
-        simulation.walk(head.ensemble, events, plan, target, saturate=head.saturate)
-        return target.dataset()
+        return job.dataset(until=time, attributes=head.attributes)
 
-    def state(self, at: float = math.inf, *, tell: simulation.Teller = simulation.silent) -> EnsembleState:
+    def state(self, at: float = math.inf, *, tell: Teller = silent) -> EnsembleState:
         """Return the state at a time, from the last snapshot before it.
 
         Parameters
@@ -339,26 +339,21 @@ class EventLog:
         """
         return self._state(self._file.sound(), math.inf if at == math.inf else scalar("at", at), tell)
 
-    def _state(self, content: Content, time: float, tell: simulation.Teller = simulation.silent) -> EnsembleState:
+    def _state(self, content: Content, time: float, tell: Teller = silent) -> EnsembleState:
         head, events = self._file.head, content.events
         if not events:
             return head.ensemble.initial_state()
-        start = simulation.start_before(self._file, content, time, tell)
-        # substeps change the rounding of a state, and the result has to be met to the bit
-        rows = simulation.ROWS_BETWEEN_REPORTS
-        plan = scheduler.stretches(events, head.substeps, rows, start=start.standing, until=time)
-        unseen = simulation.Unseen(head.ensemble, None, 0, {}, instrument=head.instrument)
-        return simulation.walk(head.ensemble, events, plan, unseen, saturate=head.saturate, start=start)
+        # as the result was made, substeps and all, since they change the rounding of a state
+        return head.replay(events).state(until=time, start=start_before(self._file, content, time, tell))
 
     def state_dataset(self, at: float = math.inf) -> "xr.Dataset":
         """Return the state at a time as a history of one step, with all asperities; parameters as for `state`."""
         head, content = self._file.head, self._file.sound()
         last = content.events[-1].time if content.events else 0.0
         time = last if at == math.inf else scalar("at", at)
-        state = self._state(content, time)
+        job = head.replay(content.events)
         everyone = np.arange(len(head.ensemble))
-        attributes = simulation.attributes_of(head, content.events)
-        target = recorder.DatasetRecorder(head.ensemble, everyone, 1, attributes, instrument=head.instrument)
-        head.ensemble.walk(state, HOLD, rows=target.room(1), asperities=everyone)
+        target = DatasetRecorder(head.ensemble, everyone, 1, instrument=head.instrument)
+        head.ensemble.walk(self._state(content, time), HOLD, rows=target.blank(1), asperities=everyone)
         target.record(np.array([time]))
-        return target.dataset()
+        return target.dataset(job.attributes() | head.attributes)

@@ -21,6 +21,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
+from historysim.basics.files import sync_folder
 from historysim.basics.lock import WriterLock
 from historysim.errors import InputError
 from historysim.loads.events import Event, FrictionChange, check_sequence, time_text
@@ -29,7 +30,6 @@ from historysim.log.head import Head, head_from
 from historysim.log.snapshot import Snapshot, snapshot_from
 
 ENDING = ".history"
-MAGIC = b"SQLite format 3\x00"
 MOST_EVENTS_OF_A_BATCH = 1 << 16
 PATIENCE = 60.0
 """Seconds that a reader or writer waits for the other's transaction."""
@@ -152,7 +152,7 @@ class LogFile:
             with reported(path):
                 connection = _connect(unfinished, "rw")
                 try:
-                    # until it has its name, nobody misses it
+                    # a crash before it has its name leaves nothing behind that anybody asks for
                     connection.execute("PRAGMA journal_mode = MEMORY")
                     connection.execute("BEGIN IMMEDIATE")
                     for statement in _statements(SCHEMA):
@@ -369,15 +369,6 @@ def links_of(head: Head, events: Sequence[Event]) -> list[bytes]:
     return links
 
 
-def sync_folder(folder: Path) -> None:
-    """Make renames in a folder durable."""
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
-
-
 @contextmanager
 def reported(path: Path) -> Iterator[None]:
     """Say what SQLite has met as what it is: the system's refusal, or a damaged file."""
@@ -395,15 +386,6 @@ def reported(path: Path) -> Iterator[None]:
 def _refusal(error: Exception) -> tuple[int, str] | None:
     """Say what the system has refused, with its number; None where the file itself is at fault."""
     return REFUSALS.get(getattr(error, "sqlite_errorcode", sqlite3.SQLITE_CORRUPT) & 0xFF)
-
-
-def is_log(path: Path) -> bool:
-    """Tell whether a file is a log, by its first bytes."""
-    try:
-        with path.open("rb") as stream:
-            return stream.read(len(MAGIC)) == MAGIC
-    except (OSError, ValueError):
-        return False
 
 
 def _connect(path: Path, mode: str) -> sqlite3.Connection:

@@ -3,8 +3,7 @@
 import functools
 import json
 import math
-import platform
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Self
 
 import attrs
@@ -16,20 +15,16 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
+from historysim.loads.events import Event
 from historysim.log.canonical import array_digest
+from historysim.recording.provenance import made_with
+from historysim.replay import Replay
 
 Array = npt.NDArray[Any]
 
 FORMAT = 1
 OF_THE_ENSEMBLE = ("summit_height", "summit_radius", "friction", "x", "y")
 SURFACE = "surface."
-
-
-def made_with() -> str:
-    """Say which versions compute: bits may differ between them."""
-    import numba
-
-    return f"Python {platform.python_version()}, numpy {np.__version__}, numba {numba.__version__}"
 
 
 # slots would leave no room for what is computed once
@@ -122,15 +117,22 @@ class Head:
         """Rows per interval between event times."""
         return int(self.settings["substeps"])
 
-    @property
-    def saturate(self) -> bool:
-        """Whether tangential loads beyond the friction limit are held at it."""
-        return bool(self.settings["saturate"])
+    def replay(self, events: Sequence[Event]) -> Replay:
+        """Return the replay of events as this head says."""
+        return Replay(
+            self.ensemble,
+            events,
+            substeps=self.substeps,
+            saturate=bool(self.settings["saturate"]),
+            record=self.settings["record"],
+            instrument=self.instrument,
+        )
 
     @property
-    def record(self) -> Any:
-        """The asperities to record."""
-        return self.settings["record"]
+    def attributes(self) -> dict[str, Any]:
+        """Attributes of a result that the scenario adds to those of its replay."""
+        told = {name: self.settings[name] for name in ("scenario", "title")}
+        return {name: text for name, text in told.items() if text}
 
     @property
     def version(self) -> str:

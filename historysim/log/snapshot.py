@@ -13,8 +13,8 @@ from historysim._version import __version__
 from historysim.asperities.ensemble import Ensemble, EnsembleState
 from historysim.errors import InputError
 from historysim.loads.schedule import Standing
-from historysim.log.head import made_with
 from historysim.memory import kernel
+from historysim.recording.provenance import made_with
 
 
 @attrs.frozen

@@ -1,6 +1,7 @@
 """Whether a result is what its log gives, and a log what it says it is."""
 
 import io
+import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,22 +11,27 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim._version import __version__
 from historysim.asperities import ensemble as ensembles
+from historysim.asperities.ensemble import EnsembleState
+from historysim.basics.file_kinds import is_log, is_netcdf
+from historysim.basics.notices import Teller, silent
 from historysim.errors import InputError
-from historysim.loads import schedule as scheduler
 from historysim.loads.events import Event, time_text
+from historysim.loads.schedule import Start
 from historysim.log.file import LogFile
-from historysim.log.head import Head, made_with
-from historysim.log.snapshot import packed
+from historysim.log.result import log_beside
+from historysim.log.snapshot import packed, program
+from historysim.log.starts import usable
 from historysim.memory import kernel
-from historysim.recording import recorder
-from historysim.scenario import run as simulation
+from historysim.recording.recorder import Recorder, coordinates_of
 
 if TYPE_CHECKING:
     import netCDF4
 
 Array = npt.NDArray[Any]
+
+ROUNDING = 1e-9
+"""Largest difference, over the largest value of a variable, that is taken for rounding."""
 
 
 @attrs.define
@@ -43,6 +49,8 @@ class Difference:
         What stands there in the result, and what the replay gives.
     largest : float
         The largest difference, and `scale` the largest value of the replay, in the units of the variable.
+    real : bool
+        Whether the values are real numbers, and no flags or counts.
     """
 
     name: str
@@ -53,9 +61,11 @@ class Difference:
     replayed: float = 0.0
     largest: float = 0.0
     scale: float = 0.0
+    real: bool = True
 
     def add(self, first: int, found: Array, replayed: Array) -> None:
         """Compare values, of which the first belong to a step."""
+        self.real = replayed.dtype.kind == "f"
         if replayed.size:
             self.scale = max(self.scale, float(np.abs(replayed).max()))
         differs = np.ascontiguousarray(found).view(np.uint8) != np.ascontiguousarray(replayed).view(np.uint8)
@@ -71,6 +81,11 @@ class Difference:
         self.largest = max(self.largest, float(np.where(np.isnan(apart), np.inf, apart).max()))
 
     @property
+    def rounding(self) -> bool:
+        """Whether it is no more than rounding: of real numbers, and small beside the largest value."""
+        return self.real and self.largest <= ROUNDING * self.scale
+
+    @property
     def text(self) -> str:
         """Say it in a line."""
         column = "" if self.asperity < 0 else f", asperity column {self.asperity}"
@@ -81,25 +96,146 @@ class Difference:
         )
 
 
+@attrs.frozen
+class Verification:
+    """What was found when a result or a log was replayed; true where all is well.
+
+    Attributes
+    ----------
+    path : Path
+        The result, or the log.
+    events : int
+        Events that were replayed.
+    digest : str
+        SHA-256 of the log: the last link of its chain.
+    snapshots : int
+        Snapshots of a log that agree with the replay.
+    differences : tuple of Difference
+        Variables of a result that differ in any bit.
+    made_elsewhere : str
+        What the result was made by, where that is not what replays here: the last bits may then differ.
+    """
+
+    path: Path
+    events: int
+    digest: str
+    snapshots: int = 0
+    differences: tuple[Difference, ...] = ()
+    made_elsewhere: str = ""
+
+    def __bool__(self) -> bool:
+        """Return whether all bits agree, or differ by no more than other versions or processors round."""
+        return not self.differences or bool(
+            self.made_elsewhere and all(difference.rounding for difference in self.differences)
+        )
+
+
+def verify(
+    path: str | Path, log: str | Path | None = None, *, progress: bool = False, tell: Teller = silent
+) -> Verification:
+    """Replay the log of a result and compare every bit, or check a log and its snapshots.
+
+    Parameters
+    ----------
+    path : path
+        The result (netCDF), or a log (``NAME.history``).
+    log : path, optional
+        The log of the result; by default the one beside it.
+    progress : bool
+        Show a progress bar, as `historysim.run` does.
+    tell : callable, optional
+        Told where versions differ, and which snapshots are passed over.
+
+    Returns
+    -------
+    Verification
+
+    Raises
+    ------
+    InputError
+        The result or the log is damaged, unfinished, or they do not belong together.
+    LoadError
+        A load that the contact cannot carry.
+    """
+    path = Path(path)
+    if is_log(path):
+        return _verify_log(path, tell=tell)
+    return _verify_result(path, None if log is None else Path(log), progress=progress, tell=tell)
+
+
+def _verify_result(output: Path, log: Path | None, *, progress: bool, tell: Teller) -> Verification:
+    if not output.is_file():
+        raise InputError(f"{output}: there is no such file; expected a result of historysim run (netCDF), or a log")
+    if not is_netcdf(output):
+        raise InputError(f"{output}: is neither a result of historysim run (netCDF) nor a log (NAME.history)")
+    beside = log or log_beside(output)
+    if not beside.is_file():
+        raise InputError(f"{output}: its log {beside} is not there; put it there, or say where it is with --log")
+    with LogFile(beside) as file, _opened(output) as result:
+        events, digest = _events_of(file, output, result)
+        made = f"historysim {getattr(result, 'historysim_version', '?')}, {getattr(result, 'made_with', '?')}"
+        elsewhere = made if made != program() else ""
+        if elsewhere:
+            tell(f"{output}: was made by {made}; this is {program()}, so the last digits may differ")
+        job = file.head.replay(events)
+        steps = job.steps()
+        if len(result.dimensions["step"]) != steps:
+            raise InputError(f"{output}: has {len(result.dimensions['step']):,} steps; its log makes {steps:,}")
+        target = job.recorder(_Comparer, file=result)
+        for variable, values in coordinates_of(job.ensemble, job.asperities):
+            target.compare(variable.name, values)
+        job.walk(target, progress=progress)
+        found = tuple(difference for difference in target.differences.values() if difference.count)
+        return Verification(output, len(events), digest, differences=found, made_elsewhere=elsewhere)
+
+
+def _verify_log(path: Path, *, tell: Teller) -> Verification:
+    with LogFile(path) as file:
+        head, content = file.head, file.sound()
+        made = f"historysim {head.version}, {head.settings['made_with']}"
+        if content.events and made != program():
+            tell(f"{path}: was made by {made}; this is {program()}, so the last digits of its states may differ")
+        starts = []
+        for found in file.snapshots(content):
+            start = found if isinstance(found, str) else usable(file, content, found)
+            if isinstance(start, str):
+                tell(f"{path}: {start}; it is passed over")
+            else:
+                starts.append(start)
+        good, now = 0, None
+        job = head.replay(content.events)
+        for kept in [*reversed(starts), None] if content.events else []:
+            until = math.inf if kept is None or kept.standing is None else kept.standing.time
+            state = job.state(until, start=now)
+            if kept is None:
+                break
+            if _bits(state) == _bits(kept.state):
+                good += 1
+            else:
+                tell(f"{path}: the snapshot at t = {time_text(until)} differs from the replay; run it again")
+            now = Start(state, kept.standing)
+        return Verification(path, len(content.events), content.links[-1].hex(), snapshots=good)
+
+
 @final
 @attrs.define
-class _Comparer(recorder.Recorder):
+class _Comparer(Recorder):
     """Takes the rows of a replay, and compares them with those of a file."""
 
     file: "netCDF4.Dataset"
     differences: dict[str, Difference] = attrs.field(factory=dict, init=False)
     _rows: kernel.Rows = attrs.field(init=False)
 
-    def room(self, count: int) -> kernel.Rows:
-        """Return room for the next rows."""
+    def blank(self, count: int) -> kernel.Rows:
+        """Return rows for the replay to fill next."""
         self._rows = ensembles.room(count, self.columns)
         return self._rows
 
     def record(self, times: Array) -> None:
-        """Compare what stands in the room last given."""
+        """Compare the rows that were given last, now filled, with those of the file."""
         where = slice(self._filled, self._filled + times.size)
         self.compare("time", times, where)
-        for variable, values in self._projected(self._rows):
+        for variable, values in self.projected(self._rows):
             self.compare(variable.name, values, where)
         self._filled += times.size
 
@@ -113,141 +249,25 @@ class _Comparer(recorder.Recorder):
         self.differences.setdefault(name, Difference(name)).add(where.start or 0, found[where], values)
 
 
-def verify_result(
-    output: Path, log: Path | None = None, *, progress: bool = False, tell: simulation.Teller = simulation.silent
-) -> list[Difference]:
-    """Replay the log of a result, and compare every value, bit by bit.
-
-    Parameters
-    ----------
-    output : Path
-        The result (netCDF).
-    log : Path, optional
-        Its log; by default the one beside it.
-    progress : bool
-        See `historysim.run`.
-    tell : callable, optional
-        Told where versions differ.
-
-    Returns
-    -------
-    list of Difference
-        Empty where nothing differs.
-
-    Raises
-    ------
-    InputError
-        The result or the log is damaged, unfinished, or they do not belong together.
-    LoadError
-        A load that the contact cannot carry.
-    """
-    if not output.is_file():
-        raise InputError(f"{output}: there is no such file; expected a result of historysim run (netCDF), or a log")
-    beside = log or simulation.log_beside(output)
-    if not beside.is_file():
-        raise InputError(f"{output}: its log {beside} is not there; put it there, or say where it is with --log")
-    with LogFile(beside) as file, _opened(output) as result:
-        head, events = file.head, _events_of(file, output, result)
-        _tell_versions(output, result, tell)
-        ensemble = head.ensemble
-        asperities = recorder.chosen_asperities(ensemble, events, head.record)
-        steps = scheduler.row_count(events, head.substeps)
-        target = _Comparer(ensemble, asperities, steps, {}, result, instrument=head.instrument)
-        if len(result.dimensions["step"]) != steps:
-            raise InputError(f"{output}: has {len(result.dimensions['step']):,} steps; its log makes {steps:,}")
-        for variable, values in recorder.coordinates_of(ensemble, asperities):
-            target.compare(variable.name, values)
-        rows = min(simulation.ROWS_BETWEEN_REPORTS, recorder.BLOCK_CELLS // max(target.columns, 1))
-        plan = scheduler.stretches(events, head.substeps, max(rows, 1))
-        simulation.walk(ensemble, events, plan, target, saturate=head.saturate, progress=progress)
-        return [difference for difference in target.differences.values() if difference.count]
-
-
-def verify_log(path: Path, *, tell: simulation.Teller = simulation.silent) -> tuple[int, int, str]:
-    """Check the chain of a log, replay it, and compare the state with each snapshot.
-
-    Parameters
-    ----------
-    path : Path
-    tell : callable, optional
-        Told which snapshots are passed over, and why.
-
-    Returns
-    -------
-    events, snapshots : int
-        Events that are sound, and snapshots that agree with the replay.
-    digest : str
-        Of the log.
-
-    Raises
-    ------
-    InputError
-        The log is damaged; the message says how far it is sound.
-    LoadError
-        A load that the contact cannot carry.
-    """
-    with LogFile(path) as file:
-        head, content = file.head, file.sound()
-        if content.events:
-            _tell_log_versions(path, head, tell)
-        good = 0
-        starts = []
-        for found in file.snapshots(content):
-            start = found if isinstance(found, str) else simulation.usable(file, content, found)
-            if isinstance(start, str):
-                tell(f"{path}: {start}; it is passed over")
-            else:
-                starts.append(start)
-        now = simulation.Start.of(head.ensemble)
-        target = simulation.Unseen(head.ensemble, None, 0, {}, instrument=head.instrument)
-        for kept in [*reversed(starts), None]:
-            until = float("inf") if kept is None or kept.standing is None else kept.standing.time
-            if content.events:
-                rows = simulation.ROWS_BETWEEN_REPORTS
-                plan = scheduler.stretches(content.events, head.substeps, rows, start=now.standing, until=until)
-                state = simulation.walk(head.ensemble, content.events, plan, target, saturate=head.saturate, start=now)
-                if kept is not None:
-                    if _bits(state) == _bits(kept.state):
-                        good += 1
-                    else:
-                        tell(f"{path}: the snapshot at t = {time_text(until)} differs from the replay; run it again")
-                    now = simulation.Start(state, kept.standing)
-        return len(content.events), good, content.links[-1].hex()
-
-
-def _bits(state: ensembles.EnsembleState) -> bytes:
+def _bits(state: EnsembleState) -> bytes:
     with np.load(io.BytesIO(packed(state))) as kept:
         return b"".join(kept[name].tobytes() for name in kept.files)
 
 
-def _events_of(file: LogFile, output: Path, result: "netCDF4.Dataset") -> Sequence[Event]:
-    """Events of the log that a result was made from, which may have grown since."""
+def _events_of(file: LogFile, output: Path, result: "netCDF4.Dataset") -> tuple[Sequence[Event], str]:
+    """Return the events of the log that a result was made from, which may have grown since, and its digest then."""
     content = file.sound()
     told = str(getattr(result, "log_digest", "")).removeprefix("sha256:")
     if getattr(result, "scenario", "") != file.head.settings["scenario"]:
         raise InputError(f"{output}: holds another scenario than {file.path}: one of the two was changed or swapped")
     for link, end in zip(content.links, content.ends, strict=True):
         if link.hex() == told and end:
-            return content.events[:end]
+            return content.events[:end], told
     raise InputError(
         f"{output}: is not the result of {file.path}: it names the digest {told[:12] or 'none'}…, and the log has "
         f"{content.links[-1].hex()[:12]}…; one of the two was swapped; historysim run {file.path} makes the "
         "result again"
     )
-
-
-def _tell_versions(output: Path, result: "netCDF4.Dataset", tell: simulation.Teller) -> None:
-    made = f"historysim {getattr(result, 'historysim_version', '?')}, {getattr(result, 'made_with', '?')}"
-    here = f"historysim {__version__}, {made_with()}"
-    if made != here:
-        tell(f"{output}: was made by {made}; this is {here}, so the last digits may differ")
-
-
-def _tell_log_versions(path: Path, head: Head, tell: simulation.Teller) -> None:
-    made = f"historysim {head.version}, {head.settings['made_with']}"
-    here = f"historysim {__version__}, {made_with()}"
-    if made != here:
-        tell(f"{path}: was made by {made}; this is {here}, so the last digits of its states may differ")
 
 
 def _check_finished(result: "netCDF4.Dataset") -> None:

@@ -11,14 +11,16 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.asperities import ensemble as ensembles
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import Instrument
 from historysim.basics.arguments import checked
 from historysim.errors import InputError
+from historysim.loads.samples import SampledLoads
 from historysim.measured.record import Record
 from historysim.measured.reduction import turning_points
 from historysim.memory import kernel
+from historysim.recording.recorder import DatasetRecorder
+from historysim.replay import Replay
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -159,8 +161,11 @@ def passed(ensemble: Ensemble, instrument: Instrument, observation: Observation,
         ranks = np.argsort(between if target[end] >= target[start] else -between, kind="stable")
         target[start + 1 : end] = between[ranks]
         order[start + 1 : end] = start + 1 + ranks
-    rows = ensembles.room(target.size, 0)
-    ensemble.walk(ensemble.initial_state(), _paths(observation.normal_load, target), rows=rows, instrument=instrument)
+    loads = SampledLoads(observation.time, observation.normal_load, target)
+    job = Replay(ensemble, loads, record="totals", instrument=instrument)
+    recorder = job.recorder(DatasetRecorder)
+    job.walk(recorder)
+    rows = recorder.rows
     in_time = np.empty_like(order)
     in_time[order] = np.arange(order.size)
     stiffness = rows.totals[:, kernel.ROW_STIFFNESS]
@@ -191,7 +196,3 @@ def _load_steps(normal_load: Floats) -> Integers:
     before = np.flatnonzero(change > max(10 * noise_of(normal_load), 1e-2 * float(np.ptp(normal_load))))
     steps: Integers = np.union1d(before, before + 1)
     return steps
-
-
-def _paths(normal_load: Floats, displacement: Floats) -> kernel.Paths:
-    return kernel.paths_to(kernel.Goals(kernel.LOAD, normal_load), kernel.Goals(kernel.DISPLACED, displacement))

@@ -1,12 +1,7 @@
-"""Record: project the replayed rows into a Dataset, or into a netCDF file that appears only when complete."""
+"""Take the rows of a replay: which asperities, projected onto which variables, and where they go."""
 
 import abc
-import contextlib
-import errno
-import os
-import tempfile
-from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, final
 
 import attrs
@@ -22,21 +17,13 @@ from historysim.memory import kernel
 from historysim.recording.variables import BEHIND_A_SPRING, COORDINATES, PER_ASPERITY, TOTALS, Variable
 
 if TYPE_CHECKING:
-    import netCDF4
     import xarray as xr
 
 Array = npt.NDArray[Any]
 Selection = str | Sequence[int]
 
-BLOCK_CELLS = 1 << 21
+CELLS_AT_ONCE = 1 << 21
 """Rows times asperities that are held in memory between writes to a file."""
-
-CHUNK_CELLS = 1 << 17
-COMPRESSIONS: dict[str, dict[str, Any]] = {
-    "none": {},
-    "zlib": {"compression": "zlib", "complevel": 1, "shuffle": True},
-    "zstd": {"compression": "zstd", "complevel": 3, "shuffle": True},
-}
 
 
 def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selection) -> npt.NDArray[np.int64] | None:
@@ -91,7 +78,9 @@ def largest_approach(ensemble: Ensemble, events: Sequence[Event]) -> float:
 
 @attrs.define
 class Recorder(abc.ABC):
-    """Where the rows of one history go: a `DatasetRecorder` or a `FileRecorder`.
+    """Where the rows of one history go.
+
+    A replay fills the rows that it gives, and then says at which times they stand.
 
     Parameters
     ----------
@@ -100,8 +89,6 @@ class Recorder(abc.ABC):
         Indices to record; None for totals alone.
     steps : int
         Rows that the whole history records.
-    attributes : mapping
-        Attributes of the Dataset or file.
     instrument : Instrument, optional
         In series with the contact.
     """
@@ -109,7 +96,6 @@ class Recorder(abc.ABC):
     ensemble: Ensemble
     asperities: npt.NDArray[np.int64] | None
     steps: int
-    attributes: Mapping[str, Any]
     instrument: Instrument = attrs.field(default=RIGID, kw_only=True)
     _filled: int = attrs.field(default=0, init=False)
 
@@ -124,15 +110,15 @@ class Recorder(abc.ABC):
         return TOTALS if self.instrument.rigid else (*TOTALS, *BEHIND_A_SPRING)
 
     @abc.abstractmethod
-    def room(self, count: int) -> kernel.Rows:
-        """Return room for the next rows."""
+    def blank(self, count: int) -> kernel.Rows:
+        """Return rows for the replay to fill next."""
 
     @abc.abstractmethod
     def record(self, times: Array) -> None:
-        """Take what stands in the room last given as the rows at these times."""
+        """Record the rows that were given last, now filled, as those at these times [s]."""
 
-    def _projected(self, rows: kernel.Rows) -> list[tuple[Variable, Array]]:
-        """Variables along ``step``, with their values."""
+    def projected(self, rows: kernel.Rows) -> list[tuple[Variable, Array]]:
+        """Return the variables along ``step``, with their values in these rows."""
         totals = rows.totals
         displacement, load = totals[:, kernel.ROW_DISPLACEMENT], totals[:, kernel.ROW_TANGENTIAL]
         values = {
@@ -158,27 +144,33 @@ class Recorder(abc.ABC):
 @final
 @attrs.define
 class DatasetRecorder(Recorder):
-    """Rows of one history in memory, projected onto the variables at the end."""
+    """Rows of one history in memory, projected onto the variables at the end.
 
-    _rows: kernel.Rows = attrs.field(init=False)
+    Attributes
+    ----------
+    rows : kernel.Rows
+        All of them, in SI units.
+    """
+
+    rows: kernel.Rows = attrs.field(init=False)
     _times: Array = attrs.field(init=False)
 
     def __attrs_post_init__(self) -> None:
-        self._rows = ensembles.room(self.steps, self.columns)
+        self.rows = ensembles.room(self.steps, self.columns)
         self._times = np.zeros(self.steps)
 
-    def room(self, count: int) -> kernel.Rows:
-        """Return room for the next rows."""
+    def blank(self, count: int) -> kernel.Rows:
+        """Return rows for the replay to fill next."""
         where = slice(self._filled, self._filled + count)
-        return kernel.Rows._make(array[where] for array in self._rows)
+        return kernel.Rows._make(array[where] for array in self.rows)
 
     def record(self, times: Array) -> None:
-        """Take what stands in the room last given as the rows at these times."""
+        """Record the rows that were given last, now filled, as those at these times [s]."""
         self._times[self._filled : self._filled + times.size] = times
         self._filled += times.size
 
-    def dataset(self) -> "xr.Dataset":
-        """Return the recorded history."""
+    def dataset(self, attributes: Mapping[str, Any]) -> "xr.Dataset":
+        """Return the recorded history, with these attributes."""
         import xarray as xr
 
         variables = {
@@ -188,155 +180,29 @@ class DatasetRecorder(Recorder):
             for variable, values in [
                 *coordinates_of(self.ensemble, self.asperities),
                 (COORDINATES[0], self._times),
-                *self._projected(self._rows),
+                *self.projected(self.rows),
             ]
         }
         names = {variable.name for variable in COORDINATES}
         coordinates = {name: value for name, value in variables.items() if name in names}
         data = {name: value for name, value in variables.items() if name not in names}
-        return xr.Dataset(data, coordinates, {**self.attributes, "complete": np.int8(1)})
+        return xr.Dataset(data, coordinates, {**attributes, "complete": np.int8(1)})
 
 
 @final
 @attrs.define
-class FileRecorder(Recorder):
-    """Rows of one history, streamed to a netCDF file; use it through `recording`.
-
-    Every variable has checksums (Fletcher-32), which the netCDF library checks on reading.
-    """
-
-    file: "netCDF4.Dataset"
-    compression: str = "none"
-    _rows: kernel.Rows = attrs.field(init=False)
+class StateOnly(Recorder):
+    """Records nothing, where only the state at the end is asked for."""
 
     def __attrs_post_init__(self) -> None:
-        self.file.setncatts(dict(self.attributes))
-        self.file.createDimension("step", self.steps)
-        if self.asperities is not None:
-            self.file.createDimension("asperity", self.columns)
-        fixed = coordinates_of(self.ensemble, self.asperities)
-        declared = [variable for variable, _ in fixed]
-        declared += [COORDINATES[0], *self.totals, *(PER_ASPERITY if self.asperities is not None else ())]
-        auxiliary = [variable.name for variable in declared if variable in COORDINATES and variable.name != "asperity"]
-        for variable in declared:
-            made = self.file.createVariable(
-                variable.name, variable.dtype, variable.dimensions, fill_value=False, **self._storage(variable)
-            )
-            made.setncatts(variable.attributes)
-            if variable not in COORDINATES:
-                beside = [name for name in auxiliary if self.file[name].dimensions[0] in variable.dimensions]
-                made.coordinates = " ".join(beside)
-        for variable, values in fixed:
-            self.file[variable.name][:] = values
+        self.asperities = None
 
-    def _storage(self, variable: Variable) -> dict[str, Any]:
-        """How a variable is cut into chunks, which checksums and compression need."""
-        sizes = [len(self.file.dimensions[name]) for name in variable.dimensions]
-        if 0 in sizes:
-            return {}
-        inner = min(sizes[-1], CHUNK_CELLS)
-        outer = [max(1, min(sizes[0], CHUNK_CELLS // inner))] if len(sizes) > 1 else []
-        return {"chunksizes": [*outer, inner], "fletcher32": True, **COMPRESSIONS[self.compression]}
-
-    def room(self, count: int) -> kernel.Rows:
-        """Return room for the next rows."""
-        self._rows = ensembles.room(count, self.columns)
-        return self._rows
+    def blank(self, count: int) -> kernel.Rows:
+        """Return rows for the replay to fill next."""
+        return ensembles.room(count, 0)
 
     def record(self, times: Array) -> None:
-        """Write what stands in the room last given as the rows at these times."""
-        where = slice(self._filled, self._filled + times.size)
-        self.file["time"][where] = times
-        for variable, values in self._projected(self._rows):
-            self.file[variable.name][where] = values
-        self._filled += times.size
-
-
-@contextlib.contextmanager
-def recording(
-    path: Path,
-    ensemble: Ensemble,
-    asperities: npt.NDArray[np.int64] | None,
-    steps: int,
-    attributes: Mapping[str, Any],
-    instrument: Instrument = RIGID,
-    *,
-    compression: str = "none",
-    unfinished: Path | None = None,
-) -> Iterator[FileRecorder]:
-    """Record into a netCDF file, which appears under its name only when all rows stand in it.
-
-    Parameters
-    ----------
-    path : Path
-        An existing file is replaced, at the end.
-    ensemble, asperities, steps, attributes, instrument
-        See `Recorder`.
-    compression : {"none", "zlib", "zstd"}
-    unfinished : Path, optional
-        What the file is called until then, on the same disk; by default a name of its own beside it.
-
-    Raises
-    ------
-    InputError
-        Another compression.
-    OSError
-        The folder cannot be written to, or the disk is full.
-    """
-    import netCDF4
-
-    check_compression(compression)
-    # made here first, because the message of the netCDF library would not say what was wrong
-    try:
-        if unfinished is None:
-            handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
-        else:
-            handle, name = os.open(unfinished, os.O_CREAT | os.O_WRONLY, 0o600), str(unfinished)
-    except OSError as error:
-        raise OSError(error.errno, error.strerror, str(path)) from None
-    os.close(handle)
-    try:
-        with netCDF4.Dataset(name, "w", format="NETCDF4") as file:
-            yield FileRecorder(ensemble, asperities, steps, attributes, file, compression, instrument=instrument)
-            file.setncattr("complete", np.int8(1))
-        Path(name).chmod(0o666 & ~_umask())
-        _sync(name)
-        Path(name).replace(path)
-        _sync(path.parent)
-    except RuntimeError as error:
-        # the only type of error that the netCDF library has for whatever the system refuses
-        if not str(error).startswith("NetCDF: "):
-            raise
-        raise OSError(errno.EIO, f"the result cannot be written ({error}); is the disk full?", str(path)) from error
-    finally:
-        Path(name).unlink(missing_ok=True)
-
-
-def check_compression(compression: str) -> None:
-    """Check that a result can be compressed in a way.
-
-    Raises
-    ------
-    InputError
-        An unknown way.
-    """
-    if compression not in COMPRESSIONS:
-        raise InputError(f"compression is {compression!r}; expected one of {', '.join(COMPRESSIONS)}")
-
-
-def _sync(path: str | Path) -> None:
-    """Bring a file, or what a folder names, to the disk: a rename must not come before what it names."""
-    handle = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+        """Leave the rows."""
 
 
 def coordinates_of(ensemble: Ensemble, asperities: npt.NDArray[np.int64] | None) -> list[tuple[Variable, Array]]:

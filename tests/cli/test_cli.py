@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 
 import historysim
 from historysim.cli import main
-from historysim.scenario import run as simulation
 
 SCENARIO = """
 title = "a ball"
@@ -409,7 +408,7 @@ def test_what_the_machine_cannot_do_ends_with_a_message(folder, monkeypatch, rai
     def fail(*_, **__):
         raise raised
 
-    monkeypatch.setattr(simulation, "run", fail)
+    monkeypatch.setattr("historysim.scenario.run.run", fail)
     done = call("run", "ball.toml")
     assert done.exit_code == code
     assert said in done.stderr

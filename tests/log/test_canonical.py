@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.log import digest
+from historysim.loads.events import digest
 
 EVENTS = [
     hs.NormalLoad(0.0, 0.01),
@@ -30,7 +30,7 @@ def test_the_canonical_form_stays_as_it_is():
 @pytest.mark.parametrize("seed", ["0", "1"])
 def test_other_processes_find_the_same_digest(seed):
     events = ", ".join(f"hs.{event!r}" for event in EVENTS)
-    code = f"import historysim as hs; from historysim.log import digest; print(digest([{events}]))"
+    code = f"import historysim as hs; from historysim.loads.events import digest; print(digest([{events}]))"
     environment = {**os.environ, "PYTHONHASHSEED": seed}
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == DIGEST

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 import historysim as hs
-from historysim.loads import schedule as scheduler
 from historysim.log import file as log_file
 from historysim.log.snapshot import Snapshot, packed
-from historysim.scenario import run as simulation
+from historysim.log.starts import start_before
+from historysim.recording.recorder import StateOnly
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 ENSEMBLE = hs.Ensemble(PAIR, [-0.03, 0.0, -0.5, -0.01, -0.04], [1.0, 2.0, 1.0, 0.5, 1.5], 0.5)
@@ -45,8 +45,7 @@ def bits(state):
 
 def by_hand(ensemble, events, time, substeps=1, instrument=None):
     """The state at a time: all events are known, and the replay ends there."""
-    target = simulation.Unseen(ensemble, None, 0, {}, instrument=instrument or hs.Instrument())
-    return simulation.walk(ensemble, events, scheduler.stretches(events, substeps, until=time), target, saturate=False)
+    return hs.Replay(ensemble, events, substeps=substeps, instrument=instrument or hs.Instrument()).state(until=time)
 
 
 def snapshots_everywhere(log):
@@ -58,9 +57,8 @@ def snapshots_everywhere(log):
         batches = content.batches_for(max(standing.events, *(index + 1 for index in standing.heading)))
         file.add_snapshot(Snapshot.of(standing, batches, content.links[batches], state))
 
-    target = simulation.Unseen(head.ensemble, None, 0, {}, instrument=head.instrument)
-    plan = scheduler.stretches(content.events, head.substeps, 1)
-    simulation.walk(head.ensemble, content.events, plan, target, saturate=head.saturate, after=keep)
+    job = head.replay(content.events)
+    job.walk(job.recorder(StateOnly), most_rows=1, after=keep)
 
 
 def test_a_log_replays_as_the_events_do(path):
@@ -120,7 +118,7 @@ def test_the_state_is_the_same_bits_from_any_snapshot(path):
         assert [bits(log.state(at=time, tell=told.append)) for time in times] == plain
         assert told == []
         content = log._file.sound()
-        starts = [simulation.start_before(log._file, content, time).standing for time in (0.5, 2.2, 99.0)]
+        starts = [start_before(log._file, content, time).standing for time in (0.5, 2.2, 99.0)]
         assert [start.time for start in starts] == [0.0, 2.0, 4.0]
 
 

@@ -14,9 +14,8 @@ import pytest
 from kill_runs import EVERY, kill_runs, last_snapshot, scenario_in, variables
 
 import historysim as hs
-from historysim.log import verification
 from historysim.log.file import LogFile
-from historysim.recording import blocks, recorder
+from historysim.recording import parts, recorder
 
 TESTS = Path(__file__).parents[1]
 
@@ -39,7 +38,7 @@ class Ended(BaseException):
 
 
 def interrupted(folder, monkeypatch, after=5):
-    """A run that ends in the midst: its log and blocks stay, its result does not come."""
+    """A run that ends in the midst: its log and parts stay, its result does not come."""
     for name in ("killed.nc", "killed.history"):
         (folder / name).unlink(missing_ok=True)
     written = []
@@ -76,9 +75,9 @@ def test_a_resume_computes_only_what_came_after_the_last_snapshot(folder, whole,
     assert names(folder) == [".killed.nc.parts", "killed.history", "killed.toml"]
     assert last_snapshot(output.with_suffix(".history")) == written[-1]
     walked = []
-    original = blocks.BlockRecorder.record
+    original = parts.PartRecorder.record
     monkeypatch.setattr(
-        blocks.BlockRecorder, "record", lambda self, times: (walked.append(times.size), original(self, times))[1]
+        parts.PartRecorder, "record", lambda self, times: (walked.append(times.size), original(self, times))[1]
     )
     told = []
     hs.run(scenario, output, resume=True, snapshot_every=EVERY, tell=told.append).close()
@@ -251,7 +250,7 @@ def test_two_runs_at_once_are_told_apart(folder):
 
 def test_two_logs_for_one_result_are_told_apart(folder):
     shutil.copy(folder / "killed.history", folder / "copy.history")
-    held = blocks.Blocks(folder / "x.nc", b"key", 0)
+    held = parts.Parts(folder / "x.nc", b"key", 0)
     with pytest.raises(OSError, match="another process is writing this result"):
         hs.run(folder / "copy.history", folder / "x.nc")
     held.close(keep=False)
@@ -261,17 +260,18 @@ def test_two_logs_for_one_result_are_told_apart(folder):
 
 
 def test_a_result_is_what_its_log_gives(folder):
-    assert verification.verify_result(folder / "killed.nc") == []
-    events, snapshots, _ = verification.verify_log(folder / "killed.history")
-    assert events > 100
-    assert snapshots > 10
+    assert hs.verify(folder / "killed.nc").differences == ()
+    found = hs.verify(folder / "killed.history")
+    assert found
+    assert found.events > 100
+    assert found.snapshots > 10
 
 
 def test_a_changed_value_is_named(folder):
     with netCDF4.Dataset(folder / "killed.nc", "a") as result:
         result["stick_radius"][7, 1] += 1e-9
         result["saturated"][3] = 1
-    found = {difference.name: difference for difference in verification.verify_result(folder / "killed.nc")}
+    found = {difference.name: difference for difference in hs.verify(folder / "killed.nc").differences}
     assert set(found) == {"stick_radius", "saturated"}
     assert (found["stick_radius"].count, found["stick_radius"].step, found["stick_radius"].asperity) == (1, 7, 1)
     assert found["stick_radius"].largest == pytest.approx(1e-9, rel=1e-5)
@@ -282,7 +282,7 @@ def test_every_bit_of_a_value_counts(folder):
     with netCDF4.Dataset(folder / "killed.nc", "a") as result:
         value = float(result["separation"][5])
         result["separation"][5] = np.nextafter(value, 1.0)
-    assert [difference.count for difference in verification.verify_result(folder / "killed.nc")] == [1]
+    assert [difference.count for difference in hs.verify(folder / "killed.nc").differences] == [1]
 
 
 def test_a_swapped_result_is_refused(folder):
@@ -291,17 +291,17 @@ def test_a_swapped_result_is_refused(folder):
     hs.run(other, folder / "other.nc").close()
     (folder / "other.nc").replace(folder / "killed.nc")
     with pytest.raises(hs.InputError, match="holds another scenario than"):
-        verification.verify_result(folder / "killed.nc")
+        hs.verify(folder / "killed.nc")
     with netCDF4.Dataset(folder / "killed.nc", "a") as result:
         result.scenario = (folder / "killed.toml").read_text(encoding="utf-8")
     with pytest.raises(hs.InputError, match=r"is not the result of .*one of the two was swapped"):
-        verification.verify_result(folder / "killed.nc")
+        hs.verify(folder / "killed.nc")
 
 
 def test_a_result_is_verified_after_its_log_has_grown(folder):
     with hs.EventLog(folder / "killed.history") as log:
         log.append(hs.NormalLoad(1e6, 0.01))
-    assert verification.verify_result(folder / "killed.nc") == []
+    assert hs.verify(folder / "killed.nc").differences == ()
 
 
 def test_versions_that_differ_are_told_with_how_much_the_numbers_do(folder):
@@ -309,7 +309,7 @@ def test_versions_that_differ_are_told_with_how_much_the_numbers_do(folder):
         result.historysim_version = "0.0.9"
         result["separation"][0] *= 1 + 1e-12
     told = []
-    (difference,) = verification.verify_result(folder / "killed.nc", tell=told.append)
+    (difference,) = hs.verify(folder / "killed.nc", tell=told.append).differences
     assert "was made by historysim 0.0.9" in told[0]
     assert "of its largest value" in difference.text
 
@@ -319,7 +319,7 @@ def test_a_log_of_another_version_still_replays(folder, whole, monkeypatch):
     hs.run(folder / "killed.toml", folder / "killed.nc").close()
     monkeypatch.undo()
     told = []
-    assert verification.verify_log(folder / "killed.history", tell=told.append)[0] > 0
+    assert hs.verify(folder / "killed.history", tell=told.append).events > 0
     assert "was made by historysim 0.0.9" in told[0]
     hs.run(folder / "killed.history", folder / "again.nc").close()
     assert variables(folder / "again.nc") == variables(whole / "killed.nc")
@@ -332,7 +332,7 @@ def test_a_snapshot_that_differs_from_the_replay_is_told(folder):
         state = file.head.ensemble.initial_state()
         file.add_snapshot(type(snapshot).of(snapshot.standing, snapshot.batches, snapshot.link, state))
     told = []
-    verification.verify_log(folder / "killed.history", tell=told.append)
+    hs.verify(folder / "killed.history", tell=told.append)
     assert any("differs from the replay" in line for line in told)
 
 
@@ -342,7 +342,7 @@ def test_a_damaged_result_is_told(folder):
     content[content.index(stick_radius[400:480])] ^= 1
     (folder / "killed.nc").write_bytes(content)
     with pytest.raises(hs.InputError, match=r"killed\.nc: is damaged \(NetCDF: HDF error\)"):
-        verification.verify_result(folder / "killed.nc")
+        hs.verify(folder / "killed.nc")
 
 
 # -- compression -----------------------------------------------------------------------------------
@@ -367,7 +367,7 @@ def test_another_compression_is_refused(folder):
 
 
 @pytest.mark.parametrize("cells", [1, 50, 1000])
-def test_blocks_of_any_size_give_the_same_result(folder, whole, monkeypatch, cells):
-    monkeypatch.setattr(recorder, "BLOCK_CELLS", cells)
+def test_parts_of_any_size_give_the_same_result(folder, whole, monkeypatch, cells):
+    monkeypatch.setattr(recorder, "CELLS_AT_ONCE", cells)
     hs.run(folder / "killed.toml", folder / "killed.nc", snapshot_every=50).close()
     assert variables(folder / "killed.nc") == variables(whole / "killed.nc")

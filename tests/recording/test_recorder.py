@@ -13,8 +13,9 @@ from conventions import conventions
 
 import historysim as hs
 from historysim.loads.schedule import stretches
-from historysim.recording import recorder
-from historysim.recording.recorder import DatasetRecorder, chosen_asperities, recording
+from historysim.recording import netcdf, recorder
+from historysim.recording.netcdf import recording
+from historysim.recording.recorder import DatasetRecorder, chosen_asperities
 from historysim.recording.variables import COORDINATES, PER_ASPERITY, TOTALS
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
@@ -85,7 +86,7 @@ def fill(target, plan):
     state = target.ensemble.initial_state()
     asperities = () if target.asperities is None else target.asperities
     for stretch in plan:
-        rows = target.room(stretch.row_time.size)
+        rows = target.blank(stretch.row_time.size)
         state = target.ensemble.walk(state, stretch.paths, rows=rows, asperities=asperities)
         if stretch.friction is not None:
             state = target.ensemble.with_friction(state, stretch.friction.friction)
@@ -106,11 +107,9 @@ def stream(path, ensemble, events=EVENTS, record="touching", most_rows=None):
 
 def in_memory(ensemble, events=EVENTS, record="touching"):
     plan = list(stretches(events, 2))
-    target = DatasetRecorder(
-        ensemble, chosen_asperities(ensemble, events, record), steps(plan), {"Conventions": "CF-1.11"}
-    )
+    target = DatasetRecorder(ensemble, chosen_asperities(ensemble, events, record), steps(plan))
     fill(target, plan)
-    return target.dataset()
+    return target.dataset({"Conventions": "CF-1.11"})
 
 
 # -- selections ------------------------------------------------------------------------------------
@@ -172,9 +171,9 @@ def test_totals_alone_have_no_asperities(ensemble):
 
 
 def test_totals_alone_hold_no_room_for_asperities(ensemble):
-    target = DatasetRecorder(ensemble, None, 10, {})
+    target = DatasetRecorder(ensemble, None, 10)
     assert target.columns == 0
-    assert all(array.size == 0 for name, array in target.room(10)._asdict().items() if name != "totals")
+    assert all(array.size == 0 for name, array in target.blank(10)._asdict().items() if name != "totals")
 
 
 @pytest.mark.parametrize(
@@ -275,14 +274,14 @@ def test_recording_changes_no_state(ensemble, tmp_path):
     assert begun != ended
     for asperities in (None, np.arange(5), np.array([3])):
         chosen = () if asperities is None else asperities
-        target = DatasetRecorder(ensemble, asperities, times.size, {})
+        target = DatasetRecorder(ensemble, asperities, times.size)
         with recording(tmp_path / "out.nc", ensemble, asperities, times.size, {}) as file:
             for kind in (target, file):
-                after = ensemble.walk(before, paths, rows=kind.room(times.size), asperities=chosen)
+                after = ensemble.walk(before, paths, rows=kind.blank(times.size), asperities=chosen)
                 assert fingerprint(after) == ended
                 kind.record(times)
                 assert fingerprint(after) == ended
-        target.dataset()
+        target.dataset({})
         assert fingerprint(after) == ended
         assert fingerprint(before) == begun
 
@@ -358,11 +357,11 @@ def test_the_file_says_where_its_coordinates_stand(scenario, tmp_path):
 @pytest.mark.parametrize("block", [1, 4, 5, 13, 1 << 21])
 @pytest.mark.parametrize("record", ['"touching"', '"totals"', "[2, 4]"])
 def test_a_streamed_file_is_the_dataset_bit_for_bit(scenario, tmp_path, monkeypatch, block, record):
-    monkeypatch.setattr(recorder, "BLOCK_CELLS", block)
+    monkeypatch.setattr(recorder, "CELLS_AT_ONCE", block)
     sizes = []
-    original = recorder.FileRecorder.record
+    original = netcdf.FileRecorder.record
     monkeypatch.setattr(
-        recorder.FileRecorder, "record", lambda self, times: (sizes.append(times.size), original(self, times))[1]
+        netcdf.FileRecorder, "record", lambda self, times: (sizes.append(times.size), original(self, times))[1]
     )
     path = scenario(record)
     expected = hs.run(path)

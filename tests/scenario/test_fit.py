@@ -10,8 +10,8 @@ from records import BALL, scenario_text, write_columns
 
 from historysim.errors import InputError
 from historysim.measured.fitting import Parameter
-from historysim.scenario.fit import fitted_text, model_of
 from historysim.scenario import scenario
+from historysim.scenario.fit import fitted_text, model_of
 
 ALL = 'parameters = ["friction", "lateral_stiffness", "shear_modulus", "height_scale"]'
 ROUGH = """

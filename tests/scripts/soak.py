@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 import historysim as hs
-from historysim.scenario import run as simulation
+from historysim.log.file import LogFile
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 
@@ -77,7 +77,7 @@ def soak(name, folder, ensemble, events, record):
     with Memory() as memory:
         hs.run(log, folder / f"{name}.nc").close()
     elapsed = time.perf_counter() - began
-    with simulation.LogFile(log) as file:
+    with LogFile(log) as file:
         snapshots = len(list(file.snapshots(file.sound())))
     sizes = [os.path.getsize(folder / f"{name}.{ending}") / 1e6 for ending in ("history", "nc")]  # noqa: PTH202
     print(

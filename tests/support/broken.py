@@ -4,8 +4,8 @@ import tomllib
 
 from hypothesis import strategies as st
 
-from historysim.scenario.loading_kinds import written
 from historysim.scenario import scenario
+from historysim.scenario.loading_kinds import written
 from historysim.surfaces import distribution, random, textured
 
 SPHERE = """

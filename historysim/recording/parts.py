@@ -3,7 +3,7 @@
 A netCDF file that is open when the process dies cannot be trusted, and one that is opened again to go on is open. So
 rows are kept in files that are written once, whole, and put together when all are there: after a crash, what was
 written stands, and only what came after the last snapshot is computed again. Projecting all rows from the log again
-would save the room that they take, and cost the whole run.
+would save the space that they take, and cost the whole run.
 """
 
 import errno
@@ -21,9 +21,9 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.asperities import ensemble as ensembles
+from historysim.basics.files import sync_folder
 from historysim.basics.lock import WriterLock
 from historysim.errors import InputError
-from historysim.log.file import sync_folder
 from historysim.memory import kernel
 from historysim.recording import recorder
 
@@ -33,15 +33,15 @@ DAMAGE = (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.erro
 """What reading a damaged NPZ file may raise."""
 
 
-class Blocks:
-    """The folder with the blocks of one result.
+class Parts:
+    """The folder with the parts of one result.
 
     Parameters
     ----------
     output : Path
         The result; the folder is a hidden one beside it.
     key : bytes
-        Digest of the log that is replayed; blocks of another are not taken for its own.
+        Digest of the log that is replayed; parts of another are not taken for its own.
     columns : int
         Recorded asperities.
 
@@ -90,7 +90,7 @@ class Blocks:
         Raises
         ------
         InputError
-            There is no such block, or it is damaged or of another log.
+            There is no such part, or it is damaged or of another log.
         """
         try:
             with np.load(self._path(first), allow_pickle=False) as file:
@@ -105,7 +105,7 @@ class Blocks:
         return times, rows
 
     def ends(self) -> list[int]:
-        """Numbers of rows after which one of the blocks that follow one another from the beginning ends; 0 first."""
+        """Numbers of rows after which one of the parts that follow one another from the beginning ends; 0 first."""
         found = [0]
         while self._path(found[-1]).exists():
             if not (count := self._intact(found[-1])):
@@ -114,7 +114,7 @@ class Blocks:
         return found
 
     def _intact(self, first: int) -> int:
-        """Count the rows of a block; 0 where it is damaged or of another log."""
+        """Count the rows of a part; 0 where it is damaged or of another log."""
         try:
             with zipfile.ZipFile(self._path(first)) as file:
                 if file.testzip() is not None:
@@ -131,8 +131,8 @@ class Blocks:
             if path.name != "lock" and not (number.isdecimal() and int(number) < first):
                 path.unlink()
 
-    def check_room(self, output: Path) -> None:
-        """Check that a result of all blocks has room on the disk: HDF5 may crash where it meets the end of it.
+    def check_space(self, output: Path) -> None:
+        """Check that a result of all parts has space on the disk: HDF5 may crash where it meets the end of it.
 
         Raises
         ------
@@ -145,7 +145,7 @@ class Blocks:
             raise OSError(errno.ENOSPC, message, str(output))
 
     def all(self, steps: int) -> Iterator[tuple[Array, kernel.Rows]]:
-        """Read all blocks, in order."""
+        """Read all parts, in order."""
         first = 0
         while first < steps:
             times, rows = self.read(first)
@@ -158,30 +158,30 @@ class Blocks:
 
 @final
 @attrs.define
-class BlockRecorder(recorder.Recorder):
-    """Rows of one history, gathered into blocks.
+class PartRecorder(recorder.Recorder):
+    """Rows of one history, gathered into parts.
 
     Parameters
     ----------
-    blocks : Blocks
+    parts : Parts
     written : int
         Rows that stand in them already.
     """
 
-    blocks: Blocks
+    parts: Parts
     written: int
     _gathered: list[tuple[Array, kernel.Rows]] = attrs.field(factory=list, init=False)
     _rows: kernel.Rows = attrs.field(init=False)
 
-    def room(self, count: int) -> kernel.Rows:
-        """Return room for the next rows."""
-        if self._gathered and (self._filled + count) * max(self.columns, 1) > recorder.BLOCK_CELLS:
+    def blank(self, count: int) -> kernel.Rows:
+        """Return rows for the replay to fill next."""
+        if self._gathered and (self._filled + count) * max(self.columns, 1) > recorder.CELLS_AT_ONCE:
             self.flush()
         self._rows = ensembles.room(count, self.columns)
         return self._rows
 
     def record(self, times: Array) -> None:
-        """Take what stands in the room last given as the rows at these times."""
+        """Record the rows that were given last, now filled, as those at these times [s]."""
         if times.size:
             self._gathered.append((times, self._rows))
             self._filled += times.size
@@ -193,6 +193,6 @@ class BlockRecorder(recorder.Recorder):
         times = np.concatenate([times for times, _ in self._gathered])
         each = zip(*(rows for _, rows in self._gathered), strict=True)
         rows = self._gathered[0][1] if len(self._gathered) == 1 else kernel.Rows._make(map(np.concatenate, each))
-        self.blocks.write(self.written, times, rows)
+        self.parts.write(self.written, times, rows)
         self.written += times.size
         self._gathered, self._filled = [], 0

@@ -1,0 +1,147 @@
+"""The result of a log: its rows in parts while they are replayed, then one netCDF file, beside snapshots in the log."""
+
+import math
+from pathlib import Path
+
+from historysim.asperities.ensemble import EnsembleState
+from historysim.basics.notices import Teller, silent
+from historysim.errors import InputError, LoadError
+from historysim.loads.events import time_text
+from historysim.loads.schedule import Standing, Start
+from historysim.log.file import ENDING, Content, LogFile
+from historysim.log.snapshot import Snapshot
+from historysim.log.starts import start_before
+from historysim.recording import surface_group
+from historysim.recording.netcdf import recording
+from historysim.recording.parts import PartRecorder, Parts
+from historysim.replay import Replay
+
+SNAPSHOT_CELLS, MOST_SNAPSHOT_ROWS = 1 << 26, 1 << 16
+"""Asperities times rows between snapshots by default, and the most rows: some seconds of replay."""
+
+
+def log_beside(output: Path) -> Path:
+    """Return the place of the log that belongs to a result.
+
+    Raises
+    ------
+    InputError
+        It would be the result itself.
+    """
+    beside = output.with_suffix(ENDING)
+    if beside == output:
+        raise InputError(f"{output}: is the name of a log; expected another ending for the result, such as .nc")
+    return beside
+
+
+def write_result(
+    file: LogFile,
+    output: Path,
+    *,
+    progress: bool = False,
+    resume: bool = False,
+    snapshot_every: int | None = None,
+    compression: str = "none",
+    tell: Teller = silent,
+) -> None:
+    """Replay a log into a result, which appears under its name when it is complete.
+
+    Parameters
+    ----------
+    file : LogFile
+        Open to write: snapshots of the state are put beside its events.
+    output : Path
+    progress, resume, snapshot_every, compression, tell
+        See `historysim.run`.
+
+    Raises
+    ------
+    InputError
+        The log is damaged, or holds no events.
+    LoadError
+        A load that the contact cannot carry; the message names the event.
+    OSError
+        ``output`` cannot be written, or another process is writing it.
+    """
+    head, content = file.head, file.sound()
+    if not content.events:
+        raise InputError(f"{file.path}: holds no events yet; expected at least one: historysim append adds them")
+    job = head.replay(content.events)
+    steps, tip = job.steps(), content.links[-1]
+    parts = Parts(output, tip, 0 if job.asperities is None else job.asperities.size)
+    keep = False
+    try:
+        if resume and _is_result_of(output, tip):
+            return
+        start = _start(file, content, parts, tell) if resume else Start(head.ensemble.initial_state())
+        parts.forget(start.rows)
+        target = job.recorder(PartRecorder, parts=parts, written=start.rows)
+        every = snapshot_every or max(1, min(MOST_SNAPSHOT_ROWS, SNAPSHOT_CELLS // len(head.ensemble)))
+        last = start.rows
+        keep = last > 0
+
+        def snapshot(standing: Standing, state: EnsembleState) -> None:
+            nonlocal last, keep
+            if standing.rows - last < every or standing.rows == steps:
+                return
+            # first the rows, then the snapshot that says that they stand
+            target.flush()
+            ahead = max(standing.events, *(index + 1 for index in standing.heading))
+            batches = content.batches_for(ahead)
+            file.add_snapshot(Snapshot.of(standing, batches, content.links[batches], state))
+            last, keep = standing.rows, True
+
+        job.walk(target, start=start, most_rows=every, progress=progress, after=snapshot)
+        target.flush()
+        _assemble(file, job, target, output, compression)
+        keep = False
+    except (LoadError, InputError):
+        keep = False
+        raise
+    finally:
+        parts.close(keep=keep)
+
+
+def _start(file: LogFile, content: Content, parts: Parts, tell: Teller) -> Start:
+    """Return the last snapshot before which all rows stand, or the beginning."""
+    start = start_before(file, content, math.inf, tell, rows=parts.ends())
+    if start.standing is None:
+        tell(f"{file.path}: has no snapshot whose rows are there; the replay starts at the beginning")
+    else:
+        tell(f"{file.path}: going on from t = {time_text(start.standing.time)}, after {start.rows:,} rows")
+    return start
+
+
+def _assemble(file: LogFile, job: Replay, target: PartRecorder, output: Path, compression: str) -> None:
+    """Put the parts together."""
+    head, parts = file.head, target.parts
+    if compression == "none":
+        parts.check_space(output)
+    attributes = job.attributes() | head.attributes | digest_attribute(file.sound().links[-1])
+    place = (output, job.ensemble, job.asperities, target.steps, attributes, job.instrument)
+    with recording(*place, compression=compression, unfinished=parts.unfinished) as result:
+        if head.surface:
+            shown = surface_group.from_arrays(head.surface, head.settings["surface_attributes"])
+            surface_group.write(result.file, shown)
+        for times, rows in parts.all(target.steps):
+            blank = result.blank(times.size)
+            for name, values in rows._asdict().items():
+                getattr(blank, name)[...] = values
+            result.record(times)
+
+
+def digest_attribute(link: bytes) -> dict[str, str]:
+    """Return the attribute of a result that says which log it belongs to, by the last link of its chain."""
+    return {"log_digest": f"sha256:{link.hex()}"}
+
+
+def _is_result_of(output: Path, tip: bytes) -> bool:
+    """Tell whether a complete result of a log, as it is now, is there already."""
+    import netCDF4
+
+    try:
+        with netCDF4.Dataset(output) as file:
+            told = {name: file.getncattr(name) for name in ("log_digest", "complete") if name in file.ncattrs()}
+    except (OSError, RuntimeError):
+        return False
+    return told.get("log_digest") == digest_attribute(tip)["log_digest"] and bool(told.get("complete"))

@@ -1,0 +1,55 @@
+"""Where the replay of a log can begin: at its beginning, or at a snapshot that can be trusted."""
+
+from collections.abc import Iterable
+
+from historysim.basics.notices import Teller, silent
+from historysim.errors import InputError
+from historysim.loads import schedule
+from historysim.loads.events import time_text
+from historysim.loads.schedule import Start
+from historysim.log.file import Content, LogFile
+from historysim.log.snapshot import Snapshot, program, unpacked
+
+
+def usable(file: LogFile, content: Content, snapshot: Snapshot) -> Start | str:
+    """Return where a snapshot lets a replay begin, or why it does not."""
+    standing = snapshot.standing
+    name = f"the snapshot at t = {time_text(standing.time)}"
+    if snapshot.program != program():
+        return f"{name} was made by {snapshot.program}; this is {program()}"
+    if schedule.standing_at(content.events, standing.events, file.head.substeps) != standing:
+        return f"{name} does not reckon with events that were appended since"
+    try:
+        return Start(unpacked(file.head.ensemble, snapshot.state), standing)
+    except InputError as error:
+        return f"{name} {error}"
+
+
+def start_before(
+    file: LogFile, content: Content, time: float, tell: Teller = silent, *, rows: Iterable[int] | None = None
+) -> Start:
+    """Return the latest place up to a time where a replay of a log can begin.
+
+    Parameters
+    ----------
+    file, content
+        The log, and what stands in it.
+    time : float
+        [s].
+    tell : callable
+        Told which snapshots are passed over, and why.
+    rows : iterable of int, optional
+        Only after one of these numbers of rows.
+    """
+    allowed = None if rows is None else set(rows)
+    for found in file.snapshots(content):
+        if isinstance(found, str):
+            tell(f"{file.path}: {found}; it is passed over")
+            continue
+        if found.standing.time > time or (allowed is not None and found.standing.rows not in allowed):
+            continue
+        start = usable(file, content, found)
+        if isinstance(start, Start):
+            return start
+        tell(f"{file.path}: {start}; it is passed over")
+    return Start(file.head.ensemble.initial_state())

@@ -1,0 +1,43 @@
+"""Where a history comes from: the attributes of a Dataset that say what made it, and from what."""
+
+import platform
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from historysim._version import __version__
+from historysim.asperities.ensemble import Ensemble
+from historysim.asperities.instrument import Instrument
+from historysim.loads.events import Event, digest
+
+
+def made_with() -> str:
+    """Return what computes: the last bits may differ between versions, compilers and processors."""
+    import llvmlite
+    import numba
+    from llvmlite import binding
+
+    return (
+        f"Python {platform.python_version()}, numpy {np.__version__}, numba {numba.__version__}, "
+        f"llvmlite {llvmlite.__version__} for {binding.get_host_cpu_name()}"
+    )
+
+
+def attributes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrument) -> dict[str, Any]:
+    """Return the attributes of a history of these events."""
+    in_series = {} if instrument.rigid else {"lateral_stiffness": instrument.lateral_stiffness}
+    return {
+        "Conventions": "CF-1.11",
+        "title": f"Load history of {len(ensemble)} asperities",
+        "source": f"historysim {__version__}: exact traction memory of Hertz-Mindlin asperities",
+        "history": f"replayed from {len(events)} events by historysim {__version__}",
+        "historysim_version": __version__,
+        "made_with": made_with(),
+        "contact_modulus": ensemble.pair.contact_modulus,
+        "shear_modulus": ensemble.pair.shear_modulus,
+        **in_series,
+        "number_of_asperities": len(ensemble),
+        "number_of_events": len(events),
+        "event_digest": f"sha256:{digest(events)}",
+    }

@@ -1,0 +1,199 @@
+"""The corridor: events → schedule → ensemble → recorder. Whatever replays builds a `Replay`, and walks it here."""
+
+import math
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+
+from historysim.asperities.ensemble import Ensemble, EnsembleState
+from historysim.asperities.instrument import RIGID, Instrument, as_instrument
+from historysim.errors import FrictionLimitError, InputError, LoadError
+from historysim.loads import schedule
+from historysim.loads.events import Event, as_events, time_text
+from historysim.loads.schedule import Standing, Start, Stretch
+from historysim.memory import kernel
+from historysim.recording import provenance, recorder
+from historysim.recording.recorder import DatasetRecorder, Recorder, Selection, StateOnly, chosen_asperities
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+ROWS_AT_ONCE = 1 << 12
+"""Rows that are walked before they are recorded and the progress bar moves on."""
+
+RecorderType = TypeVar("RecorderType", bound=Recorder)
+
+
+# slots would leave no place for what is computed once
+@attrs.frozen(eq=False, slots=False)
+class Replay:
+    """Load events across an ensemble, and what is recorded of it: nothing is computed before it is asked for.
+
+    Parameters
+    ----------
+    ensemble : Ensemble
+    events : sequence of events
+        In the order of their times; at one time, in the order in which they happen.
+    substeps : int
+        Rows recorded per interval between event times; they do not change the result.
+    saturate : bool
+        Hold tangential loads beyond the friction limit at the limit, and flag the step, instead of raising.
+    record : {"touching", "all", "totals"} or sequence of int
+        Asperities to record: those that touch at any time, all, none (totals alone), or a few by index.
+    instrument : Instrument, optional
+        In series with the contact: tangential displacements of the events are those of its drive, which is
+        recorded beside that of the contact.
+
+    Raises
+    ------
+    InputError, LoadError
+        When it is carried out: what cannot be used as it is, and a load that the contact cannot carry, with its event.
+    """
+
+    ensemble: Ensemble
+    events: Sequence[Event] = attrs.field(converter=as_events)
+    substeps: int = attrs.field(default=1, kw_only=True)
+    saturate: bool = attrs.field(default=False, kw_only=True)
+    record: Selection = attrs.field(default="touching", kw_only=True)
+    instrument: Instrument = attrs.field(default=RIGID, kw_only=True, converter=as_instrument)
+
+    @cached_property
+    def asperities(self) -> npt.NDArray[np.int64] | None:
+        """Indices of the asperities that are recorded, ascending; None for totals alone."""
+        return chosen_asperities(self.ensemble, self.events, self.record)
+
+    def steps(self, until: float = math.inf) -> int:
+        """Return the number of rows that are recorded up to a time [s]."""
+        return schedule.row_count(self.events, self.substeps, until)
+
+    def attributes(self) -> dict[str, Any]:
+        """Return the attributes that say where the history comes from."""
+        return provenance.attributes(self.ensemble, self.events, self.instrument)
+
+    def recorder(self, kind: type[RecorderType], *, until: float = math.inf, **options: Any) -> RecorderType:
+        """Return a recorder of a kind for this replay; ``options`` are its own."""
+        return kind(self.ensemble, self.asperities, self.steps(until), instrument=self.instrument, **options)
+
+    def dataset(
+        self, *, until: float = math.inf, attributes: dict[str, Any] | None = None, progress: bool = False
+    ) -> "xr.Dataset":
+        """Return the history up to a time [s] as a Dataset in memory; attributes replace those of the same name."""
+        target = self.recorder(DatasetRecorder, until=until)
+        self.walk(target, until=until, progress=progress)
+        return target.dataset(self.attributes() | (attributes or {}))
+
+    def write(self, path: str | Path, *, progress: bool = False) -> None:
+        """Write the history to a netCDF file, which is there when it is complete, and not before."""
+        from historysim.recording.netcdf import recording
+
+        place = (self.ensemble, self.asperities, self.steps(), self.attributes(), self.instrument)
+        with recording(Path(path), *place) as target:
+            self.walk(target, progress=progress)
+
+    def state(self, until: float = math.inf, *, start: Start | None = None) -> EnsembleState:
+        """Return the state at a time [s]: before the first event nothing has happened, after the last all is held."""
+        return self.walk(self.recorder(StateOnly, until=until), until=until, start=start)
+
+    def walk(
+        self,
+        target: Recorder,
+        *,
+        start: Start | None = None,
+        until: float = math.inf,
+        most_rows: int | None = None,
+        progress: bool = False,
+        after: Callable[[Standing, EnsembleState], None] | None = None,
+    ) -> EnsembleState:
+        """Walk the events, record their rows, and return the last state.
+
+        Parameters
+        ----------
+        target : Recorder
+        start : Start, optional
+            The beginning by default.
+        until : float
+            Time [s] at which to stop; between two event times a row is recorded there.
+        most_rows : int, optional
+            Rows after which a stretch is broken, where that shall be earlier than memory asks for.
+        progress : bool
+            Show a progress bar on standard error where that is a terminal and the replay is long.
+        after : callable, optional
+            Called with where the schedule stands, and the state there, when a stretch ends with a time.
+        """
+        from tqdm import tqdm
+
+        start = start or Start(self.ensemble.initial_state())
+        state, columns = start.state, () if target.asperities is None else target.asperities
+        at_once = max(1, min(most_rows or ROWS_AT_ONCE, ROWS_AT_ONCE, recorder.CELLS_AT_ONCE // max(target.columns, 1)))
+        plan = schedule.stretches(self.events, self.substeps, at_once, start=start.standing, until=until)
+        hidden = None if progress else True
+        with tqdm(total=target.steps, initial=start.rows, unit="step", delay=2, disable=hidden) as bar:
+            for stretch in plan:
+                rows = target.blank(stretch.row_time.size)
+                state = self._walked(stretch, state, rows, columns)
+                target.record(stretch.row_time)
+                if after is not None and stretch.standing is not None:
+                    after(stretch.standing, state)
+                bar.update(stretch.row_time.size)
+        return state
+
+    def _walked(
+        self, stretch: Stretch, state: EnsembleState, rows: kernel.Rows, columns: npt.ArrayLike
+    ) -> EnsembleState:
+        """Return the state after a stretch, and name the event where that is not to be had."""
+        try:
+            paths, instrument = stretch.paths, self.instrument
+            if stretch.share < 1.0:
+                paths, instrument = self._part(stretch, state)
+            state = self.ensemble.walk(
+                state, paths, rows=rows, asperities=columns, saturate=self.saturate, instrument=instrument
+            )
+        except FrictionLimitError as error:
+            raise LoadError(f"{self._place(stretch.event[error.path])}: {error}") from None
+        if stretch.friction is None:
+            return state
+        try:
+            return self.ensemble.with_friction(state, stretch.friction.friction, instrument=self.instrument)
+        except InputError as error:
+            raise InputError(f"{self._place(stretch.friction_event)}: {error}") from None
+
+    def _place(self, index: int) -> str:
+        return f"event {index} at t = {time_text(self.events[index].time)}"
+
+    def _part(self, stretch: Stretch, state: EnsembleState) -> tuple[kernel.Paths, Instrument]:
+        """Return a share of the one path of a stretch, straight in what the whole is straight in, and its drive."""
+        paths, share = stretch.paths, stretch.share
+        if paths.normal_control[0] == paths.tangential_control[0] == kernel.LOAD:
+            fractions = {name: getattr(paths, name) * share for name in ("normal_fraction", "tangential_fraction")}
+            return paths._replace(**fractions), self.instrument
+        end = self.ensemble.walk(state, paths, saturate=self.saturate, instrument=self.instrument)
+        approach = state.approach + share * (end.approach - state.approach)
+        moved = end.tangential_displacement - state.tangential_displacement
+        displacement = state.tangential_displacement + share * moved
+        goals = kernel.Goals(kernel.DISPLACED, approach), kernel.Goals(kernel.DISPLACED, displacement)
+        return kernel.paths_to(*goals), RIGID
+
+
+def replay(
+    ensemble: Ensemble,
+    events: Sequence[Event],
+    *,
+    substeps: int = 1,
+    saturate: bool = False,
+    record: Selection = "touching",
+    instrument: Instrument = RIGID,
+) -> "xr.Dataset":
+    """Replay load events across an ensemble; parameters and errors as in `Replay`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions ``step`` and ``asperity``; see `historysim.recording.variables` for what stands in it.
+    """
+    job = Replay(ensemble, events, substeps=substeps, saturate=saturate, record=record, instrument=instrument)
+    return job.dataset()
