@@ -10,7 +10,7 @@ import numpy.typing as npt
 from historysim.basics.arguments import checked, scalar
 from historysim.errors import InputError
 from historysim.surfaces.form import Form, fit_form
-from historysim.surfaces.resampling import COINCIDENT, resampled
+from historysim.surfaces.resampling import COINCIDENT, Interpolation, resampled
 from historysim.surfaces.statistics import (
     Autocorrelation,
     HeightStatistics,
@@ -182,12 +182,20 @@ class Surface:
         """Return the sum of two surfaces, centre over centre; see `combined`."""
         return self.combined(other) if isinstance(other, Surface) else NotImplemented
 
-    def combined(self, other: "Surface", *, shift: npt.ArrayLike = (0.0, 0.0), rotation: float = 0.0) -> Self:
+    def combined(
+        self,
+        other: "Surface",
+        *,
+        shift: npt.ArrayLike = (0.0, 0.0),
+        rotation: float = 0.0,
+        interpolation: Interpolation = "spline",
+    ) -> Self:
         """Return the sum of two surfaces, which touches a flat as the two touch each other.
 
-        Interlocking is neglected, so its asperities slide as if their slopes were small (theory of two rough surfaces
-        by their sum; a lower limit of friction). Both heights count out of their own material. The other surface lies
-        on this one as it is: a map that was measured from its front is to be ``mirrored()`` first.
+        The asperities of the sum slide on a level flat: that those of two surfaces also climb each other's slopes is
+        left out, so that the friction is a lower limit. Heights of both are positive out of their own material. The
+        other surface is laid on this one as it is; a map that was measured from its front is to be ``mirrored()``
+        first.
 
         Parameters
         ----------
@@ -197,18 +205,24 @@ class Surface:
             How far it is then moved along x and y [m].
         rotation : float
             By how much it is turned about its own centre, from x towards y [rad].
+        interpolation : {"spline", "fourier", "none"}
+            What the other surface is between its points; where the points of both coincide it is exact in any case.
+            ``"spline"`` smooths: of the sum of two surfaces with an exponential autocorrelation, half a pixel along
+            both axes takes 12 % of the summits and adds 14 % to their mean radius. ``"fourier"`` does not, for
+            periodic surfaces that are not turned; nor does ``"none"``, which moves by the nearest whole number of
+            pixels. See `resampled`.
 
         Returns
         -------
         Surface
             On the grid of this surface, missing wherever one of the two is; periodic where both are, with the same
-            lengths, and not turned. Between its points the other surface is interpolated by cubic splines; where the
-            points coincide it is exact.
+            lengths, and not turned.
 
         Raises
         ------
         InputError
-            Surfaces that do not overlap, a profile on a map, or numbers that are not finite.
+            Surfaces that do not overlap, a profile on a map, numbers that are not finite, or an interpolation that
+            these surfaces do not allow.
         """
         if not isinstance(other, Surface):
             raise InputError(f"other is {other!r}; expected a Surface")
@@ -220,6 +234,7 @@ class Surface:
             onto=self.pixel_size,
             shift=shift,
             rotation=rotation,
+            interpolation=interpolation,
         )
         if np.isnan(self.heights + heights).all():
             raise InputError("the two surfaces have no point in common; expected a shift within their lengths")

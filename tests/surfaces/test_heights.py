@@ -13,6 +13,7 @@ from historysim.errors import InputError
 from historysim.surfaces import statistics
 from historysim.surfaces.form import fit_form
 from historysim.surfaces.heights import Surface, pair_of
+from historysim.surfaces.random import random_surface
 from historysim.surfaces.resampling import resampled
 from historysim.surfaces.summits import find_summits
 
@@ -534,3 +535,30 @@ def test_a_map_with_31_percent_missing_from_the_file_to_the_summits(shape):
         around = surface.heights[max(i - 1, 0) : i + 2, max(j - 1, 0) : j + 2]
         assert around.size == (3 if 1 in shape else 9)
         assert (around < z).sum() == around.size - 1
+
+
+def summits_of_sum(interpolation, shift):
+    """Summit density and mean radius of the sum of two exponential surfaces, over those without a shift."""
+    ratios = []
+    for seed in range(12):
+        first, second = (random_surface((256, 256), 1e-6, 1e-7, 2e-5, seed=2 * seed + one) for one in (0, 1))
+        found, own = (
+            first.combined(second, shift=shift, interpolation=interpolation).summits(),
+            (first + second).summits(),
+        )
+        ratios.append([len(found) / len(own), found.radius.mean() / own.radius.mean()])
+    return np.mean(ratios, axis=0), np.std(ratios, axis=0, ddof=1) / math.sqrt(12)
+
+
+@pytest.mark.parametrize("interpolation", ["fourier", "none"])
+def test_a_shifted_sum_keeps_its_summits_without_splines(interpolation):
+    ratio, error = summits_of_sum(interpolation, (3.5e-6, -7.5e-6))
+    assert error.max() < 0.006
+    np.testing.assert_array_less(np.abs(ratio - 1), 4 * error)
+
+
+def test_splines_take_summits_of_a_sum_as_the_docstring_says():
+    (density, radius), error = summits_of_sum("spline", (3.5e-6, -7.5e-6))
+    assert 1 - density == pytest.approx(0.12, abs=0.01 + 4 * error[0])
+    assert radius - 1 == pytest.approx(0.14, abs=0.01 + 4 * error[1])
+    assert error.max() < 0.006

@@ -1,4 +1,5 @@
 import math
+import re
 from functools import partial
 
 import numpy as np
@@ -9,6 +10,8 @@ from hypothesis.extra import numpy as npst
 from scipy.interpolate import CubicSpline
 
 from historysim.errors import InputError
+from historysim.surfaces.heights import Surface
+from historysim.surfaces.random import random_surface
 from historysim.surfaces.resampling import COINCIDENT, resampled
 
 EPS = np.finfo(float).eps
@@ -440,3 +443,116 @@ def test_the_map_is_left_as_it_was():
     onto_itself(heights, shift=(0.5 * PX, 0), periodic=True)
     np.testing.assert_array_equal(heights, before)
     assert not np.shares_memory(found, heights)
+
+
+# --- whole pixels and Fourier series ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("interpolation", ["spline", "fourier", "none"])
+@given(seed=st.integers(0, 10**6), shape=shapes, steps=steps)
+def test_whole_pixels_move_a_periodic_map_bit_for_bit_by_any_interpolation(interpolation, seed, shape, steps):
+    heights = noise(shape, seed)
+    shift = steps[0] * PX, steps[1] * PY
+    found = onto_itself(heights, shift=shift, periodic=True, interpolation=interpolation)
+    np.testing.assert_array_equal(found, np.roll(heights, steps, axis=(0, 1)))
+
+
+@pytest.mark.parametrize(("part", "step"), [(0.0, 0), (0.49, 0), (0.51, 1), (1.4, 1), (-0.6, -1), (-2.45, -2)])
+@pytest.mark.parametrize("periodic", [False, True])
+def test_without_interpolation_a_map_moves_by_the_nearest_whole_pixel(part, step, periodic):
+    heights = noise((9, 8), missing=0.1)
+    found = onto_itself(heights, shift=(part * PX, -part * PY), periodic=periodic, interpolation="none")
+    expected = np.roll(heights, (step, -step), axis=(0, 1)) if periodic else moved(heights, (step, -step))
+    np.testing.assert_array_equal(found, expected)
+
+
+def test_halfway_between_two_pixels_the_whole_map_moves_to_one_of_them():
+    heights = noise((8, 8))
+    # also centre over centre, where one has an even number of points and the other an odd one
+    for how in ({"shift": (PX / 2, -PY / 2)}, {"shape": (9, 7)}):
+        found = onto_itself(heights, periodic=True, interpolation="none", **how)
+        size = [min(n, m) for n, m in zip(found.shape, heights.shape, strict=True)]
+        rolls = [np.roll(heights, (i, j), axis=(0, 1)) for i in (-1, 0, 1) for j in (-1, 0, 1)]
+        assert any(np.array_equal(found[: size[0], : size[1]], one[: size[0], : size[1]]) for one in rolls)
+
+
+def test_fourier_series_of_waves_are_waves_on_any_grid():
+    n, m = 24, 15
+    x, y = centred((n, m))
+    lengths = n * PX, m * PY
+
+    def waves(x, y):
+        return np.cos(2 * math.pi * (3 * x / lengths[0] + 2 * y / lengths[1]) + 0.4) + np.sin(
+            14 * math.pi * y / lengths[1]
+        )
+
+    shift, shape, onto = (0.37 * PX, 2.2 * PY), (40, 33), (0.55 * PX, 1.7 * PY)
+    found = onto_itself(waves(x, y), periodic=True, shift=shift, shape=shape, onto=onto, interpolation="fourier")
+    x, y = centred(shape, onto)
+    np.testing.assert_allclose(found, waves(x - shift[0], y - shift[1]), rtol=0, atol=1e-12)
+
+
+def test_a_profile_by_its_fourier_series():
+    x = np.arange(20.0)
+    found = onto_itself(np.cos(math.pi * x / 5)[:, None], periodic=True, shift=(0.5 * PX, 0), interpolation="fourier")
+    np.testing.assert_allclose(found[:, 0], np.cos(math.pi * (x - 0.5) / 5), rtol=0, atol=1e-13)
+
+
+def summits_after(move, **kind):
+    """Summit density and mean radius of maps that were moved, over those before: mean of 12 maps, and its error."""
+    ratios = []
+    for seed in range(12):
+        map_ = random_surface((256, 256), 1e-6, 1e-7, 2e-5, seed=seed, **kind)
+        after = Surface(
+            onto_itself(map_.heights, pixel_size=map_.pixel_size, periodic=True, **move), 1e-6, periodic=True
+        )
+        found, own = after.summits(), map_.summits()
+        ratios.append([len(found) / len(own), found.radius.mean() / own.radius.mean()])
+    return np.mean(ratios, axis=0), np.std(ratios, axis=0, ddof=1) / math.sqrt(12)
+
+
+HALF = {"shift": (0.5e-6, 0.5e-6)}
+
+
+@pytest.mark.parametrize("interpolation", ["fourier", "none"])
+def test_summits_of_an_exponential_map_survive_half_a_pixel(interpolation):
+    ratio, error = summits_after({**HALF, "interpolation": interpolation})
+    assert error.max() < 0.005
+    np.testing.assert_array_less(np.abs(ratio - 1), 4 * error + 1e-12)
+
+
+@pytest.mark.parametrize(
+    ("move", "fewer", "larger"),
+    [(HALF, (0.24, 0.27), (0.39, 0.40)), ({"shift": (0.5e-6, 0)}, (0.12, 0.15), (0.17, 0.19))],
+)
+def test_splines_take_summits_of_an_exponential_map_as_the_docstring_says(move, fewer, larger):
+    (density, radius), error = summits_after(move)
+    slack = 4 * error.max()
+    assert fewer[0] - slack < 1 - density < fewer[1] + slack
+    assert larger[0] - slack < radius - 1 < larger[1] + slack
+
+
+def test_splines_leave_the_summits_of_a_gaussian_map():
+    ratio, error = summits_after(HALF, autocorrelation="gaussian")
+    np.testing.assert_array_less(np.abs(ratio - 1), 0.01 + 4 * error)
+
+
+@pytest.mark.parametrize(
+    ("how", "message"),
+    [
+        ({"interpolation": "fourrier"}, "interpolation is 'fourrier'; did you mean 'fourier'?"),
+        ({"interpolation": 3}, "interpolation is 3; expected one of spline, fourier, none"),
+        ({"interpolation": "fourier"}, "is not periodic; expected a periodic one with all its points, or 'spline'"),
+        ({"interpolation": "fourier", "periodic": True, "rotation": 0.1}, "turned; expected no rotation, or 'spline'"),
+        ({"interpolation": "none", "rotation": 0.1}, "turned; expected no rotation, or 'spline'"),
+        ({"interpolation": "none", "onto": (1.0001 * PX, PY)}, "expected one pixel size, or 'fourier' or 'spline'"),
+    ],
+)
+def test_interpolations_that_cannot_be_had(how, message):
+    with pytest.raises(InputError, match=re.escape(message)):
+        onto_itself(noise((4, 4)), **how)
+
+
+def test_no_fourier_series_with_missing_points():
+    with pytest.raises(InputError, match="has missing points; expected a periodic one with all its points"):
+        onto_itself(noise((6, 6), missing=0.3), periodic=True, interpolation="fourier")
