@@ -43,6 +43,16 @@ class AdheringAsperities:
     regime: npt.NDArray[np.object_]
     pull_off_load: Floats
 
+    def summary(self) -> list[tuple[str, str]]:
+        """Return how many asperities need which theory, and what leaving adhesion out costs, in a few lines."""
+        zones = list(self.regime)
+        counts = ", ".join(f"{zones.count(zone):,} {zone.label}" for zone in dict.fromkeys(zones))
+        share = -self.pull_off_load.sum() / self.normal_load.sum()
+        return [
+            ("adhesion regimes", f"{counts}, where the asperities are pressed most"),
+            ("adhesion left out", f"pull-off {100 * share:.2g} % of the normal load at most"),
+        ]
+
 
 def adhering_asperities(
     ensemble: Ensemble, approach: float, *, work_of_adhesion: float, equilibrium_separation: float

@@ -1,0 +1,47 @@
+"""How a command ends: with one message and an exit code, whatever went wrong."""
+
+from typing import Any
+
+import click
+
+from historysim.errors import HistorySimError, InputError
+
+
+class NotPossible(click.ClickException):
+    """What was asked for cannot be carried out."""
+
+    exit_code = 1
+
+
+class BadInput(click.ClickException):
+    """What was given cannot be used."""
+
+    exit_code = 2
+
+
+class Interrupted(click.ClickException):
+    """The user has stopped the program."""
+
+    exit_code = 130
+
+
+class Commands(click.Group):
+    """Commands whose errors end as one message and an exit code."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run a command."""
+        try:
+            return super().invoke(ctx)
+        except InputError as error:
+            raise BadInput(str(error)) from error
+        except HistorySimError as error:
+            raise NotPossible(str(error)) from error
+        except BrokenPipeError:
+            raise
+        except OSError as error:
+            place = f"{error.filename}: " if error.filename else ""
+            raise NotPossible(f"{place}{error.strerror or error}") from error
+        except MemoryError as error:
+            raise NotPossible("the memory does not suffice; record fewer asperities, or split the loads") from error
+        except KeyboardInterrupt as error:
+            raise Interrupted("interrupted") from error

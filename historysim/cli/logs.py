@@ -1,0 +1,159 @@
+"""Commands that ask a log: verify, state, fork, append, log."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from historysim.basics.file_kinds import is_log
+from historysim.basics.files import replacing
+from historysim.cli.arguments import check_target, path_type, quantity_option
+from historysim.cli.ending import NotPossible
+from historysim.cli.output import notice, print_lines, print_table, save
+from historysim.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@click.command()
+@click.argument("file", type=path_type)
+@click.option("--log", type=path_type, help="The log of a result. [default: NAME.history beside it]")
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing where all is well.")
+def verify(file: Path, log: Path | None, quiet: bool) -> None:
+    """Replay the log of a result, FILE, and compare every bit; or check FILE, a log, and its snapshots."""
+    from historysim.log.verification import verify as check
+
+    found = check(file, log, progress=not quiet, tell=notice)
+    told = "\n".join(f"  {difference.text}" for difference in found.differences)
+    if not found:
+        raise NotPossible(f"{file}: is not what its log gives:\n{told}")
+    if is_log(file):
+        lines = [
+            ("events", f"{found.events:,}, sound"),
+            ("snapshots", f"{found.snapshots:,}, as replayed"),
+            ("digest", found.digest),
+        ]
+    elif found.differences:
+        lines = [(str(file), f"is what its log gives, up to rounding elsewhere:\n{told}")]
+    else:
+        lines = [(str(file), "is what its log gives, bit for bit")]
+    if not quiet:
+        print_lines(lines)
+
+
+@click.command()
+@click.argument("log", type=path_type)
+@click.option("--at", "moment", help='The time, as "12.5 s" or in s. [default: the end]')
+@click.option("--asperity", type=int, help="Look at this asperity: its state, its reversal points.")
+@click.option("-o", "--output", type=path_type, help="Write all asperities (netCDF); with --asperity a picture.")
+def state(log: Path, moment: str | None, asperity: int | None, output: Path | None) -> None:
+    """Say what the state was at a time in LOG (NAME.history)."""
+    if output is not None:
+        check_target(output, log)
+    from historysim.basics.units import quantity_text
+    from historysim.log.event_log import EventLog
+
+    with EventLog(log) as events:
+        time = float("inf") if moment is None else quantity_option("--at", moment, "s")
+        found = events.state(at=time, tell=notice)
+        if asperity is not None:
+            from historysim.results.plots.traction import reversal_table, summary, traction_picture
+
+            one = events.ensemble.asperity(asperity, found)
+            print_lines(summary(one))
+            print_table(reversal_table(one))
+            if output is not None:
+                save(traction_picture(one), output)
+                click.echo(output)
+            return
+        print_lines(
+            [
+                ("normal load", quantity_text(found.normal_load, "N")),
+                ("tangential load", quantity_text(found.tangential_load, "N")),
+                ("approach", quantity_text(found.approach, "m")),
+                ("tangential displacement", quantity_text(found.tangential_displacement, "m")),
+                ("dissipated energy", quantity_text(found.dissipated_energy, "J")),
+                ("stored energy", quantity_text(found.stored_energy, "J")),
+            ]
+        )
+        if output is not None:
+            _written(events.state_dataset(at=time), output)
+
+
+@click.command()
+@click.argument("log", type=path_type)
+@click.option("--at", "moment", required=True, help='The time, as "12.5 s" or in s.')
+@click.option("-o", "--output", type=path_type, required=True, help="The new log.")
+def fork(log: Path, moment: str, output: Path) -> None:
+    """Copy the past of LOG (NAME.history) up to a time to a new log, for another future."""
+    check_target(output, log)
+    from historysim.log.event_log import EventLog
+
+    with EventLog(log) as events, events.fork(quantity_option("--at", moment, "s"), output, tell=notice) as made:
+        click.echo(f"{output}: {len(made):,} events")
+
+
+@click.command()
+@click.argument("log", type=path_type)
+@click.argument("table", type=path_type)
+def append(log: Path, table: Path) -> None:
+    """Append the events in TABLE (CSV) to LOG (NAME.history).
+
+    The table has a header line: time, and one or more of normal_load, normal_displacement, tangential_load,
+    tangential_displacement, friction. Numbers are SI, or carry units; an empty cell is no event.
+    """
+    from historysim.loads.event_table import read_events
+    from historysim.log.event_log import EventLog
+
+    with EventLog(log) as events:
+        new = read_events(table)
+        try:
+            events.append(new)
+        except InputError as error:
+            raise InputError(f"{table}: {error}") from error
+        click.echo(f"{log}: {len(new):,} events appended, {len(events):,} in all")
+
+
+@click.command("log")
+@click.argument("file", metavar="LOG", type=path_type)
+@click.option("--kind", multiple=True, help="Only events of this kind: normal_load, friction, …; may come twice.")
+@click.option("--from", "begin", help='Only from this time on, as "12.5 s" or in s.')
+@click.option("--to", "end", help="Only up to this time.")
+@click.option("--first", type=click.IntRange(0), help="Only so many, the first ones.")
+@click.option("--last", type=click.IntRange(0), help="Only so many, the last ones.")
+def list_log(
+    file: Path, kind: tuple[str, ...], begin: str | None, end: str | None, first: int | None, last: int | None
+) -> None:
+    """List the events of LOG (NAME.history)."""
+    from historysim.loads.event_table import KINDS, name_of, value_text
+    from historysim.loads.events import time_text
+    from historysim.log.event_log import EventLog
+
+    for name in kind:
+        if name not in KINDS:
+            raise InputError(f"--kind {name}: expected one of {', '.join(KINDS)}")
+    start, stop = quantity_option("--from", begin or "-inf", "s"), quantity_option("--to", end or "inf", "s")
+    with EventLog(file) as log:
+        chosen = [
+            (number, event)
+            for number, event in enumerate(log.events())
+            if start <= event.time <= stop and (not kind or name_of(event) in kind)
+        ]
+    chosen = chosen[: len(chosen) if first is None else first]
+    chosen = chosen if last is None else chosen[max(len(chosen) - last, 0) :]
+    rows = [("event", "time", "kind", "value")]
+    for number, event in chosen:
+        name = name_of(event)
+        unit = "" if name == "friction" else f" {KINDS[name][1]}"
+        rows.append((str(number), time_text(event.time), name, f"{value_text(event)}{unit}"))
+    print_table(rows)
+
+
+def _written(history: "xr.Dataset", output: Path) -> None:
+    with replacing(output) as unfinished:
+        history.to_netcdf(unfinished)
+    click.echo(output)
+
+
+COMMANDS = (verify, state, fork, append, list_log)

@@ -1,0 +1,35 @@
+"""A scenario in a few lines."""
+
+from historysim.basics.units import duration_text
+from historysim.scenario.scenario import Scenario
+
+
+def summary(scenario: Scenario) -> list[tuple[str, str]]:
+    """Return what a scenario asks for, in a few lines; it is checked on the way.
+
+    Parameters
+    ----------
+    scenario : Scenario
+
+    Returns
+    -------
+    list of (label, text)
+        Title, asperities, events and how long they last, substeps, what is recorded, and, with ``[adhesion]``, how
+        adhesive the asperities are.
+
+    Raises
+    ------
+    InputError
+        The scenario, or a file that it names, cannot be used as it is.
+    """
+    ensemble, events = scenario.checked()
+    contact = scenario.adhering(ensemble, events)
+    recorded = scenario.record if isinstance(scenario.record, str) else f"{len(scenario.record):,} chosen"
+    return [
+        ("title", " ".join(scenario.title.split()) or scenario.path.stem),
+        ("asperities", f"{len(ensemble):,}"),
+        ("events", f"{len(events):,} over {duration_text(events[-1].time - events[0].time)}"),
+        ("substeps", str(scenario.substeps)),
+        ("recorded asperities", recorded),
+        *(contact.summary() if contact else []),
+    ]
