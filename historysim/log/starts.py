@@ -1,6 +1,6 @@
 """Where the replay of a log can begin: at its beginning, or at a snapshot that can be trusted."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 from historysim.basics.notices import Teller, silent
 from historysim.errors import InputError
@@ -11,12 +11,32 @@ from historysim.log.file import Content, LogFile
 from historysim.log.snapshot import Snapshot, program, unpacked
 
 
-def usable(file: LogFile, content: Content, snapshot: Snapshot) -> Start | str:
+def trusted_snapshots(file: LogFile, content: Content, tell: Teller = silent) -> Iterator[Start]:
+    """Yield where the snapshots of a log let a replay begin, the latest first.
+
+    Parameters
+    ----------
+    file, content
+        The log, and what stands in it.
+    tell : callable
+        Told which snapshots are passed over, and why; each reason once.
+    """
+    told: set[str] = set()
+    for found in file.snapshots(content):
+        start = found if isinstance(found, str) else _start(file, content, found)
+        if isinstance(start, Start):
+            yield start
+        elif start not in told:
+            tell(f"{file.path}: {start}; it is passed over")
+            told.add(start)
+
+
+def _start(file: LogFile, content: Content, snapshot: Snapshot) -> Start | str:
     """Return where a snapshot lets a replay begin, or why it does not."""
     standing = snapshot.standing
     name = f"the snapshot at t = {time_text(standing.time)}"
     if snapshot.program != program():
-        return f"{name} was made by {snapshot.program}; this is {program()}"
+        return f"a snapshot was made by {snapshot.program}; this is {program()}"
     if schedule.standing_at(content.events, standing.events, file.head.substeps) != standing:
         return f"{name} does not reckon with events that were appended since"
     try:
@@ -32,24 +52,16 @@ def start_before(
 
     Parameters
     ----------
-    file, content
-        The log, and what stands in it.
+    file, content, tell
+        As for `trusted_snapshots`.
     time : float
         [s].
-    tell : callable
-        Told which snapshots are passed over, and why.
     rows : iterable of int, optional
         Only after one of these numbers of rows.
     """
     allowed = None if rows is None else set(rows)
-    for found in file.snapshots(content):
-        if isinstance(found, str):
-            tell(f"{file.path}: {found}; it is passed over")
-            continue
-        if found.standing.time > time or (allowed is not None and found.standing.rows not in allowed):
-            continue
-        start = usable(file, content, found)
-        if isinstance(start, Start):
+    for start in trusted_snapshots(file, content, tell):
+        standing = start.standing
+        if standing and standing.time <= time and (allowed is None or standing.rows in allowed):
             return start
-        tell(f"{file.path}: {start}; it is passed over")
     return Start(file.head.ensemble.initial_state())

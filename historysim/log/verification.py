@@ -21,7 +21,7 @@ from historysim.loads.schedule import Start
 from historysim.log.file import LogFile
 from historysim.log.result import log_beside
 from historysim.log.snapshot import packed, program
-from historysim.log.starts import usable
+from historysim.log.starts import trusted_snapshots
 from historysim.memory import kernel
 from historysim.recording.recorder import Recorder, coordinates_of
 
@@ -195,13 +195,7 @@ def _verify_log(path: Path, *, tell: Teller) -> Verification:
         made = f"historysim {head.version}, {head.settings['made_with']}"
         if content.events and made != program():
             tell(f"{path}: was made by {made}; this is {program()}, so the last digits of its states may differ")
-        starts = []
-        for found in file.snapshots(content):
-            start = found if isinstance(found, str) else usable(file, content, found)
-            if isinstance(start, str):
-                tell(f"{path}: {start}; it is passed over")
-            else:
-                starts.append(start)
+        starts = list(trusted_snapshots(file, content, tell))
         good, now = 0, None
         job = head.replay(content.events)
         for kept in [*reversed(starts), None] if content.events else []:

@@ -1,0 +1,80 @@
+"""Whether a result is what its log gives, and what earlier versions wrote still opens."""
+
+import shutil
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+
+import historysim as hs
+
+BEFORE = Path(__file__).parent / "written_by_0_1_0"
+"""A log and its result, written by version 0.1.0 before the modules stood in rooms."""
+
+
+@pytest.fixture
+def before(tmp_path):
+    for path in BEFORE.iterdir():
+        shutil.copy(path, tmp_path)
+    return tmp_path / "before.nc"
+
+
+def test_what_was_written_before_opens_and_verifies(before):
+    found = hs.verify(before)
+    assert found
+    assert (found.events, found.path) == (8, before)
+    # another processor may round otherwise, and then says so
+    assert found.differences == () or found.made_elsewhere
+    log = hs.verify(before.with_suffix(".history"))
+    assert (bool(log), log.events, log.digest) == (True, found.events, found.digest)
+
+
+def test_a_log_written_before_makes_its_result_again(before):
+    with hs.EventLog(before.with_suffix(".history")) as log, xr.open_dataset(before, decode_times=False) as result:
+        again = log.replay()
+        assert set(again.variables) == set(result.variables)
+        for name, values in result.variables.items():
+            scale = np.abs(values.values).max(initial=0.0)
+            assert again[name].values == pytest.approx(values.values, rel=1e-12, abs=1e-12 * float(scale)), name
+        log.append(hs.NormalLoad(4.0, 0.01))
+        assert log.state().normal_load == pytest.approx(0.01)
+    with hs.EventLog(before.with_suffix(".history")) as log, log.fork(1.3, before.with_name("fork.history")) as fork:
+        assert len(fork) > 0
+
+
+def test_rounding_elsewhere_is_told_and_is_no_failure(before):
+    with netCDF4.Dataset(before, "a") as result:
+        result.made_with = "another processor"
+        result["separation"][:] = np.nextafter(result["separation"][:], 1.0)
+    told = []
+    found = hs.verify(before, tell=told.append)
+    assert found
+    assert [difference.name for difference in found.differences] == ["separation"]
+    assert found.differences[0].largest < 1e-15
+    assert "another processor" in told[0]
+
+
+@pytest.mark.parametrize(("name", "change"), [("separation", 1e-6), ("slip_state", 1), ("contact_count", 1)])
+def test_more_than_rounding_is_a_failure_wherever_it_was_made(before, name, change):
+    with netCDF4.Dataset(before, "a") as result:
+        result.made_with = "another processor"
+        result[name][3] += change
+    found = hs.verify(before)
+    assert not found
+    assert not found.differences[0].rounding
+
+
+def test_the_same_bits_are_asked_for_where_nothing_else_was_at_work(before):
+    hs.run(before.with_suffix(".history"), before).close()
+    assert hs.verify(before)
+    with netCDF4.Dataset(before, "a") as result:
+        result["separation"][2] = np.nextafter(result["separation"][2], 1.0)
+    assert not hs.verify(before)
+
+
+def test_snapshots_of_another_program_are_told_once(before):
+    told = []
+    hs.verify(before.with_suffix(".history"), tell=told.append)
+    assert sum("is passed over" in line for line in told) == 1
