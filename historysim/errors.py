@@ -3,13 +3,39 @@
 Each message says what came, what was expected, how to mend it, and where.
 """
 
+import re
+from collections.abc import Iterable
+
 
 class HistorySimError(Exception):
     """Any error that historysim raises on purpose."""
 
 
 class InputError(HistorySimError, ValueError):
-    """A value, scenario or file that cannot be used as it is."""
+    """A value, scenario or file that cannot be used as it is.
+
+    Attributes
+    ----------
+    place : tuple of str or int
+        Where the value stands in what was given: names and indices, from outside in; empty where the message says it.
+    """
+
+    place: tuple[str | int, ...] = ()
+
+    def __str__(self) -> str:
+        problem = super().__str__()
+        return f"{path_text(self.place)}: {problem}" if self.place else problem
+
+
+def path_text(place: Iterable[str | int]) -> str:
+    """Return a place as scenarios write it: ``"loading.waypoints[3].time"``."""
+    text = ""
+    for step in place:
+        if isinstance(step, int):
+            text += f"[{step}]"
+        else:
+            text += ("." if text else "") + (step if re.fullmatch(r"[A-Za-z0-9_-]+", step) else repr(step))
+    return text
 
 
 class LoadError(HistorySimError):

@@ -1,4 +1,4 @@
-"""Files that are on the disk whole, or not at all."""
+"""Files that are there, and files that are on the disk whole or not at all."""
 
 import os
 import secrets
@@ -45,6 +45,14 @@ def replacing(path: Path, unfinished: Path | None = None) -> Iterator[Path]:
         raise OSError(error.errno, error.strerror or str(error), str(path)) from error
     finally:
         beside.unlink(missing_ok=True)
+
+
+def is_file(path: Path) -> bool:
+    """Return whether there is a file of this name; False for a name that the system does not take."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
 
 
 def sync_file(path: Path) -> None:

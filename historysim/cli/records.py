@@ -185,7 +185,8 @@ def _measured(path: Path, *targets: Path) -> "tuple[Scenario, Record]":
 @contextmanager
 def _reported(loaded: "Scenario") -> Iterator[None]:
     """Name the scenario, where its record is not what it is taken for."""
-    from historysim.scenario.schema import at, reported
+    from historysim.basics.places import at
+    from historysim.scenario.schema import reported
 
     with reported(loaded.path.name), at("loading"):
         yield

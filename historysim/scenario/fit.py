@@ -9,10 +9,11 @@ import numpy as np
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import Instrument
+from historysim.basics.places import at
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.scenario.scenario import FitSection, Scenario
-from historysim.scenario.schema import at, reported
+from historysim.scenario.schema import reported
 
 if TYPE_CHECKING:
     from historysim.measured.fitting import Fit, Parameter

@@ -16,9 +16,11 @@ import attrs
 from cattrs import Converter
 
 from historysim.asperities.instrument import RIGID, Instrument
+from historysim.basics.places import at, misfit
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
 from historysim.loads.events import Event, FrictionChange
+from historysim.scenario.columns import column_hooks
 from historysim.scenario.loading_kinds import (
     MOST_STEPS,
     AnyLoading,
@@ -34,9 +36,7 @@ from historysim.scenario.schema import (
     Pressure,
     Stiffness,
     SurfaceEnergy,
-    at,
     given,
-    misfit,
     reported,
     schema_converter,
     text,
@@ -49,7 +49,6 @@ from historysim.scenario.surface_kinds import (
     map_from_toml,
     surface_from_toml,
 )
-from historysim.tables import Characters, Column, column_from_toml
 
 if TYPE_CHECKING:
     from historysim.asperities.adhering import AdheringAsperities
@@ -436,9 +435,6 @@ def _converter() -> Converter:
     converter = schema_converter()
     for kind, hook in (
         (MaterialEntry | None, _material_entry),
-        (Column, _column),
-        (Characters, _characters),
-        (Characters | None, _characters),
         (SurfaceKind, surface_from_toml),
         (MapKind, map_from_toml),
         (int | str | None, channel_from_toml),
@@ -446,22 +442,13 @@ def _converter() -> Converter:
         (str | tuple[int, ...], _record),
     ):
         converter.register_structure_hook_func(partial(eq, kind), partial(hook, converter))
+    column_hooks(converter)
     channel_hooks(converter)
     return converter
 
 
 def _material_entry(converter: Converter, value: object, _: object) -> MaterialEntry:
     return converter.structure(value, MaterialTable) if isinstance(value, dict) else text(value)
-
-
-def _column(_: Converter, value: object, __: object) -> Column:
-    return column_from_toml(value)
-
-
-def _characters(_: Converter, value: object, __: object) -> str:
-    if not isinstance(value, str):
-        raise InputError(f"{shown(value)}; expected a text")
-    return value
 
 
 def _record(converter: Converter, value: object, _: object) -> str | tuple[int, ...]:

@@ -4,7 +4,6 @@ A section of a scenario is an attrs class. Its fields are declared with the type
 say what unit a value has; the rest (unknown keys, missing keys, wrong types) follows from the class.
 """
 
-import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import UnionType
@@ -22,9 +21,10 @@ from cattrs.errors import (
 from cattrs.gen import make_dict_structure_fn
 
 from historysim.basics.wording import nearest, shown
-from historysim.errors import InputError
+from historysim.errors import InputError, path_text
 
 T = TypeVar("T")
+Place = tuple[str | int, ...]
 
 MOST_PROBLEMS = 10
 
@@ -48,17 +48,6 @@ SurfaceEnergy = Annotated[float, Quantity("J m-2")]
 
 
 @contextmanager
-def at(*path: str | int) -> Iterator[None]:
-    """Say of an InputError raised inside that it belongs to this place: keys of tables and indices of arrays."""
-    try:
-        yield
-    except InputError as error:
-        for step in reversed(path):
-            _note(error, step)
-        raise
-
-
-@contextmanager
 def reported(source: str) -> Iterator[None]:
     """Turn what was raised inside into one message with the path to each field.
 
@@ -70,24 +59,9 @@ def reported(source: str) -> Iterator[None]:
     try:
         yield
     except (InputError, CattrsError) as error:
-        problems = [f"{source}: {problem}" for problem in _problems(error, "")]
+        problems = [f"{source}: {problem}" for problem in _problems(error)]
         more = [f"… and {len(problems) - MOST_PROBLEMS} more"] if len(problems) > MOST_PROBLEMS else []
         raise InputError("\n".join(problems[:MOST_PROBLEMS] + more)) from error
-
-
-def misfit(problem: str, *path: str | int) -> InputError:
-    """Make an InputError that belongs to a place inside the value that is being structured."""
-    error = InputError(problem)
-    for step in reversed(path):
-        _note(error, step)
-    return error
-
-
-def _note(error: Exception, step: str | int) -> None:
-    if isinstance(step, int):
-        error.add_note(IterableValidationNote("", step, None))
-    else:
-        error.add_note(AttributeValidationNote("", step, None))
 
 
 def _number(value: object, unit: str) -> float:
@@ -107,7 +81,7 @@ def _array(value: object, structure: Callable[[Any], T]) -> tuple[T, ...]:
         try:
             items.append(structure(item))
         except Exception as error:  # noqa: BLE001 - gathered and raised as one below
-            _note(error, index)
+            error.add_note(IterableValidationNote("", index, None))
             errors.append(error)
     if errors:
         raise IterableValidationError("array", errors, tuple)
@@ -139,8 +113,11 @@ def _array_hook(kind: object, converter: Converter) -> Callable[[object, object]
     return lambda value, _: _array(value, lambda item: converter.structure(item, of))
 
 
-def _table_hook(cls: type, converter: Converter) -> Callable[[object, object], object]:
-    from_dict: Callable[[Any, Any], object] = make_dict_structure_fn(cls, converter, _cattrs_forbid_extra_keys=True)
+def table_hook(cls: type, converter: Converter, **fields: Any) -> Callable[[object, object], object]:
+    """Return what structures a TOML table as a class; fields take overrides of cattrs."""
+    from_dict: Callable[[Any, Any], object] = make_dict_structure_fn(
+        cls, converter, _cattrs_forbid_extra_keys=True, **fields
+    )
 
     def structure(value: object, kind: object) -> object:
         return from_dict(table(value), kind)
@@ -199,38 +176,33 @@ def schema_converter() -> Converter:
     converter.register_structure_hook(str, text)
     converter.register_structure_hook(int, _integer)
     converter.register_structure_hook(bool, _boolean)
-    converter.register_structure_hook_factory(attrs.has, _table_hook)
+    converter.register_structure_hook_factory(attrs.has, table_hook)
     converter.register_structure_hook_factory(_is_array, _array_hook)
     converter.register_structure_hook_factory(_is_quantity, _quantity_hook)
     return converter
 
 
-def _problems(error: BaseException, path: str) -> Iterator[str]:
+def _problems(error: BaseException, above: Place = ()) -> Iterator[str]:
     for note in reversed(getattr(error, "__notes__", ())):
-        path = _joined(path, note)
-    prefix = f"{path}: " if path else ""
+        if isinstance(note, IterableValidationNote):
+            above = (*above, note.index)
+        elif isinstance(note, AttributeValidationNote):
+            above = (*above, note.name)
     match error:
         case BaseExceptionGroup():
             for inner in error.exceptions:
-                yield from _problems(inner, path)
+                yield from _problems(inner, above)
         case ForbiddenExtraKeysError():
             known = [field.name for field in attrs.fields(error.cl)]
             for key in sorted(error.extra_fields):
-                yield f"{_joined_key(path, key)}: unknown key; {nearest(key, known)}"
+                yield f"{path_text((*above, key))}: unknown key; {nearest(key, known)}"
         case KeyError():
-            yield f"{prefix}missing; expected a value"
+            yield _said(above, "missing; expected a value")
         case InputError():
-            yield f"{prefix}{error}"
+            yield _said((*above, *error.place), str(error.args[0]))
         case _:
             raise error
 
 
-def _joined(path: str, note: str) -> str:
-    if isinstance(note, IterableValidationNote):
-        return f"{path}[{note.index}]"
-    return _joined_key(path, note.name) if isinstance(note, AttributeValidationNote) else path
-
-
-def _joined_key(path: str, key: str) -> str:
-    bare = key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else repr(key)
-    return f"{path}.{bare}" if path else bare
+def _said(place: Place, problem: str) -> str:
+    return f"{path_text(place)}: {problem}" if place else problem

@@ -9,20 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Protocol
 import attrs
 from cattrs import Converter
 
+from historysim.basics.places import at, misfit
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
-from historysim.scenario.schema import (
-    Length,
-    Lengths,
-    Number,
-    Numbers,
-    Quantity,
-    at,
-    given,
-    misfit,
-    table,
-)
-from historysim.tables import Column, NumbersFile
+from historysim.scenario.columns import NumbersFile
+from historysim.scenario.schema import Length, Lengths, Number, Numbers, Quantity, given, table
+from historysim.tables import Column
 
 if TYPE_CHECKING:
     from historysim.surfaces.distribution import HeightDistribution

@@ -7,11 +7,10 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import attrs
-
+from historysim.basics.files import is_file
+from historysim.basics.places import at
 from historysim.errors import InputError
-from historysim.scenario.schema import at
-from historysim.tables.columns import Characters, Column, Format, Found, Listing, Table, column_from_toml
+from historysim.tables.columns import Column, Format, Found, Listing, Table
 from historysim.tables.settled import fitting, settled
 
 if TYPE_CHECKING:
@@ -22,13 +21,10 @@ if TYPE_CHECKING:
 
 __all__ = [
     "MOST_ROWS",
-    "Characters",
     "Column",
     "Format",
     "Listing",
-    "NumbersFile",
     "Table",
-    "column_from_toml",
     "describe",
     "read_table",
 ]
@@ -135,23 +131,14 @@ def describe(path: str | PathLike[str], format: Format | None = None) -> list[Li
 @contextmanager
 def _file(path: Path) -> Iterator[None]:
     """Say of an InputError raised inside that it is about a file."""
-    with at("file"):
-        try:
-            _check_that_it_is_there(path)
-            yield
-        except InputError as error:
-            raise InputError(f"{path.name}: {error}") from error
-        except OSError as error:
-            raise InputError(f"{path.name}: cannot be read: {error.strerror or error}") from error
-
-
-def _check_that_it_is_there(path: Path) -> None:
+    if not is_file(path):
+        raise InputError(f"{path.name}: there is no such file in {path.parent}; expected the path of a file of numbers")
     try:
-        there = path.is_file()
-    except (OSError, ValueError):
-        there = False
-    if not there:
-        raise InputError(f"there is no such file in {path.parent}; expected a path relative to the scenario")
+        yield
+    except InputError as error:
+        raise InputError(f"{path.name}: {error}") from error
+    except OSError as error:
+        raise InputError(f"{path.name}: cannot be read: {error.strerror or error}") from error
 
 
 def _is_text(path: Path) -> bool:
@@ -204,22 +191,3 @@ def _scaled(column: Found, factor: float, table: Table) -> "npt.NDArray[np.float
             f"{table.place(row)}, column {column.name}: {column.values[row]:g} is beyond the largest float in SI"
         )
     return values
-
-
-# a section of a scenario that names a file inherits this beside others, and two bases with slots do not mix
-@attrs.frozen(kw_only=True, slots=False)
-class NumbersFile(Format):
-    """A file of numbers, and how it is written."""
-
-    file: str
-
-    def table(
-        self,
-        folder: Path,
-        columns: Mapping[str, Column],
-        units: Mapping[str, str | tuple[str, ...]],
-        *,
-        missing: bool = False,
-    ) -> Table:
-        """Read columns out of it, as `read_table` does; the path is relative to the folder."""
-        return read_table(folder / self.file, columns, units, self, missing=missing)

@@ -1,17 +1,15 @@
 """What is wanted of a file of numbers, how the file is written, and what was found."""
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import attrs
 
-from historysim.basics.wording import nearest, shown
-from historysim.scenario.schema import misfit, text
+from historysim.basics.places import misfit
+from historysim.basics.wording import shown
 
 if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
-
-Characters = Annotated[str, "as they stand: white space counts"]
 
 
 def _check_name(_: object, attribute: "attrs.Attribute[str | int]", value: str | int) -> None:
@@ -68,25 +66,6 @@ class Column:
             raise misfit("a position is one column already; expected it alone", "column")
 
 
-def column_from_toml(value: object, _: object = Column) -> Column:
-    """Structure ``"name"`` or ``{ column = "name", unit = "mN" }``.
-
-    Raises
-    ------
-    InputError
-        Anything else.
-    """
-    if not isinstance(value, dict):
-        return Column(text(value))
-    known = [field.name for field in attrs.fields(Column)]
-    for key in value:
-        if key not in known:
-            raise misfit(f"unknown key; {nearest(key, known)}", key)
-    if "column" not in value:
-        raise misfit("missing; expected the name of a column in the file", "column")
-    return Column(**value)
-
-
 def _check_delimiter(_: object, attribute: "attrs.Attribute[str | None]", value: str | None) -> None:
     if value is None:
         return
@@ -126,7 +105,7 @@ def _check_transposed(_: object, attribute: "attrs.Attribute[bool | None]", valu
         raise misfit(f"{shown(value)}; expected true or false", attribute.name)
 
 
-# a section of a scenario that names a file inherits these keys beside its own; two bases with slots do not mix
+# whoever adds the name of the file to this inherits it beside other bases, and two with slots do not mix
 @attrs.frozen(kw_only=True, slots=False)
 class Format:
     """How the numbers are written in a file.
@@ -155,11 +134,11 @@ class Format:
         Anything else.
     """
 
-    delimiter: Characters | None = attrs.field(default=None, validator=_check_delimiter)
+    delimiter: str | None = attrs.field(default=None, validator=_check_delimiter)
     decimal: str = attrs.field(default=".", validator=_check_decimal)
     header: int | None = attrs.field(default=None, validator=_check_header)
     encoding: str = attrs.field(default="utf-8", validator=_check_encoding)
-    comment: Characters = attrs.field(default="#", validator=_check_comment)
+    comment: str = attrs.field(default="#", validator=_check_comment)
     transposed: bool | None = attrs.field(default=None, validator=_check_transposed)
 
 
@@ -193,7 +172,7 @@ class Listing:
     Attributes
     ----------
     column : str
-        How a scenario names it.
+        How it is asked for.
     unit : str
         The unit that the file names, or nothing.
     values : str

@@ -99,7 +99,7 @@ class Heading:
         return tuple(unit for unit in map(unit_in, texts) if unit)
 
     def reference(self, place: int) -> str:
-        """Write a column as a scenario does."""
+        """Return how a column is asked for."""
         name = self.names[place] if place < len(self.names) else ""
         if self.misfit or not name:
             under = f" # under {name!r}" if name else ""

@@ -1,4 +1,4 @@
-"""The unit of a column, as the scenario has it and as the file has it."""
+"""The unit of a column, as it is given beside the file, and as the file itself has it."""
 
 import math
 import re
@@ -46,7 +46,7 @@ def settled(explicit: str | None, units: Sequence[str], wanted: Sequence[str], c
     Parameters
     ----------
     explicit : str, optional
-        The unit that the scenario gives.
+        The unit that is given.
     units : sequence of str
         The units that the file gives.
     wanted : sequence of str

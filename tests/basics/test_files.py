@@ -1,4 +1,4 @@
-"""Files that are on the disk whole, or not at all."""
+"""Files that are there, and files that are on the disk whole or not at all."""
 
 import errno
 import os
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from historysim.basics.files import replacing, sync_file, sync_folder
+from historysim.basics.files import is_file, replacing, sync_file, sync_folder
 
 
 def names(folder):
@@ -130,3 +130,10 @@ def test_what_is_not_there_cannot_be_brought_to_the_disk(tmp_path):
     for sync in (sync_file, sync_folder):
         with pytest.raises(FileNotFoundError):
             sync(tmp_path / "none")
+
+
+def test_only_a_file_is_a_file(tmp_path):
+    (tmp_path / "file").touch()
+    assert is_file(tmp_path / "file")
+    for name in ("none", ".", "a\0b", "n" * 5000, "file/none"):
+        assert not is_file(tmp_path / name)

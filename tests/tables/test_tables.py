@@ -1,4 +1,4 @@
-"""Columns, formats, units, and the reader of texts. The other formats are in test_tables_arrays.py."""
+"""Columns, formats, units, and the reader of texts. The other formats are in test_arrays.py."""
 
 import io
 import subprocess
@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from historysim import tables
 from historysim.errors import InputError
-from historysim.tables import Column, Format, column_from_toml, describe, from_text, read_table
+from historysim.tables import Column, Format, describe, from_text, read_table
 from historysim.tables.settled import settled, unit_in
 
 DATA = Path(__file__).parents[3] / "shared" / "data"
@@ -402,7 +402,7 @@ def test_a_unit_that_contradicts_the_header_is_an_error(file):
     content = "t,F (kN)\n0,1\n"
     assert values(file, content, [Column("F (kN)", unit="1e3 N")], "N") == [[1000.0]]
     said = "'N', but f.txt: column 'F (kN)' is in 'kN'; expected the same unit, or none here"
-    assert refusal(file, content, [Column("F (kN)", unit="N")], "N") == said
+    assert refusal(file, content, [Column("F (kN)", unit="N")], "N").endswith(f".unit: {said}")
     assert refusal(file, content, ["F (kN)"], "m").startswith("f.txt: column 'F (kN)': 'kN' is not a unit of a length")
 
 
@@ -412,43 +412,6 @@ def test_values_beyond_the_largest_float_in_si_are_errors(file):
 
 
 # -- columns and formats ---------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("value", "expected"),
-    [
-        ("F", Column("F")),
-        ({"column": "F"}, Column("F")),
-        ({"column": 3}, Column(3)),
-        ({"column": "F", "unit": "mN", "occurrence": 2}, Column("F", "mN", occurrence=2)),
-        ({"column": "F", "index": 2}, Column("F", index=2)),
-    ],
-)
-def test_columns_of_a_scenario(value, expected):
-    assert column_from_toml(value) == expected
-
-
-@pytest.mark.parametrize(
-    ("value", "said"),
-    [
-        (3, "3; expected a text"),
-        ("", "expected a text that is not blank"),
-        ({}, "missing; expected the name of a column in the file"),
-        ({"column": "F", "units": "N"}, "unknown key; did you mean 'unit'?"),
-        ({"column": " "}, "expected a text that is not blank"),
-        ({"column": 0}, "0; expected a position counted from 1"),
-        ({"column": True}, "true; expected a name, or a position counted from 1"),
-        ({"column": 1.5}, "1.5; expected a name, or a position counted from 1"),
-        ({"column": "F", "unit": ""}, "expected a text that is not blank"),
-        ({"column": "F", "unit": 3}, "3; expected a text that is not blank"),
-        ({"column": "F", "occurrence": 0}, "0; expected an integer of 1 or more"),
-        ({"column": "F", "index": "1"}, "the text '1'; expected an integer of 1 or more"),
-        ({"column": 2, "occurrence": 2}, "a position is one column already"),
-    ],
-)
-def test_columns_that_are_none(value, said):
-    with pytest.raises(InputError, match=said.replace("?", r"\?")):
-        column_from_toml(value)
 
 
 @pytest.mark.parametrize(
@@ -489,7 +452,7 @@ def test_columns_and_formats_cannot_be_changed():
 @pytest.mark.parametrize("name", ["none.csv", ".", "a\0b", "none.json", "none.mat", "none.h5", "none.nc", "none.tdms"])
 def test_files_that_are_not_there(tmp_path, name):
     for read in (lambda path: read_table(path, {"t": Column("t")}, {"t": "s"}), describe):
-        with pytest.raises(InputError, match="there is no such file"):
+        with pytest.raises(InputError, match=r"there is no such file in .*; expected the path of a file of numbers"):
             read(tmp_path / name)
 
 
@@ -530,16 +493,6 @@ def test_a_path_may_be_a_text(file):
 def test_listings(file, content, expected):
     file.write_text(content, encoding="utf-8")
     assert [attrs.astuple(listing) for listing in describe(file)] == expected
-
-
-def test_what_is_listed_can_be_asked_for(file):
-    import tomllib
-
-    file.write_text('remark,t,t,"F ""N"""\nx,0,1,2\n,3,4,5\n', encoding="utf-8")
-    for place, listing in enumerate(describe(file)[1:]):
-        column = column_from_toml(tomllib.loads(f"column = {listing.column}")["column"])
-        found = read_table(file, {"c": column}, {"c": "1"}).columns["c"]
-        assert found.tolist() == [place, place + 3]
 
 
 def test_importing_the_package_loads_nothing_heavy():

@@ -9,12 +9,13 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
+from historysim.basics.places import at, misfit
 from historysim.basics.units import quantity_text
 from historysim.errors import InputError
 from historysim.measured import correction, reduction
 from historysim.measured.record import Record, check_order
 from historysim.scenario.loading_kinds.channels import Channel, ForceChannel, LengthChannel, MeasuredFile
-from historysim.scenario.schema import at, given, misfit
+from historysim.scenario.schema import given
 from historysim.tables import Column, Table
 from historysim.tables.settled import fitting
 
@@ -164,11 +165,7 @@ def _named(name: str) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        # the places that were noted at it stay with it
-        named = InputError(f"{name}: {error}")
-        for note in getattr(error, "__notes__", ()):
-            named.add_note(note)
-        raise named from error
+        raise misfit(f"{name}: {error.args[0]}", *error.place) from error
 
 
 def _samples(count: int) -> str:

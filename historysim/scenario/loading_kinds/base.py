@@ -5,6 +5,7 @@ from typing import Any
 
 import attrs
 
+from historysim.basics.places import misfit
 from historysim.basics.wording import shown
 from historysim.errors import InputError
 from historysim.loads.events import (
@@ -16,7 +17,6 @@ from historysim.loads.events import (
     TangentialDisplacement,
     TangentialLoad,
 )
-from historysim.scenario.schema import misfit
 
 MOST_STEPS = 100_000_000
 

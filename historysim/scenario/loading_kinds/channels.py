@@ -6,11 +6,13 @@ from typing import Annotated, Any
 import attrs
 from cattrs import Converter
 
+from historysim.basics.places import misfit
 from historysim.basics.wording import shown
 from historysim.errors import InputError
+from historysim.scenario.columns import NumbersFile
 from historysim.scenario.loading_kinds.base import LOADS, one_of_each
-from historysim.scenario.schema import Force, Length, Number, Quantity, Time, given, misfit
-from historysim.tables import Column, NumbersFile
+from historysim.scenario.schema import Force, Length, Number, Quantity, Time, given
+from historysim.tables import Column
 
 Area = Annotated[float, Quantity("m2")]
 

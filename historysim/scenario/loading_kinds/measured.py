@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING
 
 import attrs
 
+from historysim.basics.places import at
 from historysim.errors import InputError
 from historysim.loads.events import Event
 from historysim.scenario.loading_kinds.base import Loading
 from historysim.scenario.loading_kinds.channels import MeasuredFile
-from historysim.scenario.schema import at
 
 if TYPE_CHECKING:
     from historysim.measured.record import Record

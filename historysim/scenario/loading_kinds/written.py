@@ -6,11 +6,12 @@ from typing import Annotated, Any
 
 import attrs
 
+from historysim.basics.places import at, misfit
 from historysim.basics.wording import shown
 from historysim.errors import InputError
 from historysim.loads.events import Event, LoadEvent
 from historysim.scenario.loading_kinds.base import CHANGES, Loading, one_of_each
-from historysim.scenario.schema import Force, Length, Numbers, Quantity, Time, at, misfit
+from historysim.scenario.schema import Force, Length, Numbers, Quantity, Time
 
 MOST_EVENTS = 10_000_000
 
