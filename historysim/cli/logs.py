@@ -126,27 +126,26 @@ def list_log(
     file: Path, kind: tuple[str, ...], begin: str | None, end: str | None, first: int | None, last: int | None
 ) -> None:
     """List the events of LOG (NAME.history)."""
-    from historysim.loads.event_table import KINDS, name_of, value_text
-    from historysim.loads.events import time_text
+    from historysim.loads.event_table import value_text
+    from historysim.loads.events import EVENT_KINDS, time_text
     from historysim.log.event_log import EventLog
 
     for name in kind:
-        if name not in KINDS:
-            raise InputError(f"--kind {name}: expected one of {', '.join(KINDS)}")
+        if name not in EVENT_KINDS:
+            raise InputError(f"--kind {name}: expected one of {', '.join(EVENT_KINDS)}")
     start, stop = quantity_option("--from", begin or "-inf", "s"), quantity_option("--to", end or "inf", "s")
     with EventLog(file) as log:
         chosen = [
             (number, event)
             for number, event in enumerate(log.events())
-            if start <= event.time <= stop and (not kind or name_of(event) in kind)
+            if start <= event.time <= stop and (not kind or event.name in kind)
         ]
     chosen = chosen[: len(chosen) if first is None else first]
     chosen = chosen if last is None else chosen[max(len(chosen) - last, 0) :]
     rows = [("event", "time", "kind", "value")]
     for number, event in chosen:
-        name = name_of(event)
-        unit = "" if name == "friction" else f" {KINDS[name][1]}"
-        rows.append((str(number), time_text(event.time), name, f"{value_text(event)}{unit}"))
+        unit = "" if event.unit == "1" else f" {event.unit}"
+        rows.append((str(number), time_text(event.time), event.name, f"{value_text(event)}{unit}"))
     print_table(rows)
 
 

@@ -7,27 +7,11 @@ from typing import TextIO
 
 from historysim.basics.units import quantity
 from historysim.errors import InputError
-from historysim.loads.events import (
-    Event,
-    FrictionChange,
-    NormalDisplacement,
-    NormalLoad,
-    TangentialDisplacement,
-    TangentialLoad,
-)
-
-KINDS: dict[str, tuple[type[Event], str]] = {
-    "normal_load": (NormalLoad, "N"),
-    "normal_displacement": (NormalDisplacement, "m"),
-    "tangential_load": (TangentialLoad, "N"),
-    "tangential_displacement": (TangentialDisplacement, "m"),
-    "friction": (FrictionChange, "1"),
-}
-"""Columns, with the kind of event that each is and its SI unit."""
+from historysim.loads.events import EVENT_KINDS, Event, FrictionChange
 
 
 def read_events(path: Path) -> list[Event]:
-    """Read events from a table with a header line: ``time`` and one or more of the columns in `KINDS`.
+    """Read events from a table with a header line: ``time`` and one or more of the columns in `EVENT_KINDS`.
 
     Each cell that is not empty is an event at the time of its line. Numbers are SI; a cell may carry a unit, as in
     ``50 mN``. Several coefficients of friction stand in one cell, with spaces between them.
@@ -49,11 +33,11 @@ def read_events(path: Path) -> list[Event]:
 def _events(path: Path, stream: TextIO) -> Iterator[Event]:
     reader = csv.reader(stream)
     header = [name.strip() for name in next(reader, [])]
-    unknown = [name for name in header if name not in {"time", *KINDS}]
+    unknown = [name for name in header if name not in {"time", *EVENT_KINDS}]
     if unknown or "time" not in header or len(header) < 2 or len(set(header)) < len(header):
         raise InputError(
             f"{path}: line 1: has the columns {', '.join(header) or 'none'}; expected time and one or more of "
-            f"{', '.join(KINDS)}, each once"
+            f"{', '.join(EVENT_KINDS)}, each once"
         )
     at = header.index("time")
     for cells in reader:
@@ -66,10 +50,10 @@ def _events(path: Path, stream: TextIO) -> Iterator[Event]:
         for name, cell in zip(header, cells, strict=True):
             if name == "time" or not cell.strip():
                 continue
-            kind, unit = KINDS[name]
+            kind = EVENT_KINDS[name]
             place = f"{where}, column {name}"
-            several = [_number(part, unit, place) for part in cell.split()] if name == "friction" else []
-            value = (several if len(several) > 1 else several[0]) if several else _number(cell, unit, place)
+            several = [_number(part, kind.unit, place) for part in cell.split()] if name == "friction" else []
+            value = (several if len(several) > 1 else several[0]) if several else _number(cell, kind.unit, place)
             try:
                 yield kind(time, value)
             except InputError as error:
@@ -85,11 +69,6 @@ def _number(cell: str, unit: str, place: str) -> float:
         return quantity(cell.strip(), unit)
     except InputError as error:
         raise InputError(f"{place}: {error}") from error
-
-
-def name_of(event: Event) -> str:
-    """Return the name of the column of an event."""
-    return next(name for name, (kind, _) in KINDS.items() if type(event) is kind)
 
 
 def value_text(event: Event, number_text: str = "") -> str:

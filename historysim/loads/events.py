@@ -41,6 +41,7 @@ class LoadEvent:
     time: float = attrs.field(converter=as_float, validator=_finite)
     value: float = attrs.field(converter=as_float, validator=_finite)
 
+    name: ClassVar[str]
     channel: ClassVar[str]
     unit: ClassVar[str]
 
@@ -59,6 +60,7 @@ class NormalLoad(LoadEvent):
     """The total normal load [N] reached at a time; 0 lifts the surface off."""
 
     value: float = attrs.field(converter=as_float, validator=_not_negative)
+    name = "normal_load"
     channel = "normal"
     unit = "N"
 
@@ -67,6 +69,7 @@ class NormalLoad(LoadEvent):
 class NormalDisplacement(LoadEvent):
     """The approach of the highest summit from first touch [m]; negative values are a gap."""
 
+    name = "normal_displacement"
     channel = "normal"
     unit = "m"
 
@@ -75,6 +78,7 @@ class NormalDisplacement(LoadEvent):
 class TangentialLoad(LoadEvent):
     """The total tangential load [N] reached at a time."""
 
+    name = "tangential_load"
     channel = "tangential"
     unit = "N"
 
@@ -83,6 +87,7 @@ class TangentialLoad(LoadEvent):
 class TangentialDisplacement(LoadEvent):
     """The rigid tangential displacement U [m] reached at a time, or with an `Instrument` that of its drive."""
 
+    name = "tangential_displacement"
     channel = "tangential"
     unit = "m"
 
@@ -127,8 +132,20 @@ class FrictionChange:
     time: float = attrs.field(converter=as_float, validator=_finite)
     friction: float | tuple[float, ...] = attrs.field(converter=_coefficients, validator=_valid_coefficients)
 
+    name: ClassVar[str] = "friction"
+    unit: ClassVar[str] = "1"
+
 
 Event = LoadEvent | FrictionChange
+
+# a log stores the place of a kind in this order, so that a new one comes last
+LOAD_KINDS: Mapping[str, type[LoadEvent]] = {
+    kind.name: kind for kind in (NormalLoad, NormalDisplacement, TangentialLoad, TangentialDisplacement)
+}
+"""The kinds of events that a load channel reaches something with, by their names."""
+
+EVENT_KINDS: Mapping[str, type[Event]] = {**LOAD_KINDS, FrictionChange.name: FrictionChange}
+"""All kinds of events, by their names in tables, scenarios and lists."""
 
 
 def time_text(time: float) -> str:

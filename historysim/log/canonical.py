@@ -12,17 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.errors import InputError
-from historysim.loads.events import (
-    Event,
-    FrictionChange,
-    LoadEvent,
-    NormalDisplacement,
-    NormalLoad,
-    TangentialDisplacement,
-    TangentialLoad,
-)
+from historysim.loads.events import LOAD_KINDS, Event, FrictionChange, LoadEvent
 
-KINDS: tuple[type[LoadEvent], ...] = (NormalLoad, NormalDisplacement, TangentialLoad, TangentialDisplacement)
+KINDS = tuple(LOAD_KINDS.values())
 ONE_COEFFICIENT, MANY_COEFFICIENTS = len(KINDS), len(KINDS) + 1
 LINK = struct.Struct("<qqq")
 

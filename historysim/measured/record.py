@@ -1,25 +1,18 @@
 """`Record`: a measured load sequence in SI on one clock, with what was measured beside it."""
 
 from collections.abc import Callable, Mapping
-from typing import Any
 
 import attrs
 import numpy as np
 import numpy.typing as npt
 
 from historysim.errors import InputError
-from historysim.loads.events import Event, NormalDisplacement, NormalLoad, TangentialDisplacement, TangentialLoad
+from historysim.loads.events import LOAD_KINDS, Event
 from historysim.measured.reduction import kept_points
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
-EVENTS: Mapping[str, type[Any]] = {
-    "normal_load": NormalLoad,
-    "normal_displacement": NormalDisplacement,
-    "tangential_load": TangentialLoad,
-    "tangential_displacement": TangentialDisplacement,
-}
 TANGENTIAL = ("tangential_displacement", "tangential_load")
 NORMAL = ("normal_load", "normal_displacement")
 
@@ -98,7 +91,7 @@ class Record:
         if "normal_load" in self.channels:
             self.check_pressed()
         kept = self.kept()
-        kinds = [EVENTS[name] for name in self.channels]
+        kinds = [LOAD_KINDS[name] for name in self.channels]
         columns = [values[kept].tolist() for values in self.channels.values()]
         events: list[Event] = []
         for index, time, *sample in zip(kept.tolist(), self.time[kept].tolist(), *columns, strict=True):

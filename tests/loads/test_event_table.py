@@ -3,7 +3,7 @@
 import pytest
 
 import historysim as hs
-from historysim.loads.event_table import name_of, read_events, value_text
+from historysim.loads.event_table import read_events, value_text
 
 
 @pytest.fixture
@@ -66,5 +66,3 @@ def test_files_that_are_no_tables_are_refused(tmp_path):
 def test_events_are_written_with_every_digit():
     assert value_text(hs.NormalLoad(0.0, 0.1 + 0.2)) == "0.30000000000000004"
     assert value_text(hs.FrictionChange(0.0, (0.1, 0.25))) == "0.1 0.25"
-    assert name_of(hs.FrictionChange(0.0, 0.1)) == "friction"
-    assert name_of(hs.NormalDisplacement(0.0, 0.1)) == "normal_displacement"

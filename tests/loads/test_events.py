@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.loads.events import LoadEvent, check_sequence
+from historysim.loads.events import EVENT_KINDS, LOAD_KINDS, LoadEvent, check_sequence
 
 LOADS = (hs.NormalLoad, hs.NormalDisplacement, hs.TangentialLoad, hs.TangentialDisplacement)
 EVENTS = (*LOADS, hs.FrictionChange)
@@ -165,3 +165,17 @@ def test_two_times_that_differ_in_the_last_digits_are_told_apart():
 def test_what_is_not_an_event_is_named_with_its_place(thing):
     with pytest.raises(hs.InputError, match=r"event 1: .* is not a load event; expected NormalLoad, .*FrictionChange"):
         check_sequence([hs.NormalLoad(0.0, 1.0), thing])
+
+
+def test_every_kind_of_event_stands_in_the_table_by_its_name():
+    assert dict(EVENT_KINDS) == {
+        "normal_load": hs.NormalLoad,
+        "normal_displacement": hs.NormalDisplacement,
+        "tangential_load": hs.TangentialLoad,
+        "tangential_displacement": hs.TangentialDisplacement,
+        "friction": hs.FrictionChange,
+    }
+    assert [(kind.name, kind.unit) for kind in EVENT_KINDS.values()] == list(
+        zip(EVENT_KINDS, ["N", "m", "N", "m", "1"], strict=True)
+    )
+    assert [kind.channel for kind in LOAD_KINDS.values()] == ["normal", "normal", "tangential", "tangential"]

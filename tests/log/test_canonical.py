@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.loads.events import digest
+from historysim.loads.events import EVENT_KINDS, digest
+from historysim.log.canonical import columns_of
 
 EVENTS = [
     hs.NormalLoad(0.0, 0.01),
@@ -75,3 +76,15 @@ def test_how_the_numbers_were_handed_over_does_not_matter():
     assert digest([hs.NormalLoad(1, 2)]) == digest([hs.NormalLoad(np.float64(1.0), np.float32(2.0))])
     assert digest([hs.FrictionChange(0, (1, 0.5))]) == digest([hs.FrictionChange(0.0, np.array([1.0, 0.5]))])
     assert digest(iter(EVENTS)) == digest(tuple(EVENTS)) == digest(EVENTS)
+
+
+def test_the_numbers_of_the_kinds_in_a_log_stay_as_they_are():
+    events = [kind(0.0, 0.1) for kind in EVENT_KINDS.values()] + [hs.FrictionChange(0.0, [0.1, 0.2])]
+    assert list(columns_of(events).kind) == [0, 1, 2, 3, 4, 5]
+    assert [type(event) for event in events[:5]] == [
+        hs.NormalLoad,
+        hs.NormalDisplacement,
+        hs.TangentialLoad,
+        hs.TangentialDisplacement,
+        hs.FrictionChange,
+    ]

@@ -1,32 +1,12 @@
-"""What every kind of ``[loading]`` has, and the events by the names of their keys."""
-
-from collections.abc import Callable, Mapping
-from typing import Any
+"""What every kind of ``[loading]`` has."""
 
 import attrs
 
 from historysim.basics.places import misfit
 from historysim.basics.wording import shown
 from historysim.errors import InputError
-from historysim.loads.events import (
-    Event,
-    FrictionChange,
-    LoadEvent,
-    NormalDisplacement,
-    NormalLoad,
-    TangentialDisplacement,
-    TangentialLoad,
-)
 
 MOST_STEPS = 100_000_000
-
-LOADS: Mapping[str, type[LoadEvent]] = {
-    "normal_load": NormalLoad,
-    "normal_displacement": NormalDisplacement,
-    "tangential_load": TangentialLoad,
-    "tangential_displacement": TangentialDisplacement,
-}
-CHANGES: Mapping[str, Callable[[float, Any], Event]] = {**LOADS, "friction": FrictionChange}
 
 
 def one_of_each(self: object) -> None:

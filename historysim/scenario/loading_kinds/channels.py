@@ -9,8 +9,9 @@ from cattrs import Converter
 from historysim.basics.places import misfit
 from historysim.basics.wording import shown
 from historysim.errors import InputError
+from historysim.loads.events import LOAD_KINDS
 from historysim.scenario.columns import NumbersFile
-from historysim.scenario.loading_kinds.base import LOADS, one_of_each
+from historysim.scenario.loading_kinds.base import one_of_each
 from historysim.scenario.schema import Force, Length, Number, Quantity, Time, given
 from historysim.tables import Column
 
@@ -118,8 +119,8 @@ class LoadColumns(Channels):
         """Check that there is a load."""
         super().__attrs_post_init__()
         one_of_each(self)
-        if not any(getattr(self, key) for key in LOADS):
-            raise InputError(f"only time; expected one or more of {', '.join(LOADS)}")
+        if not any(getattr(self, key) for key in LOAD_KINDS):
+            raise InputError(f"only time; expected one or more of {', '.join(LOAD_KINDS)}")
 
 
 @attrs.frozen(kw_only=True)
@@ -133,7 +134,7 @@ class DeadBand:
 
     def __attrs_post_init__(self) -> None:
         """Check that none is negative."""
-        for key in LOADS:
+        for key in LOAD_KINDS:
             if getattr(self, key) < 0:
                 raise misfit(f"{getattr(self, key):g}; expected 0 or more", key)
 
@@ -172,7 +173,7 @@ class MeasuredFile(NumbersFile):
                 raise misfit("is replayed, by columns; expected what was measured beside it", "response", key)
             channels[key] = channel
         self._check_free_play(channels)
-        for key in LOADS:
+        for key in LOAD_KINDS:
             if getattr(self.dead_band, key) and key not in channels:
                 raise misfit("has no effect, since neither columns nor response has this channel", "dead_band", key)
 

@@ -9,8 +9,8 @@ import attrs
 from historysim.basics.places import at, misfit
 from historysim.basics.wording import shown
 from historysim.errors import InputError
-from historysim.loads.events import Event, LoadEvent
-from historysim.scenario.loading_kinds.base import CHANGES, Loading, one_of_each
+from historysim.loads.events import EVENT_KINDS, Event, LoadEvent
+from historysim.scenario.loading_kinds.base import Loading, one_of_each
 from historysim.scenario.schema import Force, Length, Numbers, Quantity, Time
 
 MOST_EVENTS = 10_000_000
@@ -37,12 +37,12 @@ class Waypoint:
             raise misfit(f"{self.after:g} s; expected 0 s or more", "after")
         one_of_each(self)
         if not self.changes:
-            raise InputError(f"nothing to reach; expected one or more of {', '.join(CHANGES)}")
+            raise InputError(f"nothing to reach; expected one or more of {', '.join(EVENT_KINDS)}")
 
     @property
     def changes(self) -> dict[str, Any]:
         """What is reached, by the name of its key."""
-        return {key: value for key in CHANGES if (value := getattr(self, key)) is not None}
+        return {key: value for key in EVENT_KINDS if (value := getattr(self, key)) is not None}
 
 
 @attrs.define
@@ -56,7 +56,7 @@ class _Timeline:
     def reach(self, time: float, changes: Mapping[str, Any]) -> None:
         for key, value in changes.items():
             with at(key):
-                event = CHANGES[key](time, value)
+                event = EVENT_KINDS[key](time, value)
             self.events.append(event)
             if isinstance(event, LoadEvent):
                 self.standing[event.channel] = event
@@ -105,17 +105,17 @@ class Each:
         if self.after < 0:
             raise misfit(f"{self.after:g} s; expected 0 s or more", "after")
         one_of_each(self)
-        lengths = {key: len(value) for key in CHANGES if (value := getattr(self, key)) is not None}
+        lengths = {key: len(value) for key in EVENT_KINDS if (value := getattr(self, key)) is not None}
         if not lengths or 0 in lengths.values() or len(set(lengths.values())) > 1:
             counted = ", ".join(f"{count} of {key}" for key, count in lengths.items())
             raise InputError(
-                f"{counted or 'no'} values; expected arrays of one length, of one or more of {', '.join(CHANGES)}"
+                f"{counted or 'no'} values; expected arrays of one length, of one or more of {', '.join(EVENT_KINDS)}"
             )
 
     @property
     def turns(self) -> list[dict[str, Any]]:
         """What is reached in each turn."""
-        keys = [key for key in CHANGES if getattr(self, key) is not None]
+        keys = [key for key in EVENT_KINDS if getattr(self, key) is not None]
         return [
             dict(zip(keys, values, strict=True)) for values in zip(*(getattr(self, key) for key in keys), strict=True)
         ]
