@@ -71,7 +71,7 @@ def run(
         raise InputError(f"snapshot_every is {snapshot_every!r}; expected a whole number of 1 or more")
     check_compression(compression)
     if output is None:
-        return _in_memory(path, progress=progress)
+        return _in_memory(path, progress=progress, tell=tell)
     output = Path(output)
     with _log_of_run(path, output, resume=resume, tell=tell) as file:
         write_result(
@@ -86,9 +86,11 @@ def run(
     return xr.open_dataset(output, decode_times=False)
 
 
-def head_of(loaded: scenario.Scenario) -> tuple[Head, list[Event]]:
+def head_of(loaded: scenario.Scenario, tell: Teller = silent) -> tuple[Head, list[Event]]:
     """Resolve a scenario: the head of its log, and its events."""
     ground = loaded.ground()
+    for notice in ground.notices:
+        tell(f"{loaded.path.name}: {notice}")
     shown = surface_group.dataset(ground.summits, ground.surface)
     head = Head.of(
         loaded.ensemble(ground),
@@ -105,13 +107,13 @@ def head_of(loaded: scenario.Scenario) -> tuple[Head, list[Event]]:
     return head, loaded.events()
 
 
-def _in_memory(path: Path, *, progress: bool) -> "xr.Dataset":
+def _in_memory(path: Path, *, progress: bool, tell: Teller) -> "xr.Dataset":
     if is_log(path):
         with LogFile(path) as file:
             head, content = file.head, file.sound()
         events, links = content.events, content.links
     else:
-        head, events = head_of(scenario.load(path))
+        head, events = head_of(scenario.load(path), tell)
         links = links_of(head, events)
     return head.replay(events).dataset(attributes=head.attributes | digest_attribute(links[-1]), progress=progress)
 
@@ -125,7 +127,7 @@ def _log_of_run(path: Path, output: Path, *, resume: bool, tell: Teller) -> LogF
     if not (resume and beside.exists()):
         if resume:
             tell(f"{beside}: there is no log to resume from; the run starts at the beginning")
-        head, events = head_of(loaded)
+        head, events = head_of(loaded, tell)
         return LogFile.create(beside, head, events)
     file = LogFile(beside, write=True)
     if file.head.settings["scenario"] != loaded.text:

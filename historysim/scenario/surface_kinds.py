@@ -41,11 +41,14 @@ class Ground:
         The height map that they were found on.
     friction : array (summit), optional
         Their friction coefficients, where the surface has its own.
+    notices : tuple of str
+        What the user should know about how it was made.
     """
 
     summits: "Summits"
     surface: "Surface | None" = None
     friction: Any = None
+    notices: tuple[str, ...] = ()
 
 
 class SurfaceKind(Protocol):
@@ -279,6 +282,9 @@ class MapKind(Protocol):
     def surface(self, folder: Path) -> "Surface":
         """Make the map; paths are relative to the folder."""
 
+    def noticed(self, folder: Path) -> "tuple[Surface, tuple[str, ...]]":
+        """Make the map, and say what the user should know about how it was made."""
+
 
 @attrs.frozen(kw_only=True)
 class HeightMap(abc.ABC):
@@ -290,12 +296,16 @@ class HeightMap(abc.ABC):
     def surface(self, folder: Path) -> "Surface":
         """Make the map."""
 
+    def noticed(self, folder: Path) -> "tuple[Surface, tuple[str, ...]]":
+        """Make the map, about which there is nothing to say."""
+        return self.surface(folder), ()
+
     def ground(self, folder: Path) -> Ground:
         """Make the map and find its summits."""
         from historysim.basics.arguments import representable
 
         with representable():
-            surface = self.surface(folder)
+            surface, notices = self.noticed(folder)
             summits = surface.summits(self.rule)
         if not len(summits):
             points = " × ".join(map(str, surface.shape))
@@ -303,7 +313,7 @@ class HeightMap(abc.ABC):
                 f"the {self.rule}-point rule finds no summit among {points} points; expected a point with lower ones "
                 "all around, none of them missing or beyond the border"
             )
-        return Ground(summits, surface)
+        return Ground(summits, surface, notices=notices)
 
 
 @attrs.frozen(kw_only=True)
@@ -376,14 +386,30 @@ class Sum(HeightMap):
     second: MapKind
     shift: Lengths = (0.0, 0.0)
     rotation: Angle = 0.0
+    interpolation: str = "spline"
 
     def surface(self, folder: Path) -> "Surface":
         """Make both maps and add them."""
+        return self.noticed(folder)[0]
+
+    def noticed(self, folder: Path) -> "tuple[Surface, tuple[str, ...]]":
+        """Make both maps, add them, and return what splines take from the second one."""
+        from historysim.surfaces.smoothing import smoothing_notice
+
         with at("first"):
-            first = self.first.surface(folder)
+            first, notices = self.first.noticed(folder)
         with at("second"):
-            second = self.second.surface(folder)
-        return first.combined(second, shift=self.shift, rotation=self.rotation)
+            second, more = self.second.noticed(folder)
+        total = first.combined(
+            second,
+            shift=self.shift,
+            rotation=self.rotation,
+            interpolation=self.interpolation,  # type: ignore[arg-type] # its value is checked there
+        )
+        smoothed = None
+        if self.interpolation == "spline":
+            smoothed = smoothing_notice(first, second, shift=self.shift, rotation=self.rotation)
+        return total, (*notices, *more, *([f"second surface of the sum: {smoothed}"] if smoothed else []))
 
 
 # -- of any kind -----------------------------------------------------------------------------------

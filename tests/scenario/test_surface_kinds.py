@@ -368,6 +368,46 @@ def test_a_sum_of_sums(folder):
     assert bits(found.summits) == bits(expected.summits())
 
 
+def shifted_sum(**keys):
+    first, second = ({"kind": "random", **OTHER, "seed": seed} for seed in (1, 2))
+    return {"kind": "sum", "first": first, "second": second, "shift": [0.5e-6, 1.5e-6], **keys}
+
+
+@pytest.mark.parametrize("interpolation", ["spline", "fourier", "none"])
+def test_the_second_surface_of_a_sum_by_another_interpolation(folder, interpolation):
+    found = ground(folder, shifted_sum(interpolation=interpolation))
+    first, second = (random_surface(**{**OTHER, "seed": seed}) for seed in (1, 2))
+    expected = first.combined(second, shift=(0.5e-6, 1.5e-6), interpolation=interpolation)
+    assert found.surface.heights.tobytes() == expected.heights.tobytes()
+
+
+def test_what_splines_take_from_a_sum_is_noticed(folder):
+    (notice,) = ground(folder, shifted_sum()).notices
+    assert notice.startswith("second surface of the sum: it is interpolated by cubic splines between its points")
+    for without in ({"interpolation": "fourier"}, {"interpolation": "none"}, {"shift": [1e-6, -4e-6]}):
+        assert ground(folder, shifted_sum(**without)).notices == ()
+    # of a sum within a sum too
+    nested = {"kind": "sum", "first": {"kind": "random", **ROUGH}, "second": shifted_sum()}
+    assert notice in ground(folder, nested).notices
+
+
+def test_a_run_tells_what_splines_take(folder):
+    told = []
+    (notice,) = ground(folder, shifted_sum()).notices
+    hs.run(folder / "s.toml", tell=told.append)
+    hs.run(folder / "s.toml", folder / "s.nc", tell=told.append).close()
+    assert told == [f"s.toml: {notice}"] * 2
+
+
+def test_an_interpolation_that_a_sum_cannot_have(folder):
+    for keys, message in (
+        ({"interpolation": "furier"}, "interpolation is 'furier'; did you mean 'fourier'?"),
+        ({"interpolation": "fourier", "rotation": 0.1}, "turned; expected no rotation, or 'spline'"),
+    ):
+        with pytest.raises(InputError, match=re.escape(message)):
+            ground(folder, shifted_sum(**keys))
+
+
 @pytest.mark.skipif(not HEIGHTS.is_dir(), reason="the folder of measured height maps is not there")
 @pytest.mark.parametrize("name", ["di-4.di", "x3p-2.x3p"])
 def test_maps_of_instruments_know_their_units(folder, name):

@@ -80,6 +80,7 @@ SECTIONS = {
         "second": {"kind": "random", **OTHER},
         "shift": [1e-6, 3e-6],
         "rotation": 0.3,
+        "interpolation": "spline",
         "rule": 5,
     },
 }
