@@ -58,13 +58,14 @@ def state(log: Path, moment: str | None, asperity: int | None, output: Path | No
         time = float("inf") if moment is None else quantity_option("--at", moment, "s")
         found = events.state(at=time, tell=notice)
         if asperity is not None:
-            from historysim.results.plots.traction import reversal_table, summary, traction_picture
+            from historysim.asperities.summary import reversal_table, summary
+            from historysim.results.plots.asperity import plot_asperity
 
             one = events.ensemble.asperity(asperity, found)
             print_lines(summary(one))
             print_table(reversal_table(one))
             if output is not None:
-                save(traction_picture(one), output)
+                save(plot_asperity(one), output)
                 click.echo(output)
             return
         print_lines(

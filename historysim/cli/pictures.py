@@ -92,20 +92,20 @@ def plot(file: Path, output: Path | None, step: str | None, adhesion: bool, **he
     check_target(output, file)
     if kind == "log":
         raise InputError(f"{file}: is a log; expected its result; historysim run {file} makes it again")
-    from historysim.results.plots.history import overview
-    from historysim.results.plots.surface import surface_picture
+    from historysim.results.plots.history import plot_history
+    from historysim.results.plots.surface import plot_surface
 
     if kind == "scenario":
-        save(surface_picture(_scenario_surface(file)), output)
+        save(plot_surface(_scenario_surface(file)), output)
     elif kind == "height map":
         surface = _height_map(file, **height_map)
-        save(surface_picture(_map_surface(surface, file.name)), output)
+        save(plot_surface(_map_surface(surface, file.name)), output)
     else:
         with open_result(file) as history:
             if step is None:
-                save(overview(history), output)
+                save(plot_history(history), output)
             else:
-                save(surface_picture(_result_surface(file, history), history, _step(step, history)), output)
+                save(plot_surface(_result_surface(file, history), history, _step(step, history)), output)
     click.echo(output)
 
 
@@ -175,7 +175,7 @@ def _scenario_surface(path: Path) -> "xr.Dataset":
 
 
 def _adhesion_map(path: Path) -> "Figure":
-    from historysim.results.plots.adhesion import adhesion_map
+    from historysim.results.plots.adhesion_map import plot_adhesion_map
     from historysim.scenario import scenario
 
     loaded = scenario.load(path)
@@ -185,7 +185,7 @@ def _adhesion_map(path: Path) -> "Figure":
         raise InputError(f"{path}: has no [adhesion], or nothing touches; expected both to draw the adhesion map")
     ranks = {"greatest load": 0, "median load": contact.asperity.size // 2, "least load": contact.asperity.size - 1}
     marked = {rank: name for name, rank in reversed(ranks.items())}
-    return adhesion_map(
+    return plot_adhesion_map(
         {
             f"asperity {contact.asperity[rank]}, {name}": (
                 float(contact.maugis_parameter[rank]),

@@ -202,9 +202,9 @@ def _compared(
 
 
 def _comparison_picture(comparison: "Comparison", loaded: "Scenario") -> "Figure":
-    from historysim.results.plots.comparison import comparison_picture
+    from historysim.results.plots.comparison import plot_comparison
 
-    return comparison_picture(comparison, loaded.title)
+    return plot_comparison(comparison, loaded.title)
 
 
 COMMANDS = (columns, loops, compare, fit)

@@ -41,7 +41,7 @@ def run(
     if with_picture:
         check_target(picture, scenario, output)
     from historysim.results import analysis
-    from historysim.results.plots.history import overview
+    from historysim.results.plots.history import plot_history
     from historysim.scenario.run import run as carry_out
 
     with carry_out(
@@ -54,7 +54,7 @@ def run(
         tell=notice,
     ) as history:
         if with_picture:
-            save(overview(history), picture)
+            save(plot_history(history), picture)
         lines = [*analysis.summary(history), ("result", str(output))]
     if not quiet:
         print_lines([*lines, ("picture", str(picture))] if with_picture else lines)

@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from historysim.measured import observation
 from historysim.measured.comparison import compare
 from historysim.results.plots import comparison as plots
-from historysim.results.plots.comparison import comparison_picture
+from historysim.results.plots.comparison import plot_comparison
 
 
 @pytest.fixture(scope="module")
@@ -97,7 +97,7 @@ def test_a_record_without_a_loop_is_compared_without_a_table(compared):
     assert alone.measured is None
     assert alone.rows() == []
     assert dict(alone.summary())["loops"] == "none"
-    axes = comparison_picture(alone).axes
+    axes = plot_comparison(alone).axes
     assert "no whole loop" in [text.get_text() for one in axes for text in one.texts]
 
 
@@ -109,7 +109,7 @@ def lines_of(axes, colour):
 
 
 def test_the_picture_shows_measurement_and_model(compared):
-    figure = comparison_picture(compared, "of $5 and 3 % more")
+    figure = plot_comparison(compared, "of $5 and 3 % more")
     loops, loads, energies, difference = figure.axes
     assert figure.get_size_inches()[0] == pytest.approx(180 / 25.4, rel=0.01)
     assert figure.get_suptitle() == r"of \$5 and 3 % more"
@@ -133,7 +133,7 @@ def test_the_picture_shows_measurement_and_model(compared):
 
 
 def test_along_a_branch_the_model_is_drawn_in_the_order_of_displacement(compared):
-    (model,) = lines_of(comparison_picture(compared).axes[0], plots.MODEL)
+    (model,) = lines_of(plot_comparison(compared).axes[0], plots.MODEL)
     back = np.diff(model.get_xdata())
     turns = compared.observation.turns
     for start, end in itertools.pairwise(turns):
@@ -142,7 +142,7 @@ def test_along_a_branch_the_model_is_drawn_in_the_order_of_displacement(compared
 
 def test_a_long_record_is_thinned_and_keeps_its_turning_points(compared, monkeypatch):
     monkeypatch.setattr(plots, "MOST_POINTS", 100)
-    loops, loads, _, difference = comparison_picture(compared).axes
+    loops, loads, _, difference = plot_comparison(compared).axes
     turns = compared.observation.turns
     for axes in (loops, loads):
         for colour in (plots.MEASURED, plots.MODEL):
@@ -162,7 +162,7 @@ def test_energies_below_zero_and_of_zero_are_seen(compared, sign):
         measured=attrs.evolve(compared.measured, dissipated_energy=sign * compared.measured.dissipated_energy),
         model=attrs.evolve(compared.model, dissipated_energy=sign * compared.model.dissipated_energy),
     )
-    axes = comparison_picture(turned).axes[2]
+    axes = plot_comparison(turned).axes[2]
     low, high = axes.get_ylim()
     assert low <= min(line.get_ydata().min() for line in axes.lines)
     assert high >= max(line.get_ydata().max() for line in axes.lines)

@@ -19,7 +19,7 @@ MOST_POINTS = 50_000
 MEASURED, CORRECTED, MODEL = "#d1603d", "#e0b73c", "#12355b"
 
 
-def comparison_picture(comparison: Comparison, title: str = "") -> "Figure":
+def plot_comparison(comparison: Comparison, title: str = "") -> "Figure":
     """Draw loops and time series of measurement and model over each other, what is left, and the energy of each loop.
 
     Parameters

@@ -24,7 +24,7 @@ MOST_ROWS = 1_000
 COLOURS = 256
 
 
-def overview(history: xr.Dataset) -> "Figure":
+def plot_history(history: xr.Dataset) -> "Figure":
     """Draw the friction loop, the loads over time, and which asperities stick or slip.
 
     Parameters

@@ -21,7 +21,7 @@ TRENDS = "friction_force", "preliminary_displacement", "tangential_stiffness", "
 MOST_POINTS = 100_000
 
 
-def friction_loops(
+def plot_loops(
     loops: Loops, model: Loops | None = None, *, labels: tuple[str, str] = ("measured", "model"), title: str = ""
 ) -> "Figure":
     """Draw friction loops over each other, with the means of what they say, and how that changes from loop to loop.

@@ -17,6 +17,7 @@ STATES = ("separated", "full stick", "partial slip", "gross slip")
 STATE_COLOURS = ("#ffffff", "#12355b", "#d1603d", "#f3d180")
 INK = "#222222"
 FAINT = "#8a8a8a"
+MARK = STATE_COLOURS[1]
 
 STYLE: dict[Any, Any] = {
     "font.size": 8,

@@ -75,7 +75,7 @@ def surface_of(history: xr.Dataset) -> xr.Dataset:
     )
 
 
-def surface_picture(surface: xr.Dataset, history: xr.Dataset | None = None, step: int = -1) -> "Figure":
+def plot_surface(surface: xr.Dataset, history: xr.Dataset | None = None, step: int = -1) -> "Figure":
     """Draw a surface with its summits, and the asperity distribution: radius against height.
 
     Parameters

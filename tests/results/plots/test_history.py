@@ -23,7 +23,7 @@ def replayed(record="all", friction=0.2, loops=2):
 
 
 def drawn(history):
-    figure = plots.overview(history)
+    figure = plots.plot_history(history)
     picture = io.BytesIO()
     figure.savefig(picture, dpi=50)
     assert picture.getvalue().startswith(b"\x89PNG")

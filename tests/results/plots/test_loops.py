@@ -36,7 +36,7 @@ def measured(model):
 
 
 def drawn(*sets, **options):
-    figure = plots.friction_loops(*sets, **options)
+    figure = plots.plot_loops(*sets, **options)
     picture = io.BytesIO()
     figure.savefig(picture, dpi=50)
     assert picture.getvalue().startswith(b"\x89PNG")

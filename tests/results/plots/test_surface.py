@@ -15,7 +15,7 @@ from historysim.errors import InputError
 from historysim.recording import surface_group
 from historysim.results.plots import style
 from historysim.results.plots import surface as plots
-from historysim.results.plots.surface import surface_of, surface_picture
+from historysim.results.plots.surface import plot_surface, surface_of
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.random import random_surface
 from historysim.surfaces.summits import Summits
@@ -39,7 +39,7 @@ def history_of(summits, loads=(3e-2, 6e-2, 2e-2), *, swing=10e-9, record="all", 
 
 
 def drawn(surface, history=None, step=-1):
-    figure = surface_picture(surface, history, step)
+    figure = plot_surface(surface, history, step)
     return figure, {axes.get_title(loc="left"): axes for axes in figure.axes}
 
 
@@ -413,12 +413,12 @@ def test_totals_alone_without_their_surface_cannot_be_drawn(rough, tmp_path):
 def test_a_step_that_there_is_not(rough, step):
     surface, _, history = rough
     with pytest.raises(InputError, match=r"step .*: the history has 7 steps; expected -7 to 6"):
-        surface_picture(surface, history, step)
+        plot_surface(surface, history, step)
 
 
 def test_numbers_of_numpy_are_steps_too(rough):
     surface, _, history = rough
-    assert "step 3," in surface_picture(surface, history, np.int64(3)).get_suptitle()
+    assert "step 3," in plot_surface(surface, history, np.int64(3)).get_suptitle()
 
 
 @pytest.mark.parametrize(
@@ -427,13 +427,13 @@ def test_numbers_of_numpy_are_steps_too(rough):
 )
 def test_the_surface_of_another_history_is_refused(rough, other):
     with pytest.raises(InputError, match="of other summits than the surface; expected the surface of its own file"):
-        surface_picture(surface_group.dataset(other), rough[2])
+        plot_surface(surface_group.dataset(other), rough[2])
 
 
 @pytest.mark.parametrize("missing", ["summit_height", "summit_radius"])
 def test_what_holds_no_summits_is_refused(rough, missing):
     with pytest.raises(InputError, match="holds no summits; expected the group surface of a result"):
-        surface_picture(rough[0].drop_vars(missing))
+        plot_surface(rough[0].drop_vars(missing))
 
 
 def test_a_title_is_text_and_not_mathematics(rough):

@@ -1,4 +1,4 @@
-"""Pictures of adhesion: what stands in them. That they look well was seen by eye."""
+"""The adhesion map: what stands in it. That it looks well was seen by eye."""
 
 import io
 import itertools
@@ -7,11 +7,10 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
-from historysim.contact.adhesion import Regime, branch, regime
+from historysim.contact.adhesion import Regime, regime
 from historysim.errors import InputError, LoadError
-from historysim.results.plots.adhesion import adhesion_branch, adhesion_map
+from historysim.results.plots.adhesion_map import plot_adhesion_map
 
-TIP = {"summit_radius": 1e-6, "contact_modulus": 1e9, "work_of_adhesion": 0.05}
 CONTACTS = {
     "ball on glass, 10 mN": (20.0, 1e4),
     "AFM tip": (0.05, 3.0),
@@ -41,7 +40,7 @@ def marks(axes, markers="osv"):
 
 @pytest.mark.parametrize("contacts", [None, {"far": (1e-5, 1e7)}])
 def test_zones_are_those_of_regime(contacts):
-    axes = drawn(adhesion_map(contacts))
+    axes = drawn(plot_adhesion_map(contacts))
     fills = zones(axes)
     assert set(fills) == set(Regime)
     rng = np.random.default_rng(3)
@@ -60,7 +59,7 @@ def test_zones_are_those_of_regime(contacts):
 
 
 def test_contacts_are_marked_and_labelled():
-    axes = drawn(adhesion_map(CONTACTS))
+    axes = drawn(plot_adhesion_map(CONTACTS))
     places = {(float(mark.get_xdata()[0]), float(mark.get_ydata()[0])) for mark in marks(axes)}
     assert places == set(CONTACTS.values())
     texts = [text.get_text() for text in axes.texts if text.get_text()]
@@ -71,7 +70,7 @@ def test_contacts_are_marked_and_labelled():
 
 
 def test_no_text_covers_another_or_a_mark():
-    figure = adhesion_map(CONTACTS)
+    figure = plot_adhesion_map(CONTACTS)
     axes = drawn(figure)
     figure.draw_without_rendering()
     frame = axes.get_window_extent()
@@ -86,7 +85,7 @@ def test_no_text_covers_another_or_a_mark():
 
 @pytest.mark.parametrize("contacts", [CONTACTS, {f"{load}": (0.033, load) for load in (0.3, 0.7, 1.5, 3.0, 7.0)}])
 def test_zone_names_stand_in_their_zones(contacts):
-    axes = drawn(adhesion_map(contacts))
+    axes = drawn(plot_adhesion_map(contacts))
     named = 0
     for text in axes.texts:
         name = text.get_text().split("\n")[0].lower()
@@ -99,7 +98,7 @@ def test_zone_names_stand_in_their_zones(contacts):
 
 def test_labels_keep_off_the_borders():
     contacts = {"left of it": (0.085, 1.0), "right of it": (0.12, 0.1), "below": (50.0, 2.2e3), "above": (10.0, 2.8e3)}
-    axes = drawn(adhesion_map(contacts))
+    axes = drawn(plot_adhesion_map(contacts))
     for text in axes.texts:
         if text.get_text() in contacts:
             corners = axes.transData.inverted().transform(text.get_window_extent().corners())
@@ -107,29 +106,29 @@ def test_labels_keep_off_the_borders():
 
 
 def test_the_map_grows_to_hold_all_contacts():
-    axes = drawn(adhesion_map({"left": (1e-5, 1.0), "top": (1.0, 1e6), "right": (1e4, 1e-4)}))
+    axes = drawn(plot_adhesion_map({"left": (1e-5, 1.0), "top": (1.0, 1e6), "right": (1e4, 1e-4)}))
     assert axes.get_xlim()[0] < 1e-5
     assert axes.get_xlim()[1] > 1e4
     assert axes.get_ylim()[0] < 1e-4
     assert axes.get_ylim()[1] > 1e6
-    axes = drawn(adhesion_map())
+    axes = drawn(plot_adhesion_map())
     assert axes.get_xlim() == (1e-3, 1e2)
     assert axes.get_ylim() == (1e-2, 1e4)
 
 
 def test_unloaded_and_pulled_contacts_are_marked_at_the_lower_edge():
-    axes = drawn(adhesion_map({"unloaded": (0.5, 0.0), "pulled": (10.0, -1.2), "pressed": (1.0, 1.0)}))
+    axes = drawn(plot_adhesion_map({"unloaded": (0.5, 0.0), "pulled": (10.0, -1.2), "pressed": (1.0, 1.0)}))
     arrows = {float(mark.get_xdata()[0]): float(mark.get_ydata()[0]) for mark in marks(axes, "v")}
     assert set(arrows) == {0.5, 10.0}
     assert all(axes.get_ylim()[0] < y < 1.5 * axes.get_ylim()[0] for y in arrows.values())
     assert len(marks(axes, "o")) == 1
     assert axes.get_title(loc="right") == "▼ unloaded or pulled"
-    assert drawn(adhesion_map({"unloaded": (0.5, 0.0)})).get_title(loc="right") == "▼ unloaded or pulled"
-    assert drawn(adhesion_map(CONTACTS)).get_title(loc="right") == ""
+    assert drawn(plot_adhesion_map({"unloaded": (0.5, 0.0)})).get_title(loc="right") == "▼ unloaded or pulled"
+    assert drawn(plot_adhesion_map(CONTACTS)).get_title(loc="right") == ""
 
 
 def test_a_label_is_text_and_not_mathematics():
-    axes = drawn(adhesion_map({"costs $5 or $\\frac{": (1.0, 1.0)}))
+    axes = drawn(plot_adhesion_map({"costs $5 or $\\frac{": (1.0, 1.0)}))
     assert "costs \\$5 or \\$\\frac{" in [text.get_text() for text in axes.texts]
 
 
@@ -145,69 +144,10 @@ def test_a_label_is_text_and_not_mathematics():
 )
 def test_contacts_that_cannot_be_marked(contact, error, message):
     with pytest.raises(error, match=message):
-        adhesion_map({"tip": contact})
-
-
-def drawn_branch(model, separation=1e-9, max_load=3e-7):
-    curve = branch(model, **TIP, max_load=max_load, equilibrium_separation=separation)
-    axes = drawn(adhesion_branch(curve))
-    lines = {line.get_label(): np.array(line.get_data()) * 1e-9 for line in axes.get_lines()}
-    return curve, axes, lines
-
-
-@pytest.mark.parametrize(("model", "separation"), [("jkr", 1e-9), ("maugis", 1e-9), ("maugis", 6e-9)])
-def test_what_is_stable_is_drawn_solid(model, separation):
-    curve, axes, lines = drawn_branch(model, separation)
-    load, held = curve.stable_under_load, curve.stable_under_displacement
-    points = np.array([curve.approach, curve.normal_load])
-    np.testing.assert_allclose(lines["stable"], points[:, load], rtol=1e-12, atol=1e-24)
-    part = lines["stable under displacement only"]
-    np.testing.assert_allclose(part[:, :-1], points[:, held & ~load], rtol=1e-12, atol=1e-24)
-    np.testing.assert_allclose(lines["unstable"][:, :-1], points[:, ~held], rtol=1e-12, atol=1e-24)
-    # the parts meet
-    assert (part[:, -1] == lines["stable"][:, 0]).all()
-    assert (lines["unstable"][:, -1] == part[:, 0]).all()
-    styles = {line.get_label(): line.get_linestyle() for line in axes.get_lines()}
-    assert styles["stable"] == "-"
-    assert styles["stable under displacement only"] == styles["unstable"] == "--"
-
-
-def test_jumps_are_marked_with_their_loads():
-    curve, axes, lines = drawn_branch("jkr")
-    for name, point in (
-        ("pull-off under load, −236 nN", curve.pull_off_under_load),
-        ("pull-off under displacement, −131 nN", curve.pull_off_under_displacement),
-        ("jump-in", curve.jump_in),
-    ):
-        assert lines[name][:, 0] == pytest.approx([point.approach, point.normal_load], rel=1e-12, abs=1e-24)
-    assert axes.get_xlabel() == r"approach $\delta$ (nm)"
-    assert axes.get_ylabel() == "normal load $N$ (nN)"
-    assert axes.get_title(loc="left") == "Equilibria after JKR"
-    legend = [text.get_text() for text in axes.figure.legends[0].get_texts()]
-    assert len(legend) == 6
-
-
-def test_contacts_without_an_unstable_part():
-    curve, axes, lines = drawn_branch("dmt")
-    np.testing.assert_allclose(lines["stable"], [curve.approach, curve.normal_load], rtol=1e-12)
-    assert "unstable" not in lines
-    assert "stable under displacement only" not in lines
-    assert [mark.get_label() for mark in marks(axes)] == ["pull-off, −314 nN", "jump-in"]
-    _, axes, lines = drawn_branch("hertz")
-    assert "stable" in lines
-    assert marks(axes) == []
-
-
-def test_units_follow_the_contact():
-    _, axes, _ = drawn_branch("hertz", max_load=2.0)
-    assert axes.get_ylabel() == "normal load $N$ (N)"
-    # by hand: (3·2/(4·1e9·1e-3))^(2/3) m
-    assert axes.get_xlabel() == r"approach $\delta$ (µm)"
-    assert axes.get_lines()[2].get_xdata()[-1] == pytest.approx(131.04, abs=0.01)
+        plot_adhesion_map({"tip": contact})
 
 
 def test_drawing_does_not_change_the_settings():
     settings = dict(mpl.rcParams)
-    adhesion_map(CONTACTS)
-    adhesion_branch(branch("jkr", **TIP, max_load=1e-7))
+    plot_adhesion_map(CONTACTS)
     assert dict(mpl.rcParams) == settings

@@ -1,4 +1,4 @@
-"""Pictures of adhesion: the map of its regimes, and the equilibria of one contact."""
+"""Picture of the zones in which the theories of adhesion hold, with contacts in them."""
 
 import itertools
 import math
@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.units import prefixed
-from historysim.contact.adhesion import DMT_BELOW, JKR_ABOVE, Branch, Regime, hertz_boundary, regime, rigid_boundary
+from historysim.contact.adhesion import DMT_BELOW, JKR_ABOVE, Regime, hertz_boundary, regime, rigid_boundary
 from historysim.errors import InputError, LoadError
-from historysim.results.plots.style import FAINT, INK, STYLE
+from historysim.results.plots.style import FAINT, INK, MARK, STYLE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,10 +39,9 @@ FILLS = {
     Regime.JKR: "#f5e3d5",
     Regime.RIGID: "#e6e6e6",
 }
-MARK = "#12355b"
 
 
-def adhesion_map(contacts: Contacts | None = None) -> "Figure":
+def plot_adhesion_map(contacts: Contacts | None = None) -> "Figure":
     """Draw the zones in which the theories of adhesion hold, after Johnson and Greenwood (1997), and contacts in them.
 
     The zones are those of `historysim.contact.adhesion.regime`.
@@ -92,83 +90,6 @@ def adhesion_map(contacts: Contacts | None = None) -> "Figure":
         taken += _label_marks(axes, marked, taken)
         _name_zones(axes, taken)
     return figure
-
-
-def adhesion_branch(branch: Branch) -> "Figure":
-    """Draw the load of a contact over its approach: what is stable, and where it jumps.
-
-    Parameters
-    ----------
-    branch : Branch
-        The equilibria, as `historysim.contact.adhesion.branch` gives them.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A figure 130 mm wide.
-    """
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
-
-    length, length_prefix = prefixed(float(np.abs(branch.approach).max()))
-    force, force_prefix = prefixed(float(np.abs(branch.normal_load).max()))
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(5.1, 4.0), layout="constrained")
-        axes = figure.add_subplot()
-        axes.axhline(0, color=FAINT, linewidth=0.4, zorder=0)
-        axes.axvline(0, color=FAINT, linewidth=0.4, zorder=0)
-        for name, part, line in _parts(branch):
-            axes.plot(branch.approach[part] * length, branch.normal_load[part] * force, label=name, **line)
-        for name, point, mark in _jumps(branch):
-            x, y = point.approach * length, point.normal_load * force
-            load = f", −{-y:.3g} {force_prefix}N" if y < 0 else ""
-            axes.plot(x, y, label=name + load, color=MARK, ls="none", zorder=3, clip_on=False, **mark)
-        axes.margins(0.06)
-        axes.set(
-            title=f"Equilibria after {NAMES[branch.model]}",
-            xlabel=rf"approach $\delta$ ({length_prefix}m)",
-            ylabel=f"normal load $N$ ({force_prefix}N)",
-        )
-        figure.legend(loc="outside lower center", ncols=2, columnspacing=2.0)
-    return figure
-
-
-def _parts(branch: Branch) -> "list[tuple[str, npt.NDArray[np.intp], dict[str, Any]]]":
-    """Return what to call, which points to draw and how, for each part of the curve that is there."""
-    size = branch.normal_load.size
-    stable, held = (size - int(mask.sum()) for mask in (branch.stable_under_load, branch.stable_under_displacement))
-    # neighbours share a point, so that the curve does not tear
-    parts = [
-        ("stable", np.arange(max(stable, held), size), {"color": INK, "linewidth": 1.2}),
-        (
-            "stable under displacement only",
-            np.arange(held, stable + 1),
-            {"color": INK, "linewidth": 1.0, "linestyle": (0, (4, 2))},
-        ),
-        (
-            "unstable",
-            np.arange(min(stable, held) + 1),
-            {"color": FAINT, "linewidth": 1.0, "linestyle": (0, (1.2, 1.5))},
-        ),
-    ]
-    return [part for part in parts if part[1].size > 1]
-
-
-def _jumps(branch: Branch) -> "list[tuple[str, Any, dict[str, Any]]]":
-    """Return what to call, where to draw and how, for each point at which the contact jumps."""
-    load, displacement = branch.pull_off_under_load, branch.pull_off_under_displacement
-    if load == branch.jump_in:
-        return []
-    pull_off = (
-        [("pull-off", load, {"marker": "o", "ms": 5})]
-        if load == displacement
-        else [
-            ("pull-off under load", load, {"marker": "o", "ms": 5}),
-            ("pull-off under displacement", displacement, {"marker": "s", "ms": 4.5}),
-        ]
-    )
-    # a ring, since a pull-off may lie right beside it
-    return [*pull_off, ("jump-in", branch.jump_in, {"marker": "o", "ms": 9, "mfc": "none"})]
 
 
 def _checked(contacts: Contacts) -> dict[str, tuple[float, float]]:

@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from historysim.asperities.asperity import Asperity
-from historysim.basics.units import quantity_text
 from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, STYLE, scaled
 
 if TYPE_CHECKING:
@@ -14,7 +13,7 @@ if TYPE_CHECKING:
 POINTS = 801
 
 
-def traction_picture(asperity: Asperity) -> "Figure":
+def plot_asperity(asperity: Asperity) -> "Figure":
     """Draw the tangential traction of an asperity over the radius, within ± friction times the pressure.
 
     Parameters
@@ -51,24 +50,3 @@ def traction_picture(asperity: Asperity) -> "Figure":
         axes.set_title(f"asperity {asperity.index}, {asperity.slip_state.name.lower().replace('_', ' ')}")
         axes.legend(loc="best")
     return figure
-
-
-def summary(asperity: Asperity) -> list[tuple[str, str]]:
-    """Say in a few lines how an asperity stands."""
-    return [
-        ("asperity", str(asperity.index)),
-        ("slip state", asperity.slip_state.name.lower().replace("_", " ")),
-        ("normal load", quantity_text(asperity.normal_load, "N")),
-        ("tangential load", quantity_text(asperity.tangential_load, "N")),
-        ("contact radius", quantity_text(asperity.contact_radius, "m")),
-        ("stick radius", quantity_text(asperity.stick_radius, "m")),
-        ("dissipated energy", quantity_text(asperity.dissipated_energy, "J")),
-    ]
-
-
-def reversal_table(asperity: Asperity) -> list[tuple[str, str, str]]:
-    """Return a table of texts: the reversal points that are remembered, from the edge inward."""
-    rows = [("reversal point", "radius", "made at displacement")]
-    for number, point in enumerate(asperity.reversal_points):
-        rows.append((str(number), quantity_text(point.radius, "m"), quantity_text(point.displacement, "m")))
-    return rows
