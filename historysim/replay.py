@@ -16,7 +16,8 @@ from historysim.errors import FrictionLimitError, InputError, LoadError
 from historysim.loads import schedule
 from historysim.loads.events import Event, as_events, time_text
 from historysim.loads.schedule import Standing, Start, Stretch
-from historysim.memory import kernel
+from historysim.memory.paths import DISPLACED, LOAD, Goals, Paths, paths_to
+from historysim.memory.rows import Rows
 from historysim.recording import provenance, recorder
 from historysim.recording.recorder import DatasetRecorder, Recorder, Selection, StateOnly, chosen_asperities
 
@@ -142,9 +143,7 @@ class Replay:
                 bar.update(stretch.row_time.size)
         return state
 
-    def _walked(
-        self, stretch: Stretch, state: EnsembleState, rows: kernel.Rows, columns: npt.ArrayLike
-    ) -> EnsembleState:
+    def _walked(self, stretch: Stretch, state: EnsembleState, rows: Rows, columns: npt.ArrayLike) -> EnsembleState:
         """Return the state after a stretch, and name the event where that is not to be had."""
         try:
             paths, instrument = stretch.paths, self.instrument
@@ -165,18 +164,18 @@ class Replay:
     def _place(self, index: int) -> str:
         return f"event {index} at t = {time_text(self.events[index].time)}"
 
-    def _part(self, stretch: Stretch, state: EnsembleState) -> tuple[kernel.Paths, Instrument]:
+    def _part(self, stretch: Stretch, state: EnsembleState) -> tuple[Paths, Instrument]:
         """Return a share of the one path of a stretch, straight in what the whole is straight in, and its drive."""
         paths, share = stretch.paths, stretch.share
-        if paths.normal_control[0] == paths.tangential_control[0] == kernel.LOAD:
+        if paths.normal_control[0] == paths.tangential_control[0] == LOAD:
             fractions = {name: getattr(paths, name) * share for name in ("normal_fraction", "tangential_fraction")}
             return paths._replace(**fractions), self.instrument
         end = self.ensemble.walk(state, paths, saturate=self.saturate, instrument=self.instrument)
         approach = state.approach + share * (end.approach - state.approach)
         moved = end.tangential_displacement - state.tangential_displacement
         displacement = state.tangential_displacement + share * moved
-        goals = kernel.Goals(kernel.DISPLACED, approach), kernel.Goals(kernel.DISPLACED, displacement)
-        return kernel.paths_to(*goals), RIGID
+        goals = Goals(DISPLACED, approach), Goals(DISPLACED, displacement)
+        return paths_to(*goals), RIGID
 
 
 def replay(

@@ -37,7 +37,7 @@ HEAVY = {"numpy", "scipy", "numba", "xarray", "netCDF4", "matplotlib", "cf_units
 
 
 def modules(root):
-    """Name each module, as in "memory.kernel", with its file; the package itself is ""."""
+    """Name each module, as in "memory.walk", with its file; the package itself is ""."""
     found = {}
     for path in sorted(root.rglob("*.py")):
         parts = path.relative_to(root).with_suffix("").parts

@@ -11,17 +11,17 @@ import numpy.typing as npt
 from historysim.basics.arguments import checked
 from historysim.contact.hertz import half_chord
 from historysim.contact.materials import MaterialPair
-from historysim.memory import kernel
+from historysim.memory.rows import FULL_STICK, GROSS_SLIP, PARTIAL_SLIP, SEPARATED
 from historysim.memory.traction import TractionMemory
 
 
 class SlipState(enum.IntEnum):
     """What the springs of a contact do at its edge and inside; the flag values of ``slip_state``."""
 
-    SEPARATED = kernel.SEPARATED
-    FULL_STICK = kernel.FULL_STICK
-    PARTIAL_SLIP = kernel.PARTIAL_SLIP
-    GROSS_SLIP = kernel.GROSS_SLIP
+    SEPARATED = SEPARATED
+    FULL_STICK = FULL_STICK
+    PARTIAL_SLIP = PARTIAL_SLIP
+    GROSS_SLIP = GROSS_SLIP
 
 
 @attrs.frozen(eq=False)

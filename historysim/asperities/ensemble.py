@@ -13,8 +13,24 @@ from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.basics.arguments import checked
 from historysim.contact.materials import MaterialPair
 from historysim.errors import FrictionLimitError, InputError
-from historysim.memory import kernel
+from historysim.memory.energy import stored_energy
+from historysim.memory.friction import change_friction, refresh_loads
+from historysim.memory.layout import (
+    APPROACH,
+    DISPLACEMENT,
+    DISSIPATED,
+    NORMAL_LOAD,
+    TANGENTIAL_LOAD,
+    Contact,
+    Memory,
+    Units,
+    copied,
+)
+from historysim.memory.normal import approach_at
+from historysim.memory.paths import DISPLACED, LOAD, STILL, Goals, Paths, paths_to
+from historysim.memory.rows import ROW_SATURATED, Rows
 from historysim.memory.traction import TractionMemory
+from historysim.memory.walk import walk_paths
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -28,55 +44,55 @@ class EnsembleState:
 
     Attributes
     ----------
-    contact : kernel.Contact
+    contact : Contact
         Geometry and present friction, in the order of the friction groups.
     order : array (asperity)
         The ensemble's index of each asperity in that order.
-    memory : kernel.Memory
+    memory : Memory
         What the asperities remember, and the present loads, dimensionless.
-    units : kernel.Units
+    units : Units
     normal_control, tangential_control : int
-        How each channel was last controlled (`kernel.LOAD` or `kernel.DISPLACED`), which is how it is
+        How each channel was last controlled (`LOAD` or `DISPLACED`), which is how it is
         held until it is told to move.
     """
 
-    contact: kernel.Contact = attrs.field(repr=False)
+    contact: Contact = attrs.field(repr=False)
     order: Integers = attrs.field(repr=False)
-    memory: kernel.Memory = attrs.field(repr=False)
-    units: kernel.Units = attrs.field(repr=False)
-    normal_control: int = kernel.LOAD
-    tangential_control: int = kernel.LOAD
+    memory: Memory = attrs.field(repr=False)
+    units: Units = attrs.field(repr=False)
+    normal_control: int = LOAD
+    tangential_control: int = LOAD
 
     @property
     def normal_load(self) -> float:
         """Total normal load [N]."""
-        return float(self.memory.now[kernel.NORMAL_LOAD]) * self.units.load
+        return float(self.memory.now[NORMAL_LOAD]) * self.units.load
 
     @property
     def tangential_load(self) -> float:
         """Total tangential load [N]."""
-        return float(self.memory.now[kernel.TANGENTIAL_LOAD]) * self.units.load
+        return float(self.memory.now[TANGENTIAL_LOAD]) * self.units.load
 
     @property
     def approach(self) -> float:
         """Approach of the highest summit from first touch [m]; negative where nothing touches."""
-        return float(self.memory.now[kernel.APPROACH]) * self.units.length
+        return float(self.memory.now[APPROACH]) * self.units.length
 
     @property
     def tangential_displacement(self) -> float:
         """Rigid tangential displacement U [m]."""
-        return float(self.memory.now[kernel.DISPLACEMENT]) * self.units.displacement
+        return float(self.memory.now[DISPLACEMENT]) * self.units.displacement
 
     @property
     def dissipated_energy(self) -> float:
         """Energy that friction has taken since the start, all asperities [J]."""
-        return float(self.memory.now[kernel.DISSIPATED]) * self.units.energy
+        return float(self.memory.now[DISSIPATED]) * self.units.energy
 
     @property
     def stored_energy(self) -> float:
         """Tangential elastic energy that all asperities hold [J]."""
         unused = np.zeros(self.order.size)
-        return kernel.stored_energy(self.contact, self.memory, unused) * self.units.energy
+        return stored_energy(self.contact, self.memory, unused) * self.units.energy
 
 
 def _array(name: str, values: npt.ArrayLike, count: int | None = None, *, above: float = -math.inf) -> Floats:
@@ -107,7 +123,7 @@ class Ensemble:
         Positions of the summits [m]; carried along, without influence.
     tolerance : float
         Relative change of displacement and energy at which a ramp of both loads that has to be
-        refined is taken as settled (see `kernel.ramp`).
+        refined is taken as settled (see `ramp`).
 
     Raises
     ------
@@ -169,7 +185,7 @@ class Ensemble:
         """Return the unloaded state: the highest summit just touches, nothing is remembered."""
         contact, order = self._contact(self.friction, friction_laws.groups(self.friction))
         count = contact.friction.size
-        memory = kernel.Memory(
+        memory = Memory(
             vertices=np.zeros((count, FIRST_ROOM, 6)),
             depth=np.zeros(count, dtype=np.int64),
             steep=np.zeros(count, dtype=np.bool_),
@@ -226,11 +242,9 @@ class Ensemble:
         """
         normal = _channel("normal", normal_load, normal_displacement, state.normal_control, least=0.0)
         tangential = _channel("tangential", tangential_load, tangential_displacement, state.tangential_control)
-        state = self.walk(state, kernel.paths_to(normal, tangential), saturate=saturate, instrument=instrument)
+        state = self.walk(state, paths_to(normal, tangential), saturate=saturate, instrument=instrument)
         if friction is not None:
-            hold = kernel.paths_to(
-                kernel.Goals(state.normal_control, *kernel.STILL), kernel.Goals(state.tangential_control, *kernel.STILL)
-            )
+            hold = paths_to(Goals(state.normal_control, *STILL), Goals(state.tangential_control, *STILL))
             state = self.with_friction(state, friction, instrument=instrument)
             state = self.walk(state, hold, saturate=saturate, instrument=instrument)
         return state
@@ -250,22 +264,22 @@ class Ensemble:
         InputError
             See `friction.coulomb`, or what is no instrument.
         """
-        held = _compliance(instrument, state.units) > 0 or state.tangential_control == kernel.LOAD
+        held = _compliance(instrument, state.units) > 0 or state.tangential_control == LOAD
         coefficients = friction_laws.coulomb(friction, len(self))
-        force = state.memory.now[kernel.TANGENTIAL_LOAD]
+        force = state.memory.now[TANGENTIAL_LOAD]
         state = self._regroup(state, coefficients)
-        memory = kernel.change_friction(state.contact, kernel.copied(state.memory), coefficients[_leaders(state)])
+        memory = change_friction(state.contact, copied(state.memory), coefficients[_leaders(state)])
         if held:
-            memory.now[kernel.TANGENTIAL_LOAD] = force
+            memory.now[TANGENTIAL_LOAD] = force
         contact = state.contact._replace(friction=coefficients[_leaders(state)])
         return attrs.evolve(state, contact=contact, memory=memory)
 
     def walk(
         self,
         state: EnsembleState,
-        paths: kernel.Paths,
+        paths: Paths,
         *,
-        rows: kernel.Rows | None = None,
+        rows: Rows | None = None,
         asperities: npt.ArrayLike = (),
         saturate: bool = False,
         instrument: Instrument = RIGID,
@@ -275,9 +289,9 @@ class Ensemble:
         Parameters
         ----------
         state : EnsembleState
-        paths : kernel.Paths
+        paths : Paths
             With targets in N and m.
-        rows : kernel.Rows, optional
+        rows : Rows, optional
             Room for the rows that the paths record, which is filled in SI units (see `room`); none are
             recorded by default.
         asperities : array_like (column)
@@ -300,9 +314,9 @@ class Ensemble:
             paths = paths._replace(parts=np.ones_like(paths.parts), recorded=np.zeros_like(paths.recorded))
         position = np.empty(len(self), dtype=np.int64)
         position[state.order] = np.arange(len(self))
-        memory, path, request, limit = kernel.replay(
+        memory, path, request, limit = walk_paths(
             state.contact,
-            kernel.copied(state.memory),
+            copied(state.memory),
             _scaled(paths, units),
             rows,
             position[np.asarray(asperities, dtype=np.int64)],
@@ -325,7 +339,7 @@ class Ensemble:
         state = self.initial_state()
         load = normal_load / state.units.load
         gap, weight = state.contact.sorted_gap, state.contact.sorted_weight
-        return kernel.approach_at(gap, weight, load, 0.0) * state.units.length
+        return approach_at(gap, weight, load, 0.0) * state.units.length
 
     def asperity(self, index: int, state: EnsembleState) -> Asperity:
         """Return one asperity, holding its memory in a state.
@@ -340,10 +354,10 @@ class Ensemble:
         position = int(np.flatnonzero(state.order == index)[0])
         group = int(np.searchsorted(state.contact.first, position, side="right")) - 1
         rows = room(1, 1)
-        hold = kernel.Goals(kernel.DISPLACED, *kernel.STILL)
-        self.walk(state, kernel.paths_to(hold, hold), rows=rows, asperities=[index])
+        hold = Goals(DISPLACED, *STILL)
+        self.walk(state, paths_to(hold, hold), rows=rows, asperities=[index])
         stored = np.zeros(len(self))
-        kernel.stored_energy(state.contact, state.memory, stored)
+        stored_energy(state.contact, state.memory, stored)
         gap = float(state.contact.gap[position]) * state.units.length
         return Asperity(
             index=index,
@@ -367,11 +381,11 @@ class Ensemble:
             ),
         )
 
-    def _units(self) -> kernel.Units:
+    def _units(self) -> Units:
         length = radius = float(self.summit_radius.max())
         load = 4.0 / 3.0 * self.pair.contact_modulus * length**2
         displacement = self.pair.displacement_ratio * length
-        return kernel.Units(
+        return Units(
             load=load,
             length=length,
             displacement=displacement,
@@ -381,7 +395,7 @@ class Ensemble:
             stiffness=load / displacement,
         )
 
-    def _contact(self, friction: Floats, group: Integers) -> tuple[kernel.Contact, Integers]:
+    def _contact(self, friction: Floats, group: Integers) -> tuple[Contact, Integers]:
         """Order asperities by group and gap; ``friction`` and ``group`` are per asperity."""
         scale = self.summit_radius.max()
         gap = (self.summit_height.max() - self.summit_height) / scale
@@ -391,7 +405,7 @@ class Ensemble:
         order = np.lexsort((gap, group, smallest[group]))
         first = np.flatnonzero(np.diff(group[order], prepend=-1, append=-1))
         by_gap = np.argsort(gap, kind="stable")
-        contact = kernel.Contact(
+        contact = Contact(
             gap=gap[order],
             weight=weight[order],
             first=first.astype(np.int64),
@@ -412,15 +426,15 @@ class Ensemble:
         dissipated[state.order] = state.memory.dissipated
         leader = contact.first[:-1]
         parent = old_group[order[leader]]
-        touches = contact.gap[leader] < state.memory.now[kernel.APPROACH]
-        memory = kernel.Memory(
+        touches = contact.gap[leader] < state.memory.now[APPROACH]
+        memory = Memory(
             vertices=state.memory.vertices[parent],
             depth=np.where(touches, state.memory.depth[parent], 0),
             steep=state.memory.steep[parent],
             dissipated=dissipated[order],
             now=state.memory.now.copy(),
         )
-        kernel.refresh_loads(contact, memory)
+        refresh_loads(contact, memory)
         return attrs.evolve(state, contact=contact, order=order, memory=memory)
 
 
@@ -429,37 +443,37 @@ def _leaders(state: EnsembleState) -> Integers:
     return state.order[state.contact.first[:-1]]
 
 
-def _compliance(instrument: Instrument, units: kernel.Units) -> float:
+def _compliance(instrument: Instrument, units: Units) -> float:
     """Compliance of an instrument, dimensionless."""
     return units.stiffness / as_instrument(instrument).lateral_stiffness
 
 
 def _channel(
     name: str, load: float | None, displacement: float | None, control: int, least: float = -math.inf
-) -> kernel.Goals:
+) -> Goals:
     """Where one channel of a single path goes."""
     if load is not None and displacement is not None:
         raise InputError(f"both {name}_load and {name}_displacement came; expected one of them")
     if load is not None:
-        return kernel.Goals(kernel.LOAD, float(checked(f"{name}_load", load, least=least)))
+        return Goals(LOAD, float(checked(f"{name}_load", load, least=least)))
     if displacement is not None:
-        return kernel.Goals(kernel.DISPLACED, float(checked(f"{name}_displacement", displacement)))
-    return kernel.Goals(control, *kernel.STILL)
+        return Goals(DISPLACED, float(checked(f"{name}_displacement", displacement)))
+    return Goals(control, *STILL)
 
 
-def _scaled(paths: kernel.Paths, units: kernel.Units) -> kernel.Paths:
-    normal = np.where(paths.normal_control == kernel.LOAD, units.load, units.length)
-    tangential = np.where(paths.tangential_control == kernel.LOAD, units.load, units.displacement)
+def _scaled(paths: Paths, units: Units) -> Paths:
+    normal = np.where(paths.normal_control == LOAD, units.load, units.length)
+    tangential = np.where(paths.tangential_control == LOAD, units.load, units.displacement)
     return paths._replace(
         normal_target=paths.normal_target / normal, tangential_target=paths.tangential_target / tangential
     )
 
 
-def room(count: int, asperities: int) -> kernel.Rows:
+def room(count: int, asperities: int) -> Rows:
     """Return room for a number of recorded rows of a number of asperities."""
     shape = (count, asperities)
-    return kernel.Rows(
-        totals=np.empty((count, kernel.ROW_SATURATED + 1)),
+    return Rows(
+        totals=np.empty((count, ROW_SATURATED + 1)),
         normal_load=np.empty(shape),
         tangential_load=np.empty(shape),
         contact_radius=np.empty(shape),

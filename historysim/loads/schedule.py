@@ -20,7 +20,7 @@ from historysim.loads.events import (
     check_sequence,
 )
 from historysim.loads.samples import SampledLoads
-from historysim.memory import kernel
+from historysim.memory.paths import DISPLACED, LOAD, STILL, Goals, Paths, paths_to
 
 Goal = tuple[int, float, float]
 """Control of a channel, its target in N or m, and the fraction of the way left to go."""
@@ -80,7 +80,7 @@ class Stretch:
 
     Attributes
     ----------
-    paths : kernel.Paths
+    paths : Paths
         With targets in N and m.
     event : sequence (path)
         Index of an event that each path serves, the tangential one where there is one.
@@ -96,7 +96,7 @@ class Stretch:
         How much of its one path is walked, where the schedule ends between two event times; otherwise 1.
     """
 
-    paths: kernel.Paths
+    paths: Paths
     event: Sequence[int]
     row_time: npt.NDArray[np.float64]
     friction: FrictionChange | None = None
@@ -234,9 +234,7 @@ def _sampled(loads: SampledLoads, substeps: int) -> Stretch:
     """Return the stretch of sampled loads, which are walked in one piece."""
     check_substeps(substeps)
     count = loads.time.size
-    paths = kernel.paths_to(
-        kernel.Goals(kernel.LOAD, loads.normal_load), kernel.Goals(kernel.DISPLACED, loads.tangential_displacement)
-    )
+    paths = paths_to(Goals(LOAD, loads.normal_load), Goals(DISPLACED, loads.tangential_displacement))
     return Stretch(paths, range(1, 2 * count, 2), loads.time)
 
 
@@ -292,7 +290,7 @@ class _Channel:
         self.numbers = [number for number, _ in numbered]
         self.waypoints = [event for _, event in numbered]
         self.passed = 0
-        self.control = kernel.LOAD
+        self.control = LOAD
         if start is not None:
             own = CHANNELS.index(name)
             self.passed, self.control = start.passed[own], start.control[own]
@@ -328,17 +326,17 @@ class _Channel:
     def last_control(self, time: float) -> int:
         """How it was controlled on the way to a time that is done."""
         if self.passed == 0:
-            return kernel.LOAD
+            return LOAD
         under_way = self.heading(time) >= 0
         return _control(self.waypoints[self.passed if under_way else self.passed - 1])
 
     def stay(self) -> Goal:
         """Hold what the channel has reached, as it was controlled on the way there; unloaded before it started."""
-        return self.control, *kernel.STILL
+        return self.control, *STILL
 
 
 def _control(event: LoadEvent) -> int:
-    return kernel.DISPLACED if isinstance(event, NormalDisplacement | TangentialDisplacement) else kernel.LOAD
+    return DISPLACED if isinstance(event, NormalDisplacement | TangentialDisplacement) else LOAD
 
 
 class _Table:
@@ -365,7 +363,5 @@ class _Table:
         self, friction: FrictionChange | None = None, friction_event: int = -1, standing: Standing | None = None
     ) -> Stretch:
         columns = [np.array(column) for column in zip(*self.paths, strict=True)]
-        paths = kernel.paths_to(
-            kernel.Goals(*columns[:3]), kernel.Goals(*columns[3:6]), parts=columns[6], recorded=self.recorded
-        )
+        paths = paths_to(Goals(*columns[:3]), Goals(*columns[3:6]), parts=columns[6], recorded=self.recorded)
         return Stretch(paths, self.events, np.array(self.row_times), friction, friction_event, standing)

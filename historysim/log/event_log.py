@@ -26,14 +26,14 @@ from historysim.loads.events import (
 from historysim.log.file import Content, LogFile
 from historysim.log.head import Head
 from historysim.log.starts import start_before
-from historysim.memory import kernel
+from historysim.memory.paths import DISPLACED, STILL, Goals, paths_to
 from historysim.recording.recorder import DatasetRecorder, Selection, chosen_asperities
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_HELD = kernel.Goals(kernel.DISPLACED, *kernel.STILL)
-HOLD = kernel.paths_to(_HELD, _HELD)
+_HELD = Goals(DISPLACED, *STILL)
+HOLD = paths_to(_HELD, _HELD)
 """A path that leads nowhere and records a row."""
 
 

@@ -13,7 +13,7 @@ from historysim._version import __version__
 from historysim.asperities.ensemble import Ensemble, EnsembleState
 from historysim.errors import InputError
 from historysim.loads.schedule import Standing
-from historysim.memory import kernel
+from historysim.memory.layout import Memory
 from historysim.recording.provenance import made_with
 
 
@@ -120,9 +120,7 @@ def _state(ensemble: Ensemble, kept: dict[str, Any]) -> EnsembleState:
     contact = beginning.contact._replace(
         gap=gap[order], weight=weight[order], first=kept["first"], friction=kept["friction"]
     )
-    memory = kernel.Memory(
-        vertices=vertices, depth=depth, steep=kept["steep"], dissipated=kept["dissipated"], now=kept["now"]
-    )
+    memory = Memory(vertices=vertices, depth=depth, steep=kept["steep"], dissipated=kept["dissipated"], now=kept["now"])
     normal, tangential = kept["control"].tolist()
     return attrs.evolve(
         beginning, contact=contact, order=order, memory=memory, normal_control=normal, tangential_control=tangential

@@ -22,7 +22,7 @@ from historysim.log.file import LogFile
 from historysim.log.result import log_beside
 from historysim.log.snapshot import packed, program
 from historysim.log.starts import trusted_snapshots
-from historysim.memory import kernel
+from historysim.memory.rows import Rows
 from historysim.recording.recorder import Recorder, coordinates_of
 
 if TYPE_CHECKING:
@@ -218,9 +218,9 @@ class _Comparer(Recorder):
 
     file: "netCDF4.Dataset"
     differences: dict[str, Difference] = attrs.field(factory=dict, init=False)
-    _rows: kernel.Rows = attrs.field(init=False)
+    _rows: Rows = attrs.field(init=False)
 
-    def blank(self, count: int) -> kernel.Rows:
+    def blank(self, count: int) -> Rows:
         """Return rows for the replay to fill next."""
         self._rows = ensembles.room(count, self.columns)
         return self._rows

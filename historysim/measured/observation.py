@@ -18,7 +18,7 @@ from historysim.errors import InputError
 from historysim.loads.samples import SampledLoads
 from historysim.measured.record import Record
 from historysim.measured.reduction import turning_points
-from historysim.memory import kernel
+from historysim.memory.rows import ROW_LIMIT, ROW_STIFFNESS, ROW_TANGENTIAL
 from historysim.recording.recorder import DatasetRecorder
 from historysim.replay import Replay
 
@@ -168,14 +168,14 @@ def passed(ensemble: Ensemble, instrument: Instrument, observation: Observation,
     rows = recorder.rows
     in_time = np.empty_like(order)
     in_time[order] = np.arange(order.size)
-    stiffness = rows.totals[:, kernel.ROW_STIFFNESS]
+    stiffness = rows.totals[:, ROW_STIFFNESS]
     stiffness = stiffness / (1 + stiffness / instrument.lateral_stiffness)
     totals = rows.totals[in_time]
     return Passage(
         displacement=target[in_time],
-        tangential_load=totals[:, kernel.ROW_TANGENTIAL],
+        tangential_load=totals[:, ROW_TANGENTIAL],
         stiffness=_stiffest(target, stiffness, 2 * observation.displacement_noise)[in_time],
-        friction_limit=totals[:, kernel.ROW_LIMIT],
+        friction_limit=totals[:, ROW_LIMIT],
     )
 
 

@@ -4,7 +4,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.memory import kernel
+from historysim.memory.layout import LABEL, MADE_AT, SLOPE, Units
 
 Floats = npt.NDArray[np.float64]
 
@@ -19,34 +19,34 @@ class TractionMemory:
     Parameters
     ----------
     vertices : array (vertex, column)
-        View of the group's stack, deepest vertex first, the contact edge last (see `kernel`); empty
+        View of the group's stack, deepest vertex first, the contact edge last (see `layout`); empty
         where the group has no contact.
     gap : float
         Depth of the summit below the highest one [m].
     summit_radius : float
         [m].
-    units : kernel.Units
+    units : Units
         Physical size of the stack's units.
     """
 
     vertices: Floats = attrs.field(repr=False)
     gap: float
     summit_radius: float
-    units: kernel.Units = attrs.field(repr=False)
+    units: Units = attrs.field(repr=False)
 
     def _seen(self) -> Floats:
-        return self.vertices[self.vertices[:, kernel.LABEL] * self.units.length > self.gap]
+        return self.vertices[self.vertices[:, LABEL] * self.units.length > self.gap]
 
     @property
     def radius(self) -> Floats:
         """Radii of the vertices, from the contact edge inward [m]: √(R (a_j - gap))."""
-        depth = self._seen()[::-1, kernel.LABEL] * self.units.length - self.gap
+        depth = self._seen()[::-1, LABEL] * self.units.length - self.gap
         return np.sqrt(self.summit_radius * depth)
 
     @property
     def slope(self) -> Floats:
         """Slope dw/da of the anchors between each vertex and the next one inward, edge first; ±μ where springs slip."""
-        return self._seen()[::-1, kernel.SLOPE].copy()
+        return self._seen()[::-1, SLOPE].copy()
 
     @property
     def jump(self) -> Floats:
@@ -56,4 +56,4 @@ class TractionMemory:
     @property
     def made_at(self) -> Floats:
         """Tangential displacement at which each vertex was made, edge first [m]."""
-        return self._seen()[::-1, kernel.MADE_AT] * self.units.displacement
+        return self._seen()[::-1, MADE_AT] * self.units.displacement

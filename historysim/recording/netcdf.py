@@ -15,7 +15,7 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.files import replacing
 from historysim.errors import InputError
-from historysim.memory import kernel
+from historysim.memory.rows import Rows
 from historysim.recording.recorder import Recorder, coordinates_of
 from historysim.recording.variables import COORDINATES, PER_ASPERITY, Variable
 
@@ -43,7 +43,7 @@ class FileRecorder(Recorder):
     attributes: Mapping[str, Any]
     file: "netCDF4.Dataset"
     compression: str = "none"
-    _rows: kernel.Rows = attrs.field(init=False)
+    _rows: Rows = attrs.field(init=False)
 
     def __attrs_post_init__(self) -> None:
         self.file.setncatts(dict(self.attributes))
@@ -74,7 +74,7 @@ class FileRecorder(Recorder):
         outer = [max(1, min(sizes[0], CHUNK_CELLS // inner))] if len(sizes) > 1 else []
         return {"chunksizes": [*outer, inner], "fletcher32": True, **COMPRESSIONS[self.compression]}
 
-    def blank(self, count: int) -> kernel.Rows:
+    def blank(self, count: int) -> Rows:
         """Return rows for the replay to fill next."""
         self._rows = ensembles.room(count, self.columns)
         return self._rows

@@ -24,7 +24,7 @@ from historysim.asperities import ensemble as ensembles
 from historysim.basics.files import sync_folder
 from historysim.basics.lock import WriterLock
 from historysim.errors import InputError
-from historysim.memory import kernel
+from historysim.memory.rows import Rows
 from historysim.recording import recorder
 
 Array = npt.NDArray[Any]
@@ -69,7 +69,7 @@ class Parts:
             shutil.rmtree(self.folder, ignore_errors=True)
         self._lock.release()
 
-    def write(self, first: int, times: Array, rows: kernel.Rows) -> None:
+    def write(self, first: int, times: Array, rows: Rows) -> None:
         """Write rows, of which the first has a number, to a file that is there whole or not at all."""
         path = self._path(first)
         unfinished = path.with_suffix(".part")
@@ -84,7 +84,7 @@ class Parts:
             message = f"the rows cannot be written ({error.strerror}); is the disk full? then go on with --resume"
             raise OSError(error.errno or errno.EIO, message, str(self.folder)) from error
 
-    def read(self, first: int) -> tuple[Array, kernel.Rows]:
+    def read(self, first: int) -> tuple[Array, Rows]:
         """Read the rows from one on.
 
         Raises
@@ -97,7 +97,7 @@ class Parts:
                 if not np.array_equal(file["key"], self._key) or file["first"] != first:
                     raise InputError(f"{self._path(first)}: belongs to another log, or elsewhere")
                 times = file["times"]
-                rows = kernel.Rows._make(file[name] for name in kernel.Rows._fields)
+                rows = Rows._make(file[name] for name in Rows._fields)
         except DAMAGE as error:
             raise InputError(f"{self._path(first)}: is missing or damaged ({error})") from error
         if rows.totals.shape[0] != times.size or rows.normal_load.shape != (times.size, self._columns):
@@ -144,7 +144,7 @@ class Parts:
             message = f"No space left on device: the result needs {needed / 1e6:,.0f} MB; then go on with --resume"
             raise OSError(errno.ENOSPC, message, str(output))
 
-    def all(self, steps: int) -> Iterator[tuple[Array, kernel.Rows]]:
+    def all(self, steps: int) -> Iterator[tuple[Array, Rows]]:
         """Read all parts, in order."""
         first = 0
         while first < steps:
@@ -170,10 +170,10 @@ class PartRecorder(recorder.Recorder):
 
     parts: Parts
     written: int
-    _gathered: list[tuple[Array, kernel.Rows]] = attrs.field(factory=list, init=False)
-    _rows: kernel.Rows = attrs.field(init=False)
+    _gathered: list[tuple[Array, Rows]] = attrs.field(factory=list, init=False)
+    _rows: Rows = attrs.field(init=False)
 
-    def blank(self, count: int) -> kernel.Rows:
+    def blank(self, count: int) -> Rows:
         """Return rows for the replay to fill next."""
         if self._gathered and (self._filled + count) * max(self.columns, 1) > recorder.CELLS_AT_ONCE:
             self.flush()
@@ -192,7 +192,7 @@ class PartRecorder(recorder.Recorder):
             return
         times = np.concatenate([times for times, _ in self._gathered])
         each = zip(*(rows for _, rows in self._gathered), strict=True)
-        rows = self._gathered[0][1] if len(self._gathered) == 1 else kernel.Rows._make(map(np.concatenate, each))
+        rows = self._gathered[0][1] if len(self._gathered) == 1 else Rows._make(map(np.concatenate, each))
         self.parts.write(self.written, times, rows)
         self.written += times.size
         self._gathered, self._filled = [], 0

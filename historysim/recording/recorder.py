@@ -13,7 +13,19 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.errors import InputError
 from historysim.loads.events import Event, NormalDisplacement, NormalLoad
-from historysim.memory import kernel
+from historysim.memory.rows import (
+    ROW_APPROACH,
+    ROW_AREA,
+    ROW_COUNT,
+    ROW_DISPLACEMENT,
+    ROW_DISSIPATED,
+    ROW_LIMIT,
+    ROW_NORMAL,
+    ROW_SATURATED,
+    ROW_STIFFNESS,
+    ROW_TANGENTIAL,
+    Rows,
+)
 from historysim.recording.variables import BEHIND_A_SPRING, COORDINATES, PER_ASPERITY, TOTALS, Variable
 
 if TYPE_CHECKING:
@@ -110,28 +122,28 @@ class Recorder(abc.ABC):
         return TOTALS if self.instrument.rigid else (*TOTALS, *BEHIND_A_SPRING)
 
     @abc.abstractmethod
-    def blank(self, count: int) -> kernel.Rows:
+    def blank(self, count: int) -> Rows:
         """Return rows for the replay to fill next."""
 
     @abc.abstractmethod
     def record(self, times: Array) -> None:
         """Record the rows that were given last, now filled, as those at these times [s]."""
 
-    def projected(self, rows: kernel.Rows) -> list[tuple[Variable, Array]]:
+    def projected(self, rows: Rows) -> list[tuple[Variable, Array]]:
         """Return the variables along ``step``, with their values in these rows."""
         totals = rows.totals
-        displacement, load = totals[:, kernel.ROW_DISPLACEMENT], totals[:, kernel.ROW_TANGENTIAL]
+        displacement, load = totals[:, ROW_DISPLACEMENT], totals[:, ROW_TANGENTIAL]
         values = {
-            "total_normal_load": totals[:, kernel.ROW_NORMAL],
+            "total_normal_load": totals[:, ROW_NORMAL],
             "total_tangential_load": load,
-            "separation": self.ensemble.highest_summit - totals[:, kernel.ROW_APPROACH],
+            "separation": self.ensemble.highest_summit - totals[:, ROW_APPROACH],
             "tangential_displacement": displacement,
-            "contact_count": totals[:, kernel.ROW_COUNT],
-            "real_contact_area": totals[:, kernel.ROW_AREA],
-            "tangential_stiffness": totals[:, kernel.ROW_STIFFNESS],
-            "total_dissipated_energy": totals[:, kernel.ROW_DISSIPATED],
-            "friction_limit": totals[:, kernel.ROW_LIMIT],
-            "saturated": totals[:, kernel.ROW_SATURATED],
+            "contact_count": totals[:, ROW_COUNT],
+            "real_contact_area": totals[:, ROW_AREA],
+            "tangential_stiffness": totals[:, ROW_STIFFNESS],
+            "total_dissipated_energy": totals[:, ROW_DISSIPATED],
+            "friction_limit": totals[:, ROW_LIMIT],
+            "saturated": totals[:, ROW_SATURATED],
             "drive_displacement": self.instrument.drive_displacement(displacement, load),
         }
         projected = [(variable, values[variable.name].astype(variable.dtype)) for variable in self.totals]
@@ -148,21 +160,21 @@ class DatasetRecorder(Recorder):
 
     Attributes
     ----------
-    rows : kernel.Rows
+    rows : Rows
         All of them, in SI units.
     """
 
-    rows: kernel.Rows = attrs.field(init=False)
+    rows: Rows = attrs.field(init=False)
     _times: Array = attrs.field(init=False)
 
     def __attrs_post_init__(self) -> None:
         self.rows = ensembles.room(self.steps, self.columns)
         self._times = np.zeros(self.steps)
 
-    def blank(self, count: int) -> kernel.Rows:
+    def blank(self, count: int) -> Rows:
         """Return rows for the replay to fill next."""
         where = slice(self._filled, self._filled + count)
-        return kernel.Rows._make(array[where] for array in self.rows)
+        return Rows._make(array[where] for array in self.rows)
 
     def record(self, times: Array) -> None:
         """Record the rows that were given last, now filled, as those at these times [s]."""
@@ -197,7 +209,7 @@ class StateOnly(Recorder):
     def __attrs_post_init__(self) -> None:
         self.asperities = None
 
-    def blank(self, count: int) -> kernel.Rows:
+    def blank(self, count: int) -> Rows:
         """Return rows for the replay to fill next."""
         return ensembles.room(count, 0)
 

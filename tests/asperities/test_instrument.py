@@ -17,7 +17,7 @@ from springs import SpringRow
 import historysim as hs
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.contact import hertz, mindlin
-from historysim.memory import kernel
+from historysim.memory.normal import label_at, load_at
 
 EPS = np.finfo(float).eps
 
@@ -699,8 +699,8 @@ def test_a_label_is_found_from_label_and_load_together(count, seed, softness, de
     gap = np.sort(rng.uniform(0.0, 0.1, count))
     gap -= gap[0]
     weight, compliance, label = rng.uniform(0.5, 1.0, count), 10**softness, 10**depth
-    load, _ = kernel.load_at.py_func(gap, weight, label)
-    found = kernel.label_at(gap, weight, label + compliance * load, guess, 1.0, compliance)
+    load, _ = load_at.py_func(gap, weight, label)
+    found = label_at(gap, weight, label + compliance * load, guess, 1.0, compliance)
     assert found == pytest.approx(label, rel=16 * EPS)
 
 

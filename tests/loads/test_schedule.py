@@ -11,9 +11,8 @@ import historysim as hs
 from historysim.asperities.ensemble import room
 from historysim.loads.events import FrictionChange, LoadEvent
 from historysim.loads.schedule import AT_WAYPOINT, BEYOND_LAST, row_count, standing_at, stretches
-from historysim.memory import kernel
+from historysim.memory.paths import DISPLACED, LOAD
 
-LOAD, DISPLACED = kernel.LOAD, kernel.DISPLACED
 HELD = (0.0, 0.0)
 
 N, D = hs.NormalLoad, hs.NormalDisplacement

@@ -12,7 +12,7 @@ from springs import Contact, SpringRow
 
 import historysim as hs
 from historysim.contact import hertz, mindlin
-from historysim.memory import kernel
+from historysim.memory.layout import APPROACH, DISPLACEMENT, MADE_AT, NORMAL_LOAD, TANGENTIAL_LOAD
 
 EPS = np.finfo(float).eps
 
@@ -85,9 +85,9 @@ def polylines(state):
     """What the groups remember of vertices, the displacements at which they were made, and the present loads."""
     memory = state.memory
     stacks = [vertices[:depth] for vertices, depth in zip(memory.vertices, memory.depth, strict=True)]
-    made_at = [stack[:, kernel.MADE_AT] for stack in stacks]
-    now = memory.now[[kernel.APPROACH, kernel.DISPLACEMENT, kernel.NORMAL_LOAD, kernel.TANGENTIAL_LOAD]]
-    return [*(np.delete(stack, kernel.MADE_AT, axis=1) for stack in stacks), now], made_at
+    made_at = [stack[:, MADE_AT] for stack in stacks]
+    now = memory.now[[APPROACH, DISPLACEMENT, NORMAL_LOAD, TANGENTIAL_LOAD]]
+    return [*(np.delete(stack, MADE_AT, axis=1) for stack in stacks), now], made_at
 
 
 def assert_same_memory(state, other, rounding=0.0, made_alike=True):

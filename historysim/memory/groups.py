@@ -1,0 +1,65 @@
+"""What all friction groups carry together, and at which approach they carry it."""
+
+import numpy as np
+
+from historysim.memory.compiled import compiled, uncounted
+from historysim.memory.layout import APPROACH, LABEL, NORMAL_LOAD, TANGENTIAL, Contact, Floats, Memory
+from historysim.memory.normal import approach_at, load_at
+from historysim.memory.tolerances import EPSILON
+
+
+@compiled
+def friction_limit(contact: Contact, approach: float, load: float) -> float:
+    """Σ μ P(a): the largest tangential load that the contact carries, where it carries the normal load ``load``."""
+    if contact.friction.size == 1:
+        return contact.friction[0] * load
+    limit = 0.0
+    for index in range(contact.friction.size):
+        start, stop = contact.first[index], contact.first[index + 1]
+        gap = uncounted(contact.gap)[start:stop]
+        if gap[0] >= approach:
+            break
+        limit += contact.friction[index] * load_at(gap, uncounted(contact.weight)[start:stop], approach)[0]
+    return limit
+
+
+@compiled
+def total_force(contact: Contact, memory: Memory) -> float:
+    """Sum of the groups' tangential loads."""
+    force = 0.0
+    for index in range(contact.friction.size):
+        if memory.depth[index] == 0:
+            break
+        force += memory.vertices[index, memory.depth[index] - 1, TANGENTIAL]
+    return force
+
+
+@compiled
+def group_loads(contact: Contact, approach: float) -> Floats:
+    """Return the normal loads of the groups that touch, which are the first ones."""
+    count = 0
+    while count < contact.friction.size and contact.gap[contact.first[count]] < approach:
+        count += 1
+    loads = np.empty(count)
+    for index in range(count):
+        start, stop = contact.first[index], contact.first[index + 1]
+        loads[index] = load_at(uncounted(contact.gap)[start:stop], uncounted(contact.weight)[start:stop], approach)[0]
+    return loads
+
+
+@compiled
+def approach_for(contact: Contact, memory: Memory, load: float) -> float:
+    """Approach at which all asperities carry a normal load; the very bits of a label met before where they tie."""
+    present = memory.now[APPROACH]
+    if load == memory.now[NORMAL_LOAD]:
+        return present
+    if load <= 0.0:
+        return min(present, 0.0)
+    approach = approach_at(contact.sorted_gap, contact.sorted_weight, load, present)
+    for j in range(memory.depth[0] - 1, 0, -1):
+        label = memory.vertices[0, j, LABEL]
+        if abs(label - approach) <= 4.0 * EPSILON * approach:
+            return label
+        if label < approach:
+            break
+    return approach

@@ -1,0 +1,62 @@
+"""All friction groups together on one straight path in (d, V)."""
+
+import numpy as np
+
+from historysim.memory.clipping import is_steep, move_steep_group
+from historysim.memory.compiled import compiled
+from historysim.memory.energy import withdrawal_energy
+from historysim.memory.groups import group_loads, total_force
+from historysim.memory.layout import (
+    APPROACH,
+    DISPLACEMENT,
+    DISSIPATED,
+    NORMAL_LOAD,
+    TANGENTIAL_LOAD,
+    Contact,
+    Memory,
+    deepest,
+    group_of,
+    grown,
+)
+from historysim.memory.polyline import Aim, move_group, to_displacement
+from historysim.memory.search import displacement_at
+
+
+@compiled
+def move(contact: Contact, memory: Memory, d1: float, load: float, aim: Aim) -> Memory:
+    """Carry all groups straight in (d, V) to approach d1, where they carry ``load``, and to where they aim.
+
+    A tangential load has to be within the friction limit.
+    """
+    room = memory.vertices.shape[1]
+    # a front and an edge; a polyline steeper than μ may be cut in every segment
+    needed = 3 * deepest(memory) + 6 if memory.steep.any() else deepest(memory) + 2
+    if needed > room:
+        memory = grown(memory, 2 * needed)
+    now, groups = memory.now, contact.friction.size
+    d0, v0 = now[APPROACH], now[DISPLACEMENT]
+    shares = group_loads(contact, d1) if groups > 1 else np.full(1 if d1 > 0.0 else 0, load)
+    alone = groups == 1 and shares.size > 0 and not memory.steep[0]
+    path = aim if alone or aim.compliance == 0.0 else to_displacement(displacement_at(contact, memory, shares, d1, aim))
+    v1 = path.value
+    still = d1 == d0 and v1 == v0 and path.compliance == 0.0
+    for index in range(groups):
+        depth = memory.depth[index]
+        if still or (index >= shares.size and depth == 0):
+            break
+        group = group_of(contact, memory, index)
+        if index >= shares.size:
+            energy = withdrawal_energy(group, depth, 1, d0, v0, d1, v1)
+            memory.depth[index] = 0
+            memory.steep[index] = False
+        elif memory.steep[index]:
+            memory.depth[index], energy = move_steep_group(group, depth, d0, v0, d1, v1, shares[index])
+            memory.steep[index] = is_steep(group.stack, memory.depth[index], group.friction)
+        else:
+            memory.depth[index], v1, energy = move_group(group, depth, d0, v0, d1, shares[index], path)
+        now[DISSIPATED] += energy
+    now[APPROACH] = d1
+    now[DISPLACEMENT] = v1
+    now[NORMAL_LOAD] = load
+    now[TANGENTIAL_LOAD] = aim.value if aim.rigid == 0.0 else total_force(contact, memory)
+    return memory

@@ -1,0 +1,33 @@
+"""Recorded rows: their columns, and the arrays that they are written to."""
+
+from typing import NamedTuple
+
+from historysim.memory.layout import Bytes, Floats
+
+SEPARATED, FULL_STICK, PARTIAL_SLIP, GROSS_SLIP = range(4)
+
+# columns of Rows.totals
+(
+    ROW_NORMAL,
+    ROW_TANGENTIAL,
+    ROW_APPROACH,
+    ROW_DISPLACEMENT,
+    ROW_COUNT,
+    ROW_AREA,
+    ROW_STIFFNESS,
+    ROW_DISSIPATED,
+    ROW_LIMIT,
+    ROW_SATURATED,
+) = range(10)
+
+
+class Rows(NamedTuple):
+    """Recorded rows in SI units: totals (row, quantity), and per recorded asperity the projections (row, column)."""
+
+    totals: Floats
+    normal_load: Floats
+    tangential_load: Floats
+    contact_radius: Floats
+    stick_radius: Floats
+    slip_state: Bytes
+    dissipated: Floats

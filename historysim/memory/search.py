@@ -1,0 +1,112 @@
+"""The displacement that all groups share, where the path says what they carry together."""
+
+import math
+
+import numpy as np
+
+from historysim.memory.clipping import carried, clip
+from historysim.memory.compiled import compiled
+from historysim.memory.groups import total_force
+from historysim.memory.layout import (
+    ANCHOR,
+    APPROACH,
+    DISPLACEMENT,
+    LIMIT,
+    REQUEST,
+    TANGENTIAL,
+    TANGENTIAL_LOAD,
+    Contact,
+    Floats,
+    Memory,
+    group_of,
+)
+from historysim.memory.polyline import Aim, force_of_group
+from historysim.memory.tolerances import EPSILON, LIMIT_SLACK, TIE
+
+
+@compiled
+def force_at(contact: Contact, memory: Memory, shares: Floats, d1: float, v1: float) -> tuple[float, float, float]:
+    """Tangential load at the end of a straight path to (d1, v1), with its first and second derivative in v1."""
+    d0, v0 = memory.now[APPROACH], memory.now[DISPLACEMENT]
+    force, stiffness, curvature = 0.0, 0.0, 0.0
+    for index in range(shares.size):
+        group, depth = group_of(contact, memory, index), memory.depth[index]
+        if memory.steep[index] and depth > 0:
+            stack = carried(group, depth, d1, v1, shares[index])
+            clipped, slope, _ = clip(group, stack, d1, v1, group.friction, 0.0, 0.0, depth < 0)
+            part, bend = clipped[len(clipped) - 1, TANGENTIAL], 0.0
+        else:
+            part, slope, bend = force_of_group(group, depth, d0, v0, d1, v1, shares[index])
+        force += part
+        stiffness += slope
+        curvature += bend
+    return force, stiffness, curvature
+
+
+@compiled
+def next_guess(
+    v: float, missing: float, stiffness: float, curvature: float, low: float, high: float, stride: float
+) -> float:
+    """Newton's step from v, corrected for curvature (Halley), inside the bracket and no longer than a stride."""
+    step = missing / stiffness if stiffness > 0.0 else np.inf
+    bend = 0.5 * curvature * step / stiffness if stiffness > 0.0 else np.inf
+    if abs(bend) < 0.25:
+        step /= 1.0 + bend
+    following = v + step
+    if not low < following < high:
+        following = 0.5 * (low + high)
+    if not abs(following - v) <= stride:
+        following = v + math.copysign(stride, missing)
+    return following
+
+
+@compiled
+def displacement_at(contact: Contact, memory: Memory, shares: Floats, d1: float, aim: Aim) -> float:
+    """Displacement at which a straight path in (d, V) to approach d1 ends where it aims.
+
+    Where nothing touches at d1, a load leaves V at the anchor of the last spring to leave, which is one of the
+    highest summit. A load at the friction limit is met by the least displacement, to rounding, at which all groups
+    slide; a request beyond the limit is noted in ``memory.now``.
+    """
+    now = memory.now
+    goal, rigid, compliance = aim
+    if shares.size == 0 and rigid > 0.0:
+        return goal
+    if shares.size == 0:
+        return memory.vertices[0, 0, ANCHOR] if memory.depth[0] > 0 else now[DISPLACEMENT]
+    limit = 0.0
+    for index in range(shares.size):
+        limit += contact.friction[index] * shares[index]
+    reach, stride = contact.friction.max() * d1, np.inf
+    if rigid == 0.0:
+        if abs(goal) > limit * (1.0 + LIMIT_SLACK):
+            now[REQUEST], now[LIMIT] = goal, limit
+        goal = min(max(goal, -limit), limit)
+        # what slides has no stiffness to tell how far
+        stride = reach
+    scale = rigid * abs(goal) + compliance * limit
+    accuracy = 4.0 * EPSILON * scale
+    low, high = -np.inf, np.inf
+    v = now[DISPLACEMENT]
+    if d1 == now[APPROACH] and abs(goal - rigid * v - compliance * total_force(contact, memory)) <= TIE * scale:
+        # held: rounding is no reason to move
+        return v
+    change = goal - rigid * v - compliance * now[TANGENTIAL_LOAD]
+    if change != 0.0:
+        # a little on the way, so that the first stiffness is that of the direction in which it goes
+        v += math.copysign(1e-9 * reach, change)
+    for _ in range(200):
+        force, stiffness, curvature = force_at(contact, memory, shares, d1, v)
+        missing = goal - rigid * v - compliance * force
+        if abs(missing) <= accuracy:
+            return v
+        if missing > 0.0:
+            low = v
+        else:
+            high = v
+        slope, bend = rigid + compliance * stiffness, compliance * curvature
+        following = next_guess(v, missing, slope, bend, low, high, stride)
+        if following in (low, high, v):
+            return v
+        v = following
+    return v
