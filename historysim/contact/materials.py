@@ -2,13 +2,13 @@
 
 import difflib
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, Final, Self
 
 import attrs
 
-from historysim.basics.units import as_float
+from historysim.basics.units import as_float, quantity_text
 from historysim.errors import InputError
 
 
@@ -20,11 +20,17 @@ def _is_finite(value: object) -> bool:
     return isinstance(value, float) and math.isfinite(value)
 
 
-def _positive(owner: object, attribute: "attrs.Attribute[float]", value: float) -> None:
-    if not (_is_finite(value) and value > 0):
-        raise InputError(
-            f"{type(owner).__name__}: {attribute.name} is {value!r}; expected a finite number greater than 0, in SI"
-        )
+def _positive(unit: str) -> Callable[[object, "attrs.Attribute[float]", float], None]:
+    """Return the validator of a number greater than 0 in a unit."""
+
+    def check(owner: object, attribute: "attrs.Attribute[float]", value: float) -> None:
+        if not (_is_finite(value) and value > 0):
+            raise InputError(
+                f"{type(owner).__name__}: {attribute.name} is {value!r}; expected a finite number greater than 0, "
+                f"in {unit}"
+            )
+
+    return check
 
 
 def _poisson(owner: object, attribute: "attrs.Attribute[float]", value: float) -> None:
@@ -51,7 +57,7 @@ def _range(owner: object, attribute: "attrs.Attribute[tuple[float, float]]", val
 _ISOTROPIC: Any = None
 
 
-@attrs.frozen
+@attrs.frozen(repr=False)
 class Material:
     """An elastic, isotropic material.
 
@@ -82,23 +88,31 @@ class Material:
     """
 
     name: str = attrs.field(validator=_text)
-    youngs_modulus: float = attrs.field(converter=as_float, validator=_positive)
+    youngs_modulus: float = attrs.field(converter=as_float, validator=_positive("Pa"))
     poissons_ratio: float = attrs.field(converter=as_float, validator=_poisson)
     shear_modulus: float = attrs.field(
         default=_ISOTROPIC,
         converter=attrs.converters.optional(as_float),
-        validator=attrs.validators.optional(_positive),
+        validator=attrs.validators.optional(_positive("Pa")),
     )
     surface_energy: float | None = attrs.field(
-        default=None, converter=attrs.converters.optional(as_float), validator=attrs.validators.optional(_positive)
+        default=None,
+        converter=attrs.converters.optional(as_float),
+        validator=attrs.validators.optional(_positive("J/m²")),
     )
     roughness: tuple[float, float] | None = attrs.field(
         default=None, converter=attrs.converters.optional(_floats), validator=attrs.validators.optional(_range)
     )
     ball_radius: float | None = attrs.field(
-        default=None, converter=attrs.converters.optional(as_float), validator=attrs.validators.optional(_positive)
+        default=None, converter=attrs.converters.optional(as_float), validator=attrs.validators.optional(_positive("m"))
     )
     source: str = attrs.field(default="", validator=_text, eq=False, repr=False)
+
+    def __repr__(self) -> str:
+        if MATERIALS.get(self.name) == self:
+            return f"material({self.name!r})"
+        values = {one.name: getattr(self, one.name) for one in attrs.fields(type(self)) if one.repr}
+        return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in values.items())})"
 
     def __attrs_post_init__(self) -> None:
         if self.shear_modulus is _ISOTROPIC:
@@ -183,8 +197,8 @@ class MaterialPair:
 
     first: Material | None
     second: Material | None
-    contact_modulus: float = attrs.field(converter=as_float, validator=_positive)
-    shear_modulus: float = attrs.field(converter=as_float, validator=_positive)
+    contact_modulus: float = attrs.field(converter=as_float, validator=_positive("Pa"))
+    shear_modulus: float = attrs.field(converter=as_float, validator=_positive("Pa"))
 
     def __init__(self, first: Material, second: Material) -> None:
         for name, value in (("first", first), ("second", second)):
@@ -203,7 +217,7 @@ class MaterialPair:
 
     @classmethod
     def from_moduli(cls, *, contact_modulus: float, shear_modulus: float) -> Self:
-        """Make a pair from its moduli.
+        """Return the pair that has these moduli.
 
         Parameters
         ----------
@@ -225,11 +239,32 @@ class MaterialPair:
     def displacement_ratio(self) -> float:
         """θ = E* / (4 G*) [1]: the tangential deflection of a spring over its normal deflection at equal force.
 
-        In the row of springs that replaces the contact (method of dimensionality reduction), a spring is E* stiff per
-        length against normal and 4 G* against tangential deflection. The preliminary displacement of a Hertz contact
-        is θ times the friction coefficient times the approach.
+        In the row of springs that replaces the contact (method of dimensionality reduction), a spring has the normal
+        stiffness E* and the tangential stiffness 4 G* per unit length of the row. The preliminary displacement of a
+        Hertz contact is θ times the friction coefficient times the approach.
         """
         return self.contact_modulus / (4 * self.shear_modulus)
+
+    @property
+    def dundurs_beta(self) -> float | None:
+        """Dundurs' second parameter β [1], which couples normal and tangential deflections; None for given moduli.
+
+        β = ½ [(1 - 2ν1)/G1 - (1 - 2ν2)/G2] / [(1 - ν1)/G1 + (1 - ν2)/G2], positive where the first material is the more
+        compliant. It is 0 for one material on itself and for two incompressible ones. The model takes it as 0: normal
+        loads cause no tangential traction and tangential loads no pressure. For silicon on float glass it is -0.14.
+
+        Dundurs, *J. Appl. Mech.* 36 (1969) 650-652; Johnson, *Contact Mechanics* (1985), section 5.1, with this sign.
+        """
+        if self.first is None or self.second is None:
+            return None
+        pair = (self.first, self.second)
+        slide = [(1 - 2 * one.poissons_ratio) / one.shear_modulus for one in pair]
+        return (slide[0] - slide[1]) / (2 * sum((1 - one.poissons_ratio) / one.shear_modulus for one in pair))
+
+    def __str__(self) -> str:
+        name = f"{self.first.name} on {self.second.name}" if self.first and self.second else "pair"
+        contact, shear = (quantity_text(modulus, "Pa") for modulus in (self.contact_modulus, self.shear_modulus))
+        return f"{name}: E* = {contact}, G* = {shear}"
 
     def __repr__(self) -> str:
         if self.first is None:

@@ -111,6 +111,51 @@ def test_silicon_on_float_glass():
     assert pair.displacement_ratio == pytest.approx(1.165823721, rel=1e-9)
 
 
+def test_numbers_of_a_material_are_asked_for_in_their_unit():
+    for name, unit in (
+        ("youngs_modulus", "Pa"),
+        ("shear_modulus", "Pa"),
+        ("surface_energy", "J/m²"),
+        ("ball_radius", "m"),
+    ):
+        with pytest.raises(InputError, match=f"Material: {name} is '1 k'; expected .* greater than 0, in {unit}$"):
+            Material(**{"name": "x", "youngs_modulus": 1e9, "poissons_ratio": 0.3, name: "1 k"})
+    with pytest.raises(InputError, match=r"MaterialPair: contact_modulus is 0\.0; .* in Pa$"):
+        MaterialPair.from_moduli(contact_modulus=0, shear_modulus=1)
+
+
+def test_dundurs_beta_of_silicon_on_float_glass():
+    # by hand from Table B.1: ½ (0.44/44 - 0.6/26) / (0.72/44 + 0.8/26)
+    assert MaterialPair(material("silicon"), material("float glass")).dundurs_beta == pytest.approx(-0.138724, abs=1e-6)
+    assert MaterialPair.from_moduli(contact_modulus=1, shear_modulus=1).dundurs_beta is None
+
+
+@given(st.floats(-0.99, 0.5), st.floats(-0.99, 0.5), st.floats(1e-3, 1e3))
+def test_dundurs_beta_by_the_definition_in_kolosovs_constants(first_ratio, second_ratio, scale):
+    # Dundurs: [μ1 (κ2 - 1) - μ2 (κ1 - 1)] / [μ1 (κ2 + 1) + μ2 (κ1 + 1)], κ = 3 - 4ν in plane strain, the sign turned
+    first, second = Material("a", 1.0, first_ratio), Material("b", scale, second_ratio)
+    kappa = 3 - 4 * first_ratio, 3 - 4 * second_ratio
+    shear = first.shear_modulus, second.shear_modulus
+    whole = shear[0] * (kappa[1] + 1) + shear[1] * (kappa[0] + 1)
+    expected = (shear[1] * (kappa[0] - 1) - shear[0] * (kappa[1] - 1)) / whole
+    beta = MaterialPair(first, second).dundurs_beta
+    assert beta == pytest.approx(expected, abs=1e-14)
+    assert MaterialPair(second, first).dundurs_beta == pytest.approx(-beta, abs=1e-15)
+    assert abs(beta) <= 0.75
+    assert MaterialPair(first, first).dundurs_beta == 0
+
+
+def test_what_a_pair_looks_like():
+    pair = MaterialPair(material("silicon"), material("float glass"))
+    assert repr(pair) == "MaterialPair(material('silicon'), material('float glass'))"
+    assert str(pair) == "silicon on float glass: E* = 43.05 GPa, G* = 9.232 GPa"
+    assert str(MaterialPair.from_moduli(contact_modulus=1e9, shear_modulus=2.5e8)) == "pair: E* = 1 GPa, G* = 250 MPa"
+    # a material of a built-in name with other numbers is written out
+    other = attrs.evolve(material("silicon"), youngs_modulus=130e9)
+    assert repr(other).startswith("Material(name='silicon', youngs_modulus=130000000000.0, poissons_ratio=0.28, ")
+    assert eval(repr(other)) == other  # noqa: S307 - the very text under test
+
+
 def test_pair_of_equal_isotropic_materials():
     # Johnson, section 7.2: the stiffness ratio of equal bodies is 2(1-ν)/(2-ν), and θ is its inverse
     pair = MaterialPair(Material("x", 5.0, 0.3), Material("x", 5.0, 0.3))
