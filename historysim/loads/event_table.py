@@ -1,78 +1,162 @@
-"""Events as a table (CSV): what ``historysim append`` reads and ``historysim log --csv`` writes."""
+"""Events as a table: what ``historysim append`` reads, and ``historysim log --csv`` writes."""
 
 import csv
-from collections.abc import Iterable, Iterator
+import math
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import TextIO
 
+import attrs
+
+from historysim.basics.file_kinds import is_log, is_netcdf
+from historysim.basics.files import is_file, replacing
 from historysim.basics.units import quantity
+from historysim.basics.wording import nearest
 from historysim.errors import InputError
 from historysim.loads.events import EVENT_KINDS, Event, FrictionChange
+from historysim.tables import Format, opened_rows
+from historysim.tables.heading import Heading
+from historysim.tables.lines import brief, decimal_hint, number
+from historysim.tables.settled import settled, split_unit
+
+_NAMES = ("time", *EVENT_KINDS)
+_EXPECTED = f"a table of events: a text with a header line that names time, and one or more of {', '.join(EVENT_KINDS)}"
 
 
-def read_events(path: Path) -> list[Event]:
-    """Read events from a table with a header line: ``time`` and one or more of the columns in `EVENT_KINDS`.
+def read_events(path: Path, layout: Format | None = None) -> list[Event]:
+    """Read events from a table.
 
-    Each cell that is not empty is an event at the time of its line. Numbers are SI; a cell may carry a unit, as in
-    ``50 mN``. Several coefficients of friction stand in one cell, with spaces between them.
+    The header names ``time`` and one or more kinds of events (see `EVENT_KINDS`). Each value that is not empty is an
+    event at the time of its line; those of one line come in the order of the columns. Numbers are SI, or in the unit
+    that the header has beside the name, as in ``normal_load [mN]``; a value may also carry its own, as in ``50 mN``.
+    Several coefficients of friction, one for each asperity, stand in one place with spaces between them; a list of
+    only one stands in brackets, ``[0.2]``.
+
+    Parameters
+    ----------
+    path : Path
+        A text, as `historysim.tables.read_table` reads it.
+    layout : Format, optional
+        How it is written, where that has to be said.
+
+    Returns
+    -------
+    list of events
+        In the order of the table, which need not be that of time.
 
     Raises
     ------
     InputError
-        A file that cannot be read; the message names line and column.
+        Another file, or a value that is no event; the message names line and column.
     """
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as stream:
-            return list(_events(path, stream))
-    except FileNotFoundError:
-        raise InputError(f"{path}: there is no such file; expected a table of events (CSV)") from None
-    except (UnicodeDecodeError, csv.Error, IsADirectoryError) as error:
-        raise InputError(f"{path}: is not a CSV table in UTF-8 ({error})") from error
+    _check_kind(path)
+    layout = layout or Format()
+    with opened_rows(path, _NAMES, layout) as (heading, rows):
+        columns = _columns(heading)
+        return [event for line, texts in rows for event in _events(line, texts, columns, layout.decimal)]
 
 
-def _events(path: Path, stream: TextIO) -> Iterator[Event]:
-    reader = csv.reader(stream)
-    header = [name.strip() for name in next(reader, [])]
-    unknown = [name for name in header if name not in {"time", *EVENT_KINDS}]
-    if unknown or "time" not in header or len(header) < 2 or len(set(header)) < len(header):
-        raise InputError(
-            f"{path}: line 1: has the columns {', '.join(header) or 'none'}; expected time and one or more of "
-            f"{', '.join(EVENT_KINDS)}, each once"
+def _check_kind(path: Path) -> None:
+    """Refuse what is no table but something else that this program reads."""
+    came = ""
+    if is_log(path):
+        came = f"the log of a run; historysim log {path} --csv TABLE writes its events to one"
+    elif is_netcdf(path):
+        came = "a netCDF or HDF5 file, such as a result"
+    elif path.suffix == ".toml":
+        came = "a scenario"
+    elif path.is_dir():
+        came = "a folder"
+    if came:
+        raise InputError(f"{path.name or path}: is {came}; expected {_EXPECTED}")
+    if not is_file(path):
+        raise InputError(f"{path}: there is no such file; expected {_EXPECTED}")
+
+
+@attrs.frozen
+class _Column:
+    """A column: where it stands, its SI unit, and the factor that takes its numbers there."""
+
+    name: str
+    place: int
+    unit: str
+    factor: float
+
+    def value(self, text: str, decimal: str) -> float:
+        value = number(text, decimal)
+        if value is not None and math.isfinite(value):
+            return value * self.factor
+        hint = decimal_hint(text.partition(" ")[0], decimal)
+        if hint or value is not None or text[-1].isdecimal():
+            raise InputError(f"{brief(text)}; expected a finite number{hint}")
+        return quantity(text.replace(decimal, ".", 1), self.unit)
+
+    def coefficients(self, text: str, decimal: str) -> float | tuple[float, ...]:
+        bare = text.removeprefix("[").removesuffix("]")
+        numbers = tuple(self.value(part, decimal) for part in bare.split())
+        return numbers[0] if len(numbers) == 1 and bare == text else numbers
+
+
+def _columns(heading: Heading) -> list[_Column]:
+    names = [split_unit(name)[0] for name in heading.names]
+    units = {"time": "s", **{name: kind.unit for name, kind in EVENT_KINDS.items()}}
+    for name in names:
+        if name not in units:
+            raise InputError(f"column {name!r} is no kind of event; {nearest(name, _NAMES)}")
+        if names.count(name) > 1:
+            raise InputError(f"the header names {name!r} {names.count(name)} times; expected it once")
+    if "time" not in names or len(names) < 2:
+        raise InputError(f"the header names {', '.join(names)} alone; expected {_EXPECTED}")
+    factors = [
+        settled(None, heading.units(place), (units[name],), f"column {name}")[1] for place, name in enumerate(names)
+    ]
+    # the time is needed first, whatever comes after it
+    columns = [_Column(name, place, units[name], factors[place]) for place, name in enumerate(names)]
+    return sorted(columns, key=lambda column: column.name != "time")
+
+
+def _events(line: int, texts: Sequence[str], columns: Sequence[_Column], decimal: str) -> Iterator[Event]:
+    time = 0.0
+    for column in columns if any(map(str.strip, texts)) else ():
+        text = texts[column.place].strip()
+        try:
+            if column.name == "time":
+                time = column.value(text, decimal)
+            elif text:
+                read = column.coefficients if column.name == "friction" else column.value
+                yield EVENT_KINDS[column.name](time, read(text, decimal))
+        except InputError as error:
+            raise InputError(f"line {line}, column {column.name}: {error}") from error
+
+
+def write_events(path: Path, events: Iterable[Event]) -> None:
+    """Write events to a table (CSV, in SI), one on each line, which `read_events` reads bit for bit.
+
+    Parameters
+    ----------
+    path : Path
+        The table; it appears under its name when it is complete.
+    events : iterable of events
+
+    Raises
+    ------
+    OSError
+        The file cannot be written.
+    """
+    events = list(events)
+    present = {event.name for event in events} or set(EVENT_KINDS)
+    names = [name for name in EVENT_KINDS if name in present]
+    with replacing(path) as unfinished, unfinished.open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(["time", *names])
+        writer.writerows(
+            [repr(event.time), *(value_text(event) if event.name == name else "" for name in names)] for event in events
         )
-    at = header.index("time")
-    for cells in reader:
-        if not any(cell.strip() for cell in cells):
-            continue
-        where = f"{path}: line {reader.line_num}"
-        if len(cells) != len(header):
-            raise InputError(f"{where}: has {len(cells)} cells; expected {len(header)}, as in the header")
-        time = _number(cells[at], "s", f"{where}, column time")
-        for name, cell in zip(header, cells, strict=True):
-            if name == "time" or not cell.strip():
-                continue
-            kind = EVENT_KINDS[name]
-            place = f"{where}, column {name}"
-            several = [_number(part, kind.unit, place) for part in cell.split()] if name == "friction" else []
-            value = (several if len(several) > 1 else several[0]) if several else _number(cell, kind.unit, place)
-            try:
-                yield kind(time, value)
-            except InputError as error:
-                raise InputError(f"{place}: {error}") from error
 
 
-def _number(cell: str, unit: str, place: str) -> float:
-    try:
-        return float(cell)
-    except ValueError:
-        pass
-    try:
-        return quantity(cell.strip(), unit)
-    except InputError as error:
-        raise InputError(f"{place}: {error}") from error
-
-
-def value_text(event: Event, number_text: str = "") -> str:
-    """Write what an event says, with as many digits as tell it from any other, or in a format."""
+def value_text(event: Event) -> str:
+    """Return what an event says, with as many digits as tell it from any other."""
     value = event.friction if isinstance(event, FrictionChange) else event.value
-    each: Iterable[float] = value if isinstance(value, tuple) else (value,)
-    return " ".join(format(number, number_text) if number_text else repr(number) for number in each)
+    if not isinstance(value, tuple):
+        return repr(value)
+    text = " ".join(map(repr, value))
+    return text if len(value) > 1 else f"[{text}]"

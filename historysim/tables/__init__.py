@@ -1,6 +1,6 @@
 """Files of numbers: named columns of measured records and lists → SI numbers."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from importlib import import_module
 from os import PathLike
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from historysim.tables.arrays import Contents
+    from historysim.tables.heading import Heading
 
 __all__ = [
     "MOST_ROWS",
@@ -26,6 +27,7 @@ __all__ = [
     "Listing",
     "Table",
     "describe",
+    "opened_rows",
     "read_table",
 ]
 
@@ -126,6 +128,44 @@ def describe(path: str | PathLike[str], format: Format | None = None) -> list[Li
 
         with _opened(path, layout) as contents:
             return arrays.describe(contents, layout)
+
+
+@contextmanager
+def opened_rows(
+    path: str | PathLike[str],
+    known: Collection[str],
+    format: Format | None = None,  # noqa: A002 - as above
+) -> "Iterator[tuple[Heading, Iterator[tuple[int, list[str]]]]]":
+    """Open a text whose values are more than numbers, for those who read them on their own.
+
+    Parameters
+    ----------
+    path : path-like
+        The file.
+    known : collection of str
+        Names of columns. The header is the line that has the most of them; units may stand beside them.
+    format : Format, optional
+        How the file is written, where that has to be said.
+
+    Yields
+    ------
+    Heading
+        The names of the columns and their units.
+    iterator of (int, list of str)
+        The number of each line, counted from 1, and the texts of its values.
+
+    Raises
+    ------
+    InputError
+        A file that cannot be read, without such a header, or with a row of more values than the header has names, or
+        of fewer. Whatever is raised inside is said of the file.
+    """
+    path = Path(path)
+    with _file(path):
+        from historysim.tables import from_text
+
+        with from_text.opened_rows(path, known, format or Format()) as opened:
+            yield opened
 
 
 @contextmanager

@@ -2,7 +2,7 @@
 
 import csv
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import chain, islice
 from pathlib import Path
@@ -14,7 +14,7 @@ import numpy.typing as npt
 from historysim.errors import InputError
 from historysim.tables.columns import Column, Format, Found, Listing
 from historysim.tables.heading import Head, Heading, ragged
-from historysim.tables.lines import brief, is_plain, number, split
+from historysim.tables.lines import brief, decimal_hint, is_plain, number, split
 
 Floats = npt.NDArray[np.float64]
 Lines = npt.NDArray[np.int64]
@@ -54,6 +54,18 @@ def describe(path: Path, layout: Format) -> list[Listing]:
         Listing(heading.reference(place), ", ".join(heading.units(place)), str(count), first[place].strip())
         for place in range(heading.width if first else 0)
     ]
+
+
+@contextmanager
+def opened_rows(
+    path: Path, known: Collection[str], layout: Format
+) -> Iterator[tuple[Heading, Iterator[tuple[int, list[str]]]]]:
+    """Give the heading of a text, and its rows. Errors as in `historysim.tables.opened_rows`."""
+    with _opened(path, layout) as stream:
+        head = Head.of(stream, layout)
+        heading = head.heading_of(known)
+        chunks = _rows(chain(head.physical[heading.above :], stream), heading, layout)
+        yield heading, (row for numbers, rows in chunks for row in zip(numbers, rows, strict=True))
 
 
 def decoded(path: Path, encoding: str) -> str:
@@ -210,13 +222,5 @@ def _refuse(
         for place in places
         if (value := number(row[place], decimal)) is None or (math.isnan(value) and not missing)
     )
-    problem = f"{brief(text)}; expected a finite number{_hint(text, decimal)}"
+    problem = f"{brief(text)}; expected a finite number{decimal_hint(text, decimal)}"
     raise InputError(f"line {line_number}, column {heading.label(place)}: {problem}")
-
-
-def _hint(text: str, decimal: str) -> str:
-    if decimal == "." and "," in text and number(text, ",") is not None:
-        return '; if it has a decimal comma, say decimal = ","'
-    if decimal == "," and "." in text and number(text, ".") is not None:
-        return '; it has a decimal point, although decimal = "," was said'
-    return ""

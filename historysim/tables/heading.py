@@ -4,7 +4,7 @@ import csv
 import json
 import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from itertools import islice
 
 import attrs
@@ -13,7 +13,7 @@ from historysim.basics.wording import nearest
 from historysim.errors import InputError
 from historysim.tables.columns import Column, Format
 from historysim.tables.lines import brief, number, split
-from historysim.tables.settled import unit_in
+from historysim.tables.settled import split_unit, unit_in
 
 # the header is looked for in so many lines
 SEARCHED = 1000
@@ -212,6 +212,30 @@ class Head:
             self._check_that_nothing_is_left_out(found)
         return found
 
+    def heading_of(self, known: Collection[str]) -> Heading:
+        """Find the table whose header has the most of some names, without regard to the units beside them.
+
+        Raises
+        ------
+        InputError
+            No line has any, or names may stand over other columns than their own.
+        """
+        most, found = 0, None
+        for delimiter in self._delimiters if self.layout.header != 0 else ():
+            for line in self._candidates():
+                count = sum(split_unit(name)[0] in known for name in line.fields(delimiter))
+                if count > most:
+                    most, found = count, (line, delimiter)
+        if found is None:
+            raise InputError(
+                f"has no header line; expected one with {', '.join(known)}, or some of them; the first line is "
+                f"{brief(self.lines[0].text.strip())}"
+            )
+        heading = self._below(*found)
+        if heading.misfit:
+            raise InputError(heading.misfit)
+        return heading
+
     @property
     def _delimiters(self) -> Sequence[str]:
         given = self.layout.delimiter
@@ -219,6 +243,12 @@ class Head:
 
     def _rows(self, above: int = 0) -> list[_Line]:
         return [line for line in self.lines if line.number > above and not line.is_comment]
+
+    def _candidates(self) -> list[_Line]:
+        """Return the lines that may be the header; comments come last."""
+        if self.layout.header:
+            return [self._header_line()]
+        return sorted(self.lines, key=lambda line: line.is_comment)
 
     def _header_line(self) -> _Line:
         for line in self.lines:
@@ -231,13 +261,10 @@ class Head:
 
     def _below_names(self, columns: Sequence[Column]) -> Heading:
         """Find the first line that holds all names, in a comment if nowhere else."""
-        candidates = sorted(self.lines, key=lambda line: line.is_comment)
-        if self.layout.header:
-            candidates = [self._header_line()]
         found = []
         nearly: list[str] = []
         for delimiter in self._delimiters:
-            for line in candidates:
+            for line in self._candidates():
                 names = line.fields(delimiter)
                 absent = [column for column in columns if not _is_named(column, names)]
                 if not absent:

@@ -61,3 +61,12 @@ def is_plain(text: str, decimal: str) -> bool:
 def brief(text: str) -> str:
     """Quote a value in a message."""
     return repr(text if len(text) <= 40 else text[:40] + "…")
+
+
+def decimal_hint(text: str, decimal: str) -> str:
+    """Return what to say of a text that is no number only because of its decimal sign; nothing of any other."""
+    if decimal == "." and "," in text and number(text, ",") is not None:
+        return '; if it has a decimal comma, say decimal = ","'
+    if decimal == "," and "." in text and number(text, ".") is not None:
+        return '; it has a decimal point, although decimal = "," was said'
+    return ""

@@ -16,9 +16,17 @@ _ROUNDING = 1e-12
 
 def unit_in(name: str) -> str | None:
     """Return the unit in a name: in the last brackets, or at its end after a slash between spaces."""
+    return split_unit(name)[1]
+
+
+def split_unit(name: str) -> tuple[str, str | None]:
+    """Return a name without its unit, and the unit: ``("Force", "kN")`` for ``"Force [kN]"``; None without one."""
     matches = [*_BRACKETS.finditer(name)] or [*_SLASH.finditer(name)]
     unit = next(filter(None, matches[-1].groups()), "").strip() if matches else ""
-    return unit if re.search(r"[^\W\d_]|[%°]", unit) else None
+    if not re.search(r"[^\W\d_]|[%°]", unit):
+        return name, None
+    start, end = matches[-1].span()
+    return (name[:start] + name[end:]).strip(), unit
 
 
 def fitting(unit: str, wanted: Sequence[str]) -> tuple[str, float]:

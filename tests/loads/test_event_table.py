@@ -1,9 +1,13 @@
 """Tables of events to append."""
 
 import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
 
 import historysim as hs
-from historysim.loads.event_table import read_events, value_text
+from historysim.loads.event_table import read_events, value_text, write_events
+from historysim.loads.events import digest
+from historysim.tables import Format
 
 
 @pytest.fixture
@@ -30,39 +34,147 @@ def test_each_cell_is_an_event(table):
     ]
 
 
+FOUR = [
+    hs.NormalLoad(0.0, 0.05),
+    hs.NormalLoad(1.5, 0.02),
+    hs.TangentialLoad(1.5, -0.0035),
+    hs.FrictionChange(1.5, 0.2),
+]
+
+
+@pytest.mark.parametrize(
+    ("text", "layout"),
+    [
+        ("time,normal_load,tangential_load,friction\n0,0.05,,\n1.5,0.02,-0.0035,0.2\n", {}),
+        ("time;normal_load;tangential_load;friction\n0;0,05;;\n1,5;0,02;-0,0035;0,2\n", {"decimal": ","}),
+        ("time;normal_load;tangential_load;friction\n0;50 mN;;\n1,5 s;20 mN;-3,5 mN;0,2\n", {"decimal": ","}),
+        ("time\tnormal_load\ttangential_load\tfriction\n0\t50 mN\t\t\n1.5 s\t20 mN\t-3.5 mN\t0.2\n", {}),
+        ("time [s],normal_load [mN],tangential_load / mN,friction\n0,50,,\n1.5,20,-3.5,0.2\n", {}),
+        ("time (ms)|normal_load|tangential_load|friction (%)\n0|50 mN||\n1500|20 mN|-3.5 mN|20\n", {}),
+        ("time,normal_load,tangential_load,friction\n[ms],[mN],[mN],\n0,50,,\n1500,20,-3.5,0.2\n", {}),
+        ('time normal_load tangential_load friction\n0 0.05 "" ""\n1.5 20e-3 -0.0035 .2\n', {}),
+        ("run 7\n# of old\ntime,normal_load,tangential_load,friction,\n\n0,0.05,,,\n# then\n1.5,.02,-.0035,.2,\n", {}),
+        ("% old\n# time,normal_load,tangential_load,friction\n0,0.05,,\n1.5,0.02,-0.0035,0.2\n", {}),
+        ('"time","normal_load","tangential_load","friction"\n"0","50 mN","",""\n"1.5","20 mN","-3.5 mN","0.2"\n', {}),
+        ("\ufefftime,normal_load,tangential_load,friction\r\n0,0.05,,\r\n,,,\r\n1.5,0.02,-0.0035,0.2\r\n", {}),
+        ("time&normal_load&tangential_load&friction\n0&.05&&\n1.5&.02&-.0035&.2\n", {"delimiter": "&"}),
+    ],
+)
+def test_tables_in_the_forms_that_scenarios_read(table, text, layout):
+    assert read_events(table(text), Format(**layout)) == FOUR
+
+
+def test_the_encoding_may_be_said(tmp_path):
+    path = tmp_path / "events.csv"
+    path.write_text("time,tangential_displacement [µm]\n1,2\n", encoding="latin-1")
+    assert read_events(path, Format(encoding="latin-1")) == [hs.TangentialDisplacement(1.0, 2e-6)]
+    with pytest.raises(hs.InputError, match=r"is not UTF-8 text .*; save it as UTF-8, or say which encoding it has"):
+        read_events(path)
+
+
+def test_the_time_may_stand_in_any_column(table):
+    assert read_events(table("normal_load,time\n0.1,2\n")) == [hs.NormalLoad(2.0, 0.1)]
+
+
+def test_a_header_alone_has_no_events(table):
+    assert read_events(table("time,normal_load\n")) == []
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "line 1: has the columns none; expected time and one or more of normal_load"),
-        ("normal_load\n1\n", "line 1: has the columns normal_load"),
-        ("time,load\n", "line 1: has the columns time, load"),
-        ("time,normal_load,normal_load\n", "each once"),
-        ("time,normal_load\n1,0.1\n2,0.1,3\n", "line 3: has 3 cells; expected 2"),
-        ("time,normal_load\n1,heavy\n", "line 2, column normal_load: "),
-        ("time,normal_load\n,1\n", "line 2, column time: "),
+        ("", "is empty; expected a header line"),
+        ("0,1\n", "has no header line; expected one with time, normal_load, "),
+        ("normal_load\n1\n", "the header names normal_load alone; expected a table of events: a text with a header"),
+        ("time\n1\n", "the header names time alone; expected a table of events"),
+        ("time,normal_laod\n", "column 'normal_laod' is no kind of event; did you mean 'normal_load'?"),
+        ("time,remark\n", "column 'remark' is no kind of event; expected one of time, normal_load, "),
+        ("time,normal_load,normal_load [N]\n", "the header names 'normal_load' 2 times; expected it once"),
+        ("time,normal_load\n1,0.1\n2,0.1,3\n", "line 3: 3 values where the header names 2 columns"),
+        ("time,normal_load\n1,0.1\n2\n", "line 3: 1 value where the header names 2 columns"),
+        ("time,normal_load\n1,heavy\n", "line 2, column normal_load: 'heavy' is not one number and its unit"),
+        ("time,normal_load\n,1\n", "line 2, column time: ''; expected a finite number"),
         ("time,normal_load\n1,50 nm\n", "line 2, column normal_load: '50 nm'"),
         ("time,normal_load\n1,-1\n", "line 2, column normal_load: NormalLoad: a normal load of -1 N pulls"),
-        ("time,normal_load\nnan,1\n", "line 2, column normal_load: NormalLoad: time is nan"),
-        ("time,friction\n1,-0.1\n", "line 2, column friction: "),
+        ("time,normal_load\nnan,1\n", "line 2, column time: 'nan'; expected a finite number"),
+        ("time,normal_load\n1,-\n", "line 2, column normal_load: '-'; expected a finite number"),
+        ("time,normal_load\n1,1e999\n", "line 2, column normal_load: '1e999'; expected a finite number"),
+        ("time,normal_load\n1,1_0\n", "line 2, column normal_load: '1_0'; expected a finite number"),
+        ("time;normal_load\n1;0,5\n", "'0,5'; expected a finite number; if it has a decimal comma, say decimal"),
+        ("time;normal_load\n1;0,5 mN\n", "'0,5 mN'; expected a finite number; if it has a decimal comma, say decimal"),
+        ("time,normal_load [mm]\n1,1\n", "column normal_load: 'mm' is not a unit of a force"),
+        ("time,friction\n1,-0.1\n", "line 2, column friction: FrictionChange: friction is -0.1"),
+        ("time,friction\n1,[]\n", "line 2, column friction: FrictionChange: friction is empty"),
     ],
 )
 def test_what_cannot_be_read_is_named_with_its_place(table, text, message):
     with pytest.raises(hs.InputError) as caught:
         read_events(table(text))
+    assert str(caught.value).startswith("events.csv: ")
     assert message in str(caught.value)
-    assert "events.csv" in str(caught.value)
 
 
-def test_files_that_are_no_tables_are_refused(tmp_path):
-    with pytest.raises(hs.InputError, match="there is no such file; expected a table of events"):
-        read_events(tmp_path / "none.csv")
-    with pytest.raises(hs.InputError, match="is not a CSV table"):
-        read_events(tmp_path)
+def test_a_decimal_point_beside_commas_is_told(table):
+    for text in ("0.5", "0.5 mN"):
+        with pytest.raises(hs.InputError, match='it has a decimal point, although decimal = "," was said'):
+            read_events(table(f"time;normal_load\n1;{text}\n"), Format(decimal=","))
+
+
+def test_files_that_are_no_tables_are_refused_as_what_they_are(tmp_path):
+    def refusal(name):
+        with pytest.raises(hs.InputError, match=r"; expected a table of events: a text with a header line") as caught:
+            read_events(tmp_path / name)
+        return str(caught.value)
+
+    assert "none.csv: there is no such file; " in refusal("none.csv")
+    assert "is a folder; " in refusal(".")
+    ensemble = hs.Ensemble(hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25), 0.0, 1.0, 0.2)
+    hs.EventLog.create(tmp_path / "a.history", ensemble, FOUR).close()
+    assert "a.history: is the log of a run; historysim log " in refusal("a.history")
+    hs.replay(ensemble, FOUR[:2]).to_netcdf(tmp_path / "a.nc")
+    assert "a.nc: is a netCDF or HDF5 file, such as a result; " in refusal("a.nc")
+    (tmp_path / "a.toml").write_text("[materials]\n", encoding="utf-8")
+    assert "a.toml: is a scenario; " in refusal("a.toml")
     (tmp_path / "binary.csv").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(hs.InputError, match="is not a CSV table"):
+    with pytest.raises(hs.InputError, match=r"binary.csv: is not UTF-8 text"):
         read_events(tmp_path / "binary.csv")
 
 
 def test_events_are_written_with_every_digit():
     assert value_text(hs.NormalLoad(0.0, 0.1 + 0.2)) == "0.30000000000000004"
     assert value_text(hs.FrictionChange(0.0, (0.1, 0.25))) == "0.1 0.25"
+    assert value_text(hs.FrictionChange(0.0, (0.1,))) == "[0.1]"
+
+
+NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
+COEFFICIENTS = st.floats(0, allow_infinity=False)
+ANY_EVENTS = st.lists(
+    st.one_of(
+        st.builds(hs.NormalLoad, NUMBERS, st.floats(0, allow_infinity=False)),
+        *(
+            st.builds(kind, NUMBERS, NUMBERS)
+            for kind in (hs.NormalDisplacement, hs.TangentialLoad, hs.TangentialDisplacement)
+        ),
+        st.builds(hs.FrictionChange, NUMBERS, st.one_of(COEFFICIENTS, st.lists(COEFFICIENTS, min_size=1, max_size=3))),
+    )
+)
+
+
+@given(ANY_EVENTS)
+@example([])
+@example([hs.FrictionChange(-0.0, [0.1]), hs.FrictionChange(0.0, 0.1), hs.TangentialLoad(5e-324, -0.0)])
+def test_what_is_written_is_read_bit_for_bit(tmp_path_factory, events):
+    path = tmp_path_factory.getbasetemp() / "written.csv"
+    write_events(path, events)
+    assert digest(read_events(path)) == digest(events)
+
+
+def test_a_table_appears_whole_or_not_at_all(tmp_path):
+    write_events(tmp_path / "a.csv", FOUR[:2])
+    assert (tmp_path / "a.csv").read_text(encoding="utf-8") == "time,normal_load\n0.0,0.05\n1.5,0.02\n"
+    with pytest.raises(AttributeError):
+        write_events(tmp_path / "a.csv", [*FOUR, None])
+    with pytest.raises(FileNotFoundError) as caught:
+        write_events(tmp_path / "none" / "a.csv", FOUR)
+    assert caught.value.filename == str(tmp_path / "none" / "a.csv")
+    assert [path.name for path in tmp_path.iterdir()] == ["a.csv"]
