@@ -1,6 +1,9 @@
-"""What the commands take: files, and quantities with units."""
+"""What the commands take: files, how texts are written, and quantities with units."""
 
+import functools
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -34,3 +37,26 @@ def quantity_option(option: str, text: str, unit: str) -> float:
         return quantity(text, unit)
     except InputError as error:
         raise InputError(f"{option}: {error}") from error
+
+
+def text_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command the options that say how a text is written; it takes them as one ``layout``."""
+
+    @functools.wraps(command)
+    def with_layout(*, delimiter: str | None, decimal: str, header: int | None, encoding: str, **others: Any) -> None:
+        from historysim.tables import Format
+
+        try:
+            layout = Format(delimiter=delimiter, decimal=decimal, header=header, encoding=encoding)
+        except InputError as error:
+            raise InputError(f"--{error}") from error
+        command(layout=layout, **others)
+
+    for option in (
+        click.option("--encoding", default="utf-8", show_default=True, help="The encoding of a text."),
+        click.option("--header", type=int, help="The line of a text that names the columns. [default: found]"),
+        click.option("--decimal", default=".", show_default=True, help="The decimal sign of a text."),
+        click.option("--delimiter", help="What stands between two values of a text. [default: found]"),
+    ):
+        with_layout = option(with_layout)
+    return with_layout

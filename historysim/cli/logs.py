@@ -7,13 +7,16 @@ import click
 
 from historysim.basics.file_kinds import is_log
 from historysim.basics.files import replacing
-from historysim.cli.arguments import check_target, path_type, quantity_option
+from historysim.basics.wording import counted
+from historysim.cli.arguments import check_target, path_type, quantity_option, text_options
 from historysim.cli.ending import NotPossible
 from historysim.cli.output import notice, print_lines, print_table, save
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from historysim.tables import Format
 
 
 @click.command()
@@ -92,28 +95,30 @@ def fork(log: Path, moment: str, output: Path) -> None:
     from historysim.log.event_log import EventLog
 
     with EventLog(log) as events, events.fork(quantity_option("--at", moment, "s"), output, tell=notice) as made:
-        click.echo(f"{output}: {len(made):,} events")
+        click.echo(f"{output}: {counted(len(made), 'event', 'events')}")
 
 
 @click.command()
 @click.argument("log", type=path_type)
 @click.argument("table", type=path_type)
-def append(log: Path, table: Path) -> None:
-    """Append the events in TABLE (CSV) to LOG (NAME.history).
+@text_options
+def append(log: Path, table: Path, layout: "Format") -> None:
+    """Append the events in TABLE, a text, to LOG (NAME.history).
 
     The table has a header line: time, and one or more of normal_load, normal_displacement, tangential_load,
-    tangential_displacement, friction. Numbers are SI, or carry units; an empty cell is no event.
+    tangential_displacement, friction. Numbers are SI, or have a unit beside them or beside the name of their column;
+    where nothing stands, there is no event.
     """
     from historysim.loads.event_table import read_events
     from historysim.log.event_log import EventLog
 
     with EventLog(log) as events:
-        new = read_events(table)
+        new = read_events(table, layout)
         try:
             events.append(new)
         except InputError as error:
             raise InputError(f"{table}: {error}") from error
-        click.echo(f"{log}: {len(new):,} events appended, {len(events):,} in all")
+        click.echo(f"{log}: {counted(len(new), 'event', 'events')} appended, {len(events):,} in all")
 
 
 @click.command("log")
@@ -123,11 +128,20 @@ def append(log: Path, table: Path) -> None:
 @click.option("--to", "end", help="Only up to this time.")
 @click.option("--first", type=click.IntRange(0), help="Only so many, the first ones.")
 @click.option("--last", type=click.IntRange(0), help="Only so many, the last ones.")
+@click.option("--csv", "table", type=path_type, help="Write them to this file instead, a table that append reads.")
 def list_log(
-    file: Path, kind: tuple[str, ...], begin: str | None, end: str | None, first: int | None, last: int | None
+    file: Path,
+    kind: tuple[str, ...],
+    begin: str | None,
+    end: str | None,
+    first: int | None,
+    last: int | None,
+    table: Path | None,
 ) -> None:
     """List the events of LOG (NAME.history)."""
-    from historysim.loads.event_table import value_text
+    if table is not None:
+        check_target(table, file)
+    from historysim.loads.event_table import value_text, write_events
     from historysim.loads.events import EVENT_KINDS, time_text
     from historysim.log.event_log import EventLog
 
@@ -143,6 +157,10 @@ def list_log(
         ]
     chosen = chosen[: len(chosen) if first is None else first]
     chosen = chosen if last is None else chosen[max(len(chosen) - last, 0) :]
+    if table is not None:
+        write_events(table, [event for _, event in chosen])
+        click.echo(f"{table}: {counted(len(chosen), 'event', 'events')}")
+        return
     rows = [("event", "time", "kind", "value")]
     for number, event in chosen:
         unit = "" if event.unit == "1" else f" {event.unit}"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from historysim.basics.files import replacing
-from historysim.cli.arguments import check_target, path_type, quantity_option
+from historysim.cli.arguments import check_target, path_type, quantity_option, text_options
 from historysim.cli.output import print_lines, print_table, save
 from historysim.errors import InputError
 
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from historysim.measured.observation import Observation, Passage
     from historysim.measured.record import Record
     from historysim.scenario.scenario import Scenario
+    from historysim.tables import Format
 
 NOISE_SHARE = 0.05
 """Swings of a result's displacement, over its range, below which no loop is looked for."""
@@ -28,17 +29,11 @@ NOISE_SHARE = 0.05
 
 @click.command()
 @click.argument("file", type=path_type)
-@click.option("--delimiter", help="What stands between two values of a text. [default: found]")
-@click.option("--decimal", default=".", show_default=True, help="The decimal sign of a text.")
-@click.option("--header", type=int, help="The line of a text that names the columns. [default: found]")
-@click.option("--encoding", default="utf-8", show_default=True, help="The encoding of a text.")
-def columns(file: Path, delimiter: str | None, decimal: str, header: int | None, encoding: str) -> None:
+@text_options
+def columns(file: Path, layout: "Format") -> None:
     """List the columns of FILE, a file of numbers, as a scenario names them."""
-    from historysim.scenario.schema import reported
-    from historysim.tables import Format, describe
+    from historysim.tables import describe
 
-    with reported("columns"):
-        layout = Format(delimiter=delimiter, decimal=decimal, header=header, encoding=encoding)
     found = describe(file, layout)
     print_table([("column", "unit", "values", "first"), *((c.column, c.unit, c.values, c.first) for c in found)])
 

@@ -3,6 +3,7 @@
 import csv
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from decimal import Decimal
 from pathlib import Path
 
 import attrs
@@ -84,7 +85,10 @@ class _Column:
     def value(self, text: str, decimal: str) -> float:
         value = number(text, decimal)
         if value is not None and math.isfinite(value):
-            return value * self.factor
+            if self.factor == 1:
+                return value
+            # the product of the decimals, rounded once, is what the number says with its unit beside it
+            return float(Decimal(text.replace(decimal, ".")) * Decimal(repr(self.factor)))
         hint = decimal_hint(text.partition(" ")[0], decimal)
         if hint or value is not None or text[-1].isdecimal():
             raise InputError(f"{brief(text)}; expected a finite number{hint}")

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import netCDF4
 import numpy as np
@@ -13,7 +14,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import historysim
+import historysim as hs
 from historysim.cli import main
+from historysim.loads.event_table import read_events
 
 SCENARIO = """
 title = "a ball"
@@ -252,7 +255,7 @@ def test_a_fork_has_another_future(ran):
     assert call("fork", "ball.history", "--at", "0.5", "-o", "fork.history").output == "fork.history: 3 events\n"
     (ran / "more.csv").write_text("time,tangential_load\n2,-6 mN\n", encoding="utf-8")
     done = call("append", "fork.history", "more.csv")
-    assert done.output == "fork.history: 1 events appended, 4 in all\n"
+    assert done.output == "fork.history: 1 event appended, 4 in all\n"
     listed = call("log", "fork.history").output.splitlines()
     assert listed[0].split() == ["event", "time", "kind", "value"]
     assert listed[1].split() == ["0", "0", "s", "normal_load", "0.05", "N"]
@@ -265,6 +268,31 @@ def test_a_fork_has_another_future(ran):
     assert call("log", "fork.history", "--from", "0.4 s", "--to", "1").output.count("\n") == 3
     assert call("log", "fork.history", "--first", "1").output.count("\n") == 2
     assert call("log", "fork.history", "--last", "1").output.splitlines()[1].startswith("3 ")
+
+
+@pytest.mark.usefixtures("ran")
+def test_events_are_written_to_a_table_and_read_back():
+    done = call("log", "ball.history", "--csv", "all.csv")
+    assert done.output == "all.csv: 2 events\n"
+    call("fork", "ball.history", "--at", "0", "-o", "fork.history")
+    call("log", "ball.history", "--from", "0.1", "--csv", "later.csv")
+    assert call("append", "fork.history", "later.csv").exit_code == 0
+    with hs.EventLog("fork.history") as fork, hs.EventLog("ball.history") as log:
+        assert fork.events() == log.events() == read_events(Path("all.csv"))
+    assert "would overwrite what it is made from" in call("log", "ball.history", "--csv", "ball.history").output
+
+
+def test_a_table_to_append_is_read_as_it_is_said(ran):
+    (ran / "more.csv").write_text("time;tangential_load [mN]\n2;-6,5\n", encoding="utf-8")
+    assert "if it has a decimal comma, say decimal" in call("append", "ball.history", "more.csv").output
+    assert call("append", "ball.history", "more.csv", "--decimal", ",").exit_code == 0
+    with hs.EventLog("ball.history") as log:
+        assert log.events()[-1] == hs.TangentialLoad(2.0, -6.5e-3)
+    assert "--delimiter: ';;'; expected one" in call("append", "ball.history", "more.csv", "--delimiter", ";;").output
+    for name, kind in (("ball.history", "the log of a run"), ("ball.nc", "a netCDF"), ("ball.toml", "a scenario")):
+        done = call("append", "ball.history", name)
+        assert done.exit_code == 2
+        assert f"{name}: is {kind}" in done.output
 
 
 def test_a_run_is_resumed_from_its_log(ran):
