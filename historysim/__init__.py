@@ -30,7 +30,11 @@ if TYPE_CHECKING:
     from historysim.log.verification import verify as verify
     from historysim.replay import Replay as Replay
     from historysim.replay import replay as replay
+    from historysim.scenario.compare import compare as compare
+    from historysim.scenario.fit import fit as fit
+    from historysim.scenario.loops import find_loops as find_loops
     from historysim.scenario.run import run as run
+    from historysim.scenario.scenario import load as load
     from historysim.surfaces.distribution import drawn_summits as drawn_summits
     from historysim.surfaces.distribution import quantile_summits as quantile_summits
     from historysim.surfaces.heights import Surface as Surface
@@ -49,7 +53,11 @@ _HOMES = {
     "log.event_log": ("EventLog",),
     "log.verification": ("verify",),
     "replay": ("Replay", "replay"),
+    "scenario.compare": ("compare",),
+    "scenario.fit": ("fit",),
+    "scenario.loops": ("find_loops",),
     "scenario.run": ("run",),
+    "scenario.scenario": ("load",),
     "surfaces.distribution": ("drawn_summits", "quantile_summits"),
     "surfaces.heights": ("Surface",),
     "surfaces.random": ("random_surface",),

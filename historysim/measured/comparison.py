@@ -6,9 +6,9 @@ import numpy.typing as npt
 
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.units import quantity_text
-from historysim.errors import InputError
-from historysim.measured.loops import BRANCH_QUANTITIES, LOOP_QUANTITIES, Loops, find_loops
+from historysim.measured.loops import BRANCH_QUANTITIES, LOOP_QUANTITIES, Loops
 from historysim.measured.observation import Observation, Passage
+from historysim.measured.splitting import NoLoopError, loops_of_channels
 
 Floats = npt.NDArray[np.float64]
 
@@ -23,17 +23,47 @@ class Comparison:
         What was measured.
     passage : Passage
         What the model does along it.
-    measured, model : Loops or None
-        Loops of both, None where the record has none.
+    model : Loops or None
+        Loops of the model, None where it has no whole one.
     instrument : Instrument
         What the displacement was measured by.
     """
 
     observation: Observation
     passage: Passage
-    measured: Loops | None
     model: Loops | None
     instrument: Instrument = RIGID
+
+    @classmethod
+    def of(cls, observation: Observation, passage: Passage, instrument: Instrument = RIGID) -> "Comparison":
+        """Set a model beside a measurement.
+
+        Parameters
+        ----------
+        observation : Observation
+        passage : Passage
+            From `observation.passed`.
+        instrument : Instrument
+            What the displacement was measured by.
+        """
+        try:
+            model = loops_of_channels(
+                observation.time,
+                passage.displacement,
+                passage.tangential_load,
+                observation.normal_load,
+                dead_band=observation.dead_band,
+                skip=observation.skip,
+            )
+        except NoLoopError:
+            # without a whole loop the samples can still be compared
+            model = None
+        return cls(observation, passage, model, instrument)
+
+    @property
+    def measured(self) -> Loops | None:
+        """The measured loops, None where there is no whole one."""
+        return self.observation.loops
 
     @property
     def difference(self) -> Floats:
@@ -42,13 +72,15 @@ class Comparison:
         return off[self.observation.first :]
 
     def summary(self) -> list[tuple[str, str]]:
-        """Say in a few lines how far the two are apart."""
+        """Return lines of (label, text) that say how far the two are apart."""
         off = self.difference
         largest = float(np.abs(self.observation.tangential_load[self.observation.first :]).max(initial=0.0))
         rms = float(np.sqrt(np.mean(off**2)))
         share = f", {100 * rms / largest:.3g} % of the largest tangential load" if largest > 0 else ""
         return [
+            *self.observation.remarks,
             ("samples compared", f"{off.size:,}"),
+            ("dead band", quantity_text(self.observation.dead_band, "m")),
             ("loops", "none" if self.measured is None else f"{len(self.measured):,}"),
             ("rms difference", f"{quantity_text(rms, 'N')}{share}"),
         ]
@@ -62,40 +94,3 @@ class Comparison:
             if not name.endswith("_gap"):
                 table.append((label, self.measured.text(name, unit), self.model.text(name, unit)))
         return table
-
-
-def compare(
-    observation: Observation,
-    passage: Passage,
-    *,
-    dead_band: float = 0.0,
-    skip: int = 0,
-    instrument: Instrument = RIGID,
-) -> Comparison:
-    """Set a model beside a measurement.
-
-    Parameters
-    ----------
-    observation : Observation
-    passage : Passage
-        From `observation.passed`.
-    dead_band : float
-        The smallest swing of the displacement that counts as a reversal [m].
-    skip : int
-        Loops at the start that are left out.
-    instrument : Instrument
-        What the displacement was measured by.
-    """
-    found: list[Loops | None] = []
-    for moved, load in (
-        (observation.displacement, observation.tangential_load),
-        (passage.displacement, passage.tangential_load),
-    ):
-        try:
-            found.append(
-                find_loops(observation.time, moved, load, observation.normal_load, dead_band=dead_band, skip=skip)
-            )
-        except InputError:
-            # a record need not have a whole loop to be compared
-            found.append(None)
-    return Comparison(observation, passage, found[0], found[1], instrument)

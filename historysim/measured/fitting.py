@@ -9,6 +9,7 @@ sample's misfit of the load is weighed by the noise of the load and that of the 
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import attrs
 import numpy as np
@@ -16,18 +17,22 @@ import numpy.typing as npt
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import Instrument
-from historysim.basics.arguments import checked, scalar
+from historysim.basics.arguments import scalar
 from historysim.errors import InputError
 from historysim.measured.observation import Observation, Passage, passed
+from historysim.measured.power_law import CONFIDENCE
+
+if TYPE_CHECKING:
+    from scipy.optimize import OptimizeResult
 
 Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
 Model = Callable[[Mapping[str, float]], tuple[Ensemble, Instrument]]
 
 MOST_NODES = 120
 """Turning points and steps of load up to which their places are unknowns; beyond, they are taken as measured."""
 TOLD_APART = 0.99
 """Correlation of two parameters above which the data do not tell them apart."""
-CONFIDENCE = 0.95
 UNDETERMINED = 1e6
 """Ratio of the ends of an interval from which on nothing is known."""
 MUCH_WORSE = 3.0
@@ -60,14 +65,14 @@ class Parameter:
     high: float
 
     def interval(self, unit: float = 1.0) -> str:
-        """Say in a few words what the confidence interval is, in a unit of that many SI units."""
+        """Return the confidence interval as a text, in a unit of that many SI units."""
         if not self.high < UNDETERMINED * self.low:
             return "95 %: not determined"
         return f"95 %: {self.low / unit:.6g} to {self.high / unit:.6g}"
 
 
 @attrs.frozen(eq=False)
-class Fit:
+class ParameterFit:
     """Parameters, and what the model makes of the samples with them.
 
     Attributes
@@ -96,7 +101,7 @@ class Fit:
     notes: tuple[str, ...]
 
     def summary(self) -> list[tuple[str, str]]:
-        """Say in a few lines what was found, how sure it is, and what the data cannot tell."""
+        """Return lines of (label, text): what was found, how sure it is, and what the data cannot tell."""
         lines = [(parameter.name, f"{parameter.value:.6g}  ({parameter.interval()})") for parameter in self.parameters]
         names = [parameter.name for parameter in self.parameters]
         lines += [
@@ -113,8 +118,8 @@ class Fit:
         return {parameter.name: parameter.value for parameter in self.parameters}
 
 
-def fit(model: Model, start: Mapping[str, float], observation: Observation) -> Fit:
-    """Fit parameters to measured loops.
+def fit_parameters(model: Model, start: Mapping[str, float], observation: Observation) -> ParameterFit:
+    """Return the parameters with which a model comes closest to measured loops.
 
     Parameters
     ----------
@@ -125,88 +130,131 @@ def fit(model: Model, start: Mapping[str, float], observation: Observation) -> F
         and its neighbours a factor of ten away.
     observation : Observation
 
-    Returns
-    -------
-    Fit
-
     Raises
     ------
     InputError
         A start that is not > 0 and finite, samples that are not more than the parameters, or no load to fit to.
     """
-    from scipy import stats
-    from scipy.optimize import least_squares
+    search = _Search.of(model, start, observation)
+    return search.read_off(search.settled(search.best_start()))
 
-    names = tuple(start)
-    logarithms = np.log([scalar(name, start[name], above=0) for name in names])
-    inner = observation.nodes.size - 2
-    free = inner if observation.displacement_noise > 0 and inner <= MOST_NODES else 0
-    # a node stands for itself: a sample too early or too late, it is on another branch than it is taken for
-    compared = np.setdiff1d(np.arange(observation.first, observation.time.size), observation.nodes)
-    freedom = compared.size - len(names)
-    if freedom < 1:
-        raise InputError(f"{compared.size} samples for {len(names)} parameters; expected more samples than parameters")
-    unknowns = np.concatenate([logarithms, np.zeros(free)])
-    range_of = np.concatenate([np.full(len(names), _FARTHEST), np.full(free, _FARTHEST_NODE)])
-    bounds = unknowns - range_of, unknowns + range_of
-    # without any noise all samples weigh alike
-    load_noise = max(observation.load_noise, 1e-9 * float(np.abs(observation.tangential_load).max()))
-    if load_noise == 0:
-        raise InputError("the tangential load is 0 N throughout; expected a measured load to fit to")
 
-    def walked(x: Floats) -> Passage:
-        contact = model(dict(zip(names, np.exp(x[: len(names)]).tolist(), strict=True)))
-        return passed(*contact, observation, x[len(names) :])
+@attrs.frozen(eq=False)
+class _Search:
+    """The least squares: its unknowns are the logarithms of the parameters, and how far the nodes are off.
 
-    def residuals(x: Floats, scale: Floats | float) -> Floats:
-        off = (observation.tangential_load - walked(x).tangential_load)[compared]
-        return np.concatenate([off / scale, x[len(names) :]])
+    Attributes
+    ----------
+    start : array (parameter)
+        Logarithms of the parameters to start from.
+    free : int
+        Nodes whose places are unknowns.
+    compared : array of int
+        The samples that are compared.
+    load_noise : float
+        [N], > 0.
+    """
 
-    def jacobian(x: Floats, scale: Floats) -> Floats:
-        here = residuals(x, scale)
-        steps = np.where(np.arange(x.size) < len(names), _STEP, _NODE_STEP)
+    model: Model
+    names: tuple[str, ...]
+    start: Floats
+    observation: Observation
+    free: int
+    compared: Integers
+    load_noise: float
+
+    @classmethod
+    def of(cls, model: Model, start: Mapping[str, float], observation: Observation) -> "_Search":
+        names = tuple(start)
+        logarithms = np.log([scalar(name, start[name], above=0) for name in names])
+        inner = observation.nodes.size - 2
+        free = inner if observation.displacement_noise > 0 and inner <= MOST_NODES else 0
+        # a node stands for itself: a sample too early or too late, it is on another branch than it is taken for
+        compared = np.setdiff1d(np.arange(observation.first, observation.time.size), observation.nodes)
+        if compared.size <= len(names):
+            raise InputError(
+                f"{compared.size} samples for {len(names)} parameters; expected more samples than parameters"
+            )
+        # without any noise all samples weigh alike
+        load_noise = max(observation.load_noise, 1e-9 * float(np.abs(observation.tangential_load).max()))
+        if load_noise == 0:
+            raise InputError("the tangential load is 0 N throughout; expected a measured load to fit to")
+        return cls(model, names, logarithms, observation, free, compared, load_noise)
+
+    def best_start(self) -> Floats:
+        """Return the best of the start and its neighbours a factor of ten away."""
+        # far from the truth a parameter may hide behind another one, in a valley of its own
+        tried = [
+            np.concatenate([self.start + step, np.zeros(self.free)])
+            for step in itertools.product((0.0, -math.log(10), math.log(10)), repeat=len(self.names))
+        ]
+        return min(tried, key=lambda x: float(np.sum(self._residuals(x, self.load_noise) ** 2)))
+
+    def settled(self, unknowns: Floats) -> "OptimizeResult":
+        """Return where the search ends, with the samples weighed as that end has it."""
+        from scipy.optimize import least_squares
+
+        first = np.concatenate([self.start, np.zeros(self.free)])
+        reach = np.concatenate([np.full(len(self.names), _FARTHEST), np.full(self.free, _FARTHEST_NODE)])
+        bounds = first - reach, first + reach
+        for _ in range(_WEIGHINGS):
+            stiffness = self._walked(unknowns).stiffness[self.compared]
+            scale = np.hypot(self.load_noise, stiffness * self.observation.displacement_noise)
+            found = least_squares(
+                self._residuals, unknowns, self._jacobian, bounds, args=(scale,), max_nfev=60, xtol=1e-10, ftol=1e-12
+            )
+            moved = np.abs(found.x - unknowns)[: len(self.names)].max()
+            unknowns = found.x
+            if moved < 1e-6:
+                break
+        return found
+
+    def read_off(self, found: "OptimizeResult") -> ParameterFit:
+        """Return what the end of a search says: estimates, their intervals, and what the data cannot tell."""
+        from scipy import stats
+
+        count = len(self.names)
+        freedom = self.compared.size - count
+        variance = 2 * found.cost / freedom
+        covariance = _covariance(found.jac)[:count, :count]
+        deviation = np.sqrt(np.diag(covariance))
+        # a model that does not fit makes the estimates less sure, one that fits by luck does not make them surer
+        reach = stats.t.ppf((1 + CONFIDENCE) / 2, freedom) * deviation * math.sqrt(max(variance, 1.0))
+        correlation = covariance / np.outer(deviation, deviation)
+        middle = found.x[:count]
+        passage = self._walked(found.x)
+        return ParameterFit(
+            parameters=tuple(
+                Parameter(name, math.exp(at), math.exp(at - width), math.exp(min(at + width, _LARGEST)))
+                for name, at, width in zip(self.names, middle, reach, strict=True)
+            ),
+            correlation=correlation,
+            passage=passage,
+            residual=(self.observation.tangential_load - passage.tangential_load)[self.compared],
+            misfit=math.sqrt(variance),
+            degrees_of_freedom=freedom,
+            notes=(
+                *_notes_on_search(found.status > 0, math.sqrt(variance)),
+                *_indistinct(self.names, correlation, reach, np.abs(middle - self.start)),
+            ),
+        )
+
+    def _walked(self, x: Floats) -> Passage:
+        parameters = dict(zip(self.names, np.exp(x[: len(self.names)]).tolist(), strict=True))
+        return passed(*self.model(parameters), self.observation, x[len(self.names) :])
+
+    def _residuals(self, x: Floats, scale: Floats | float) -> Floats:
+        off = (self.observation.tangential_load - self._walked(x).tangential_load)[self.compared]
+        return np.concatenate([off / scale, x[len(self.names) :]])
+
+    def _jacobian(self, x: Floats, scale: Floats) -> Floats:
+        here = self._residuals(x, scale)
+        steps = np.where(np.arange(x.size) < len(self.names), _STEP, _NODE_STEP)
         columns = [
-            (residuals(x + step * unit, scale) - here) / step for step, unit in zip(steps, np.eye(x.size), strict=True)
+            (self._residuals(x + step * unit, scale) - here) / step
+            for step, unit in zip(steps, np.eye(x.size), strict=True)
         ]
         return np.stack(columns, axis=1)
-
-    # far from the truth a parameter may hide behind another one, in a valley of its own
-    tried = [
-        np.concatenate([logarithms + step, np.zeros(free)])
-        for step in itertools.product((0.0, -math.log(10), math.log(10)), repeat=len(names))
-    ]
-    unknowns = min(tried, key=lambda x: float(np.sum(residuals(x, load_noise) ** 2)))
-    for _ in range(_WEIGHINGS):
-        stiffness = walked(unknowns).stiffness[compared]
-        scale = np.hypot(load_noise, stiffness * observation.displacement_noise)
-        found = least_squares(residuals, unknowns, jacobian, bounds, args=(scale,), max_nfev=60, xtol=1e-10, ftol=1e-12)
-        moved = np.abs(found.x - unknowns)[: len(names)].max()
-        unknowns = found.x
-        if moved < 1e-6:
-            break
-    best = walked(unknowns)
-    variance = 2 * found.cost / freedom
-    covariance = _covariance(found.jac)[: len(names), : len(names)]
-    deviation = np.sqrt(np.diag(covariance))
-    # a model that does not fit makes the estimates less sure, one that fits by luck does not make them surer
-    reach = stats.t.ppf((1 + CONFIDENCE) / 2, freedom) * deviation * math.sqrt(max(variance, 1.0))
-    correlation = covariance / np.outer(deviation, deviation)
-    middle = unknowns[: len(names)]
-    return Fit(
-        parameters=tuple(
-            Parameter(name, math.exp(at), math.exp(at - width), math.exp(min(at + width, _LARGEST)))
-            for name, at, width in zip(names, middle, reach, strict=True)
-        ),
-        correlation=correlation,
-        passage=best,
-        residual=(observation.tangential_load - best.tangential_load)[compared],
-        misfit=math.sqrt(variance),
-        degrees_of_freedom=freedom,
-        notes=(
-            *_notes_on_search(found.status > 0, math.sqrt(variance)),
-            *_indistinct(names, correlation, reach, np.abs(middle - logarithms)),
-        ),
-    )
 
 
 def _notes_on_search(settled: bool, misfit: float) -> list[str]:
@@ -240,7 +288,7 @@ def _indistinct(names: Sequence[str], correlation: Floats, reach: Floats, moved:
 
 
 def _covariance(jacobian: Floats) -> Floats:
-    """Give (JᵀJ)⁻¹, with very large variances where the residuals do not depend on an unknown."""
+    """Return (JᵀJ)⁻¹, with very large variances where the residuals do not depend on an unknown."""
     size = np.linalg.norm(jacobian, axis=0)
     size = np.where(size > 0, size, 1.0)
     _, values, directions = np.linalg.svd(jacobian / size, full_matrices=False)
@@ -248,52 +296,3 @@ def _covariance(jacobian: Floats) -> Floats:
     half = directions.T * inverse
     covariance: Floats = half @ half.T / np.outer(size, size)
     return covariance
-
-
-@attrs.frozen
-class PowerLaw:
-    """μ = factor N^exponent, with intervals of 95 % confidence.
-
-    Attributes
-    ----------
-    exponent, exponent_low, exponent_high : float
-        n [1]: -1/3 for a smooth ball with a constant interfacial shear strength, 0 for a rough surface.
-    factor : float
-        μ at 1 N [1].
-    """
-
-    exponent: float
-    exponent_low: float
-    exponent_high: float
-    factor: float
-
-
-def power_law(normal_load: npt.ArrayLike, friction: npt.ArrayLike) -> PowerLaw:
-    """Fit μ = factor N^n to friction coefficients at several loads, by a straight line through the logarithms.
-
-    Parameters
-    ----------
-    normal_load : array_like (load)
-        N [N], > 0, three or more, not all equal.
-    friction : array_like (load)
-        μ [1], > 0.
-
-    Raises
-    ------
-    InputError
-        Numbers out of range, arrays of different lengths, too few loads, or the same load throughout.
-    """
-    from scipy import stats
-
-    load, coefficient = checked("normal_load", normal_load, above=0), checked("friction", friction, above=0)
-    if load.ndim != 1 or load.shape != coefficient.shape or load.size < 3:
-        raise InputError(
-            f"normal_load has shape {load.shape} and friction {coefficient.shape}; expected two lists of one length ≥ 3"
-        )
-    if np.ptp(load) == 0:
-        raise InputError(f"normal_load is {load[0]:g} N throughout; expected several loads")
-    line = stats.linregress(np.log(load), np.log(coefficient))
-    # scipy has no standard error for the same coefficient throughout, where nothing scatters
-    error = 0.0 if math.isnan(line.stderr) else float(line.stderr)
-    slope, reach = float(line.slope), float(stats.t.ppf((1 + CONFIDENCE) / 2, load.size - 2)) * error
-    return PowerLaw(slope, slope - reach, slope + reach, math.exp(line.intercept))

@@ -1,6 +1,6 @@
-"""Friction loops: a record split at the reversals of its tangential displacement, and what each loop says.
+"""Friction loops of a record, measured or simulated, and what each of them says; `splitting` finds them.
 
-The same code reads measured records and simulated ones. The tangential displacement U and the load T that drives it
+The tangential displacement U and the load T that drives it
 count positive in one direction, so that friction takes energy: ∮ T dU > 0. A *branch* leads from one reversal to the
 next; on the forward one U rises, and T tends to +μN; on the backward one U falls, and T tends to -μN. Below, u and f
 are displacement and load of a branch in its own direction, u = ±(U - U_reversal) and f = ±T, with + on the forward
@@ -25,16 +25,17 @@ and off a whole loop:
 """
 
 import math
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import scalar
 from historysim.basics.units import prefixed, quantity_text
 from historysim.errors import InputError
-from historysim.measured.reduction import channel, clock, turning_points
+from historysim.measured.definitions import Definitions
+from historysim.measured.power_law import power_law
+from historysim.measured.range_pairs import range_pairs
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,120 +60,14 @@ LOOP_QUANTITIES = {
     "tangential_load_gap": ("gap in tangential load", "N"),
 }
 
-WRONG_WAY = -0.05
-
-
-def _share(owner: object, attribute: "attrs.Attribute[float]", value: float) -> None:
-    name = f"{attribute.name} of {type(owner).__name__}"
-    if not 0 < scalar(name, value) < 1:
-        raise InputError(f"{name} is {value:g}; expected a share, between 0 and 1")
-
-
-def _length(owner: object, attribute: "attrs.Attribute[float]", value: float) -> None:
-    scalar(f"{attribute.name} of {type(owner).__name__}", value, above=0)
-
-
-def _one_of(*kinds: type) -> Any:
-    names = " or ".join(kind.__name__ for kind in kinds)
-
-    def check(owner: object, attribute: "attrs.Attribute[Any]", value: object) -> None:
-        if not isinstance(value, kinds):
-            raise InputError(f"{attribute.name} of {type(owner).__name__} is {value!r}; expected {names}")
-
-    return check
+CONTENT = "friction loops"
+"""What the attribute ``content`` of a file of loops says, by which such a file is known."""
+SEVERAL_LOADS = 0.05
+"""Range of the normal load over the greatest one from which on friction can be told to go with the load."""
 
 
 @attrs.frozen
-class LastPart:
-    """Sliding part of a branch: its last part, by displacement.
-
-    Parameters
-    ----------
-    share : float
-        Of the displacement of the branch, between 0 and 1.
-    """
-
-    share: float = attrs.field(default=0.25, validator=_share)
-
-    def __str__(self) -> str:
-        return f"the last {self.share:.3g} of the displacement of a branch"
-
-
-@attrs.frozen
-class Plateau:
-    """Sliding part of a branch: from where the load has first come near its greatest value, on to the end.
-
-    Parameters
-    ----------
-    share : float
-        How much of the way from the reversal to the greatest load has been covered there, between 0 and 1.
-    """
-
-    share: float = attrs.field(default=0.95, validator=_share)
-
-    def __str__(self) -> str:
-        return f"from {self.share:.3g} of the way between the load at the reversal and the greatest load of a branch"
-
-
-@attrs.frozen
-class FirstLoad:
-    """First part of a branch: until the load has covered a share of the way from the reversal to the friction force.
-
-    Parameters
-    ----------
-    share : float
-        Between 0 and 1.
-    """
-
-    share: float = attrs.field(default=0.2, validator=_share)
-
-    def __str__(self) -> str:
-        return f"until {self.share:.3g} of the way between the load at the reversal and the friction force"
-
-
-@attrs.frozen
-class FirstDisplacement:
-    """First part of a branch: until it is a length away from the reversal.
-
-    Parameters
-    ----------
-    length : float
-        [m].
-    """
-
-    length: float = attrs.field(validator=_length)
-
-    def __str__(self) -> str:
-        return f"the first {self.length:.3g} m of a branch"
-
-
-@attrs.frozen
-class Definitions:
-    """What is taken for sliding, for reached, and for the beginning of a branch.
-
-    Parameters
-    ----------
-    sliding : LastPart or Plateau
-        The part of a branch that the friction force is the mean of.
-    reached : float
-        The share of the way between the load at the reversal and the friction force that ends the preliminary
-        displacement, between 0 and 1.
-    initial : FirstLoad or FirstDisplacement
-        The part of a branch that the stiffness is the slope of.
-    """
-
-    sliding: LastPart | Plateau = attrs.field(factory=LastPart, validator=_one_of(LastPart, Plateau))
-    reached: float = attrs.field(default=0.95, validator=_share)
-    initial: FirstLoad | FirstDisplacement = attrs.field(
-        factory=FirstLoad, validator=_one_of(FirstLoad, FirstDisplacement)
-    )
-
-
-DEFAULT = Definitions()
-
-
-@attrs.frozen
-class Statistics:
+class LoopStatistics:
     """Mean and scatter of one quantity over the loops.
 
     Attributes
@@ -191,13 +86,13 @@ class Statistics:
 
 
 @attrs.frozen(eq=False)
-class Record:
-    """Channels over time, each an array (sample); the normal load is None where it is not known.
+class Trace:
+    """The channels that loops are found in, over time; the normal load is None where it is not known.
 
     Attributes
     ----------
     time : array (sample)
-        Rising [s].
+        Times that do not decrease [s].
     displacement : array (sample)
         Tangential displacement U [m].
     tangential_load : array (sample)
@@ -214,14 +109,17 @@ class Record:
 
 @attrs.frozen(eq=False)
 class Loops:
-    """The loops of a record, from `find_loops`.
+    """The loops of a record.
 
     Quantities of branches are arrays (loop, direction) with the forward branch first; NaN where a branch has no value.
 
     Attributes
     ----------
-    record : Record
+    trace : Trace
+        The record that they were found in.
     definitions : Definitions
+    dead_band : float
+        The smallest swing of the displacement that was taken for a reversal [m].
     number : array of int (loop)
         Which loop of the record each one is, from 0.
     ends : array of int (loop, 3)
@@ -242,10 +140,13 @@ class Loops:
         ∮ T dU [J].
     displacement_gap, tangential_load_gap : array (loop)
         U [m] and T [N] at the end of the loop less those at its start.
+    remarks : tuple of (label, text)
+        What was done to the record before.
     """
 
-    record: Record = attrs.field(repr=False)
+    trace: Trace = attrs.field(repr=False)
     definitions: Definitions
+    dead_band: float
     number: Integers
     ends: Integers
     left_out: tuple[tuple[int, int], ...]
@@ -257,12 +158,13 @@ class Loops:
     dissipated_energy: Floats
     displacement_gap: Floats
     tangential_load_gap: Floats
+    remarks: tuple[tuple[str, str], ...] = ()
 
     def __len__(self) -> int:
         """Return the number of loops."""
         return self.number.size
 
-    def statistics(self, quantity: str, direction: Direction = "both") -> Statistics:
+    def statistics(self, quantity: str, direction: Direction = "both") -> LoopStatistics:
         """Return mean and scatter of a quantity over the loops.
 
         Parameters
@@ -287,11 +189,53 @@ class Loops:
         if values.ndim == 2:
             values = values.mean(axis=1) if direction == "both" else values[:, DIRECTIONS.index(direction)]
         values = values[np.isfinite(values)]
-        return Statistics(
+        return LoopStatistics(
             mean=float(values.mean()) if values.size else math.nan,
             standard_deviation=float(values.std(ddof=1)) if values.size > 1 else math.nan,
             count=values.size,
         )
+
+    def summary(self) -> list[tuple[str, str]]:
+        """Return lines of (label, text): remarks, dead band, range pairs, friction over the load, what is missing."""
+        return [
+            *self.remarks,
+            ("dead band", self._dead_band_text()),
+            ("range pairs", self._range_pairs_text()),
+            *self._friction_over_load(),
+            *(("note", text) for text in self.notes),
+        ]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the samples are too few to tell, and the mend."""
+        unknown = int(np.isnan(self.tangential_stiffness).any(axis=1).sum())
+        if not unknown:
+            return ()
+        missing = f"{unknown:,} of {_counted(len(self), 'loop')} without a stiffness at reversal"
+        needed = f"the first part of a branch, {self.definitions.initial}, needs two samples or more that rise"
+        mend = "record more often (substeps of a simulation), or take a longer first part"
+        return (f"{missing}: {needed}; {mend}",)
+
+    def _dead_band_text(self) -> str:
+        length = float(np.ptp(self.trace.displacement))
+        share = f", {100 * self.dead_band / length:.3g} % of the range of the displacement" if length > 0 else ""
+        return f"{quantity_text(self.dead_band, 'm')}{share}"
+
+    def _range_pairs_text(self) -> str:
+        pairs = range_pairs(self.trace.displacement, dead_band=self.dead_band)
+        closed = pairs.range[pairs.count == 1]
+        largest = f", up to {quantity_text(float(closed.max()), 'm')}" if closed.size else ""
+        return f"{closed.size:,} closed{largest}; {_counted(pairs.range.size - closed.size, 'half cycle')}"
+
+    def _friction_over_load(self) -> list[tuple[str, str]]:
+        load, friction = self.normal_load.mean(axis=1), self.friction_coefficient.mean(axis=1)
+        known = (load > 0) & (friction > 0)
+        load, friction = load[known], friction[known]
+        if load.size < 3 or np.ptp(load) <= SEVERAL_LOADS * load.max():
+            return []
+        law = power_law(load, friction)
+        interval = f"95 %: {law.exponent_low:+.3f} to {law.exponent_high:+.3f}"
+        return [("friction over load", f"coefficient goes with the power {law.exponent:+.3f} of N ({interval})")]
 
     def rows(self) -> list[tuple[str, str, str, str]]:
         """Return the summary as a table of texts: quantity, forward, backward, both; the first row is the heading.
@@ -316,7 +260,7 @@ class Loops:
         """Return all quantities as a Dataset with the dimensions loop and direction, and the definitions in words."""
         import xarray as xr
 
-        time = self.record.time
+        time = self.trace.time
         variables = {
             name: (dims, getattr(self, name), {"long_name": label, "units": unit})
             for dims, table in ((("loop", "direction"), BRANCH_QUANTITIES), (("loop",), LOOP_QUANTITIES))
@@ -331,7 +275,9 @@ class Loops:
                 "end_time": ("loop", time[self.ends[:, 2]], {"long_name": "end of the loop", "units": "s"}),
             },
             attrs={
-                "title": f"{len(self)} friction loops",
+                "title": _counted(len(self), "friction loop"),
+                "content": CONTENT,
+                "dead_band": self.dead_band,
                 "sliding_part": str(self.definitions.sliding),
                 "preliminary_displacement_reached_at": self.definitions.reached,
                 "initial_part": str(self.definitions.initial),
@@ -352,184 +298,5 @@ class Loops:
         return f"{found.mean * factor:.4g}{scatter}{symbol}{some}"
 
 
-def find_loops(
-    time: npt.ArrayLike,
-    displacement: npt.ArrayLike,
-    tangential_load: npt.ArrayLike,
-    normal_load: npt.ArrayLike | None = None,
-    *,
-    dead_band: float,
-    skip: int = 0,
-    definitions: Definitions = DEFAULT,
-) -> Loops:
-    """Split a record into friction loops and read off what each of them says.
-
-    A loop is two branches, one forward and one backward, that follow each other between three reversals; loops do not
-    overlap. The branch from the start of the record to its first reversal, often that of virgin loading, and the one
-    from its last reversal to the end of the record belong to a loop only if that loop closes: if the displacements at
-    its two ends differ by no more than the dead band.
-
-    Parameters
-    ----------
-    time : array_like (sample)
-        Rising [s].
-    displacement : array_like (sample)
-        Tangential displacement U [m].
-    tangential_load : array_like (sample)
-        T [N], positive in the direction of U.
-    normal_load : array_like (sample) or float, optional
-        N [N].
-    dead_band : float
-        The smallest swing of U that counts as a reversal [m], 0 or more: a few times its noise, and well below its
-        amplitude. See `turning_points`.
-    skip : int
-        How many loops at the start are left out.
-    definitions : Definitions
-
-    Returns
-    -------
-    Loops
-
-    Raises
-    ------
-    InputError
-        Missing or infinite samples, times that do not rise, channels of different lengths, no loop, or loops that run
-        the wrong way round.
-    """
-    moved = channel("displacement", displacement)
-    load = channel("tangential_load", tangential_load, moved.size)
-    times = clock(time, moved.size)
-    pressed = None
-    if normal_load is not None:
-        given = np.full(moved.size, normal_load) if np.ndim(normal_load) == 0 else normal_load
-        pressed = channel("normal_load", given, moved.size)
-    if not isinstance(definitions, Definitions):
-        raise InputError(f"definitions is {definitions!r}; expected Definitions(...)")
-    ends = _loop_ends(moved, dead_band)
-    if scalar("skip", skip) % 1 or not 0 <= skip < len(ends):
-        raise InputError(
-            f"the record has {len(ends)} whole loops at a dead band of {dead_band:g} m, of which {skip} are left out; "
-            "expected one or more to be left: lower dead_band or skip, or take a longer record"
-        )
-    left_out = tuple(
-        piece for piece in ((0, int(ends[0, 0])), (int(ends[-1, 2]), moved.size - 1)) if piece[0] < piece[1]
-    )
-    number = np.arange(int(skip), len(ends))
-    ends = ends[number]
-
-    energy = np.array([_enclosed(moved[start : end + 1], load[start : end + 1]) for start, _, end in ends])
-    _check_sense(energy, moved[ends], load[ends])
-    branches = np.full((len(ends), 2, len(BRANCH_QUANTITIES)), math.nan)
-    for loop, (start, turn, end) in enumerate(ends):
-        for first, last in ((start, turn), (turn, end)):
-            backward = moved[last] < moved[first]
-            sign = -1.0 if backward else 1.0
-            part = slice(first, last + 1)
-            branches[loop, int(backward)] = _branch(
-                sign * (moved[part] - moved[first]),
-                sign * load[part],
-                None if pressed is None else pressed[part],
-                definitions,
-            )
-    return Loops(
-        Record(times, moved, load, pressed),
-        definitions,
-        number,
-        ends,
-        left_out,
-        **dict(zip(BRANCH_QUANTITIES, np.moveaxis(branches, -1, 0), strict=True)),
-        dissipated_energy=energy,
-        displacement_gap=moved[ends[:, 2]] - moved[ends[:, 0]],
-        tangential_load_gap=load[ends[:, 2]] - load[ends[:, 0]],
-    )
-
-
-def _loop_ends(displacement: Floats, dead_band: float) -> Integers:
-    """Return the first, middle and last sample of each loop, (loop, 3)."""
-    kept = turning_points(displacement, dead_band)
-    swings = np.abs(np.diff(displacement[kept]))
-    branches = np.flatnonzero((swings > 0) & (swings >= dead_band))
-    if branches.size < 2:
-        return np.empty((0, 3), dtype=np.int64)
-    # only the first and the last swing may be too small to be a branch
-    turns = kept[branches[0] : branches[-1] + 2]
-    triples = np.column_stack([turns[:-2], turns[1:-1], turns[2:]])
-    closed = np.abs(displacement[triples[:, 2]] - displacement[triples[:, 0]]) <= dead_band
-    loops = triples[0 if closed[0] else 1 :: 2]
-    return loops[:-1] if loops.size and loops[-1, 2] == turns[-1] and not closed[-1] else loops
-
-
-def _check_sense(energy: Floats, displacement: Floats, load: Floats) -> None:
-    """Refuse loops, given by U and T at their ends, that give energy instead of taking it."""
-    box = np.ptp(displacement, axis=1) * np.ptp(load, axis=1)
-    if energy.sum() < WRONG_WAY * box.sum():
-        raise InputError(
-            f"the loops run the wrong way round: friction would give {-energy.mean():.4g} J per loop instead of taking "
-            "it; expected displacement and tangential_load positive in one direction: reverse one of the two, with a "
-            "scale of -1"
-        )
-
-
-def _branch(u: Floats, f: Floats, normal: Floats | None, definitions: Definitions) -> tuple[float, ...]:
-    """Return the quantities of one branch, in its own direction, in the order of BRANCH_QUANTITIES."""
-    sliding, initial = definitions.sliding, definitions.initial
-    if isinstance(sliding, LastPart):
-        slides_from = _crossing(u, (1 - sliding.share) * u[-1])
-    else:
-        slides_from = _crossing(f, f[0] + sliding.share * (f.max() - f[0]))
-    force = _mean_from(slides_from, u, f)
-    load = math.nan if normal is None else _mean_from(slides_from, u, normal)
-    rise = force - f[0]
-    preliminary = stiffness = math.nan
-    if rise > 0:
-        preliminary = _at(_crossing(f, f[0] + definitions.reached * rise), u)
-        if isinstance(initial, FirstLoad):
-            stiffness = 1 / _slope(_crossing(f, f[0] + initial.share * rise), f, u)
-        else:
-            stiffness = _slope(_crossing(u, initial.length), u, f)
-    return force, load, force / load if load > 0 else math.nan, preliminary, stiffness
-
-
-def _crossing(values: Floats, level: float) -> float:
-    """Return where values first reach a level, as a sample number with a fraction; NaN where they never do."""
-    above = values >= level
-    first = int(above.argmax())
-    if not above[first]:
-        return math.nan
-    if first == 0:
-        return 0.0
-    low, high = values[first - 1], values[first]
-    return first - 1 + float((level - low) / (high - low))
-
-
-def _at(place: float, values: Floats) -> float:
-    if math.isnan(place):
-        return math.nan
-    before = min(int(place), values.size - 2)
-    return float(values[before] + (place - before) * (values[before + 1] - values[before]))
-
-
-def _mean_from(place: float, u: Floats, values: Floats) -> float:
-    """Return the mean of values over the displacement from a place on to the end."""
-    after = math.ceil(place)
-    along = np.append(_at(place, u), u[after:])
-    heights = np.append(_at(place, values), values[after:])
-    length = along[-1] - along[0]
-    return float(_area(along, heights) / length) if length > 0 else float(heights[-1])
-
-
-def _slope(place: float, x: Floats, y: Floats) -> float:
-    """Return the least-squares slope of y over x in the samples up to a place; NaN where it is not positive."""
-    count = 0 if math.isnan(place) else int(place) + 1
-    across = x[:count] - x[:count].mean() if count else x[:0]
-    slope = float(across @ y[:count])
-    return slope / float(across @ across) if slope > 0 else math.nan
-
-
-def _area(u: Floats, f: Floats) -> float:
-    return float(np.diff(u) @ (f[1:] + f[:-1])) / 2
-
-
-def _enclosed(u: Floats, f: Floats) -> float:
-    """Return the area of a loop, closed by a straight line."""
-    return _area(u, f) + float((u[0] - u[-1]) * (f[0] + f[-1])) / 2
+def _counted(count: int, name: str) -> str:
+    return f"{count:,} {name}{'' if count == 1 else 's'}"

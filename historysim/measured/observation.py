@@ -16,8 +16,10 @@ from historysim.asperities.instrument import Instrument
 from historysim.basics.arguments import checked
 from historysim.errors import InputError
 from historysim.loads.samples import SampledLoads
-from historysim.measured.record import Record
+from historysim.measured.loops import Loops
+from historysim.measured.measurement import Measurement
 from historysim.measured.reduction import turning_points
+from historysim.measured.splitting import NoLoopError, loop_dead_band, loops_of_measurement
 from historysim.memory.rows import ROW_LIMIT, ROW_STIFFNESS, ROW_TANGENTIAL
 from historysim.recording.recorder import DatasetRecorder
 from historysim.replay import Replay
@@ -60,8 +62,16 @@ class Observation:
         a step of the normal load.
     displacement_noise, load_noise : float
         Standard deviations of displacement [m] and tangential load [N].
+    dead_band : float
+        The smallest swing of the displacement that is a reversal [m].
+    loops : Loops or None
+        The measured loops; None where there is no whole one.
+    skip : int
+        Loops at the start that are not compared.
     first : int
         The sample that a comparison begins at: those before are walked through, and not compared.
+    remarks : tuple of (label, text)
+        What was done to the samples before.
     """
 
     time: Floats
@@ -72,18 +82,27 @@ class Observation:
     nodes: Integers
     displacement_noise: float
     load_noise: float
+    dead_band: float
+    loops: Loops | None
+    skip: int = 0
     first: int = 0
+    remarks: tuple[tuple[str, str], ...] = ()
 
 
 def observe(
-    record: Record, *, skip: int = 0, displacement_noise: float | None = None, load_noise: float | None = None
+    measurement: Measurement,
+    *,
+    skip: int = 0,
+    displacement_noise: float | None = None,
+    load_noise: float | None = None,
 ) -> Observation:
-    """Take the loops out of a record.
+    """Return what a model is held against: the samples of a measurement, its turning points, its loops, its noise.
 
     Parameters
     ----------
-    record : Record
-        With tangential displacement, tangential load and normal load, replayed or measured beside.
+    measurement : Measurement
+        With tangential displacement, tangential load and normal load, replayed or measured beside. Its dead band of
+        the tangential displacement, by default 5 % of the range, tells what is a reversal.
     skip : int
         Loops at the start that are not compared.
     displacement_noise, load_noise : float, optional
@@ -92,19 +111,26 @@ def observe(
     Raises
     ------
     InputError
-        A channel that the record does not have, a negative normal load, or fewer loops than are to be skipped.
+        A channel that was not measured, a normal load that pulls, times that decrease, fewer loops than are to be
+        skipped, or loops that run the wrong way round.
     """
-    displacement, load = record["tangential_displacement"], record["tangential_load"]
-    normal = record["normal_load"]
-    record.check_pressed()
-    turns = turning_points(displacement, record.dead_band.get("tangential_displacement", 0.0))
+    displacement, load = measurement["tangential_displacement"], measurement["tangential_load"]
+    normal = measurement["normal_load"]
+    measurement.check_pressed()
+    dead_band = loop_dead_band(displacement, measurement.dead_band.get("tangential_displacement"))
+    turns = turning_points(displacement, dead_band)
     start = 1 + 2 * skip if skip else 0
     if not skip >= 0 or start >= turns.size - 1:
         raise InputError(
             f"{skip} loops are to be skipped, and the record has {max(turns.size - 2, 0) // 2}; expected fewer"
         )
+    try:
+        loops = loops_of_measurement(measurement, dead_band=dead_band, skip=skip)
+    except NoLoopError:
+        # without a whole loop the samples can still be compared
+        loops = None
     return Observation(
-        time=record.time,
+        time=measurement.time,
         displacement=displacement,
         tangential_load=load,
         normal_load=normal,
@@ -112,7 +138,11 @@ def observe(
         nodes=np.union1d(turns, _load_steps(normal)),
         displacement_noise=noise_of(displacement) if displacement_noise is None else displacement_noise,
         load_noise=noise_of(load) if load_noise is None else load_noise,
+        dead_band=dead_band,
+        loops=loops,
+        skip=skip,
         first=int(turns[start]),
+        remarks=measurement.remarks,
     )
 
 

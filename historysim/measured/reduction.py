@@ -37,6 +37,7 @@ M. Brokate and J. Sprekels, *Hysteresis and Phase Transitions* (1996), chapter 2
 """
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
@@ -71,7 +72,7 @@ def channel(name: str, values: npt.ArrayLike, size: int | None = None) -> Floats
     if samples.dtype.kind == "f" and np.isnan(samples).any():
         raise InputError(
             f"{name} misses {np.isnan(samples).sum()} of {samples.size} samples (NaN); expected all of them: take the "
-            "missing ones out of all channels first, with drop_missing"
+            "missing ones out of all channels first (see whole_samples)"
         )
     samples = np.ascontiguousarray(checked(name, samples))
     if samples.ndim != 1 or samples.size == 0:
@@ -84,14 +85,35 @@ def channel(name: str, values: npt.ArrayLike, size: int | None = None) -> Floats
 def clock(time: npt.ArrayLike, size: int | None = None) -> Floats:
     """Return the times of samples, which rise from each to the next. Parameters and errors as in `channel`."""
     samples = channel("time", time, size)
-    back = np.flatnonzero(np.diff(samples) <= 0)
-    if back.size:
-        at = int(back[0]) + 1
-        raise InputError(
-            f"time[{at}] is {samples[at]:.9g} s after {samples[at - 1]:.9g} s; expected times that rise from sample to "
-            "sample"
-        )
+    check_order(samples, lambda sample: f"time[{sample}]", rising=True)
     return samples
+
+
+def check_order(time: Floats, place: Callable[[int], str], *, rising: bool = False) -> None:
+    """Check that times do not decrease, or that they rise from sample to sample.
+
+    Parameters
+    ----------
+    time : array (sample)
+        [s].
+    place : callable
+        Says where a sample stood in its file.
+    rising : bool
+        Whether each time has to be later than the one before.
+
+    Raises
+    ------
+    InputError
+        They do not; the message names the place.
+    """
+    steps = np.diff(time)
+    back = np.flatnonzero(steps <= 0 if rising else steps < 0)
+    if back.size:
+        after = int(back[0]) + 1
+        expected = "times that rise from sample to sample" if rising else "times that do not decrease"
+        raise InputError(
+            f"{place(after)}: the time {time[after]:.9g} s comes after {time[after - 1]:.9g} s; expected {expected}"
+        )
 
 
 def turning_points(values: npt.ArrayLike, dead_band: float = 0.0) -> Integers:
@@ -234,37 +256,31 @@ def in_step(values: npt.ArrayLike, kept: npt.ArrayLike) -> Floats:
     return result
 
 
-def drop_missing(time: npt.ArrayLike, channels: npt.ArrayLike) -> tuple[Floats, Floats, int]:
-    """Return a record without the samples that miss a channel, and how many those are.
+def whole_samples(*channels: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+    """Return which samples miss no channel (sample).
+
+    To take the others out, index all channels with it. What goes straight between samples then goes straight across
+    the gaps; `resample` can refuse that.
 
     Parameters
     ----------
-    time : array_like (sample)
-        Time [s]; NaN where it is missing.
-    channels : array_like (sample) or (sample, channel)
-        Channels in any units; NaN where one is missing.
-
-    Returns
-    -------
-    time : array (kept)
-    channels : array (kept) or (kept, channel)
-    count : int
-        How many samples were left out. What goes straight between samples now goes straight across the gaps; `resample`
-        can refuse that.
+    *channels : array_like (sample)
+        Time and channels, in any units; NaN where one is missing.
 
     Raises
     ------
     InputError
-        Channels of another length than the time, or values that are infinite or no numbers.
+        Channels of different lengths, or values that are infinite or no numbers.
     """
-    times, values = _with_gaps("time", time), _with_gaps("channels", channels)
-    if times.ndim != 1 or values.ndim not in {1, 2} or values.shape[0] != times.size:
-        raise InputError(
-            f"time is of shape {times.shape} and channels of shape {values.shape}; expected (samples,), and (samples,) "
-            "or (samples, channels)"
-        )
-    whole = ~(np.isnan(times) | np.isnan(values.reshape(times.size, -1)).any(axis=1))
-    return times[whole], values[whole], int(times.size - whole.sum())
+    rows = [_with_gaps(f"channels[{index}]", values) for index, values in enumerate(channels)]
+    shapes = dict.fromkeys(row.shape for row in rows)
+    if len(shapes) != 1 or rows[0].ndim != 1:
+        found = ", ".join(map(str, shapes)) or "none"
+        raise InputError(f"channels of shape {found}; expected one or more, each a row of as many samples")
+    whole = np.ones(rows[0].shape, dtype=np.bool_)
+    for row in rows:
+        whole &= ~np.isnan(row)
+    return whole
 
 
 def resample(

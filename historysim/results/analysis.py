@@ -1,16 +1,14 @@
 """What a recorded history says about its contact: functions of a Dataset."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
 from historysim.basics.units import duration_text, quantity_text
 from historysim.errors import InputError
-
-if TYPE_CHECKING:
-    from historysim.measured.loops import Definitions, Loops
+from historysim.measured.definitions import DEFAULT, Definitions
+from historysim.measured.loops import Loops
+from historysim.measured.splitting import loops_of_history
 
 Floats = npt.NDArray[np.float64]
 
@@ -104,12 +102,11 @@ def drift(history: xr.Dataset, first: int, second: int) -> float:
 
 
 def friction_loops(
-    history: xr.Dataset, *, dead_band: float | None = None, skip: int = 0, definitions: "Definitions | None" = None
-) -> "Loops":
-    """Split a history into friction loops, and read off what each of them says.
+    history: xr.Dataset, *, dead_band: float | None = None, skip: int = 0, definitions: Definitions = DEFAULT
+) -> Loops:
+    """Return the friction loops of a history, with what each of them says.
 
-    `historysim.measured.loops.find_loops` does so with a measured record, by the same definitions: the two can
-    be compared.
+    Those of a measured record are found in the same way: the two can be compared.
     How finely the history is recorded matters: between steps it is taken as straight (see ``substeps``).
 
     Parameters
@@ -117,11 +114,10 @@ def friction_loops(
     history : xarray.Dataset
         A history, with or without asperities.
     dead_band : float, optional
-        The smallest swing of the tangential displacement that counts [m]; by default a millionth of its range, which
-        passes over rounding alone.
+        The smallest swing of the tangential displacement that counts [m]; by default 5 % of its range.
     skip : int
         How many loops at the start are left out.
-    definitions : Definitions, optional
+    definitions : Definitions
         What is taken for sliding, for reached, and for the beginning of a branch.
 
     Returns
@@ -133,18 +129,7 @@ def friction_loops(
     InputError
         A history without a whole loop.
     """
-    from historysim.measured.loops import DEFAULT, find_loops
-
-    displacement = history["tangential_displacement"].values
-    return find_loops(
-        history["time"].values,
-        displacement,
-        history["total_tangential_load"].values,
-        history["total_normal_load"].values,
-        dead_band=1e-6 * float(np.ptp(displacement)) if dead_band is None else dead_band,
-        skip=skip,
-        definitions=DEFAULT if definitions is None else definitions,
-    )
+    return loops_of_history(history, dead_band=dead_band, skip=skip, definitions=definitions)
 
 
 def summary(history: xr.Dataset) -> list[tuple[str, str]]:

@@ -1,22 +1,25 @@
-"""``[fit]``: which parameters of a scenario are fitted, the model they make, and the scenario with what was found."""
+"""``[fit]``: parameters of a scenario fitted to what was measured, and the scenario with what was found."""
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import attrs
 import numpy as np
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import Instrument
+from historysim.basics.files import replacing
 from historysim.basics.places import at
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
-from historysim.scenario.scenario import FitSection, Scenario
+from historysim.scenario.scenario import FitSection, Scenario, as_scenario
 from historysim.scenario.schema import reported
 
 if TYPE_CHECKING:
-    from historysim.measured.fitting import Fit, Parameter
+    from historysim.measured.comparison import Comparison
+    from historysim.measured.fitting import Parameter, ParameterFit
 
 Model = Callable[[Mapping[str, float]], tuple[Ensemble, Instrument]]
 
@@ -77,12 +80,111 @@ def _start(name: str, ensemble: Ensemble, instrument: Instrument) -> float:
     return ensemble.pair.shear_modulus
 
 
-def fitted_text(scenario: Scenario, fit: "Fit", output: Path) -> str:
+@attrs.frozen(eq=False)
+class Fit:
+    """Parameters of a scenario that were fitted to what was measured.
+
+    Attributes
+    ----------
+    scenario : Scenario
+        The scenario as it was.
+    estimates : ParameterFit
+        What was found, how sure it is, and what the data cannot tell.
+    comparison : Comparison
+        The fitted model beside what was measured.
+    """
+
+    scenario: Scenario
+    estimates: "ParameterFit"
+    comparison: "Comparison"
+
+    @property
+    def parameters(self) -> "tuple[Parameter, ...]":
+        """The estimates, with their intervals."""
+        return self.estimates.parameters
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The estimates by name, in SI."""
+        return self.estimates.values
+
+    def summary(self) -> list[tuple[str, str]]:
+        """Return lines of (label, text): what was found, how sure it is, and how far the two are still apart."""
+        return [*self.estimates.summary(), *self.comparison.summary()]
+
+    def scenario_text(self, output: str | Path) -> str:
+        """Return the scenario with the fitted values, as TOML that keeps its comments.
+
+        Parameters
+        ----------
+        output : path
+            The file that it is for, to which its paths are relative.
+        """
+        return fitted_text(self.scenario, self.parameters, Path(output))
+
+    def write(self, output: str | Path) -> None:
+        """Write the scenario with the fitted values to a file, whole or not at all.
+
+        Parameters
+        ----------
+        output : path
+            An existing file is replaced.
+
+        Raises
+        ------
+        OSError
+            It cannot be written.
+        """
+        text = self.scenario_text(output)
+        with replacing(Path(output)) as unfinished:
+            unfinished.write_text(text, encoding="utf-8")
+
+
+def fit(scenario: Scenario | str | Path) -> Fit:
+    """Fit parameters of a scenario, as its ``[fit]`` says, to what was measured.
+
+    Parameters
+    ----------
+    scenario : Scenario or path
+        A scenario with ``[fit]`` whose loading is measured, with a tangential load to fit to.
+
+    Returns
+    -------
+    Fit
+
+    Raises
+    ------
+    InputError
+        A scenario that cannot be used, has no ``[fit]`` or measures no tangential load, fewer loops than are to be
+        skipped, or loops that run the wrong way round.
+    LoadError
+        A normal load that the contact cannot carry.
+    """
+    from historysim.measured.comparison import Comparison
+    from historysim.measured.fitting import fit_parameters
+    from historysim.measured.observation import observe
+
+    scenario = as_scenario(scenario)
+    measurement = scenario.measurement()
+    section, model, start = model_of(scenario)
+    with reported(scenario.path.name), at("loading"):
+        observation = observe(
+            measurement,
+            skip=section.skip,
+            displacement_noise=section.displacement_noise,
+            load_noise=section.load_noise,
+        )
+        found = fit_parameters(model, start, observation)
+    _, instrument = model(found.values)
+    return Fit(scenario, found, Comparison.of(observation, found.passage, instrument))
+
+
+def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: Path) -> str:
     """Return the scenario with the fitted values, as TOML that keeps its comments; paths are relative to `output`."""
     import tomlkit
 
     document: Any = tomlkit.parse(scenario.text.removeprefix("\ufeff"))
-    for parameter in fit.parameters:
+    for parameter in parameters:
         if parameter.name == "friction":
             _put(document["friction"], "coefficient", parameter)
         elif parameter.name == "lateral_stiffness":

@@ -24,7 +24,7 @@ from historysim.scenario.columns import column_hooks
 from historysim.scenario.loading_kinds import (
     MOST_STEPS,
     AnyLoading,
-    Measured,
+    MeasuredLoading,
     channel_hooks,
     loading_from_toml,
 )
@@ -54,7 +54,8 @@ if TYPE_CHECKING:
     from historysim.asperities.adhering import AdheringAsperities
     from historysim.asperities.ensemble import Ensemble
     from historysim.contact.materials import Material, MaterialPair
-    from historysim.measured.record import Record as MeasuredRecord
+    from historysim.measured.measurement import Measurement
+    from historysim.replay import Replay
 
 
 # -- materials -------------------------------------------------------------------------------------
@@ -201,7 +202,7 @@ RECORDS = ("touching", "all", "totals")
 
 
 @attrs.frozen
-class Record:
+class RecordSection:
     """``[record]``: the asperities that are written out one by one."""
 
     asperities: str | tuple[int, ...] = "touching"
@@ -217,7 +218,7 @@ class Sections:
     friction: Friction | None = None
     adhesion: Adhesion | None = None
     instrument: InSeries | None = None
-    record: Record = Record()
+    record: RecordSection = RecordSection()
     fit: FitSection | None = None
     title: str = ""
 
@@ -344,19 +345,48 @@ class Scenario:
                 ensemble, approach, work_of_adhesion=work, equilibrium_separation=adhesion.equilibrium_separation
             )
 
-    def measured(self) -> "MeasuredRecord":
-        """Read the measured record that the scenario replays.
+    @property
+    def measured_file(self) -> Path:
+        """The file that the scenario replays.
 
         Raises
         ------
         InputError
-            A scenario whose loading is not measured, or a record that cannot be used.
+            A scenario whose loading is not measured.
         """
-        loading = self.sections.loading
+        return self.path.parent / self._measured_loading().file
+
+    def measurement(self) -> "Measurement":
+        """Read the file that the scenario replays, and return what was measured.
+
+        Raises
+        ------
+        InputError
+            A scenario whose loading is not measured, or a file that cannot be used.
+        """
+        loading = self._measured_loading()
         with reported(self.path.name):
-            if not isinstance(loading, Measured):
-                raise misfit("is written out; expected a measured file", "loading")
-            return loading.record(self.path.parent)
+            return loading.measurement(self.path.parent)
+
+    def replay(self) -> "Replay":
+        """Return the replay that the scenario describes.
+
+        Raises
+        ------
+        InputError
+            As for `checked`.
+        """
+        from historysim.replay import Replay
+
+        ensemble, events = self.checked()
+        return Replay(
+            ensemble,
+            events,
+            substeps=self.substeps,
+            saturate=self.saturate,
+            record=self.record,
+            instrument=self.instrument,
+        )
 
     def checked(self, ground: Ground | None = None) -> "tuple[Ensemble, list[Event]]":
         """Build ensemble and events, and check the one against the other; parameters as for `ensemble`.
@@ -376,6 +406,13 @@ class Scenario:
                         f"{expected} asperities; expected one, or one per asperity"
                     )
         return ensemble, events
+
+    def _measured_loading(self) -> MeasuredLoading:
+        loading = self.sections.loading
+        with reported(self.path.name):
+            if not isinstance(loading, MeasuredLoading):
+                raise misfit("is written out; expected a measured file", "loading")
+        return loading
 
     def _friction(self, in_surface: bool) -> float | tuple[float, ...] | None:
         friction = self.sections.friction
@@ -429,6 +466,11 @@ def load(path: str | os.PathLike[str]) -> Scenario:
             raise InputError("is empty; expected at least [materials], [surface], [friction] and [loading]")
         sections = _converter().structure(document, Sections)
     return Scenario(path, source, sections)
+
+
+def as_scenario(scenario: Scenario | str | os.PathLike[str]) -> Scenario:
+    """Return a scenario, read from its file where that is given; errors as for `load`."""
+    return scenario if isinstance(scenario, Scenario) else load(scenario)
 
 
 def _converter() -> Converter:

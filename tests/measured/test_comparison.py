@@ -10,7 +10,7 @@ from matplotlib.colors import to_hex
 from numpy.testing import assert_allclose, assert_array_equal
 
 from historysim.measured import observation
-from historysim.measured.comparison import compare
+from historysim.measured.comparison import Comparison
 from historysim.results.plots import comparison as plots
 from historysim.results.plots.comparison import plot_comparison
 
@@ -19,7 +19,7 @@ from historysim.results.plots.comparison import plot_comparison
 def compared():
     observed = observation.observe(synthetic.measured("ball", 0), skip=0)
     passage = observation.passed(*synthetic.model("ball")({"friction": 0.19, "lateral_stiffness": 3e5}), observed)
-    return compare(observed, passage, dead_band=20e-9)
+    return Comparison.of(observed, passage)
 
 
 def area(moved, load):
@@ -76,7 +76,7 @@ def test_the_table_has_both_side_by_side(compared):
 def test_skipped_loops_are_left_out_of_all():
     observed = observation.observe(synthetic.measured("ball", 0), skip=2)
     passage = observation.passed(*synthetic.model("ball")(synthetic.TRUTHS["ball"]), observed)
-    compared = compare(observed, passage, dead_band=20e-9, skip=2)
+    compared = Comparison.of(observed, passage)
     assert compared.difference.size == observed.time.size - observed.first
     assert compared.measured.number.tolist()[0] == 2
     assert compared.measured.ends[0, 0] == observed.first
@@ -88,12 +88,12 @@ def test_a_record_without_a_loop_is_compared_without_a_table(compared):
         name: getattr(compared.observation, name)[part]
         for name in ("time", "displacement", "tangential_load", "normal_load")
     }
-    short = attrs.evolve(compared.observation, **kept, turns=np.array([0, 79]), nodes=np.array([0, 79]))
+    short = attrs.evolve(compared.observation, **kept, turns=np.array([0, 79]), nodes=np.array([0, 79]), loops=None)
     passage = attrs.evolve(
         compared.passage,
         **{name: value[part] for name, value in attrs.asdict(compared.passage, recurse=False).items()},
     )
-    alone = compare(short, passage, dead_band=20e-9)
+    alone = Comparison.of(short, passage)
     assert alone.measured is None
     assert alone.rows() == []
     assert dict(alone.summary())["loops"] == "none"
@@ -157,9 +157,10 @@ def test_a_long_record_is_thinned_and_keeps_its_turning_points(compared, monkeyp
 @pytest.mark.parametrize("sign", [-1.0, 0.0])
 def test_energies_below_zero_and_of_zero_are_seen(compared, sign):
     """A load of the wrong sign gives negative energies; an elastic one none."""
+    measured = attrs.evolve(compared.measured, dissipated_energy=sign * compared.measured.dissipated_energy)
     turned = attrs.evolve(
         compared,
-        measured=attrs.evolve(compared.measured, dissipated_energy=sign * compared.measured.dissipated_energy),
+        observation=attrs.evolve(compared.observation, loops=measured),
         model=attrs.evolve(compared.model, dissipated_energy=sign * compared.model.dissipated_energy),
     )
     axes = plot_comparison(turned).axes[2]

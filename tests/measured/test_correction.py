@@ -172,7 +172,7 @@ def test_an_instrument_in_series_is_taken_out():
         (lambda: rescale([1, math.nan], 2), "values misses 1 of 2 samples"),
         (lambda: remove_offset([1, 2], math.nan), "offset is nan"),
         (lambda: remove_drift([0, 1], [1, 2, 3], 1), "time has 2 samples; expected 3"),
-        (lambda: remove_drift([0, 0], [1, 2], 1), r"time\[1\] is 0 s after 0 s"),
+        (lambda: remove_drift([0, 0], [1, 2], 1), r"time\[1\]: the time 0 s comes after 0 s"),
         (lambda: remove_backlash([0, 1], [1, 2], -1), "width is -1; expected a finite number of 0 or more"),
         (lambda: remove_free_play([0, 1], [1, 2], -1), "width is -1"),
         (lambda: remove_free_play([0, 1], [1, 2], 1, closing_load=-1), "closing_load is -1"),

@@ -1,19 +1,17 @@
-"""Fits of loops whose parameters are known, and of power laws."""
+"""Fits of loops whose parameters are known."""
 
 import attrs
 import numpy as np
 import pytest
 import synthetic
-from hypothesis import given
-from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy import stats
 
 import historysim as hs
 from historysim.errors import InputError
-from historysim.measured.fitting import fit, power_law
+from historysim.measured.fitting import fit_parameters
+from historysim.measured.measurement import Measurement
 from historysim.measured.observation import observe, passed
-from historysim.measured.record import Record
 
 KINDS = list(synthetic.TRUTHS)
 
@@ -37,7 +35,7 @@ def start_of(kind, factor):
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("factor", [1.3, 0.3])
 def test_without_noise_the_truth_is_found(kind, factor):
-    found = fit(synthetic.model(kind), start_of(kind, factor), observe(exact(kind)))
+    found = fit_parameters(synthetic.model(kind), start_of(kind, factor), observe(exact(kind)))
     for parameter in found.parameters:
         truth = synthetic.TRUTHS[kind][parameter.name]
         assert parameter.value == pytest.approx(truth, rel=1e-6)
@@ -52,8 +50,8 @@ def test_without_noise_the_truth_is_found(kind, factor):
 @pytest.mark.parametrize("factor", [10, 0.1])
 def test_a_start_ten_times_off_leads_to_the_same(kind, factor):
     observation = observe(synthetic.measured(kind, 1))
-    near = fit(synthetic.model(kind), start_of(kind, 1), observation)
-    far = fit(synthetic.model(kind), start_of(kind, factor), observation)
+    near = fit_parameters(synthetic.model(kind), start_of(kind, 1), observation)
+    far = fit_parameters(synthetic.model(kind), start_of(kind, factor), observation)
     for one, other in zip(near.parameters, far.parameters, strict=True):
         # much closer than they are known
         assert abs(one.value - other.value) < 0.02 * (one.high - one.low)
@@ -84,7 +82,7 @@ def notes_of(found):
 def test_stiffness_and_shear_modulus_are_not_told_apart_by_short_loops():
     """All of it sticks: contact and instrument are two springs in series, of which only the sum shows."""
     kind = "ball, shear modulus"
-    found = fit(
+    found = fit_parameters(
         synthetic.model(kind),
         start_of(kind, 1.0),
         observe(synthetic.measured(kind, 2, amplitude=30e-9, loads=(0.09,), loops=1)),
@@ -99,7 +97,7 @@ def test_stiffness_and_shear_modulus_are_not_told_apart_by_short_loops():
 def sliding(noise=6e-6):
     moved = np.concatenate([[0], np.linspace(1e-6, 2e-6, 200)])
     load = np.r_[0, np.full(200, 0.01)] + np.random.default_rng(0).normal(0, noise, 201)
-    return Record(
+    return Measurement(
         np.arange(201.0),
         {"normal_load": np.full(201, 0.05), "tangential_displacement": moved},
         {"tangential_load": load},
@@ -112,7 +110,7 @@ def sliding_model(values):
 
 
 def test_a_parameter_without_effect_is_said_to_be_one():
-    found = fit(sliding_model, {"shear_modulus": 1e10, "friction": 0.5}, observe(sliding()))
+    found = fit_parameters(sliding_model, {"shear_modulus": 1e10, "friction": 0.5}, observe(sliding()))
     shear, friction = found.parameters
     assert notes_of(found) == "shear_modulus is not determined by these data"
     # it stays where it was, and the other one is the mean of the load over the normal load
@@ -126,7 +124,9 @@ def test_a_parameter_without_effect_is_said_to_be_one():
 
 
 def test_a_model_that_cannot_be_is_said_not_to_fit():
-    found = fit(sliding_model, {"friction": 0.3, "shear_modulus": 1e10}, observe(sliding(noise=1e-3), load_noise=1e-6))
+    found = fit_parameters(
+        sliding_model, {"friction": 0.3, "shear_modulus": 1e10}, observe(sliding(noise=1e-3), load_noise=1e-6)
+    )
     assert "times their noise: it lacks something, or needs another start" in notes_of(found)
 
 
@@ -137,7 +137,7 @@ def test_skipped_loops_do_not_count():
     turns = observe(record).turns
     spoilt[: turns[2]] += 5e-3
     observation = observe(attrs.evolve(record, response={"tangential_load": spoilt}), skip=1)
-    found = fit(synthetic.model("ball"), start_of("ball", 1.3), observation)
+    found = fit_parameters(synthetic.model("ball"), start_of("ball", 1.3), observation)
     assert found.parameters[0].value == pytest.approx(0.2, rel=1e-3)
     assert found.residual.size < record.time.size - turns[3]
 
@@ -145,70 +145,14 @@ def test_skipped_loops_do_not_count():
 def test_what_cannot_be_fitted():
     observation = observe(sliding())
     with pytest.raises(InputError, match="friction is 0"):
-        fit(sliding_model, {"friction": 0.0, "shear_modulus": 1e10}, observation)
+        fit_parameters(sliding_model, {"friction": 0.0, "shear_modulus": 1e10}, observation)
     silent = attrs.evolve(observation, tangential_load=np.zeros(201), load_noise=0.0)
     with pytest.raises(InputError, match="the tangential load is 0 N throughout"):
-        fit(sliding_model, {"friction": 0.3, "shear_modulus": 1e10}, silent)
-    short = Record(
+        fit_parameters(sliding_model, {"friction": 0.3, "shear_modulus": 1e10}, silent)
+    short = Measurement(
         np.arange(4.0),
         {"normal_load": np.ones(4), "tangential_displacement": np.array([0, 1, 2, 3]) * 1e-9},
         {"tangential_load": np.ones(4)},
     )
     with pytest.raises(InputError, match="2 samples for 2 parameters; expected more samples than parameters"):
-        fit(sliding_model, {"friction": 0.3, "shear_modulus": 1e10}, observe(short))
-
-
-# -- power law -------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("exponent", [-1 / 3, 0.0])
-def test_an_exact_power_law(exponent):
-    load = np.array([0.05, 0.07, 0.09, 0.2])
-    found = power_law(load, 0.12 * load**exponent)
-    assert found.exponent == pytest.approx(exponent, abs=1e-12)
-    assert found.factor == pytest.approx(0.12, rel=1e-12)
-    assert found.exponent_high - found.exponent_low < 1e-6
-
-
-@given(
-    coefficients=st.lists(st.floats(0.05, 1.0), min_size=3, max_size=12),
-    first=st.floats(1e-3, 1.0),
-)
-def test_a_power_law_by_another_way(coefficients, first):
-    load = first * 1.5 ** np.arange(len(coefficients))
-    (slope, intercept), covariance = np.polyfit(np.log(load), np.log(coefficients), 1, cov="unscaled")
-    residual = np.log(coefficients) - slope * np.log(load) - intercept
-    freedom = len(coefficients) - 2
-    error = np.sqrt(covariance[0, 0] * (residual @ residual) / freedom)
-    low, high = stats.t.interval(0.95, freedom, loc=slope, scale=max(error, 1e-300))
-    found = power_law(load, coefficients)
-    assert_allclose([found.exponent, found.exponent_low, found.exponent_high], [slope, low, high], rtol=1e-6, atol=1e-6)
-    assert found.factor == pytest.approx(np.exp(intercept), rel=1e-9)
-
-
-def test_power_laws_hold_the_truth_in_95_of_100():
-    random = np.random.default_rng(8)
-    load = np.array([0.05, 0.06, 0.07, 0.08, 0.09])
-    held = 0
-    for _ in range(400):
-        found = power_law(load, 0.1 * load ** (-1 / 3) * np.exp(random.normal(0, 0.02, load.size)))
-        held += found.exponent_low <= -1 / 3 <= found.exponent_high
-    # four standard deviations of a binomial count
-    assert abs(held - 380) < 4 * np.sqrt(400 * 0.95 * 0.05)
-
-
-@pytest.mark.parametrize(
-    ("load", "friction", "said"),
-    [
-        ([1, 2], [0.1, 0.2], "expected two lists of one length ≥ 3"),
-        ([1, 2, 3], [0.1, 0.2], "expected two lists of one length ≥ 3"),
-        ([1, 1, 1], [0.1, 0.2, 0.1], "normal_load is 1 N throughout; expected several loads"),
-        ([1, 2, 0], [0.1, 0.2, 0.1], "normal_load"),
-        ([1, 2, 3], [0.1, 0.2, -0.1], "friction"),
-        ([1, 2, np.nan], [0.1, 0.2, 0.1], "normal_load"),
-        ([[1, 2, 3]], [[0.1, 0.2, 0.1]], "expected two lists of one length ≥ 3"),
-    ],
-)
-def test_what_is_no_power_law(load, friction, said):
-    with pytest.raises(InputError, match=said):
-        power_law(load, friction)
+        fit_parameters(sliding_model, {"friction": 0.3, "shear_modulus": 1e10}, observe(short))

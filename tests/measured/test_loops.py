@@ -13,17 +13,11 @@ from hypothesis import strategies as st
 
 import historysim as hs
 from historysim.contact import mindlin
-from historysim.measured.loops import (
-    BRANCH_QUANTITIES,
-    LOOP_QUANTITIES,
-    Definitions,
-    FirstDisplacement,
-    FirstLoad,
-    LastPart,
-    Plateau,
-    find_loops,
-)
+from historysim.measured.definitions import Definitions, FirstDisplacement, FirstLoad, LastPart, Plateau
+from historysim.measured.loops import BRANCH_QUANTITIES, CONTENT, LOOP_QUANTITIES
+from historysim.measured.measurement import Measurement
 from historysim.measured.reduction import reversals
+from historysim.measured.splitting import NoLoopError, loops_of_channels, loops_of_history, loops_of_measurement
 from historysim.results import analysis
 
 PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
@@ -122,7 +116,7 @@ def test_the_sliding_part_can_be_the_plateau():
     # 0.001 of the way 2μN is missing at most, on a small part of the plateau
     assert found.friction_force == pytest.approx(np.full((3, 2), LIMIT), rel=1e-3)
     assert (found.friction_force < LIMIT).all()
-    peak = find_loops(
+    peak = loops_of_channels(
         np.arange(5.0), [0, 1, 0, 1, 0], [0, 2, -2, 2, -2], dead_band=0, definitions=Definitions(Plateau(0.5))
     )
     # the means of what rises from 1 to 2, in the virgin branch, and from 0 to 2
@@ -168,7 +162,7 @@ def ramp(turns, part=10):
 def test_loops_are_pairs_of_branches_between_reversals(turns, loops):
     time, u = ramp([float(turn) for turn in turns])
     load = np.sign(np.gradient(u))
-    found = find_loops(time, u, load, dead_band=0.1)
+    found = loops_of_channels(time, u, load, dead_band=0.1)
     assert (found.ends // 10).tolist() == [list(loop) for loop in loops]
     first, last = 10 * loops[0][0], 10 * loops[-1][2]
     assert found.left_out == tuple(piece for piece in ((0, first), (last, u.size - 1)) if piece[0] < piece[1])
@@ -186,7 +180,7 @@ def test_skipped_loops_keep_their_numbers():
 
 
 def test_an_open_loop_is_closed_by_a_straight_line_and_says_its_gaps():
-    found = find_loops(np.arange(6.0), [1, 0, 0, 2, 1, 2], [0, 0, 3, 3, 2, 2], dead_band=0.5)
+    found = loops_of_channels(np.arange(6.0), [1, 0, 0, 2, 1, 2], [0, 0, 3, 3, 2, 2], dead_band=0.5)
     # from (0, 0) up to (0, 3), along to (2, 3), back to (1, 2), and straight to (0, 0)
     assert found.dissipated_energy == pytest.approx([6 - 2.5 - 1])
     assert (found.displacement_gap.tolist(), found.tangential_load_gap.tolist()) == ([1], [2])
@@ -197,8 +191,8 @@ def test_an_open_loop_is_closed_by_a_straight_line_and_says_its_gaps():
 def test_what_loops_say_does_not_depend_on_the_origin(displacement, load, sense):
     time = np.linspace(0, 10, 501)
     u, f = np.sin(2 * time), np.clip(3 * np.sin(2 * time + 0.8), -1, 1)
-    plain = find_loops(time, u, f, 2.0, dead_band=0.1)
-    moved = find_loops(time + 7, sense * u + displacement, sense * (f + load), 2.0, dead_band=0.1)
+    plain = loops_of_channels(time, u, f, 2.0, dead_band=0.1)
+    moved = loops_of_channels(time + 7, sense * u + displacement, sense * (f + load), 2.0, dead_band=0.1)
     sides = slice(None, None, sense)
     for name in ("preliminary_displacement", "tangential_stiffness"):
         assert getattr(moved, name) == pytest.approx(getattr(plain, name)[:, sides], rel=1e-9)
@@ -217,7 +211,7 @@ def test_noise_within_the_dead_band_changes_little():
     noisy_u = u + 0.01 * SLIDE * generator.uniform(-1, 1, u.size)
     noisy_f = f + 0.01 * LIMIT * generator.normal(size=f.size)
     clean = analysis.friction_loops(history)
-    noisy = find_loops(history.time, noisy_u, noisy_f, NORMAL_LOAD, dead_band=0.05 * SLIDE)
+    noisy = loops_of_channels(history.time, noisy_u, noisy_f, NORMAL_LOAD, dead_band=0.05 * SLIDE)
     assert len(noisy) == len(clean) == 20
     for name in ("friction_force", "friction_coefficient", "dissipated_energy"):
         found, exact = noisy.statistics(name), clean.statistics(name)
@@ -234,7 +228,7 @@ def test_noise_within_the_dead_band_changes_little():
 
 def test_a_branch_without_a_value_is_not_counted():
     time, u = ramp([0.0, 1.0, -1.0, 1.0], part=5)
-    found = find_loops(
+    found = loops_of_channels(
         time, u, np.sign(np.gradient(u)), dead_band=0.1, definitions=Definitions(initial=FirstDisplacement(0.1))
     )
     # the first step is longer than the window
@@ -245,13 +239,77 @@ def test_a_branch_without_a_value_is_not_counted():
     assert texts["stiffness at reversal"] == texts["friction coefficient"] == ("–", "–", "–")
 
 
+# ---------------------------------------------------------------- the dead band
+
+
+def small_swings_in_large_ones():
+    """Loops from -1 to 1, with swings of 0.06, 3 % of their range, on the way down."""
+    time, u = ramp([0.0, 1, 0.2, 0.26, -1, 1, 0.2, 0.26, -1, 1], part=100)
+    return time, u, np.sign(np.gradient(u))
+
+
+def test_the_dead_band_is_5_percent_of_the_range_where_nothing_is_said():
+    time, u, load = small_swings_in_large_ones()
+    found = loops_of_channels(time, u, load)
+    assert found.dead_band == pytest.approx(0.05 * 2)
+    assert len(found) == 2
+    assert len(loops_of_channels(time, u, load, dead_band=0)) == 3
+    assert dict(found.summary())["dead band"] == "100 mm, 5 % of the range of the displacement"
+    assert found.to_dataset().attrs["dead_band"] == found.dead_band
+
+
+@pytest.mark.parametrize(("said", "loops", "dead_band"), [({}, 2, 0.1), ({"tangential_displacement": 0.01}, 3, 0.01)])
+def test_a_measurement_may_say_its_dead_band(said, loops, dead_band):
+    time, u, load = small_swings_in_large_ones()
+    measurement = Measurement(time, {"tangential_displacement": u}, {"tangential_load": load}, said)
+    found = loops_of_measurement(measurement)
+    assert (len(found), found.dead_band) == (loops, pytest.approx(dead_band))
+    assert len(loops_of_measurement(measurement, dead_band=0.5)) == 2
+
+
+def test_a_history_and_a_measurement_of_it_have_the_same_loops():
+    history = swung(4 * SLIDE, substeps=50)
+    measurement = Measurement(
+        history.time.values,
+        {
+            "normal_load": history.total_normal_load.values,
+            "tangential_displacement": history.tangential_displacement.values,
+        },
+        {"tangential_load": history.total_tangential_load.values},
+    )
+    one, other = analysis.friction_loops(history), loops_of_measurement(measurement)
+    assert one.ends.tolist() == other.ends.tolist()
+    assert one.dissipated_energy.tolist() == other.dissipated_energy.tolist()
+
+
+def test_times_may_stand_still():
+    """At one time two channels may change, one after the other."""
+    time = np.array([0.0, 1, 1, 2, 3])
+    assert len(loops_of_channels(time, UP_AND_DOWN, LOAD)) == len(loops_of_channels(TIME, UP_AND_DOWN, LOAD))
+
+
 # ---------------------------------------------------------------- summaries
+
+
+def test_a_stiffness_that_too_few_steps_cannot_tell_is_said_to_be_missing():
+    found = analysis.friction_loops(swung(4 * SLIDE, substeps=2))
+    (note,) = found.notes
+    assert note.startswith("3 of 3 loops without a stiffness at reversal: the first part of a branch, until 0.2 of the")
+    assert note.endswith("record more often (substeps of a simulation), or take a longer first part")
+    assert ("note", note) in found.summary()
+    assert analysis.friction_loops(swung(4 * SLIDE, substeps=50)).notes == ()
+
+
+def test_one_loop_and_one_half_cycle_are_one():
+    found = analysis.friction_loops(swung(4 * SLIDE, loops=1, substeps=50))
+    assert found.to_dataset().attrs["title"] == "1 friction loop"
+    assert found.rows()[-1][-1] == "1"
 
 
 def test_statistics_are_those_of_the_loops():
     time, u = ramp([0.0, 1, -1, 1, -1, 1, -1, 1])
     load = np.sign(np.gradient(u)) * np.linspace(1, 2, u.size)
-    found = find_loops(time, u, load, 5.0, dead_band=0.1)
+    found = loops_of_channels(time, u, load, 5.0, dead_band=0.1)
     force = found.friction_force
     assert force.shape == (3, 2)
     for position, direction in enumerate(("forward", "backward")):
@@ -262,7 +320,7 @@ def test_statistics_are_those_of_the_loops():
     both = found.statistics("friction_force")
     assert both.mean == pytest.approx(force.mean())
     assert both.standard_deviation == pytest.approx(np.std(force.mean(axis=1), ddof=1))
-    one = find_loops(time, u, load, dead_band=0.1, skip=2).statistics("dissipated_energy")
+    one = loops_of_channels(time, u, load, dead_band=0.1, skip=2).statistics("dissipated_energy")
     assert one.count == 1
     assert math.isnan(one.standard_deviation)
 
@@ -294,6 +352,7 @@ def test_the_dataset_holds_everything(tmp_path):
         assert (dataset[name].values == getattr(found, name)).all()
         assert dataset[name].attrs["units"]
     assert dataset.friction_force.sel(direction="backward").values.tolist() == found.friction_force[:, 1].tolist()
+    assert dataset.attrs["content"] == CONTENT
     assert dataset.attrs["sliding_part"] == "the last 0.25 of the displacement of a branch"
     dataset.to_netcdf(tmp_path / "loops.nc")
     assert xr.load_dataset(tmp_path / "loops.nc").equals(dataset)
@@ -322,7 +381,7 @@ def test_the_cycles_of_a_measured_record_are_counted(damper, dead_band):
     assert turns.size == 14
     # once per second, but where the amplitude swells from nothing and dies away
     assert np.diff(time[turns]) == pytest.approx(np.ones(13), abs=0.1)
-    found = find_loops(time, displacement, load, dead_band=dead_band)
+    found = loops_of_channels(time, displacement, load, dead_band=dead_band)
     assert len(found) == 6
     assert found.ends.ravel().tolist() == [turn for i in range(0, 12, 2) for turn in turns[i : i + 3]]
     assert found.left_out == ((0, turns[0]), (turns[12], time.size - 1))
@@ -330,7 +389,7 @@ def test_the_cycles_of_a_measured_record_are_counted(damper, dead_band):
 
 def test_a_measured_record_says_what_its_picture_shows(damper):
     time, displacement, load = damper
-    found = find_loops(time, displacement, load, dead_band=1e-3)
+    found = loops_of_channels(time, displacement, load, dead_band=1e-3)
     # the plateaus at about 3.2 kip forward and 4 kip backward
     assert found.statistics("friction_force", "forward").mean == pytest.approx(3.15 * 4448, rel=0.02)
     assert found.statistics("friction_force", "backward").mean == pytest.approx(4.1 * 4448, rel=0.03)
@@ -355,30 +414,52 @@ LOAD = np.array([0.0, 1.0, -1.0, 1.0, 0.0])
 def test_loops_that_run_the_wrong_way_round_are_refused(damper):
     time, displacement, load = damper
     with pytest.raises(hs.InputError, match=r"run the wrong way round: friction would give 10\d\d J per loop .* scale"):
-        find_loops(time, displacement, -load, dead_band=1e-3)
+        loops_of_channels(time, displacement, -load, dead_band=1e-3)
+
+
+def loops_of_swing(load, *normal_load, **options):
+    return loops_of_channels(TIME, UP_AND_DOWN, load, *normal_load, **options)
 
 
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: find_loops(TIME, UP_AND_DOWN, LOAD, dead_band=3), "has 0 whole loops at a dead band of 3 m"),
+        (lambda: loops_of_swing(LOAD, dead_band=3), "has 0 whole loops at a dead band of 3 m"),
         (
-            lambda: find_loops(TIME, UP_AND_DOWN, LOAD, dead_band=0.1, skip=1),
-            "1 whole loops .* of which 1 are left out",
+            lambda: loops_of_swing(LOAD, dead_band=0.1, skip=1),
+            "has 1 whole loop at .* of which 1 are to be skipped",
         ),
-        (lambda: find_loops(TIME, UP_AND_DOWN, LOAD, dead_band=0.1, skip=-1), "expected one or more to be left"),
-        (lambda: find_loops(TIME, UP_AND_DOWN, LOAD, dead_band=0.1, skip=0.5), "of which 0.5 are left out"),
         (
-            lambda: find_loops(TIME, UP_AND_DOWN, LOAD, dead_band=0.1, definitions=0.5),
+            lambda: loops_of_swing(LOAD, dead_band=0.1, skip=-1),
+            "skip is -1; expected a whole number",
+        ),
+        (
+            lambda: loops_of_swing(LOAD, dead_band=0.1, skip=0.5),
+            "skip is 0.5; expected a whole number",
+        ),
+        (
+            lambda: loops_of_swing(LOAD, dead_band=0.1, definitions=0.5),
             "definitions is 0.5; expected Def",
         ),
-        (lambda: find_loops(TIME, np.zeros(5), LOAD, dead_band=0), "has 0 whole loops"),
-        (lambda: find_loops([0], [0], [0], dead_band=0), "has 0 whole loops"),
-        (lambda: find_loops(TIME, UP_AND_DOWN, LOAD, dead_band=-1), "dead_band is -1"),
-        (lambda: find_loops(TIME, UP_AND_DOWN, LOAD[:4], dead_band=0), "tangential_load has 4 samples; expected 5"),
-        (lambda: find_loops(TIME, UP_AND_DOWN, LOAD, LOAD[:3], dead_band=0), "normal_load has 3 samples; expected 5"),
-        (lambda: find_loops(TIME, UP_AND_DOWN, LOAD, math.nan, dead_band=0), "normal_load misses 5 of 5 samples"),
-        (lambda: find_loops(-TIME, UP_AND_DOWN, LOAD, dead_band=0), r"time\[1\] is -1 s after -0 s"),
+        (lambda: loops_of_channels(TIME, np.zeros(5), LOAD, dead_band=0), "has 0 whole loops"),
+        (lambda: loops_of_channels([0], [0], [0], dead_band=0), "has 0 whole loops"),
+        (lambda: loops_of_swing(LOAD, dead_band=-1), "dead_band is -1"),
+        (
+            lambda: loops_of_swing(LOAD[:4], dead_band=0),
+            "tangential_load has 4 samples; expected 5",
+        ),
+        (
+            lambda: loops_of_swing(LOAD, LOAD[:3], dead_band=0),
+            "normal_load has 3 samples; expected 5",
+        ),
+        (
+            lambda: loops_of_swing(LOAD, math.nan, dead_band=0),
+            "normal_load misses 5 of 5 samples",
+        ),
+        (
+            lambda: loops_of_channels(-TIME, UP_AND_DOWN, LOAD, dead_band=0),
+            r"time\[1\]: the time -1 s comes after -0 s",
+        ),
         (lambda: LastPart(1.0), "share of LastPart is 1; expected a share, between 0 and 1"),
         (lambda: Plateau(0.0), "share of Plateau is 0"),
         (lambda: FirstLoad(math.nan), "share of FirstLoad is nan"),
@@ -396,6 +477,18 @@ def test_bad_input_is_explained(call, message):
         call()
 
 
+def test_no_whole_loop_is_an_error_of_its_own():
+    with pytest.raises(NoLoopError, match="has 0 whole loops"):
+        loops_of_channels(TIME, np.zeros(5), LOAD)
+    with pytest.raises(NoLoopError, match=r"has 1 whole loop at .* of which 1 are to be skipped"):
+        loops_of_channels(TIME, UP_AND_DOWN, LOAD, skip=1)
+
+
+def test_a_dataset_that_is_no_history_is_refused():
+    with pytest.raises(hs.InputError, match="no tangential_displacement, total_tangential_load, total_normal_load;"):
+        loops_of_history(xr.Dataset({"time": ("step", [0.0])}))
+
+
 def test_other_names_are_refused():
     found = analysis.friction_loops(swung(4 * SLIDE, substeps=50))
     with pytest.raises(hs.InputError, match="quantity is 'energy'; expected one of friction_force"):
@@ -408,5 +501,5 @@ def test_a_million_samples_take_no_longer_than_a_breath():
     """Many short loops are the slow case; the time itself is not asserted on a shared machine."""
     time = np.linspace(0, 1000, 1_000_000)
     u = np.sin(2 * np.pi * time)
-    found = find_loops(time, u, np.clip(5 * np.sin(2 * np.pi * time + 0.5), -1, 1), dead_band=0.1)
+    found = loops_of_channels(time, u, np.clip(5 * np.sin(2 * np.pi * time + 0.5), -1, 1), dead_band=0.1)
     assert len(found) == 999

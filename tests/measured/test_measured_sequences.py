@@ -87,7 +87,8 @@ GIVEN = ["measured.csv", "s.toml"]
 def test_loops_of_a_record(folder):
     done = call("loops", "s.toml")
     assert done.exit_code == 0, done.output
-    pairs, law, header, *rows = done.output.splitlines()
+    dead_band, pairs, law, header, *rows = done.output.splitlines()
+    assert dead_band.split()[:4] == ["dead", "band", "20", "nm,"]
     assert pairs.startswith("range pairs ")
     exponent, low, high = map(float, re.findall(r"[+-]\d\.\d+", law))
     assert low < exponent < high
@@ -171,6 +172,7 @@ def change(folder, *changes):
 
 
 NO_RESPONSE = ('[loading.response]\ntangential_load = { column = "T", unit = "mN" }\n', "")
+WRONG_WAY = ('{ column = "T", unit = "mN" }', '{ column = "T", unit = "mN", scale = -1 }')
 REVERSED = ('{ column = "N", unit = "mN" }', '{ column = "N", unit = "mN", scale = -1 }')
 
 
@@ -198,6 +200,9 @@ REVERSED = ('{ column = "N", unit = "mN" }', '{ column = "N", unit = "mN", scale
             "s.toml: loading: 40 loops are to be skipped, and the record has 4; exp",
         ),
         ("compare", [('"measured.csv"', '"gone.csv"')], "s.toml: loading.file: gone.csv: there is no such file"),
+        ("compare", [WRONG_WAY], "s.toml: loading: the loops run the wrong way round: friction would give"),
+        ("fit", [WRONG_WAY], "s.toml: loading: the loops run the wrong way round: friction would give"),
+        ("loops", [WRONG_WAY], "s.toml: loading: the loops run the wrong way round: friction would give"),
         ("loops", [('"20 nm"', '"20 mN"')], "s.toml: loading.dead_band.tangential_displacement: '20 mN': 'mN' is not"),
         ("loops", [('"20 nm"', '"20 mm"')], "s.toml: loading: "),
     ],
@@ -360,7 +365,7 @@ def test_a_friction_damper(tmp_path, monkeypatch):
 def test_granite_in_a_triaxial_cell(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("g.toml").write_text(GRANITE_SCENARIO, encoding="utf-8")
-    record = scenario.load("g.toml").measured()
+    record = scenario.load("g.toml").measurement()
     rows = np.genfromtxt(GRANITE, delimiter="\t", skip_header=3, encoding="utf-8", usecols=(0, 3, 5, 7))
     rows = rows[~np.isnan(rows).any(axis=1)]
     rows = rows[rows[:, 0] <= 8900]

@@ -10,8 +10,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import historysim as hs
 from historysim.errors import InputError
+from historysim.measured.measurement import Measurement
 from historysim.measured.observation import noise_of, observe, passed
-from historysim.measured.record import Record
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
 BALL = hs.Ensemble(PAIR, 0.0, 1e-3, 0.2)
@@ -21,7 +21,7 @@ SOFT = hs.Instrument(lateral_stiffness=5e5)
 
 def record_of(moved, normal_load, load=None, dead_band=0.0):
     moved = np.asarray(moved, dtype=float)
-    return Record(
+    return Measurement(
         np.arange(float(moved.size)),
         {"tangential_displacement": moved, "normal_load": np.broadcast_to(normal_load, moved.shape).astype(float)},
         {"tangential_load": np.zeros(moved.size) if load is None else load},

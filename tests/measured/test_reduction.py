@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import historysim as hs
 from historysim.contact import mindlin
-from historysim.measured.reduction import drop_missing, in_step, kept_points, resample, turning_points
+from historysim.measured.reduction import in_step, kept_points, resample, turning_points, whole_samples
 
 # whole numbers meet each other, and the dead band, exactly
 samples = st.lists(st.integers(-20, 20), min_size=1, max_size=40).map(np.array)
@@ -331,14 +331,11 @@ def test_clocks_of_two_channels_are_brought_together():
     assert np.isnan(found[~known]).all()
 
 
-def test_missing_samples_are_counted():
+def test_samples_that_miss_no_channel_are_whole():
     nan = math.nan
-    time, channels, count = drop_missing([0, 1, nan, 3, 4], [[1, 2], [nan, 2], [1, 2], [5, 6], [7, nan]])
-    assert (time.tolist(), channels.tolist(), count) == ([0, 3], [[1, 2], [5, 6]], 3)
-    time, channel, count = drop_missing([0, 1, 2], [1, nan, 3])
-    assert (time.tolist(), channel.tolist(), count) == ([0, 2], [1, 3], 1)
-    time, channels, count = drop_missing([nan], [[1, 2]])
-    assert (time.shape, channels.shape, count) == ((0,), (0, 2), 1)
+    assert whole_samples([0, 1, nan, 3, 4], [1, nan, 1, 5, 7], [2, 2, 2, 6, nan]).tolist() == [1, 0, 0, 1, 0]
+    assert whole_samples([0, 1, 2], [1, nan, 3]).tolist() == [True, False, True]
+    assert whole_samples([nan], [1]).tolist() == [False]
 
 
 # ---------------------------------------------------------------- bad input
@@ -347,7 +344,7 @@ def test_missing_samples_are_counted():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: turning_points([0, math.nan, 1]), r"values misses 1 of 3 samples \(NaN\); .*drop_missing"),
+        (lambda: turning_points([0, math.nan, 1]), r"values misses 1 of 3 samples \(NaN\); .*whole_samples"),
         (lambda: turning_points([0, math.inf, 1]), r"values\[1\] is inf; expected a finite number"),
         (lambda: turning_points([]), "values is of shape .0,.; expected the samples of one channel"),
         (lambda: turning_points([[1, 2]]), "values is of shape .1, 2."),
@@ -357,10 +354,12 @@ def test_missing_samples_are_counted():
         (lambda: kept_points([0, 1], [1]), "normal_load has 1 samples; expected 2"),
         (lambda: kept_points([0, 1], [1, 2], normal_dead_band=-1), "dead_band is -1"),
         (lambda: in_step([0, 1, 2], [0, 1]), "kept does not lead from sample 0 to sample 2"),
-        (lambda: drop_missing([0, 1], [1, 2, 3]), r"time is of shape \(2,\) and channels of shape \(3,\)"),
-        (lambda: drop_missing([0, 1], ["a", 1]), "channels is .*; expected numbers, or NaN"),
-        (lambda: drop_missing([0, 1], [math.inf, 1]), r"channels\[0\] is inf"),
-        (lambda: resample([0, 0], [1, 2], [0]), r"time\[1\] is 0 s after 0 s; expected times that rise"),
+        (lambda: whole_samples([0, 1], [1, 2, 3]), r"channels of shape \(2,\), \(3,\); expected one or more, each"),
+        (lambda: whole_samples([[0, 1]]), r"channels of shape \(1, 2\); expected one or more, each a row"),
+        (whole_samples, "channels of shape none; expected one or more"),
+        (lambda: whole_samples([0, 1], ["a", 1]), r"channels\[1\] is .*; expected numbers, or NaN"),
+        (lambda: whole_samples([0, 1], [math.inf, 1]), r"channels\[1\]\[0\] is inf"),
+        (lambda: resample([0, 0], [1, 2], [0]), r"time\[1\]: the time 0 s comes after 0 s; expected times that rise"),
         (lambda: resample([0, 1], [1], [0]), r"values is of shape \(1,\); expected \(2,\)"),
         (lambda: resample([0, 1], [1, -math.inf], [0]), r"values\[1\] is -inf"),
         (lambda: resample([0, 1], [1, 2], [math.nan]), r"onto\[0\] is nan"),

@@ -1,13 +1,14 @@
 """A fit as a scenario says it, and the scenario that comes out."""
 
 import tomllib
-import types
 
 import numpy as np
 import pytest
+import synthetic
 from numpy.testing import assert_allclose
 from records import BALL, scenario_text, write_columns
 
+import historysim as hs
 from historysim.errors import InputError
 from historysim.measured.fitting import Parameter
 from historysim.scenario import scenario
@@ -42,10 +43,8 @@ def loaded(folder, fit=ALL, base=ROUGH, more=INSTRUMENT, **options):
 
 
 def found(**values):
-    """Stand for a fit: only its parameters are written out."""
-    return types.SimpleNamespace(
-        parameters=[Parameter(name, value, 0.9 * value, 1.1 * value) for name, value in values.items()]
-    )
+    """Give fitted parameters."""
+    return [Parameter(name, value, 0.9 * value, 1.1 * value) for name, value in values.items()]
 
 
 def reloaded(folder, text, name="fitted.toml"):
@@ -154,7 +153,7 @@ def test_the_fitted_scenario_holds_the_values_and_the_comments(folder):
     assert ensemble.pair.shear_modulus == 3e10
     assert np.unique(ensemble.friction).tolist() == [0.25]
     assert tomllib.loads(text)["title"] == "rough"
-    assert again.measured().time.size == 3
+    assert again.measurement().time.size == 3
 
 
 def test_a_height_scale_multiplies_the_one_before(folder):
@@ -213,7 +212,7 @@ def test_sections_in_one_line(folder):
 
 
 def test_what_is_not_determined_is_said(folder):
-    fit = types.SimpleNamespace(parameters=[Parameter("friction", 0.2, 0.0, 1e300)])
+    fit = [Parameter("friction", 0.2, 0.0, 1e300)]
     text = fitted_text(loaded(folder), fit, folder / "fitted.toml")
     assert "coefficient = 0.2 # fitted, 95 %: not determined; as in the last test\n" in text
 
@@ -229,7 +228,7 @@ def test_files_are_found_from_another_folder(folder):
     text = fitted_text(of, found(friction=0.25), folder / "out" / "deep" / "fitted.toml")
     assert tomllib.loads(text)["loading"]["file"] == "../../m.csv"
     again = reloaded(folder / "out" / "deep", text)
-    assert again.measured().time.size == 3
+    assert again.measurement().time.size == 3
     assert len(again.ensemble()) == 2
     beside = fitted_text(of, found(friction=0.25), folder / "fitted.toml")
     assert tomllib.loads(beside)["loading"]["file"] == "m.csv"
@@ -248,3 +247,45 @@ def test_a_file_that_marks_utf8_and_has_other_line_ends(folder):
     fitted = fitted_text(scenario.load(folder / "s.toml"), found(friction=0.25), folder / "fitted.toml")
     (folder / "fitted.toml").write_bytes(fitted.encode())
     assert np.unique(scenario.load(folder / "fitted.toml").ensemble().friction).tolist() == [0.25]
+
+
+# -- in one call -----------------------------------------------------------------------------------
+
+
+def test_a_fit_in_one_call(tmp_path):
+    record = synthetic.measured("ball", 7, loads=(0.05,), loops=1)
+    write_columns(
+        tmp_path / "m.csv",
+        t=record.time,
+        N=record["normal_load"],
+        u=1e9 * record["tangential_displacement"],
+        T=record["tangential_load"],
+    )
+    base = """
+[materials]
+first = "silicon"
+second = "float glass"
+[surface]
+kind = "sphere"
+radius = "2.5 mm"
+[friction]
+coefficient = 0.3
+[instrument]
+lateral_stiffness = "334 mN/µm"
+"""
+    text = scenario_text(response={"tangential_load": '"T"'}, base=base, more='[fit]\nparameters = ["friction"]\n')
+    (tmp_path / "s.toml").write_text(text, encoding="utf-8")
+    found = hs.fit(tmp_path / "s.toml")
+    assert found.values == {"friction": pytest.approx(0.2, rel=1e-2)}
+    labels = [label for label, _ in found.summary()]
+    assert labels[0] == "friction"
+    assert "rms difference" in labels
+    (tmp_path / "out").mkdir()
+    found.write(tmp_path / "out" / "fitted.toml")
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["fitted.toml"]
+    again = hs.load(tmp_path / "out" / "fitted.toml")
+    assert again.text == found.scenario_text(tmp_path / "out" / "fitted.toml")
+    assert np.unique(again.ensemble().friction).tolist() == list(found.values.values())
+    # what was fitted is what is compared
+    difference = hs.compare(again).difference
+    assert np.sqrt(np.mean(difference**2)) == pytest.approx(np.sqrt(np.mean(found.comparison.difference**2)), rel=0.2)

@@ -9,7 +9,7 @@ from records import BALL, scenario_text, write_columns
 
 import historysim as hs
 from historysim.errors import InputError
-from historysim.measured.record import Record
+from historysim.measured.measurement import Measurement
 from historysim.scenario import scenario
 
 TIME = np.arange(15.0)
@@ -31,7 +31,7 @@ def loaded(folder, *arguments, **options):
 
 
 def record(folder, *arguments, **options):
-    return loaded(folder, *arguments, **options).measured()
+    return loaded(folder, *arguments, **options).measurement()
 
 
 def refusal(folder, *arguments, **options):
@@ -269,7 +269,7 @@ def test_reduced_to_turning_points(folder):
     columns = {"normal_load": '{ constant = "2 N" }'}
     whole, reduced = loaded(folder, columns), loaded(folder, columns, loading="reduce = true")
     kept = [0, 2, 6, 10, 14]
-    assert remarks(reduced.measured()) == {"replayed": "5 of 15 samples: what is remembered"}
+    assert remarks(reduced.measurement()) == {"replayed": "5 of 15 samples: what is remembered"}
     long, short = replayed(whole), replayed(reduced)
     assert_array_equal(short.time, TIME[kept])
     # nothing is lost without a dead band
@@ -287,11 +287,11 @@ def test_reduced_with_a_dead_band_the_load_stays_within_the_bound(folder, seed):
     band, stiffness = 25e-9, 8 * 20e9 * (3 * 0.05 * 1e-3 / (4 * 100e9)) ** (1 / 3)
     whole = loaded(folder)
     reduced = loaded(folder, loading="reduce = true", dead_band={"tangential_displacement": '"25 nm"'})
-    kept = reduced.measured().kept()
+    kept = reduced.measurement().kept()
     assert kept.size < 20
     off = np.abs(replayed(reduced).total_tangential_load.values - replayed(whole).total_tangential_load.values[kept])
     assert off.max() <= stiffness * band
-    swings = np.abs(np.diff(reduced.measured()["tangential_displacement"][kept]))
+    swings = np.abs(np.diff(reduced.measurement()["tangential_displacement"][kept]))
     assert off[1:-1][swings[:-1] >= band].max() <= 1e-9 * stiffness * band
 
 
@@ -457,23 +457,23 @@ def test_what_is_written_out_was_not_measured(folder):
         f"{BALL}[loading]\nwaypoints = [{{ time = 0, normal_load = 1 }}]\n", encoding="utf-8"
     )
     with pytest.raises(InputError, match=r"s\.toml: loading: is written out; expected a measured file"):
-        scenario.load(folder / "s.toml").measured()
+        scenario.load(folder / "s.toml").measurement()
 
 
 # -- records by themselves -------------------------------------------------------------------------
 
 
 def test_a_record_without_lines_names_the_time():
-    record = Record(np.array([0.0, 2.0, 1.0]), {"normal_load": np.ones(3)})
+    record = Measurement(np.array([0.0, 2.0, 1.0]), {"normal_load": np.ones(3)})
     with pytest.raises(InputError, match="the sample at t = 1 s: the time 1 s comes after 2 s"):
         record.events()
-    record = Record(np.array([0.0, 2.0]), {"normal_load": np.array([1.0, -1.0])})
+    record = Measurement(np.array([0.0, 2.0]), {"normal_load": np.array([1.0, -1.0])})
     with pytest.raises(InputError, match="the sample at t = 2 s: a normal load of -1 N pulls"):
         record.events()
 
 
 def test_a_record_says_what_it_does_not_have():
-    record = Record(np.zeros(1), {"normal_load": np.ones(1)})
+    record = Measurement(np.zeros(1), {"normal_load": np.ones(1)})
     with pytest.raises(InputError, match=r"no tangential_load; expected a column for it, in loading\.columns"):
         record["tangential_load"]
 
@@ -481,7 +481,7 @@ def test_a_record_says_what_it_does_not_have():
 def test_a_reduced_record_keeps_what_both_channels_need():
     """The path turns a corner where the displacement does not turn: the normal load starts to rise there."""
     moved, load = np.array([0, 1, 2, 3, 4.0]), np.array([1, 1, 1, 2, 3.0])
-    record = Record(np.arange(5.0), {"normal_load": load, "tangential_displacement": moved}, reduced=True)
+    record = Measurement(np.arange(5.0), {"normal_load": load, "tangential_displacement": moved}, reduced=True)
     assert record.kept().tolist() == [0, 2, 4]
-    alone = Record(np.arange(5.0), {"normal_load": load}, reduced=True)
+    alone = Measurement(np.arange(5.0), {"normal_load": load}, reduced=True)
     assert alone.kept().tolist() == [0, 4]

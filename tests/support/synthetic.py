@@ -12,7 +12,7 @@ import numpy as np
 
 import historysim as hs
 from historysim.measured import fitting, observation
-from historysim.measured.record import Record
+from historysim.measured.measurement import Measurement
 
 # UNAT: 1 nm, 6 µN, 334 mN/µm
 DISPLACEMENT_NOISE, LOAD_NOISE, STIFFNESS = 1e-9, 6e-6, 334e3
@@ -50,7 +50,7 @@ def measured(kind, seed, amplitude=200e-9, loads=(50e-3, 90e-3), loops=2, rate=1
     phase = (time / quarter) % 4
     displacement = amplitude * np.select([phase < 1, phase < 3], [phase, 2 - phase], phase - 4)
     level = np.minimum((time // (4 * quarter * loops)).astype(int), len(loads) - 1)
-    record = Record(
+    record = Measurement(
         time,
         {"normal_load": np.array(loads)[level], "tangential_displacement": displacement},
         {"tangential_load": np.zeros(time.size)},
@@ -72,7 +72,7 @@ def measured(kind, seed, amplitude=200e-9, loads=(50e-3, 90e-3), loops=2, rate=1
 def fitted(kind, seed):
     """Fit a simulated record, from a start 30 % off."""
     start = {name: 1.3 * value for name, value in TRUTHS[kind].items()}
-    return fitting.fit(model(kind), start, observation.observe(measured(kind, seed)))
+    return fitting.fit_parameters(model(kind), start, observation.observe(measured(kind, seed)))
 
 
 def held(kind, seed):

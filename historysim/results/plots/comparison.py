@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from historysim.basics.units import prefixed
 from historysim.measured.comparison import Comparison
+from historysim.measured.correction import contact_displacement
 from historysim.results.plots.style import FAINT, INK, STYLE, plain_title
 
 if TYPE_CHECKING:
@@ -88,10 +89,10 @@ def _draw_loops(axes: "Axes", comparison: Comparison) -> None:
     axes.plot(passage.displacement[order] * factor, modelled[order] * force, label="model", **line)
     if not comparison.instrument.rigid:
         stiffness = comparison.instrument.lateral_stiffness
-        contact = observation.displacement - load / stiffness
+        contact = contact_displacement(observation.displacement, load, stiffness).values
         dots["color"] = CORRECTED
         axes.plot(contact[shown] * factor, load[shown] * force, label="measured, of the contact", **dots)
-        contact = passage.displacement - modelled / stiffness
+        contact = contact_displacement(passage.displacement, modelled, stiffness).values
         line["linestyle"] = (0, (4, 1.5))
         axes.plot(contact[order] * factor, modelled[order] * force, label="model, of the contact", **line)
     axes.legend(loc="center", markerscale=3)

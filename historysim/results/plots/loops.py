@@ -33,7 +33,7 @@ def plot_loops(
     Parameters
     ----------
     loops : Loops
-        From `historysim.measured.loops.find_loops`, or `historysim.results.analysis.friction_loops`.
+        From `historysim.find_loops`, or `historysim.results.analysis.friction_loops`.
     model : Loops, optional
         A second set, to compare.
     labels : (str, str)
@@ -69,12 +69,12 @@ def plot_loops(
 
 
 def _draw_loops(axes: "Axes", sets: list[Loops], labels: tuple[str, str]) -> None:
-    length, length_prefix = prefixed(max(float(np.abs(each.record.displacement).max()) for each in sets))
-    force, force_prefix = prefixed(max(float(np.abs(each.record.tangential_load).max()) for each in sets))
+    length, length_prefix = prefixed(max(float(np.abs(each.trace.displacement).max()) for each in sets))
+    force, force_prefix = prefixed(max(float(np.abs(each.trace.tangential_load).max()) for each in sets))
     axes.axhline(0, color=FAINT, linewidth=0.4, zorder=0)
     axes.axvline(0, color=FAINT, linewidth=0.4, zorder=0)
     for each, colour, label in zip(sets, COLOURS, labels, strict=False):
-        record, typical = each.record, _typical(each)
+        record, typical = each.trace, _typical(each)
         stride = -(-record.time.size // MOST_POINTS)
 
         def draw(start: int, end: int, stride: int = stride, record: Any = record, **line: Any) -> None:
@@ -107,7 +107,7 @@ def _name(loops: Loops, label: str) -> str:
 def _mark_means(axes: "Axes", loops: Loops, length: float, force: float) -> None:
     """Mark the means of the first set, at the forward branch of its typical loop and at both of its plateaus."""
     start, turn, end = loops.ends[_typical(loops)]
-    u, f = loops.record.displacement * length, loops.record.tangential_load * force
+    u, f = loops.trace.displacement * length, loops.trace.tangential_load * force
     low, high = (start, turn) if u[start] < u[turn] else (turn, end)
     left, right, bottom = u[low], u[high], f[low]
     line: dict[str, Any] = {"color": INK, "linewidth": 0.9, "zorder": 4}

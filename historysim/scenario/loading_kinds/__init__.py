@@ -7,7 +7,7 @@ from cattrs import Converter
 from historysim.errors import InputError
 from historysim.scenario.loading_kinds.base import MOST_STEPS
 from historysim.scenario.loading_kinds.channels import channel_hooks
-from historysim.scenario.loading_kinds.measured import Measured
+from historysim.scenario.loading_kinds.from_file import MeasuredLoading
 from historysim.scenario.loading_kinds.written import Blocks, Waypoints
 from historysim.scenario.schema import table
 
@@ -16,14 +16,14 @@ __all__ = [
     "MOST_STEPS",
     "AnyLoading",
     "Blocks",
-    "Measured",
+    "MeasuredLoading",
     "Waypoints",
     "channel_hooks",
     "loading_from_toml",
 ]
 
-AnyLoading = Waypoints | Blocks | Measured
-LOADINGS: Mapping[str, type] = {"waypoints": Waypoints, "blocks": Blocks, "file": Measured}
+AnyLoading = Waypoints | Blocks | MeasuredLoading
+LOADINGS: Mapping[str, type] = {"waypoints": Waypoints, "blocks": Blocks, "file": MeasuredLoading}
 
 
 def loading_from_toml(converter: Converter, value: object, _: object) -> AnyLoading:

@@ -1,4 +1,4 @@
-"""From the columns of a file to a `Record`: one clock, nothing missing, in SI, corrected as asked for."""
+"""From the columns of a file to a `Measurement`: one clock, nothing missing, in SI, corrected as asked for."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -13,7 +13,8 @@ from historysim.basics.places import at, misfit
 from historysim.basics.units import quantity_text
 from historysim.errors import InputError
 from historysim.measured import correction, reduction
-from historysim.measured.record import Record, check_order
+from historysim.measured.measurement import Measurement
+from historysim.measured.reduction import check_order
 from historysim.scenario.loading_kinds.channels import Channel, ForceChannel, LengthChannel, MeasuredFile
 from historysim.scenario.schema import given
 from historysim.tables import Column, Table
@@ -27,13 +28,13 @@ MOST_SAMPLES = 10_000_000
 Remarks = list[tuple[str, str]]
 
 
-def assembled(folder: Path, section: MeasuredFile) -> Record:
-    """Read a record and make it ready, as a scenario's ``[loading]`` says.
+def assembled(folder: Path, section: MeasuredFile) -> Measurement:
+    """Return the measurement of a file, made ready as a scenario's ``[loading]`` says.
 
     Raises
     ------
     InputError
-        See `Measured.record`.
+        See `MeasuredLoading.measurement`.
     """
     remarks: Remarks = []
     channels = dict(_channels(section))
@@ -51,19 +52,20 @@ def assembled(folder: Path, section: MeasuredFile) -> Record:
     values = {}
     for (group, key), channel in channels.items():
         with at(group, key), _named(name):
-            values[group, key] = _in_si(channel, clocked, (group, key), getattr(section.dead_band, key), remarks)
+            values[group, key] = _in_si(channel, clocked, (group, key), getattr(section.dead_band, key) or 0.0, remarks)
     _close_free_play(channels, values, remarks)
-    record = Record(
+    measurement = Measurement(
         time=clocked.time,
         channels={key: array for (group, key), array in values.items() if group == "columns"},
         response={key: array for (group, key), array in values.items() if group == "response"},
-        dead_band=attrs.asdict(section.dead_band),
+        dead_band=given(section.dead_band),
         reduced=section.reduce,
         row=clocked.row,
     )
     if section.reduce:
-        remarks.append(("replayed", f"{record.kept().size:,} of {_samples(record.time.size)}: what is remembered"))
-    return attrs.evolve(record, remarks=tuple(remarks))
+        kept = measurement.kept().size
+        remarks.append(("replayed", f"{kept:,} of {_samples(measurement.time.size)}: what is remembered"))
+    return attrs.evolve(measurement, remarks=tuple(remarks))
 
 
 @attrs.frozen(eq=False)
@@ -81,7 +83,7 @@ class _Clocked:
         return _Clocked(self.time[kept], values, row, self.inside[kept])
 
     def place(self, index: int) -> str:
-        return Record(self.time, {}, row=self.row).place(index)
+        return Measurement(self.time, {}, row=self.row).place(index)
 
 
 def _channels(section: MeasuredFile) -> Iterator[tuple[tuple[str, str], Channel]]:
@@ -193,9 +195,7 @@ def _without_missing(section: MeasuredFile, clocked: _Clocked, remarks: Remarks)
     if outside:
         remarks.append(("outside the clocks of all channels", f"{_samples(outside)}, left out"))
         clocked = clocked.at(clocked.inside)
-    whole = ~np.isnan(clocked.time)
-    for values in clocked.values.values():
-        whole &= ~np.isnan(values)
+    whole = reduction.whole_samples(clocked.time, *clocked.values.values())
     if not whole.any():
         raise InputError("no sample has all channels; expected some, and clocks that overlap")
     missing = int(np.count_nonzero(~whole))
@@ -258,7 +258,8 @@ def _in_si(channel: Channel, clocked: _Clocked, key: tuple[str, str], dead_band:
     constant = getattr(channel, "constant", None)
     if constant is not None:
         return np.full(clocked.time.size, constant)
-    values = clocked.values[key] * (channel.scale * (_area(channel) or 1.0)) + getattr(channel, "offset", 0.0)
+    scale, offset = channel.scale * (_area(channel) or 1.0), getattr(channel, "offset", 0.0)
+    values = correction.rescale(clocked.values[key], scale, offset).values
     name, unit = key[1].replace("_", " "), "m" if isinstance(channel, LengthChannel) else "N"
     if isinstance(channel, LengthChannel) and channel.backlash:
         with at("backlash"):

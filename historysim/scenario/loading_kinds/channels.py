@@ -127,16 +127,16 @@ class LoadColumns(Channels):
 class DeadBand:
     """``loading.dead_band``: swings of a channel below which are noise and no reversals."""
 
-    normal_load: Force = 0.0
-    normal_displacement: Length = 0.0
-    tangential_load: Force = 0.0
-    tangential_displacement: Length = 0.0
+    normal_load: Force | None = None
+    normal_displacement: Length | None = None
+    tangential_load: Force | None = None
+    tangential_displacement: Length | None = None
 
     def __attrs_post_init__(self) -> None:
         """Check that none is negative."""
-        for key in LOAD_KINDS:
-            if getattr(self, key) < 0:
-                raise misfit(f"{getattr(self, key):g}; expected 0 or more", key)
+        for key, value in given(self).items():
+            if value < 0:
+                raise misfit(f"{value:g}; expected 0 or more", key)
 
 
 MISSING = ("refuse", "drop")

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.measured.loops import Definitions, FirstDisplacement, find_loops
+from historysim.measured.definitions import Definitions, FirstDisplacement
+from historysim.measured.splitting import loops_of_channels
 from historysim.results import analysis
 from historysim.results.plots import loops as plots
 from historysim.results.plots import style
@@ -23,9 +24,9 @@ def model():
 
 @pytest.fixture(scope="module")
 def measured(model):
-    record = model.record
+    record = model.trace
     noise = np.random.default_rng(1).normal(size=(2, record.time.size))
-    return find_loops(
+    return loops_of_channels(
         record.time,
         record.displacement + 0.1e-9 * noise[0],
         1.1 * record.tangential_load + 2e-5 * noise[1],
@@ -71,7 +72,7 @@ def test_loops_and_their_means_are_drawn(model):
 
 def test_the_whole_record_is_drawn(model):
     _, (loops, *_) = drawn(model)
-    record = model.record
+    record = model.trace
     start, end = model.ends[0, 0], model.ends[-1, 2]
     colours = {line.get_color(): line for line in loops.get_lines() if len(line.get_xdata()) > 2}
     assert set(colours) == {style.FAINT, plots.COLOURS[0]}
@@ -99,8 +100,8 @@ def test_a_measured_record_and_its_model_are_drawn_together(measured, model):
 
 
 def test_what_is_not_known_is_not_marked(model):
-    record = model.record
-    coarse = find_loops(
+    record = model.trace
+    coarse = loops_of_channels(
         record.time[::25],
         record.displacement[::25],
         record.tangential_load[::25],
@@ -115,6 +116,8 @@ def test_a_long_record_is_thinned(model, monkeypatch):
     monkeypatch.setattr(plots, "MOST_POINTS", 40)
     _, (loops, *_) = drawn(model)
     assert max(len(line.get_xdata()) for line in loops.get_lines()) <= 42
-    one = find_loops(model.record.time, model.record.displacement, model.record.tangential_load, dead_band=1e-9, skip=2)
+    one = loops_of_channels(
+        model.trace.time, model.trace.displacement, model.trace.tangential_load, dead_band=1e-9, skip=2
+    )
     figure, _ = drawn(one)
     assert legend(figure)[0] == "1 loop"

@@ -1,4 +1,4 @@
-"""``[loading]`` from a measured record."""
+"""``loading.file``: a measured load sequence as the loading of a scenario."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,11 +12,11 @@ from historysim.scenario.loading_kinds.base import Loading
 from historysim.scenario.loading_kinds.channels import MeasuredFile
 
 if TYPE_CHECKING:
-    from historysim.measured.record import Record
+    from historysim.measured.measurement import Measurement
 
 
 @attrs.frozen(kw_only=True)
-class Measured(MeasuredFile, Loading):
+class MeasuredLoading(MeasuredFile, Loading):
     """``loading.file``: a record, of which every sample, or with ``reduce`` every turning point, is a waypoint."""
 
     def __attrs_post_init__(self) -> None:
@@ -24,8 +24,8 @@ class Measured(MeasuredFile, Loading):
         MeasuredFile.__attrs_post_init__(self)
         Loading.__attrs_post_init__(self)
 
-    def record(self, folder: Path) -> "Record":
-        """Read the record and make it ready.
+    def measurement(self, folder: Path) -> "Measurement":
+        """Read the file, and return what was measured, made ready.
 
         Raises
         ------
@@ -38,10 +38,10 @@ class Measured(MeasuredFile, Loading):
             return assembled(folder, self)
 
     def events(self, folder: Path) -> list[Event]:
-        """Read the events."""
-        record = self.record(folder)
+        """Return the events of the file."""
+        measurement = self.measurement(folder)
         with at("loading", "file"):
             try:
-                return record.events()
+                return measurement.events()
             except InputError as error:
                 raise InputError(f"{Path(self.file).name}: {error}") from error

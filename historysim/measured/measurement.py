@@ -1,6 +1,6 @@
-"""`Record`: a measured load sequence in SI on one clock, with what was measured beside it."""
+"""`Measurement`: a measured load sequence in SI on one clock, with what was measured beside it."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 import attrs
 import numpy as np
@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from historysim.errors import InputError
 from historysim.loads.events import LOAD_KINDS, Event
-from historysim.measured.reduction import kept_points
+from historysim.measured.reduction import check_order, kept_points
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -18,7 +18,7 @@ NORMAL = ("normal_load", "normal_displacement")
 
 
 @attrs.frozen(eq=False)
-class Record:
+class Measurement:
     """A measured load sequence.
 
     Attributes
@@ -30,11 +30,12 @@ class Record:
     response : mapping of str to array (sample)
         What was measured beside it, to compare with.
     dead_band : mapping of str to float
-        Swings of a channel below which are noise [N or m]; 0 where nothing is said.
+        The smallest swing of a channel that is no noise [N or m]; a channel that is not named has no noise where it
+        is replayed, and the dead band of its loops by default (see `splitting.loop_dead_band`).
     reduced : bool
         Whether only the samples are replayed that the contact remembers (see `reduction.kept_points`).
     remarks : tuple of (label, text)
-        What was done to the record on the way here.
+        What was done to the samples on the way here.
     row : array (sample), optional
         Where each sample stood in its file, for messages.
     """
@@ -71,7 +72,7 @@ class Record:
         tangential = next((name for name in TANGENTIAL if name in self.channels), None)
         normal = next((name for name in NORMAL if name in self.channels), None)
         first = tangential or normal
-        assert first is not None  # noqa: S101 - a record has a channel
+        assert first is not None  # noqa: S101 - a measurement has a channel
         return kept_points(
             self.channels[first],
             None if normal is None or first == normal else self.channels[normal],
@@ -122,30 +123,3 @@ class Record:
         if self.row is None:
             return f"the sample at t = {self.time[sample]:.9g} s"
         return f"line {self.row[sample]}"
-
-
-def check_order(time: Floats, place: Callable[[int], str], *, rising: bool = False) -> None:
-    """Check that times do not decrease, or that they rise from sample to sample.
-
-    Parameters
-    ----------
-    time : array (sample)
-        [s].
-    place : callable
-        Says where a sample stood in its file.
-    rising : bool
-        Whether each time has to be later than the one before.
-
-    Raises
-    ------
-    InputError
-        They do not; the message names the place.
-    """
-    steps = np.diff(time)
-    back = np.flatnonzero(steps <= 0 if rising else steps < 0)
-    if back.size:
-        after = int(back[0]) + 1
-        expected = "times that rise from sample to sample" if rising else "times that do not decrease"
-        raise InputError(
-            f"{place(after)}: the time {time[after]:.9g} s comes after {time[after - 1]:.9g} s; expected {expected}"
-        )

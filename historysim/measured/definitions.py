@@ -1,0 +1,117 @@
+"""What a friction loop is read off by: what is taken for sliding, for reached, and for the beginning of a branch."""
+
+from typing import Any
+
+import attrs
+
+from historysim.basics.arguments import scalar
+from historysim.errors import InputError
+
+
+def _share(owner: object, attribute: "attrs.Attribute[float]", value: float) -> None:
+    name = f"{attribute.name} of {type(owner).__name__}"
+    if not 0 < scalar(name, value) < 1:
+        raise InputError(f"{name} is {value:g}; expected a share, between 0 and 1")
+
+
+def _length(owner: object, attribute: "attrs.Attribute[float]", value: float) -> None:
+    scalar(f"{attribute.name} of {type(owner).__name__}", value, above=0)
+
+
+def _one_of(*kinds: type) -> Any:
+    names = " or ".join(kind.__name__ for kind in kinds)
+
+    def check(owner: object, attribute: "attrs.Attribute[Any]", value: object) -> None:
+        if not isinstance(value, kinds):
+            raise InputError(f"{attribute.name} of {type(owner).__name__} is {value!r}; expected {names}")
+
+    return check
+
+
+@attrs.frozen
+class LastPart:
+    """Sliding part of a branch: its last part, by displacement.
+
+    Parameters
+    ----------
+    share : float
+        Of the displacement of the branch, between 0 and 1.
+    """
+
+    share: float = attrs.field(default=0.25, validator=_share)
+
+    def __str__(self) -> str:
+        return f"the last {self.share:.3g} of the displacement of a branch"
+
+
+@attrs.frozen
+class Plateau:
+    """Sliding part of a branch: from where the load has first come near its greatest value, on to the end.
+
+    Parameters
+    ----------
+    share : float
+        How much of the way from the reversal to the greatest load has been covered there, between 0 and 1.
+    """
+
+    share: float = attrs.field(default=0.95, validator=_share)
+
+    def __str__(self) -> str:
+        return f"from {self.share:.3g} of the way between the load at the reversal and the greatest load of a branch"
+
+
+@attrs.frozen
+class FirstLoad:
+    """First part of a branch: until the load has covered a share of the way from the reversal to the friction force.
+
+    Parameters
+    ----------
+    share : float
+        Between 0 and 1.
+    """
+
+    share: float = attrs.field(default=0.2, validator=_share)
+
+    def __str__(self) -> str:
+        return f"until {self.share:.3g} of the way between the load at the reversal and the friction force"
+
+
+@attrs.frozen
+class FirstDisplacement:
+    """First part of a branch: until it is a length away from the reversal.
+
+    Parameters
+    ----------
+    length : float
+        [m].
+    """
+
+    length: float = attrs.field(validator=_length)
+
+    def __str__(self) -> str:
+        return f"the first {self.length:.3g} m of a branch"
+
+
+@attrs.frozen
+class Definitions:
+    """What is taken for sliding, for reached, and for the beginning of a branch.
+
+    Parameters
+    ----------
+    sliding : LastPart or Plateau
+        The part of a branch that the friction force is the mean of.
+    reached : float
+        The share of the way between the load at the reversal and the friction force that ends the preliminary
+        displacement, between 0 and 1.
+    initial : FirstLoad or FirstDisplacement
+        The part of a branch that the stiffness is the slope of.
+    """
+
+    sliding: LastPart | Plateau = attrs.field(factory=LastPart, validator=_one_of(LastPart, Plateau))
+    reached: float = attrs.field(default=0.95, validator=_share)
+    initial: FirstLoad | FirstDisplacement = attrs.field(
+        factory=FirstLoad, validator=_one_of(FirstLoad, FirstDisplacement)
+    )
+
+
+DEFAULT = Definitions()

@@ -1,0 +1,318 @@
+"""From a record to its friction loops: split at the reversals of the tangential displacement, and read off.
+
+One way leads from any record, measured or simulated, to its loops, so that the two can be compared.
+"""
+
+import math
+from typing import TYPE_CHECKING
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+
+from historysim.basics.arguments import scalar
+from historysim.errors import InputError
+from historysim.measured.definitions import DEFAULT, Definitions, FirstLoad, LastPart
+from historysim.measured.loops import BRANCH_QUANTITIES, Loops, Trace
+from historysim.measured.reduction import channel, check_order, turning_points
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from historysim.measured.measurement import Measurement
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+DEAD_BAND_SHARE = 0.05
+"""Dead band of loops over the range of the displacement, where nothing else is said."""
+WRONG_WAY = -0.05
+"""Energy of loops over the area of the boxes around them from which on they run the wrong way round."""
+
+
+class NoLoopError(InputError):
+    """A record has no whole loop, or none is left after those that are skipped."""
+
+
+def loop_dead_band(displacement: npt.ArrayLike, said: float | None = None) -> float:
+    """Return the dead band of loops [m]: what is said, else 5 % of the range of the displacement (sample) [m]."""
+    if said is not None:
+        return scalar("dead_band", said, least=0)
+    return DEAD_BAND_SHARE * float(np.ptp(channel("displacement", displacement)))
+
+
+def loops_of_history(
+    history: "xr.Dataset", *, dead_band: float | None = None, skip: int = 0, definitions: Definitions = DEFAULT
+) -> Loops:
+    """Return the friction loops of a simulated history.
+
+    How finely the history is recorded matters: between steps it is taken as straight (see ``substeps``).
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history, with or without asperities.
+    dead_band, skip, definitions
+        As for `loops_of_channels`.
+
+    Raises
+    ------
+    InputError
+        As for `loops_of_channels`, or a Dataset without the channels of a history.
+    """
+    names = ("time", "tangential_displacement", "total_tangential_load", "total_normal_load")
+    missing = [name for name in names if name not in history.variables]
+    if missing:
+        raise InputError(f"the Dataset has no {', '.join(missing)}; expected a history, as replay and run return it")
+    time, displacement, tangential_load, normal_load = (history[name].values for name in names)
+    return loops_of_channels(
+        time, displacement, tangential_load, normal_load, dead_band=dead_band, skip=skip, definitions=definitions
+    )
+
+
+def loops_of_measurement(
+    measurement: "Measurement", *, dead_band: float | None = None, skip: int = 0, definitions: Definitions = DEFAULT
+) -> Loops:
+    """Return the friction loops of a measurement.
+
+    Parameters
+    ----------
+    measurement : Measurement
+        With tangential displacement and tangential load; with the normal load, friction coefficients are known too.
+    dead_band : float, optional
+        As for `loops_of_channels`; by default what the measurement says of its tangential displacement, else 5 % of
+        the range.
+    skip, definitions
+        As for `loops_of_channels`.
+
+    Raises
+    ------
+    InputError
+        As for `loops_of_channels`, or a channel that was not measured.
+    """
+    check_order(measurement.time, measurement.place)
+    loops = loops_of_channels(
+        measurement.time,
+        measurement["tangential_displacement"],
+        measurement["tangential_load"],
+        measurement.get("normal_load"),
+        dead_band=measurement.dead_band.get("tangential_displacement") if dead_band is None else dead_band,
+        skip=skip,
+        definitions=definitions,
+    )
+    return attrs.evolve(loops, remarks=measurement.remarks)
+
+
+def loops_of_channels(
+    time: npt.ArrayLike,
+    displacement: npt.ArrayLike,
+    tangential_load: npt.ArrayLike,
+    normal_load: npt.ArrayLike | None = None,
+    *,
+    dead_band: float | None = None,
+    skip: int = 0,
+    definitions: Definitions = DEFAULT,
+) -> Loops:
+    """Return the friction loops of the channels of a record.
+
+    A loop is two branches, one forward and one backward, that follow each other between three reversals; loops do not
+    overlap. The branch from the start of the record to its first reversal, often that of virgin loading, and the one
+    from its last reversal to the end of the record belong to a loop only if that loop closes: if the displacements at
+    its two ends differ by no more than the dead band.
+
+    Parameters
+    ----------
+    time : array_like (sample)
+        Times that do not decrease [s].
+    displacement : array_like (sample)
+        Tangential displacement U [m].
+    tangential_load : array_like (sample)
+        T [N], positive in the direction of U.
+    normal_load : array_like (sample) or float, optional
+        N [N].
+    dead_band : float, optional
+        The smallest swing of U that counts as a reversal [m], 0 or more: a few times its noise, and well below its
+        amplitude; by default 5 % of the range of U. See `turning_points`.
+    skip : int
+        How many loops at the start are left out.
+    definitions : Definitions
+
+    Returns
+    -------
+    Loops
+
+    Raises
+    ------
+    NoLoopError
+        No whole loop, or none that is not skipped; an InputError.
+    InputError
+        Missing or infinite samples, times that decrease, channels of different lengths, or loops that run the wrong
+        way round.
+    """
+    trace = _trace(time, displacement, tangential_load, normal_load)
+    if not isinstance(definitions, Definitions):
+        raise InputError(f"definitions is {definitions!r}; expected Definitions(...)")
+    moved, load = trace.displacement, trace.tangential_load
+    band = loop_dead_band(moved, dead_band)
+    ends = _loop_ends(moved, band)
+    left_out = _left_out(ends, moved.size)
+    number = _kept_loops(len(ends), skip, band)
+    ends = ends[number]
+    energy = np.array([_enclosed(moved[start : end + 1], load[start : end + 1]) for start, _, end in ends])
+    _check_sense(energy, moved[ends], load[ends])
+    return Loops(
+        trace,
+        definitions,
+        band,
+        number,
+        ends,
+        left_out,
+        **dict(zip(BRANCH_QUANTITIES, np.moveaxis(_branches(trace, ends, definitions), -1, 0), strict=True)),
+        dissipated_energy=energy,
+        displacement_gap=moved[ends[:, 2]] - moved[ends[:, 0]],
+        tangential_load_gap=load[ends[:, 2]] - load[ends[:, 0]],
+    )
+
+
+def _trace(
+    time: npt.ArrayLike, displacement: npt.ArrayLike, tangential_load: npt.ArrayLike, normal_load: npt.ArrayLike | None
+) -> Trace:
+    """Return the channels, checked."""
+    moved = channel("displacement", displacement)
+    load = channel("tangential_load", tangential_load, moved.size)
+    times = channel("time", time, moved.size)
+    check_order(times, lambda sample: f"time[{sample}]")
+    if normal_load is None:
+        return Trace(times, moved, load, None)
+    given = np.full(moved.size, normal_load) if np.ndim(normal_load) == 0 else normal_load
+    return Trace(times, moved, load, channel("normal_load", given, moved.size))
+
+
+def _kept_loops(count: int, skip: float, dead_band: float) -> Integers:
+    """Return the numbers of the loops that are not skipped."""
+    if scalar("skip", skip) % 1 or skip < 0:
+        raise InputError(f"skip is {skip:g}; expected a whole number of loops to leave out, 0 or more")
+    if skip >= count:
+        skipped = f", of which {skip:g} are to be skipped" if skip else ""
+        raise NoLoopError(
+            f"the record has {count:,} whole {'loop' if count == 1 else 'loops'} at a dead band of {dead_band:g} m"
+            f"{skipped}; expected one or more to be left: lower dead_band or skip, or take a longer record"
+        )
+    return np.arange(int(skip), count)
+
+
+def _left_out(ends: Integers, size: int) -> tuple[tuple[int, int], ...]:
+    """Return the pieces before the first and after the last loop, from sample to sample."""
+    if not len(ends):
+        return ()
+    pieces = (0, int(ends[0, 0])), (int(ends[-1, 2]), size - 1)
+    return tuple(piece for piece in pieces if piece[0] < piece[1])
+
+
+def _branches(trace: Trace, ends: Integers, definitions: Definitions) -> Floats:
+    """Return the quantities of all branches, (loop, direction, quantity)."""
+    branches = np.full((len(ends), 2, len(BRANCH_QUANTITIES)), math.nan)
+    moved = trace.displacement
+    for loop, (start, turn, end) in enumerate(ends):
+        for first, last in ((start, turn), (turn, end)):
+            backward = moved[last] < moved[first]
+            sign = -1.0 if backward else 1.0
+            part = slice(first, last + 1)
+            branches[loop, int(backward)] = _branch(
+                sign * (moved[part] - moved[first]),
+                sign * trace.tangential_load[part],
+                None if trace.normal_load is None else trace.normal_load[part],
+                definitions,
+            )
+    return branches
+
+
+def _loop_ends(displacement: Floats, dead_band: float) -> Integers:
+    """Return the first, middle and last sample of each loop, (loop, 3)."""
+    kept = turning_points(displacement, dead_band)
+    swings = np.abs(np.diff(displacement[kept]))
+    branches = np.flatnonzero((swings > 0) & (swings >= dead_band))
+    if branches.size < 2:
+        return np.empty((0, 3), dtype=np.int64)
+    # only the first and the last swing may be too small to be a branch
+    turns = kept[branches[0] : branches[-1] + 2]
+    triples = np.column_stack([turns[:-2], turns[1:-1], turns[2:]])
+    closed = np.abs(displacement[triples[:, 2]] - displacement[triples[:, 0]]) <= dead_band
+    loops = triples[0 if closed[0] else 1 :: 2]
+    return loops[:-1] if loops.size and loops[-1, 2] == turns[-1] and not closed[-1] else loops
+
+
+def _check_sense(energy: Floats, displacement: Floats, load: Floats) -> None:
+    """Refuse loops, given by U and T at their ends, that give energy instead of taking it."""
+    box = np.ptp(displacement, axis=1) * np.ptp(load, axis=1)
+    if energy.sum() < WRONG_WAY * box.sum():
+        raise InputError(
+            f"the loops run the wrong way round: friction would give {-energy.mean():.4g} J per loop instead of taking "
+            "it; expected displacement and tangential_load positive in one direction: reverse one of the two, with a "
+            "scale of -1"
+        )
+
+
+def _branch(u: Floats, f: Floats, normal: Floats | None, definitions: Definitions) -> tuple[float, ...]:
+    """Return the quantities of one branch, in its own direction, in the order of BRANCH_QUANTITIES."""
+    sliding, initial = definitions.sliding, definitions.initial
+    if isinstance(sliding, LastPart):
+        slides_from = _crossing(u, (1 - sliding.share) * u[-1])
+    else:
+        slides_from = _crossing(f, f[0] + sliding.share * (f.max() - f[0]))
+    force = _mean_from(slides_from, u, f)
+    load = math.nan if normal is None else _mean_from(slides_from, u, normal)
+    rise = force - f[0]
+    preliminary = stiffness = math.nan
+    if rise > 0:
+        preliminary = _at(_crossing(f, f[0] + definitions.reached * rise), u)
+        if isinstance(initial, FirstLoad):
+            stiffness = 1 / _slope(_crossing(f, f[0] + initial.share * rise), f, u)
+        else:
+            stiffness = _slope(_crossing(u, initial.length), u, f)
+    return force, load, force / load if load > 0 else math.nan, preliminary, stiffness
+
+
+def _crossing(values: Floats, level: float) -> float:
+    """Return where values first reach a level, as a sample number with a fraction; NaN where they never do."""
+    above = values >= level
+    first = int(above.argmax())
+    if not above[first]:
+        return math.nan
+    if first == 0:
+        return 0.0
+    low, high = values[first - 1], values[first]
+    return first - 1 + float((level - low) / (high - low))
+
+
+def _at(place: float, values: Floats) -> float:
+    if math.isnan(place):
+        return math.nan
+    before = min(int(place), values.size - 2)
+    return float(values[before] + (place - before) * (values[before + 1] - values[before]))
+
+
+def _mean_from(place: float, u: Floats, values: Floats) -> float:
+    """Return the mean of values over the displacement from a place on to the end."""
+    after = math.ceil(place)
+    along = np.append(_at(place, u), u[after:])
+    heights = np.append(_at(place, values), values[after:])
+    length = along[-1] - along[0]
+    return float(_area(along, heights) / length) if length > 0 else float(heights[-1])
+
+
+def _slope(place: float, x: Floats, y: Floats) -> float:
+    """Return the least-squares slope of y over x in the samples up to a place; NaN where it is not positive."""
+    count = 0 if math.isnan(place) else int(place) + 1
+    across = x[:count] - x[:count].mean() if count else x[:0]
+    slope = float(across @ y[:count])
+    return slope / float(across @ across) if slope > 0 else math.nan
+
+
+def _area(u: Floats, f: Floats) -> float:
+    return float(np.diff(u) @ (f[1:] + f[:-1])) / 2
+
+
+def _enclosed(u: Floats, f: Floats) -> float:
+    """Return the area of a loop, closed by a straight line."""
+    return _area(u, f) + float((u[0] - u[-1]) * (f[0] + f[-1])) / 2

@@ -1,0 +1,45 @@
+"""The model of a scenario beside what was measured."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from historysim.basics.places import at
+from historysim.scenario.scenario import Scenario, as_scenario
+from historysim.scenario.schema import reported
+
+if TYPE_CHECKING:
+    from historysim.measured.comparison import Comparison
+
+
+def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> "Comparison":
+    """Return the model of a scenario beside what was measured: the same displacements, and the loads of both.
+
+    Parameters
+    ----------
+    scenario : Scenario or path
+        A scenario whose loading is measured, with a tangential load to compare with.
+    skip : int
+        Loops at the start that are walked through and not compared.
+
+    Returns
+    -------
+    Comparison
+        Its loops have the dead band that the scenario says of the tangential displacement, else 5 % of its range.
+
+    Raises
+    ------
+    InputError
+        A scenario that cannot be used or measures no tangential load, fewer loops than are to be skipped, or loops that
+        run the wrong way round.
+    LoadError
+        A normal load that the contact cannot carry.
+    """
+    from historysim.measured.comparison import Comparison
+    from historysim.measured.observation import observe, passed
+
+    scenario = as_scenario(scenario)
+    measurement = scenario.measurement()
+    with reported(scenario.path.name), at("loading"):
+        observation = observe(measurement, skip=skip)
+    passage = passed(scenario.ensemble(), scenario.instrument, observation)
+    return Comparison.of(observation, passage, scenario.instrument)
