@@ -1,6 +1,6 @@
 """How adhesive the asperities of an ensemble are: which theory of adhesion each of them needs.
 
-The replay has no adhesion: what stands here says where that is fair.
+The replay leaves adhesion out; these numbers tell where that is justified.
 """
 
 from typing import Any
@@ -33,7 +33,7 @@ class AdheringAsperities:
     regime : array (touching) of Regime
         Zone of the adhesion map.
     pull_off_load : array (touching)
-        Load at which each would come off, by Maugis, < 0 [N].
+        Load at which each would be pulled off, by Maugis [N], < 0.
     """
 
     asperity: npt.NDArray[np.int64]
@@ -57,13 +57,13 @@ class AdheringAsperities:
 def adhering_asperities(
     ensemble: Ensemble, approach: float, *, work_of_adhesion: float, equilibrium_separation: float
 ) -> AdheringAsperities:
-    """Return how adhesive the asperities are that touch at an approach.
+    """Return how adhesive each asperity is that touches at an approach.
 
     Parameters
     ----------
     ensemble : Ensemble
     approach : float
-        Of the highest summit from first touch [m], > 0, as it is without adhesion.
+        Approach of the highest summit from first touch [m], > 0, without adhesion.
     work_of_adhesion : float
         W [J/m²], > 0.
     equilibrium_separation : float

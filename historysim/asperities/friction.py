@@ -1,4 +1,4 @@
-"""Friction laws, and the asperities that share one."""
+"""Friction laws, and which asperities share one coefficient."""
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +11,7 @@ Integers = npt.NDArray[np.int64]
 
 
 def coulomb(friction: npt.ArrayLike, count: int) -> Floats:
-    """Coulomb's law: one constant coefficient μ per asperity.
+    """Return one constant coefficient μ per asperity, as Coulomb's law has it.
 
     Parameters
     ----------
@@ -38,9 +38,9 @@ def coulomb(friction: npt.ArrayLike, count: int) -> Floats:
 
 
 def groups(*keys: npt.NDArray[np.generic]) -> Integers:
-    """Return the numbers of the friction groups: asperities alike in every key share one.
+    """Return the friction group of each asperity, a number from 0: those that are alike in every key share one.
 
-    Asperities that share a coefficient, and shared it ever since they touched, share one traction memory.
+    Asperities that have had the same coefficient ever since they touched share one traction memory.
     """
     numbers = np.zeros(len(keys[0]), dtype=np.int64)
     for key in keys:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 Values = TypeVar("Values", float, "npt.NDArray[np.float64]")
 
 SOFTEST = 1e-100
-"""Smallest lateral stiffness [N/m]; nothing overflows with it."""
+"""Smallest lateral stiffness [N/m]; with it no float overflows."""
 
 
 def _stiff(instrument: object, attribute: "attrs.Attribute[float]", value: float) -> None:
@@ -30,9 +30,9 @@ def _stiff(instrument: object, attribute: "attrs.Attribute[float]", value: float
 class Instrument:
     """A tribometer, which measures the displacement of its drive (or sensor), not of the contact.
 
-    In series with the contact, its lateral stiffness k_s makes the measured displacement U + T/k_s: that of
-    the contact, and what the tangential load bends the instrument by. It is elastic and remembers nothing, so
-    it is no part of a state; it says how tangential displacements act on one.
+    Its lateral stiffness k_s is in series with the contact, so that the measured displacement is U + T/k_s: that of
+    the contact, and the deflection of the instrument under the tangential load. The instrument is elastic and
+    remembers nothing; the state of an ensemble does not contain it.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ class Instrument:
 
     @property
     def rigid(self) -> bool:
-        """Whether the drive's displacement is the contact's."""
+        """Whether the drive and the contact have one displacement."""
         return self.lateral_stiffness == math.inf
 
     def drive_displacement(self, tangential_displacement: Values, tangential_load: Values) -> Values:
@@ -67,7 +67,7 @@ RIGID = Instrument()
 
 
 def as_instrument(given: object) -> Instrument:
-    """Return an argument that is an instrument.
+    """Return the argument, which has to be an instrument.
 
     Raises
     ------

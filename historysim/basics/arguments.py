@@ -52,6 +52,21 @@ def scalar(name: str, value: npt.ArrayLike, *, above: float = -math.inf, least: 
     return float(number)
 
 
+def per_axis(name: str, values: npt.ArrayLike) -> tuple[float, float]:
+    """Return an argument that is a positive number along x and one along y; one number stands for both.
+
+    Raises
+    ------
+    InputError
+        Anything else.
+    """
+    numbers = checked(name, values, above=0)
+    if numbers.shape not in {(), (1,), (2,)}:
+        raise InputError(f"{name} has shape {numbers.shape}; expected one number, or one for x and one for y")
+    x, y = np.broadcast_to(numbers, 2)
+    return float(x), float(y)
+
+
 def one_per(
     one: str, several: str, name: str, values: npt.ArrayLike, count: int | None = None, *, above: float = -math.inf
 ) -> Values:

@@ -151,7 +151,7 @@ class GreenwoodWilliamson:
 
     @classmethod
     def of_summits(cls, summits: Any, contact_modulus: float) -> Self:
-        """Take the parameters from summits that were found or made.
+        """Return the surface whose parameters are those of given summits.
 
         Parameters
         ----------
@@ -261,7 +261,7 @@ class GreenwoodWilliamson:
 
 @attrs.frozen(eq=False)
 class SummitContact:
-    """What given summits carry together; each has the shape of the separations.
+    """Totals over given summits under a rigid flat; each has the shape of the separations.
 
     Attributes
     ----------

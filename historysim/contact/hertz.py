@@ -167,7 +167,7 @@ def normal_stiffness(contact_radius: npt.ArrayLike, *, contact_modulus: npt.Arra
 def loaded_contact(normal_load: npt.ArrayLike, contact_radius: npt.ArrayLike) -> tuple[Values, Values]:
     """Return normal load [N] and contact radius [m] as floats, with a radius of 1 m where nothing touches.
 
-    An unloaded contact has no radius to divide by; any radius gives it its pressure, compliance and energy of 0.
+    There the load is 0 and the contact radius cannot be divided by; any other radius gives the right pressure, 0.
 
     Raises
     ------

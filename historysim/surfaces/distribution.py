@@ -1,7 +1,7 @@
-"""Ensembles from statistics instead of maps: summits with heights from a density, so many per area.
+"""Summits from statistics instead of a height map: a distribution of their heights, and their number per area.
 
-A height distribution is Gaussian or a table of heights and densities. Its summits are drawn with a seed, or are the
-same as a deterministic quantile ensemble: the middles, by probability, of n parts of equal probability.
+The distribution is Gaussian or a table of heights and densities. The n summits are drawn at random with a seed, or they
+are quantiles, without chance: the medians of n intervals of equal probability.
 """
 
 import math
@@ -14,12 +14,13 @@ from scipy.special import ndtri
 
 from historysim.basics.arguments import checked, scalar
 from historysim.errors import InputError
+from historysim.surfaces.seeds import generator
 from historysim.surfaces.summits import Summits
 
 Floats = npt.NDArray[np.float64]
 
 MOST_SUMMITS = 50_000_000
-"""The most summits that are made at once: some gigabytes with their positions."""
+"""The most summits that are made at once; with their positions they take some gigabytes."""
 
 
 class HeightDistribution(Protocol):
@@ -130,10 +131,10 @@ class Tabulated:
 
     @classmethod
     def from_gaps(cls, gap: npt.ArrayLike, density: npt.ArrayLike) -> Self:
-        """Make the distribution from gaps, as the literature of joints tabulates them.
+        """Return the distribution of the heights that belong to gaps, as the literature of joints tabulates them.
 
-        The datum of the heights is where the gap is 0: a summit touches when the flat has come closer than that by its
-        gap, so that its height is minus the gap.
+        The datum of the heights is the plane in which the gap is 0. The flat has to come closer than that by the gap
+        of a summit to touch it, so that the height of the summit is minus its gap.
 
         Parameters
         ----------
@@ -174,8 +175,8 @@ class Tabulated:
     def quantile(self, probability: npt.ArrayLike) -> Floats:
         """Return the heights [m] below which a summit lies with these probabilities: the exact inverse.
 
-        Where the density is 0 for a stretch, the probability at it belongs to its lower end; 0 belongs to the lowest
-        height that a summit can have.
+        Where the density is 0 between two heights, the probability there has the lower of them as its height.
+        Probability 0 has the lowest height that a summit can have.
 
         Parameters
         ----------
@@ -214,12 +215,12 @@ def drawn_summits(
     nominal_area: float,
     seed: int,
 ) -> Summits:
-    """Draw summits at random: independent heights, uniform positions on a square of the nominal area.
+    """Return summits drawn at random: independent heights, uniform positions on a square of the nominal area.
 
     Parameters
     ----------
     distribution : HeightDistribution
-        `Gaussian` or `Tabulated`. One seed gives summits of the same ranks and positions with any distribution.
+        `Gaussian` or `Tabulated`. One seed gives the same positions and the same ranking by height with either.
     radius : array_like
         R [m], > 0; one for all, or one per summit.
     summit_density : float
@@ -245,27 +246,14 @@ def drawn_summits(
 def quantile_summits(
     distribution: HeightDistribution, radius: npt.ArrayLike, *, summit_density: float, nominal_area: float
 ) -> Summits:
-    """Make summits without chance: the heights at the probabilities (i + ½)/n, from low to high, without positions.
+    """Return summits without chance: the heights at the probabilities (i + ½)/n, from low to high, without positions.
 
-    A mean of a function of the height over these summits is the midpoint rule for its mean over the distribution.
+    The mean of any function of the height over these summits is its mean over the distribution by the midpoint rule.
 
     Parameters and errors as in `drawn_summits`.
     """
     count = _count(summit_density, nominal_area)
     return Summits(distribution.quantile((np.arange(count) + 0.5) / count), radius, nominal_area=nominal_area)
-
-
-def generator(seed: object) -> np.random.Generator:
-    """Return the random numbers of a seed, by PCG64.
-
-    Raises
-    ------
-    InputError
-        A seed that is not a whole number of 0 or more.
-    """
-    if not isinstance(seed, int | np.integer) or isinstance(seed, bool) or seed < 0:
-        raise InputError(f"seed is {seed!r}; expected a whole number of 0 or more, which draws the same numbers again")
-    return np.random.Generator(np.random.PCG64(int(seed)))
 
 
 def _count(summit_density: float, nominal_area: float) -> int:

@@ -1,4 +1,4 @@
-"""The form of a surface, which is taken off to leave its roughness: a plane, a quadratic, a sphere."""
+"""The form of a surface, which is removed to leave its roughness: a plane, a quadratic, a sphere."""
 
 import math
 from collections.abc import Mapping
@@ -15,9 +15,9 @@ _DEGREE: Mapping[str, int] = {"mean": 0, "plane": 1, "quadratic": 2}
 FORMS = (*_DEGREE, "sphere")
 
 NO_CURVATURE = 1e-12
-"""Curvature over height, in half diagonals, below which the rounding of the heights would be taken for a sphere."""
+"""Curvature over height, both in half diagonals, below which a fitted sphere would be rounding of the heights."""
 STEEPEST = 0.9
-"""Share of its radius that the sphere covers where the search for it starts; at 1 it would end at the equator."""
+"""Largest distance from the axis over the radius of the sphere that the search starts from; 1 is at the equator."""
 
 
 @attrs.frozen(eq=False)
@@ -40,7 +40,7 @@ class Form:
 
 
 def fit_form(heights: Floats, pixel_size: tuple[float, float], kind: str) -> Form:
-    """Fit a form to the points that are not missing, by least squares of the height.
+    """Return the form of a surface: least squares of the height over the points that are not missing.
 
     Parameters
     ----------
@@ -49,8 +49,8 @@ def fit_form(heights: Floats, pixel_size: tuple[float, float], kind: str) -> For
     pixel_size : (float, float)
         Distance between the points along x and y [m].
     kind : {"mean", "plane", "quadratic", "sphere"}
-        "quadratic" has all six terms of second order; "sphere" has a free centre and radius, so that a tilted ball
-        needs no levelling before. On a profile they are a line, a parabola and a circle.
+        "quadratic" has all six terms up to second order; "sphere" has a free centre and radius, so that a tilted ball
+        needs no levelling first. On a profile the last three are a line, a parabola and a circle.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def fit_form(heights: Floats, pixel_size: tuple[float, float], kind: str) -> For
 
 
 def _polynomial(heights: Floats, degree: int) -> Floats:
-    """Give the polynomial of a degree in x and y together; Legendre terms, which keep their digits."""
+    """Return the polynomial of this total degree in x and y, in Legendre terms, which keep their digits."""
     from numpy.polynomial import legendre
 
     present = np.isfinite(heights)
@@ -94,19 +94,19 @@ def _polynomial(heights: Floats, degree: int) -> Floats:
 
 
 def _centred(present: npt.ArrayLike) -> tuple[Floats, float]:
-    """Give the indices from the middle of the present ones on, and how far these reach from it.
+    """Return the indices counted from the middle of the present ones, and how far these reach from it.
 
-    Not from the middle of the map: where only a small piece of it is present, that would cost the digits of the form.
+    Counted from the middle of the map, a small piece that alone is present would cost the form its digits.
     """
     first, last = np.flatnonzero(present)[[0, -1]]
     return np.arange(np.size(present)) - (first + last) / 2, float(last - first) / 2
 
 
 def _sphere(heights: Floats, pixel_size: tuple[float, float]) -> Form:
-    """Give the sphere z = z0 - (1 - √(1 - κ²ρ²))/κ, ρ² = (x-x0)² + (y-y0)², of least squares.
+    """Return the sphere z = z0 - (1 - √(1 - κ²ρ²))/κ, ρ² = (x-x0)² + (y-y0)², of least squares.
 
-    In lengths of half the diagonal of what is present, from the paraboloid of least squares; y0 stays 0 on a profile
-    along x.
+    The unit of length is half the diagonal of the present points. The search starts from the paraboloid of least
+    squares; on a profile along x, y0 stays 0.
     """
     from scipy.optimize import least_squares
 
@@ -155,7 +155,7 @@ def _sphere(heights: Floats, pixel_size: tuple[float, float]) -> Form:
 
 
 def _cap(unknowns: Floats, x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Give the heights of a sphere, and their derivatives by x0, y0, z0 and κ."""
+    """Return the heights of a sphere, and their derivatives by x0, y0, z0 and κ."""
     x0, y0, z0, curvature = unknowns
     square = (x - x0) ** 2 + (y - y0) ** 2
     # a step of the search may go beyond the equator, where there is no height; the best fit may not

@@ -7,7 +7,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import checked, scalar
+from historysim.basics.arguments import per_axis, scalar
 from historysim.errors import InputError
 from historysim.surfaces.form import Form, fit_form
 from historysim.surfaces.resampling import COINCIDENT, Interpolation, resampled
@@ -25,7 +25,7 @@ Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 
 ROUNDING = 32 * np.finfo(np.float64).eps
-"""Height over the largest one, up to which what is left of a surface without its form is taken for rounding."""
+"""Share of the largest height up to which the heights that are left without the form are taken for rounding."""
 
 
 def _heights(values: npt.ArrayLike) -> Floats:
@@ -52,21 +52,6 @@ def _heights(values: npt.ArrayLike) -> Floats:
         raise InputError("all heights are missing; expected some that are numbers")
     heights.flags.writeable = False
     return heights
-
-
-def pair_of(name: str, values: npt.ArrayLike) -> tuple[float, float]:
-    """Return one positive length for both axes, or one for x and one for y [m].
-
-    Raises
-    ------
-    InputError
-        Anything else.
-    """
-    lengths = checked(name, values, above=0)
-    if lengths.shape not in {(), (1,), (2,)}:
-        raise InputError(f"{name} has shape {lengths.shape}; expected one number, or one for x and one for y")
-    x, y = np.broadcast_to(lengths, 2)
-    return float(x), float(y)
 
 
 @attrs.frozen(eq=False, init=False)
@@ -97,7 +82,7 @@ class Surface:
     def __init__(self, heights: npt.ArrayLike, pixel_size: npt.ArrayLike, periodic: bool = False) -> None:
         if not isinstance(periodic, bool | np.bool_):
             raise InputError(f"periodic is {periodic!r}; expected True or False")
-        self.__attrs_init__(_heights(heights), pair_of("pixel_size", pixel_size), bool(periodic))
+        self.__attrs_init__(_heights(heights), per_axis("pixel_size", pixel_size), bool(periodic))
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -142,7 +127,7 @@ class Surface:
     def detrended(self, form: str = "plane") -> Self:
         """Return the surface without its form: ``"mean"``, ``"plane"``, ``"quadratic"`` or ``"sphere"``.
 
-        Only without its mean height it stays periodic.
+        A periodic surface stays periodic only where the form is ``"mean"``.
 
         Raises
         ------
@@ -150,7 +135,7 @@ class Surface:
             See `fit_form`.
         """
         left = self.heights - self.form(form).heights
-        # a surface that is its own form leaves rounding, which is no roughness
+        # where the surface is nothing but its form, rounding is left, which is no roughness
         if np.nanmax(np.abs(left)) <= ROUNDING * np.nanmax(np.abs(self.heights)):
             left = np.where(self.missing, np.nan, 0.0)
         return type(self)(left, self.pixel_size, periodic=self.periodic and form == "mean")

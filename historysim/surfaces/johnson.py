@@ -69,7 +69,7 @@ class Translation:
     mirrored: bool = False
 
     def __call__(self, normal: Floats) -> Floats:
-        """Translate standard normal numbers."""
+        """Return standard normal numbers, translated."""
         y = (-self.sharpness if self.mirrored else self.sharpness) * normal
         right = np.expm1(y)
         if self.bounded:

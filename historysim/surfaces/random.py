@@ -9,11 +9,12 @@ import numpy as np
 import numpy.typing as npt
 import scipy.fft
 
-from historysim.basics.arguments import checked
+from historysim.basics.arguments import checked, per_axis
 from historysim.basics.units import as_float
 from historysim.errors import InputError
-from historysim.surfaces.heights import Surface, pair_of
+from historysim.surfaces.heights import Surface
 from historysim.surfaces.johnson import Translation, translation
+from historysim.surfaces.seeds import generator
 
 Floats = npt.NDArray[np.float64]
 
@@ -44,11 +45,10 @@ def random_surface(
     skewness: float = 0.0,
     kurtosis: float = 3.0,
 ) -> Surface:
-    """Make a random rough surface that is periodic.
+    """Return a random rough surface that is periodic.
 
-    Its heights have mean 0 and the rms height asked for, but for rounding; autocorrelation, skewness and kurtosis are
-    those of the ensemble of all seeds, from which one surface departs the more, the fewer autocorrelation lengths it
-    spans.
+    Its heights have mean 0 and the rms height asked for, to rounding. Autocorrelation, skewness and kurtosis are those
+    of the ensemble of all seeds. One surface deviates from them, the more the fewer autocorrelation lengths it spans.
 
     Parameters
     ----------
@@ -99,13 +99,12 @@ def random_surface(
     Hu and Tonder, *Int. J. Mach. Tools Manuf.* 32 (1992) 83-90; Grigoriu, *Applied Non-Gaussian Processes* (1995).
     """
     points = _points(shape)
-    lengths = _in_pixels(points, pair_of("pixel_size", pixel_size), autocorrelation_length)
+    lengths = _in_pixels(points, per_axis("pixel_size", pixel_size), autocorrelation_length)
     rms = float(checked("rms_height", _number("rms_height", rms_height), above=0))
-    generator = _generator(seed)
-    moments = [_number(*moment) for moment in (("skewness", skewness), ("kurtosis", kurtosis))]
-    translate = translation(*moments)
+    noise = generator(seed)
+    translate = translation(_number("skewness", skewness), _number("kurtosis", kurtosis))
     spectrum = _spectrum(_periodic_autocorrelation(points, lengths, _kind(autocorrelation)), points, translate)
-    heights = _filtered(generator.standard_normal(points), np.sqrt(spectrum))
+    heights = _filtered(noise.standard_normal(points), np.sqrt(spectrum))
     _standardise(heights)
     if translate is not None:
         _apply(translate, heights)
@@ -123,14 +122,6 @@ def _number(name: str, value: float) -> float:
 
 def _integer(value: object) -> bool:
     return isinstance(value, Integral) and not isinstance(value, bool)
-
-
-def _generator(seed: SupportsIndex) -> np.random.Generator:
-    if not _integer(seed) or int(seed) < 0:
-        raise InputError(
-            f"seed is {seed!r}; expected an integer of 0 or more, such as 1: the same one makes the same surface again"
-        )
-    return np.random.Generator(np.random.PCG64(int(seed)))
 
 
 def _kind(autocorrelation: str) -> str:
@@ -163,7 +154,7 @@ def _in_pixels(
     points: tuple[int, int], pixel_size: tuple[float, float], autocorrelation_length: npt.ArrayLike
 ) -> tuple[float, float]:
     """Return β in pixels; 1 on a side of one pixel, where it does not matter."""
-    lengths = pair_of("autocorrelation_length", autocorrelation_length)
+    lengths = per_axis("autocorrelation_length", autocorrelation_length)
     result = [1.0, 1.0]
     for i, (axis, n) in enumerate(zip("xy", points, strict=True)):
         if n == 1:
@@ -283,7 +274,7 @@ def _filtered(noise: Floats, amplitude: Floats) -> Floats:
 
 
 def _standardise(heights: Floats) -> None:
-    """Give heights mean 0 and rms 1, in place."""
+    """Scale heights to mean 0 and rms 1, in place."""
     heights -= heights.mean()
     heights /= math.sqrt(np.mean(np.square(heights)))
 

@@ -19,9 +19,10 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
+from historysim.basics.arguments import per_axis
 from historysim.basics.units import conversion_factor, quantity
 from historysim.errors import InputError
-from historysim.surfaces.heights import Surface, pair_of
+from historysim.surfaces.heights import Surface
 
 Floats = npt.NDArray[np.float64]
 
@@ -245,7 +246,7 @@ def _spacing(found: _Map, pixel_size: Any, lateral_unit: str | None) -> tuple[fl
 def _pixel_size(given: Any) -> tuple[float, float]:
     lengths = given if isinstance(given, tuple | list | np.ndarray) else [given]
     try:
-        return pair_of("pixel_size", [quantity(length, "m") for length in lengths])
+        return per_axis("pixel_size", [quantity(length, "m") for length in lengths])
     except InputError as error:
         text = str(error)
         raise InputError(text if text.startswith("pixel_size") else f"pixel_size: {text}") from error

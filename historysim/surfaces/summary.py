@@ -1,4 +1,4 @@
-"""A surface in a few lines."""
+"""A height map in a few lines."""
 
 import math
 from collections.abc import Iterable
@@ -12,7 +12,7 @@ from historysim.surfaces.heights import Surface
 
 
 def summary(surface: Surface, rule: int = 9) -> list[tuple[str, str]]:
-    """Say in a few lines what a height map is like.
+    """Return what a height map is like, in a few lines.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Summits: the peaks of a height map that become asperities, and what they have in common with other surfaces."""
+"""Summits: the peaks of a height map, which become asperities."""
 
 from collections.abc import Mapping
 from typing import Any, Self
@@ -82,7 +82,7 @@ _AROUND: Mapping[int, tuple[tuple[int, int], ...]] = {
 
 
 def find_summits(heights: Floats, pixel_size: tuple[float, float], rule: int = 9, *, periodic: bool = False) -> Summits:
-    """Find the summits of a height map: the points that are higher than all their neighbours.
+    """Return the summits of a height map: the points that are higher than all their neighbours.
 
     Curvature and radius are those of the central differences, κ_x = |z(x-1) - 2z + z(x+1)|/p_x², likewise κ_y,
     κ = (κ_x + κ_y)/2 and R = 1/κ (Greenwood 1984; with the 3-point rule κ = κ_x).
@@ -109,8 +109,8 @@ def find_summits(heights: Floats, pixel_size: tuple[float, float], rule: int = 9
     -------
     Summits
         In the order of their (first) points, along y first. A point at the border (unless the surface is periodic)
-        or beside a missing point is never a summit, nor is a plateau with such a point, or a ridge that runs around
-        a periodic surface: nobody knows what is beside it.
+        or beside a missing point is never a summit, nor is a plateau with such a point, because not all heights
+        around it are known. Nor is a ridge without an end, which runs around a periodic surface.
 
     Raises
     ------
@@ -174,12 +174,12 @@ class _Grid:
         return np.pad(values, 1, mode="wrap") if periodic else np.pad(values, 1, constant_values=nothing)
 
     def beside(self, offset: tuple[int, int], of: Array | None = None) -> Array:
-        """Give what stands beside each point."""
+        """Return the value beside each point."""
         padded = self.padded if of is None else self._pad(of, self.periodic, 0)
         return padded[1 + offset[0] :, 1 + offset[1] :][: self.shape[0], : self.shape[1]]
 
     def drop(self, points: Integers, axis: int) -> Floats:
-        """Give by how much the two neighbours along an axis are lower, added up."""
+        """Return the sum of the drops to both neighbours along an axis."""
         here, ahead, behind = (
             self.beside(offset).flat[points] for offset in ((0, 0), _AROUND[5][2 * axis], _AROUND[5][2 * axis + 1])
         )
@@ -193,10 +193,10 @@ def _mean(owner: Integers, values: Array) -> Floats:
 
 
 def _plateaus(grid: _Grid, top: Array, tied: Array, rule: int) -> tuple[Integers, Integers, Integers]:
-    """Give the points of the plateaus that have only lower points around them, and for each point two things more.
+    """Return the points of the plateaus that have only lower points around them.
 
-    The number of its plateau, and the turns (points, 2) around a periodic surface that a plateau over the border has
-    made where it comes to the point.
+    With each point come the number of its plateau, and how often the plateau has crossed the borders of a periodic
+    surface along x and y (points, 2) on its way to the point.
     """
     from scipy import ndimage
 
@@ -215,10 +215,10 @@ def _plateaus(grid: _Grid, top: Array, tied: Array, rule: int) -> tuple[Integers
 
 
 def _unfolded(grid: _Grid, labels: Array, count: int, rule: int) -> tuple[Integers, Integers, Array]:
-    """Join labelled pieces that meet across the border of a periodic surface.
+    """Return which labelled pieces are one plateau, because they meet across the border of a periodic surface.
 
-    Gives for each label the first one of its plateau, the turns (labels, 2) on the way there, and whether the plateau
-    runs around the surface and so meets itself, which makes it a ridge without an end.
+    For each label: the first label of its plateau, how often the borders are crossed on the way there (labels, 2), and
+    whether the plateau runs around the surface and meets itself, which makes it a ridge without an end.
     """
     meets: dict[int, set[tuple[int, int, int]]] = {}
     for offset in _AROUND[rule]:

@@ -17,10 +17,11 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import checked, scalar
+from historysim.basics.arguments import checked, per_axis, scalar
 from historysim.contact import hertz
 from historysim.errors import InputError
-from historysim.surfaces.distribution import MOST_SUMMITS, generator
+from historysim.surfaces.distribution import MOST_SUMMITS
+from historysim.surfaces.seeds import generator
 from historysim.surfaces.summits import Summits
 
 Floats = npt.NDArray[np.float64]
@@ -53,7 +54,8 @@ def textured_summits(
     radius_scatter : float
         Standard deviation of the radii over R [1], 0 to 1. They are log-normal, so that every radius is positive.
     seed : int, optional
-        Whole number, 0 or more, needed for scatter. The heights do not depend on the radius scatter nor the other way.
+        Whole number, 0 or more, needed for scatter. One seed gives the same heights with any scatter of the radii, and
+        the same radii with any scatter of the heights.
 
     Returns
     -------
@@ -67,7 +69,7 @@ def textured_summits(
         scatter without a seed.
     """
     nx, ny = _shape(count)
-    px, py = _pair(pitch)
+    px, py = per_axis("pitch", pitch)
     mean_radius = scalar("radius", radius, above=0)
     deviation = scalar("height_scatter", height_scatter, least=0)
     relative = scalar("radius_scatter", radius_scatter, least=0)
@@ -174,14 +176,6 @@ def _shape(count: Any) -> tuple[int, int]:
     if min(nx, ny) < 1 or nx * ny > MOST_SUMMITS:
         raise InputError(f"count is {(nx, ny)}; expected 1 or more each way, and at most {MOST_SUMMITS:,} in all")
     return nx, ny
-
-
-def _pair(pitch: npt.ArrayLike) -> tuple[float, float]:
-    values = checked("pitch", pitch, above=0)
-    if values.shape not in {(), (2,)}:
-        raise InputError(f"pitch has shape {values.shape}; expected one number, or two (px, py)")
-    px, py = np.broadcast_to(values, 2)
-    return float(px), float(py)
 
 
 def _whole(count: npt.ArrayLike) -> Floats:

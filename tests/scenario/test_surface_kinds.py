@@ -825,7 +825,7 @@ BAD_PARTS = [
     ({"kind": "random", **ROUGH, "rule": 9}, ".rule: belongs to the surface as a whole; expected it beside first and"),
     ({"kind": "random", **ROUGH, "sed": 1}, ".sed: unknown key; did you mean 'seed'?"),
     ({"kind": "random", **ROUGH, "seed": "x"}, ".seed: the text 'x'; expected an integer"),
-    ({"kind": "random", **ROUGH, "seed": -1}, ": seed is -1; expected an integer of 0 or more"),
+    ({"kind": "random", **ROUGH, "seed": -1}, ": seed is -1; expected a whole number of 0 or more"),
     ({"kind": "measured", "file": "maps/none.txt"}, ".file: none.txt: there is no such file in"),
     ({"kind": "measured", "file": "maps/rough.txt"}, ".file: rough.txt: does not name the unit of its heights"),
     ({**SHORT["measured"], "form": "cone"}, ".form: form is 'cone'; expected one of mean"),

@@ -11,7 +11,7 @@ from scipy.io import loadmat
 from historysim.contact.greenwood_williamson import summit_contact
 from historysim.errors import InputError
 from historysim.surfaces import distribution as module
-from historysim.surfaces.distribution import Gaussian, Tabulated, drawn_summits, generator, quantile_summits
+from historysim.surfaces.distribution import Gaussian, Tabulated, drawn_summits, quantile_summits
 
 EPS = np.finfo(float).eps
 MEASURED = Path(__file__).parents[3] / "shared" / "data" / "brake_reuss" / "brb_surface_data.mat"
@@ -304,10 +304,6 @@ def test_summits_of_a_measured_joint():
         ),
         (lambda: quantile_summits(Gaussian(1.0), 1.0, summit_density=1.0, nominal_area=0), "nominal_area is 0"),
         (lambda: quantile_summits(Gaussian(1.0), -1.0, summit_density=9.0, nominal_area=1.0), "radius is -1"),
-        (lambda: generator(None), "seed is None; expected a whole number of 0 or more"),
-        (lambda: generator(-1), "seed is -1"),
-        (lambda: generator(1.5), "seed is 1.5"),
-        (lambda: generator(True), "seed is True"),
     ],
 )
 def test_arguments_out_of_range(call, message):

@@ -9,10 +9,11 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
+from historysim.basics.arguments import per_axis
 from historysim.errors import InputError
 from historysim.surfaces import statistics
 from historysim.surfaces.form import fit_form
-from historysim.surfaces.heights import Surface, pair_of
+from historysim.surfaces.heights import Surface
 from historysim.surfaces.random import random_surface
 from historysim.surfaces.resampling import resampled
 from historysim.surfaces.summits import find_summits
@@ -159,7 +160,7 @@ def test_pixel_sizes(pixel_size, pair):
     surface = Surface(np.eye(3), pixel_size)
     assert surface.pixel_size == pair
     assert [type(length) for length in surface.pixel_size] == [float, float]
-    assert pair_of("step", pixel_size) == pair
+    assert per_axis("step", pixel_size) == pair
 
 
 @pytest.mark.parametrize(

@@ -346,7 +346,7 @@ GOOD = {"shape": (8, 8), "pixel_size": 1e-6, "rms_height": 1e-6, "autocorrelatio
         ),
         ({"autocorrelation_length": (0.9e-6, 3e-6)}, "along x is 9e-07 m .* change it or make the pixels smaller"),
         ({"autocorrelation_length": 1e300, "pixel_size": 1e-300}, "along x is 1e\\+300 m"),
-        ({"seed": -1}, "seed is -1; expected an integer of 0 or more, such as 1"),
+        ({"seed": -1}, "seed is -1; expected a whole number of 0 or more"),
         ({"seed": 1.0}, "seed is 1.0"),
         ({"seed": True}, "seed is True"),
         ({"seed": None}, "seed is None"),

@@ -156,7 +156,7 @@ def test_splitting_of_arrays_broadcasts():
         (lambda: textured_summits((0, 2), 1, 1), r"count is \(0, 2\); expected 1 or more each way"),
         (lambda: textured_summits((10**4, 10**4), 1, 1), "at most 50,000,000 in all"),
         (lambda: textured_summits((2, 2), 0, 1), "pitch is 0"),
-        (lambda: textured_summits((2, 2), (1, 2, 3), 1), r"pitch has shape \(3,\); expected one number, or two"),
+        (lambda: textured_summits((2, 2), (1, 2, 3), 1), r"pitch has shape \(3,\); expected one number, or one for x"),
         (lambda: textured_summits((2, 2), 1, -1), "radius is -1"),
         (lambda: split(1, 2, "fractal"), "law is 'fractal'; expected one of 'self-similar', 'curvature-invariant'"),
         (lambda: split(1, [1, 2.5], SELF_SIMILAR), r"count is \[1, 2.5\]; expected whole numbers"),

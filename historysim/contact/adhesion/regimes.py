@@ -14,10 +14,10 @@ from historysim.contact.adhesion import dugdale
 from historysim.contact.adhesion.pull_off import carried
 
 DMT_BELOW, JKR_ABOVE = 0.1, 5.0
-"""The Maugis parameters below which DMT and above which JKR stand for Maugis, in `regime`."""
+"""The Maugis parameters below which `regime` takes DMT, and above which it takes JKR, for Maugis."""
 
 NEGLIGIBLE = 0.05
-"""The share that counts as nothing in `regime`: of adhesion in the load, of the compression in the separation."""
+"""The share that `regime` neglects: of adhesion in the load, of the elastic compression in z0."""
 
 
 class Regime(enum.StrEnum):
@@ -38,8 +38,8 @@ class Regime(enum.StrEnum):
 def regime(maugis_parameter: npt.ArrayLike, load_parameter: npt.ArrayLike) -> Regime | npt.NDArray[np.object_]:
     """Return the zone of the adhesion map in which a contact lies.
 
-    The map is after Johnson and Greenwood (1997), in their coordinates and with their measure of 5 %. The first of
-    these that holds:
+    The map is that of Johnson and Greenwood (1997), in their coordinates and with their limit of 5 %. The zone is the
+    first of these that holds:
 
     - Hertz, above `hertz_boundary`: adhesion is at most 5 % of the load.
     - JKR for λ > 5, and Maugis for λ ≥ 0.1. At these limits the pull-off load of Maugis differs by 0.4 % from that
@@ -69,9 +69,9 @@ def regime(maugis_parameter: npt.ArrayLike, load_parameter: npt.ArrayLike) -> Re
 
     Notes
     -----
-    The two fixed values of λ, the same at every load, are those commonly quoted for the limits of DMT and JKR, and a
-    choice. So is the order: a contact that is both rigid and dominated by its load is called Hertz, which gives its
-    contact radius.
+    The limits λ = 0.1 and λ = 5, the same at every load, are those commonly quoted for DMT and JKR. They are a choice.
+    So is the order: a contact that is both rigid and dominated by its load is called Hertz, which gives its contact
+    radius.
     """
     parameter = dugdale.solvable(maugis_parameter)
     pull_off = np.where(parameter < DMT_BELOW, -2.0, dugdale.state_at(dugdale.load_turn(parameter), parameter).load)
@@ -93,8 +93,8 @@ def regime(maugis_parameter: npt.ArrayLike, load_parameter: npt.ArrayLike) -> Re
 def hertz_boundary(maugis_parameter: npt.ArrayLike) -> Values:
     """Return the load parameter N/(πWR) [1] from which on adhesion is at most 5 % of the load.
 
-    Adhesion is what the Hertz load 4E*a³/(3R) of the contact radius exceeds N by. Solved with Maugis, it is 40 for
-    λ → 0 (DMT, 2πWR) and 2520 for λ → ∞ (JKR).
+    Adhesion is the Hertz load 4E*a³/(3R) at the contact radius, less N. The boundary, found with Maugis, is 40 for
+    λ → 0 (DMT, whose adhesion is 2πWR) and 2520 for λ → ∞ (JKR).
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def hertz_boundary(maugis_parameter: npt.ArrayLike) -> Values:
 def rigid_boundary(maugis_parameter: npt.ArrayLike) -> Values:
     """Return the load parameter N/(πWR) [1] below which the elastic compression is less than 5 % of z0.
 
-    The compression is the Hertz approach under N + 2πWR, Bradley's attraction of rigid spheres. Over z0 it is
+    The compression is the Hertz approach under N + 2πWR, with Bradley's attraction of rigid spheres. Over z0 it is
     (9√3 π/32) λ (N/(πWR) + 2)^(2/3), so that λ > 0.0206 leaves only loads that pull.
 
     Parameters

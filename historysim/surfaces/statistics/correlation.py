@@ -139,7 +139,7 @@ def autocorrelation(heights: npt.ArrayLike, pixel_size: npt.ArrayLike, *, period
 
 
 def _products(values: npt.NDArray[np.generic], shape: tuple[int, ...]) -> Floats:
-    """Give the sum of the products of values a lag apart, for all lags on a periodic grid of a shape."""
+    """Return the sum over the products of values one lag apart, for all lags on a periodic grid of this shape."""
     from scipy import fft
 
     result: Floats = fft.irfft2(square(fft.rfft2(values, shape)), shape)

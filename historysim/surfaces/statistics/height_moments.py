@@ -111,7 +111,7 @@ def _mean_square(values: Floats) -> float:
 
 
 def _differences(z: Floats, pixel: tuple[float, float], order: int, periodic: bool) -> tuple[float, float]:
-    """Give σ_s and m2 from the first differences of neighbours, or σ_κ and m4 from the second ones."""
+    """Return σ_s and m2 from the first differences of neighbours, or σ_κ and m4 from the second ones."""
     axes = [axis for axis in (0, 1) if z.shape[axis] > 1]
     if not axes:
         return math.nan, math.nan

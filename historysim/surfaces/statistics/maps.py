@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import checked
+from historysim.basics.arguments import per_axis
 from historysim.errors import InputError
 
 Floats = npt.NDArray[np.float64]
@@ -28,11 +28,7 @@ def checked_map(heights: npt.ArrayLike, pixel_size: npt.ArrayLike) -> tuple[Floa
         raise InputError("some heights are infinite; expected finite ones, and NaN where they are missing")
     if np.isnan(z).all():
         raise InputError("all heights are missing; expected some that are numbers")
-    pixel = checked("pixel_size", pixel_size, above=0)
-    if pixel.shape not in {(), (2,)}:
-        raise InputError(f"pixel_size has shape {pixel.shape}; expected one number, or one for x and one for y")
-    p_x, p_y = np.broadcast_to(pixel, 2)
-    return z, (float(p_x), float(p_y))
+    return z, per_axis("pixel_size", pixel_size)
 
 
 def centred(values: Floats) -> tuple[float, Floats]:

@@ -135,13 +135,13 @@ def power_spectral_density(
 
 
 def _hann(count: int) -> Floats:
-    """Give the Hann window over the square root of its mean square; 1 for the single point across a profile."""
+    """Return the Hann window over the square root of its mean square; 1 for the single point across a profile."""
     window = np.sin(np.pi * (np.arange(count) + 0.5) / count) ** 2
     result: Floats = window / np.sqrt(np.mean(window**2))
     return result
 
 
 def _half(q: Floats, density: Floats) -> Curve:
-    """Give both from wavevector 0 up, taken from the negative side, which has the shortest wave too."""
+    """Return both from wavevector 0 up, read from the negative side, which alone has the shortest wave."""
     zero = q.size // 2
     return np.abs(q[zero::-1]), density[zero::-1]
