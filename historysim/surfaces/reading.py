@@ -23,6 +23,7 @@ from historysim.basics.arguments import per_axis
 from historysim.basics.units import conversion_factor, quantity
 from historysim.errors import InputError
 from historysim.surfaces.heights import Surface
+from historysim.surfaces.matrix_text import COORDINATES, foreign_header, mostly_heights, read_matrix
 
 Floats = npt.NDArray[np.float64]
 
@@ -34,18 +35,10 @@ _UTF16 = (b"\xff\xfe", b"\xfe\xff")
 # a number that someone typed may be rounded
 _TYPED = 1e-3
 
-_MISSING = re.compile(r"(?:nan|na|n/a|bad|[+-]?1\.#(?:qnan|snan|ind)|\*+|-+)?", re.IGNORECASE)
-# only after white space, since 1.#QNAN is how some programs write NaN
-_COMMENT = re.compile(r"(?:^|(?<=\s))[#%]")
-# a comment that states a length or a unit, as "# Width: 10 µm" in any language, or of a program with its own units
-_STATES_UNIT = re.compile(
-    r"[:=：]\s*(?:[+-]?[\d.]+(?:e[+-]?\d+)?\s*)?(?:[pnuµμmck]?m|Å)\s*$|\bFile Format\b|\bBit2nm\b|\b[xy]-length\b"
-)
 # an error signal in nm is no height either
 _NO_HEIGHTS = re.compile(r"phase|amplitude|deflection|friction|lateral|current|error", re.IGNORECASE)
 # formats that any file of a fitting length passes for
 _ONLY_BY_NAME = ("hgt", "nms")
-_COORDINATES = "name it .xyz if its columns are x and z, or x, y and z; save it as .npy if it is a narrow map"
 _UNKNOWN = "is damaged, or of no format that SurfaceTopography reads; expected a height map"
 
 
@@ -174,12 +167,12 @@ def _read(path: Path, channel: int | str | None) -> _Map:
         return _read_foreign(path, channel)
     if start.startswith(_UTF16):
         raise InputError("is UTF-16 text; save it as UTF-8")
-    header = _header(path)
+    header = foreign_header(path)
     if header:
         return _read_foreign(path, channel, header)
     _refuse_channel(channel)
     with path.open(encoding="utf-8-sig", errors="replace") as stream:
-        return _Map(_matrix(stream))
+        return _Map(read_matrix(stream, _check_size))
 
 
 def _start(path: Path) -> bytes:
@@ -299,110 +292,6 @@ def _read_npz(path: Path, channel: int | str | None) -> _Map:
             return _Map(_read_array(stream))
 
 
-# text
-
-
-def _header(path: Path) -> str:
-    """Return the line before the first heights that only a reader of its format understands, or nothing."""
-    with path.open(encoding="utf-8-sig", errors="replace") as stream:
-        for number, line in enumerate(stream, 1):
-            brief = f"line {number}: {line.strip()[:60]!r}"
-            values, comment = _split_comment(line)
-            if _STATES_UNIT.search(comment):
-                return brief
-            if values.strip():
-                return "" if _mostly_numbers(re.split(r"[\s,;]+", values.strip())) else brief
-    return ""
-
-
-def _split_comment(line: str) -> tuple[str, str]:
-    mark = _COMMENT.search(line) if "#" in line or "%" in line else None
-    return (line[: mark.start()], line[mark.start() :]) if mark else (line, "")
-
-
-def _mostly_numbers(cells: list[str]) -> bool:
-    return 2 * sum(_is_number(cell) or _MISSING.fullmatch(cell) is not None for cell in cells) >= len(cells)
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
-
-
-def _matrix(lines: Iterable[str]) -> Floats:
-    """Return the heights (nx, ny) in the lines of a text, of which each runs along x."""
-    rows: list[Floats] = []
-    first, delimiter, blank_corner, ends_blank = 0, None, False, True
-    decimal_marks: set[str] = set()
-    for number, full_line in enumerate(lines, 1):
-        line = _split_comment(full_line)[0].strip("\r\n ")
-        if not line or not (line.strip() or delimiter == "\t"):
-            continue
-        if not rows:
-            first, delimiter = number, next((mark for mark in ";\t," if mark in line), None)
-            blank_corner = line[0] == delimiter
-        if delimiter == ";":
-            decimal_marks |= set(line) & {",", "."}
-            if len(decimal_marks) > 1:
-                raise InputError(f"line {number}: a decimal point where another value has a comma; write them alike")
-            line = line.replace(",", ".")
-        row = _row(line, delimiter, number)
-        if rows and row.size != rows[0].size:
-            raise InputError(
-                f"line {number}: {row.size} values where line {first} has {rows[0].size}; expected as many in each line"
-            )
-        rows.append(row)
-        _check_size((len(rows), row.size))
-        ends_blank = ends_blank and line[-1] == delimiter
-    if not rows:
-        raise InputError("has no line with heights")
-    # what stands behind the last delimiter of every line is no column
-    matrix = np.array(rows)[:, : -1 if ends_blank else None]
-    if blank_corner and _is_scale(matrix[0, 1:]) and _is_scale(matrix[1:, 0]):
-        raise InputError("has positions in its first line and first column; expected heights only: take them out")
-    return _oriented(matrix)
-
-
-def _row(line: str, delimiter: str | None, number: int) -> Floats:
-    cells = line.split(delimiter)
-    try:
-        # Python reads 1_000 as a number, which no program means that writes heights
-        if "_" not in line:
-            return np.array(list(map(float, cells)))
-    except ValueError:
-        pass
-    return np.array([_value(cell.strip(), number, column) for column, cell in enumerate(cells, 1)])
-
-
-def _value(cell: str, line: int, column: int) -> float:
-    if _MISSING.fullmatch(cell):
-        return math.nan
-    try:
-        if "_" not in cell:
-            return float(cell)
-    except ValueError:
-        pass
-    hint = "; write the decimal comma as a point" if "," in cell else ""
-    raise InputError(
-        f"line {line}, column {column}: {cell[:40]!r}; expected a number, or nan where the height is missing{hint}"
-    )
-
-
-def _is_scale(values: Floats) -> bool:
-    steps = np.diff(values)
-    return steps.size > 1 and steps[0] != 0 and bool(np.allclose(steps, steps[0], rtol=1e-6, atol=0))
-
-
-def _oriented(matrix: Floats) -> Floats:
-    lines, columns = matrix.shape
-    if 1 < columns <= 3 < lines:
-        raise InputError(f"has {columns} columns in {lines:,} lines, which may be coordinates; {_COORDINATES}")
-    return matrix[:, 0] if columns == 1 else np.ascontiguousarray(matrix.T)
-
-
 # SurfaceTopography
 
 
@@ -443,7 +332,7 @@ def _read_channel(path: Path, reader: Any, channel: int | str | None, header: st
     if form == "asc":
         _refuse_guess(chosen, header)
     if form == "xyz" and header and not chosen.unit:
-        raise InputError(f"holds coordinates, or a map of few columns with a header ({header}); {_COORDINATES}")
+        raise InputError(f"holds coordinates, or a map of few columns with a header ({header}); {COORDINATES}")
     topography = chosen.topography(**({} if has_sizes else {"physical_sizes": tuple(map(float, chosen.nb_grid_pts))}))
     heights = np.ma.filled(np.ma.asarray(topography.heights(), dtype=np.float64), np.nan)
     if form in {"asc", "xyz"}:
@@ -537,7 +426,7 @@ def _check_lines(path: Path, coordinates: int | None) -> None:
             cells = line.split() if coordinates is None else re.split(r"[\s,;]+", line.strip(" \t\r\n,;"))
             if cells and all(_is_number(cell) or cell.lower() == "bad" for cell in cells):
                 width, count = len(cells), count + 1
-            elif not line.startswith("#") and _mostly_numbers(cells):
+            elif not line.startswith("#") and mostly_heights(cells):
                 doubtful.append((number, len(cells)))
     for number, cells_there in doubtful:
         if cells_there == width:
@@ -547,3 +436,11 @@ def _check_lines(path: Path, coordinates: int | None) -> None:
             f"has {count:,} lines of numbers, of which SurfaceTopography reads {coordinates:,} as coordinates; take "
             "out what stands between them"
         )
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True

@@ -83,6 +83,20 @@ def decoded(path: Path, encoding: str) -> str:
         raise InputError(_undecodable(content, encoding)) from error
 
 
+def plain_numbers(texts: list[str], decimal: str) -> Floats | None:
+    """Return finite numbers as an array; None where anything else stands among them."""
+    whole = "\n".join(texts)
+    if not is_plain(whole, decimal):
+        return None
+    if decimal != ".":
+        texts = whole.replace(decimal, ".").split("\n")
+    try:
+        values = np.fromiter(map(float, texts), dtype=np.float64, count=len(texts))
+    except ValueError:
+        return None
+    return values if np.isfinite(values).all() else None
+
+
 @contextmanager
 def _opened(path: Path, layout: Format) -> Iterator[IO[str]]:
     try:
@@ -171,7 +185,7 @@ def _values(
             raise InputError(f"has more than {most_rows:,} rows; thin or split it")
         for place, part in zip(places, parts, strict=True):
             texts = [row[place] for row in rows]
-            values = _plain(texts, decimal)
+            values = plain_numbers(texts, decimal)
             if values is None:
                 values = _careful(texts, decimal, missing=missing)
             if values is None:
@@ -181,20 +195,6 @@ def _values(
     if not count:
         raise InputError("has a header but no rows; expected one line for each sample")
     return [np.concatenate(part) for part in parts], np.concatenate(lines)
-
-
-def _plain(texts: list[str], decimal: str) -> Floats | None:
-    """Convert finite numbers; None where anything else stands among them."""
-    whole = "\n".join(texts)
-    if not is_plain(whole, decimal):
-        return None
-    if decimal != ".":
-        texts = whole.replace(decimal, ".").split("\n")
-    try:
-        values = np.fromiter(map(float, texts), dtype=np.float64, count=len(texts))
-    except ValueError:
-        return None
-    return values if np.isfinite(values).all() else None
 
 
 def _careful(texts: list[str], decimal: str, *, missing: bool) -> Floats | None:

@@ -496,6 +496,12 @@ def test_missing_and_thin_and_flat_texts(tmp_path):
     assert (read_surface(written(tmp_path / "flat.txt", "7 7 7 7\n" * 5), **METRES).heights == 7).all()
 
 
+def test_heights_in_quotes_are_heights(tmp_path):
+    for text in ('"1";"-2,5";"3";"4"\n', '"1","-2.5","3","4"\n'):
+        surface = read_surface(written(tmp_path / "map.csv", text), **METRES)
+        np.testing.assert_array_equal(surface.heights[:, 0], [1, -2.5, 3, 4])
+
+
 def test_a_delimiter_at_the_end_of_each_line_adds_no_column(tmp_path):
     surface = read_surface(written(tmp_path / "map.csv", "1,2,3,4,\n5,,7,8,\n"), **METRES)
     np.testing.assert_array_equal(surface.heights, np.array([[1, 5], [2, np.nan], [3, 7], [4, 8]]))
@@ -514,7 +520,10 @@ def test_a_line_of_nothing_but_tabs_is_a_line_of_missing_points(tmp_path):
     ("text", "message"),
     [
         ("1 2 3 4\n\n5 6 7\n", "line 3: 3 values where line 1 has 4; expected as many in each line"),
-        ("# x\n1 2 3 4\n5 6 x 8\n", "line 3, column 3: 'x'; expected a number, or nan where the height is missing$"),
+        (
+            "# x\n1 2 3 4\n5 6 x 8\n",
+            "line 3, column 3: 'x'; expected a finite number, or nan where the height is",
+        ),
         ("1,2,3,4\n5,6,7 5,8\n", "line 2, column 3: '7 5'"),
         ("1\t2,5\t3\t4\n", "line 1, column 2: '2,5'; .*; write the decimal comma as a point"),
         ("1;2,5;3\n4;5.5;6\n", "line 2: a decimal point where another value has a comma; write them alike"),
@@ -524,10 +533,12 @@ def test_a_line_of_nothing_but_tabs_is_a_line_of_missing_points(tmp_path):
         ("1 2 3 0x10\n", "line 1, column 4: '0x10'"),
         ("1.O 2 3 4\n1 2 3 4\n", "line 1, column 1: '1.O'"),
         ("ncols 4\nnrows 1\n1 2 3 4\n", "line 1, column 1: 'ncols'"),
-        ("1 2 3 4\n1 2 " + "9" * 50 + "x 3\n", f"line 2, column 3: '{'9' * 40}'; expected"),
+        ("1 2 3 4\n1 2 " + "9" * 50 + "x 3\n", f"line 2, column 3: '{'9' * 40}…'; expected"),
         (",0,1,2\n0,5,6,5\n1,5,6,5\n2,5,7,5\n", "has positions in its first line and first column; .* take them out"),
         ("# only\n% comments\n\n", "has no line with heights"),
-        ("1 2 inf 4\n1e999 2 3 4\n", r"has 2 infinite heights, the first at \[0, 1\]; expected numbers, and nan where"),
+        ("1 2 inf 4\n1e999 2 3 4\n", "line 1, column 3: 'inf'; expected a finite number"),
+        ("1 2 3 4\n1e999 2 3 4\n", "line 2, column 1: '1e999'; expected a finite number"),
+        ('1,2,3,4\n"1,2,3,4\n', "line 2: unexpected end of data; expected numbers without quotes"),
         ("nan - ***\nbad nan nan\n", "has 0 points with a height, of 6; expected 3 or more"),
         ("1 2\n", "has 2 points with a height, of 2; expected 3 or more"),
         ("1 nan nan 2 nan\n", "has 2 points with a height, of 5"),
