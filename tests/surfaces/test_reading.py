@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from historysim.errors import InputError
-from historysim.surfaces import reading as measured
+from historysim.surfaces import raw_map
 from historysim.surfaces.reading import read_surface
 
 HEIGHTS = Path(__file__).parents[3] / "shared" / "data" / "heights"
@@ -640,7 +640,7 @@ def test_arrays_that_are_no_heights(tmp_path, array, message):
 
 
 def test_size_limits(tmp_path, monkeypatch):
-    monkeypatch.setattr(measured, "MOST_POINTS", 20)
+    monkeypatch.setattr(raw_map, "MOST_POINTS", 20)
     np.save(tmp_path / "map.npy", np.ones((3, 7)))
     written(tmp_path / "map.txt", "1 2 3 4 5 6 7\n" * 3)
     for name in ("map.npy", "map.txt"):
@@ -651,7 +651,7 @@ def test_size_limits(tmp_path, monkeypatch):
 
 
 def test_size_limit_of_other_formats(library, tmp_path, monkeypatch):
-    monkeypatch.setattr(measured, "MOST_POINTS", 20)
+    monkeypatch.setattr(raw_map, "MOST_POINTS", 20)
     library.Topography(np.ones((3, 7)), (1.0, 1.0), unit="nm").to_x3p(str(tmp_path / "map.x3p"))
     with pytest.raises(InputError, match=r"^map.x3p: has 21 points; expected 20 or fewer"):
         read_surface(tmp_path / "map.x3p")
