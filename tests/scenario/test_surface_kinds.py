@@ -660,7 +660,7 @@ def test_kinds_that_there_are_not(folder, kind, said):
         ("textured", {"count": [3, 2.0]}, "surface.count[1]: 2.0; expected an integer"),
         ("textured", {"count": [10**5, 10**5]}, "surface: count is (100000, 100000); expected 1 or more each way, and"),
         ("textured", {"count": [2**62, 2**62]}, "surface: count is (4611686018427387904, 4611686018427387904); expec"),
-        ("textured", {"pitch": [1, 2, 3]}, "surface: pitch has shape (3,); expected one number, or one for x and one for y"),
+        ("textured", {"pitch": [1, 2, 3]}, "surface: pitch has shape (3,); expected one number, or one for x"),
         ("textured", {"scaling": "self_similar"}, "surface.scaling: the text 'self_similar'; did you mean 'self-sim"),
         ("textured", {"radius_scatter": 20}, "surface: radius_scatter is 20; expected 0 to 1"),
         ("textured", {"seed": -1}, "surface: seed is -1; expected a whole number of 0 or more"),
