@@ -14,15 +14,16 @@ def summary(scenario: Scenario) -> list[tuple[str, str]]:
     Returns
     -------
     list of (label, text)
-        Title, asperities, events and how long they last, substeps, what is recorded, and, with ``[adhesion]``, how
-        adhesive the asperities are.
+        Title, asperities, events and how long they last, substeps, what is recorded, with ``[adhesion]`` how
+        adhesive the asperities are, and what is to be known about how the surface was made.
 
     Raises
     ------
     InputError
         The scenario, or a file that it names, cannot be used as it is.
     """
-    ensemble, events = scenario.checked()
+    ground = scenario.ground()
+    ensemble, events = scenario.checked(ground)
     contact = scenario.adhering(ensemble, events)
     recorded = scenario.record if isinstance(scenario.record, str) else f"{len(scenario.record):,} chosen"
     return [
@@ -32,4 +33,5 @@ def summary(scenario: Scenario) -> list[tuple[str, str]]:
         ("substeps", str(scenario.substeps)),
         ("recorded asperities", recorded),
         *(contact.summary() if contact else []),
+        *(("note", notice) for notice in ground.notices),
     ]

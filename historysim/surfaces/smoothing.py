@@ -54,10 +54,6 @@ def smoothing_notice(
 
 
 def _remedy(other: Surface, rotation: float) -> str:
-    if rotation:
-        return "a map with smaller pixels loses less"
-    return (
-        "interpolation 'fourier' takes nothing from it"
-        if other.periodic
-        else "interpolation 'none', by whole pixels of one size, takes nothing from it"
-    )
+    """Return what would take nothing from this surface."""
+    free = "interpolation 'fourier'" if other.periodic else "interpolation 'none', by whole pixels of one size,"
+    return f"without a rotation {free} takes nothing" if rotation else f"{free} takes nothing"

@@ -29,6 +29,7 @@ from sections import (
 import historysim as hs
 from historysim.errors import InputError
 from historysim.scenario import scenario, surface_kinds
+from historysim.scenario.summary import summary
 from historysim.surfaces.distribution import Gaussian, Tabulated, drawn_summits, quantile_summits
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.random import random_surface
@@ -397,6 +398,7 @@ def test_a_run_tells_what_splines_take(folder):
     hs.run(folder / "s.toml", tell=told.append)
     hs.run(folder / "s.toml", folder / "s.nc", tell=told.append).close()
     assert told == [f"s.toml: {notice}"] * 2
+    assert ("note", notice) in summary(scenario.load(folder / "s.toml"))
 
 
 def test_an_interpolation_that_a_sum_cannot_have(folder):

@@ -36,9 +36,9 @@ def test_other_pixels_are_told_without_a_number():
 @pytest.mark.parametrize(
     ("periodic", "rotation", "remedy"),
     [
-        (True, 0.0, "interpolation 'fourier' takes nothing from it"),
-        (False, 0.0, "interpolation 'none', by whole pixels of one size, takes nothing from it"),
-        (True, 0.2, "a map with smaller pixels loses less"),
+        (True, 0.0, "; interpolation 'fourier' takes nothing"),
+        (False, 0.0, "interpolation 'none', by whole pixels of one size, takes nothing"),
+        (True, 0.2, "; without a rotation interpolation 'fourier' takes nothing"),
     ],
 )
 def test_the_remedy_is_one_that_the_surface_allows(periodic, rotation, remedy):
