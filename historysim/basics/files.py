@@ -2,14 +2,14 @@
 
 import os
 import secrets
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 
 @contextmanager
 def replacing(path: Path, unfinished: Path | None = None) -> Iterator[Path]:
-    """Give the name of an empty file that takes the place of another when the block ends without an error.
+    """Yield the name of an empty file that takes the place of another when the block ends without an error.
 
     Until then the other stays as it is; where the block ends with an error, it stays for good, and the new file is
     removed. The new one is on the disk before it gets its name, and its name before this returns.
@@ -49,19 +49,28 @@ def replacing(path: Path, unfinished: Path | None = None) -> Iterator[Path]:
 
 def is_file(path: Path) -> bool:
     """Return whether there is a file of this name; False for a name that the system does not take."""
+    return _is(path.is_file)
+
+
+def is_folder(path: Path) -> bool:
+    """Return whether there is a folder of this name; False for a name that the system does not take."""
+    return _is(path.is_dir)
+
+
+def _is(question: Callable[[], bool]) -> bool:
     try:
-        return path.is_file()
+        return question()
     except (OSError, ValueError):
         return False
 
 
 def sync_file(path: Path) -> None:
-    """Bring what a file holds to the disk."""
+    """Write what a file holds to the disk (fsync)."""
     _sync(path)
 
 
 def sync_folder(path: Path) -> None:
-    """Bring the names in a folder to the disk: files that were made, renamed or removed there."""
+    """Write the names in a folder to the disk (fsync): files that were made, renamed or removed there."""
     _sync(path)
 
 

@@ -8,7 +8,7 @@ from historysim.errors import InputError
 
 @contextmanager
 def at(*place: str | int) -> Iterator[None]:
-    """Say of an InputError raised inside that it belongs to this place."""
+    """Note at an InputError raised inside that it belongs to this place."""
     try:
         yield
     except InputError as error:

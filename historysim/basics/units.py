@@ -30,12 +30,12 @@ _STRAY_NUMBER = re.compile(r"(?:^|[\s*/.,·(@])[+-]?[\d.,]")
 
 
 def is_number(value: object) -> bool:
-    """Whether a value is a real number: of Python or numpy, but neither a bool nor a text."""
+    """Return whether a value is a real number: of Python or numpy, but neither a bool nor a text."""
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
 def as_float(value: Any) -> Any:
-    """Take any kind of number as a float, one too large for it as infinite; leave anything else as it came.
+    """Return any kind of number as a float, one too large for it as infinite; anything else as it came.
 
     For attrs converters: the validator behind it knows the name of the field, and says what is wrong.
     """
@@ -162,13 +162,13 @@ def conversion_factor(unit_text: str, unit: str) -> float:
 
 
 def quantity_text(value: float, unit: str, digits: int = 4) -> str:
-    """Write a quantity with the prefix that leaves one to three digits before the point: ``"90 mN"``."""
+    """Return a quantity as text, with the prefix that leaves one to three digits before the point: ``"90 mN"``."""
     factor, prefix = prefixed(value)
     return f"{value * factor:.{digits}g} {prefix}{unit}"
 
 
 def duration_text(seconds: float) -> str:
-    """Write a time in the unit in which people speak of it: ``"12.5 min"``."""
+    """Return a time as text, in the unit in which people speak of it: ``"12.5 min"``."""
     for unit, length, least in (("h", 3600.0, 7200.0), ("min", 60.0, 600.0)):
         if seconds >= least:
             return f"{seconds / length:.4g} {unit}"
@@ -176,7 +176,7 @@ def duration_text(seconds: float) -> str:
 
 
 def prefixed(value: float) -> tuple[float, str]:
-    """Choose the SI prefix for a value: the factor to multiply by, and the prefix."""
+    """Return the factor to multiply a value by, and the SI prefix that goes with it."""
     magnitude = abs(value)
     if not (math.isfinite(magnitude) and magnitude > 0):
         return 1.0, ""

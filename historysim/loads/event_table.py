@@ -9,7 +9,7 @@ from pathlib import Path
 import attrs
 
 from historysim.basics.file_kinds import is_log, is_netcdf
-from historysim.basics.files import is_file, replacing
+from historysim.basics.files import is_file, is_folder, replacing
 from historysim.basics.units import quantity
 from historysim.basics.wording import nearest
 from historysim.errors import InputError
@@ -65,7 +65,7 @@ def _check_kind(path: Path) -> None:
         came = "a netCDF or HDF5 file, such as a result"
     elif path.suffix == ".toml":
         came = "a scenario"
-    elif path.is_dir():
+    elif is_folder(path):
         came = "a folder"
     if came:
         raise InputError(f"{path.name or path}: is {came}; expected {_EXPECTED}")
@@ -92,6 +92,8 @@ class _Column:
         hint = decimal_hint(text.partition(" ")[0], decimal)
         if hint or value is not None or text[-1].isdecimal():
             raise InputError(f"{brief(text)}; expected a finite number{hint}")
+        if self.unit == "1":
+            raise InputError(f"{brief(text)}; expected a plain number, such as 0.2")
         return quantity(text.replace(decimal, ".", 1), self.unit)
 
     def coefficients(self, text: str, decimal: str) -> float | tuple[float, ...]:

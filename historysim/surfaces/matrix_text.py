@@ -47,7 +47,7 @@ def mostly_heights(cells: list[str]) -> bool:
 
 
 def read_matrix(lines: Iterable[str], check_size: Callable[[tuple[int, int]], None]) -> Floats:
-    """Read heights.
+    """Return the heights in a text.
 
     Parameters
     ----------

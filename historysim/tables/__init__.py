@@ -7,7 +7,8 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from historysim.basics.files import is_file
+from historysim.basics.file_kinds import is_log, is_netcdf
+from historysim.basics.files import is_file, is_folder
 from historysim.basics.places import at
 from historysim.errors import InputError
 from historysim.tables.columns import Column, Format, Found, Listing, Table
@@ -99,7 +100,7 @@ def read_table(
 
 
 def describe(path: str | PathLike[str], format: Format | None = None) -> list[Listing]:  # noqa: A002 - as above
-    """List the columns of a file.
+    """Return what columns a file has.
 
     Parameters
     ----------
@@ -136,7 +137,7 @@ def opened_rows(
     known: Collection[str],
     format: Format | None = None,  # noqa: A002 - as above
 ) -> "Iterator[tuple[Heading, Iterator[tuple[int, list[str]]]]]":
-    """Open a text whose values are more than numbers, for those who read them on their own.
+    """Yield the heading and the rows of a text whose values are more than numbers.
 
     Parameters
     ----------
@@ -170,9 +171,11 @@ def opened_rows(
 
 @contextmanager
 def _file(path: Path) -> Iterator[None]:
-    """Say of an InputError raised inside that it is about a file."""
+    """Name a file in what is raised inside about it."""
     if not is_file(path):
-        raise InputError(f"{path.name}: there is no such file in {path.parent}; expected the path of a file of numbers")
+        folder = path.absolute()
+        came = "is a folder" if is_folder(path) else f"there is no such file in {folder.parent}"
+        raise InputError(f"{folder.name}: {came}; expected the path of a file of numbers")
     try:
         yield
     except InputError as error:
@@ -182,7 +185,14 @@ def _file(path: Path) -> Iterator[None]:
 
 
 def _is_text(path: Path) -> bool:
-    return path.suffix.lower() not in _READERS
+    """Return whether a file is read as a text, and refuse one that is named so and is none."""
+    if path.suffix.lower() in _READERS:
+        return False
+    if is_log(path):
+        raise InputError("is the log of a run, or another SQLite database; expected a file of numbers")
+    if is_netcdf(path):
+        raise InputError("is a netCDF or HDF5 file, and not named so; name it .nc or .h5")
+    return True
 
 
 def _opened(path: Path, layout: Format) -> "AbstractContextManager[Contents]":

@@ -13,13 +13,12 @@ import numpy.typing as npt
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
 from historysim.tables.columns import Column, Format, Found, Listing
+from historysim.tables.lines import MISSING
 from historysim.tables.settled import unit_in
 
 Floats = npt.NDArray[np.float64]
 Selection = tuple[slice | int, ...]
 
-# JSON has no NaN, so that some programs write it as a text
-_MISSING = {"nan", "na", "null", "-", ""}
 _UNIT_ENDINGS = (" unit", " units", "_unit", "_units", ".unit", ".units")
 MOST_LISTED = 100
 
@@ -55,7 +54,7 @@ class Contents:
     texts: dict[str, str] = attrs.Factory(dict)
 
     def units(self, array: Array) -> tuple[str, ...]:
-        """Say what the file has as the unit of an array: in an attribute, in the name, or in a text beside it.
+        """Return the units that the file has for an array: in an attribute, in the name, or in a text beside it.
 
         Such texts are ``force_unit``, ``units.force``, and ``unit`` where no other array stands beside it.
         """
@@ -79,7 +78,7 @@ def _long(array: Array) -> list[int]:
 
 @contextmanager
 def readable(kind: str) -> Iterator[None]:
-    """Turn whatever a library trips over in a damaged file into an InputError."""
+    """Raise whatever a library trips over in a damaged file as an InputError."""
     try:
         yield
     except InputError:
@@ -125,7 +124,7 @@ def _column(contents: Contents, column: Column, transposed: bool | None, most_ro
 
 
 def _chosen(arrays: Sequence[Array], column: Column) -> tuple[Array, int | None]:
-    """Find the array, and which of its columns is meant."""
+    """Return the array that is meant, and which of its columns."""
     if column.occurrence is not None:
         raise InputError(
             f"occurrence = {column.occurrence} counts names in the header of a text; expected a name alone, or with "
@@ -145,12 +144,12 @@ def _chosen(arrays: Sequence[Array], column: Column) -> tuple[Array, int | None]
             f"there is no column {column.column!r}; {nearest(column.column, [array.name for array in arrays])}"
         )
     if len(matches) > 1:
-        raise InputError(f"{len(matches)} arrays go by the name {column.column!r}; rename all but one")
+        raise InputError(f"{len(matches)} arrays have the name {column.column!r}; rename all but one")
     return matches[0], column.index
 
 
 def _selection(array: Array, index: int | None, transposed: bool | None) -> tuple[Selection, str]:
-    """Select one column of an array, and name it."""
+    """Return what selects one column of an array, and what a message calls it."""
     name = repr(array.name) if array.name else "the file"
     what = f"column {name}" if array.name else name
     size = " × ".join(map(str, array.shape))
@@ -167,8 +166,8 @@ def _selection(array: Array, index: int | None, transposed: bool | None) -> tupl
     rows, columns = long
     if transposed is None and array.shape[rows] <= array.shape[columns]:
         raise InputError(
-            f"{what} is a matrix of {size}, so its rows may be what was recorded, and its columns the samples; "
-            "say transposed = true if they are, or transposed = false"
+            f"{what} is a matrix of {size}, whose samples may be its rows or its columns; say transposed = false if "
+            "each row is a sample, or transposed = true if each column is"
         )
     if transposed:
         rows, columns = columns, rows
@@ -182,7 +181,7 @@ def _selection(array: Array, index: int | None, transposed: bool | None) -> tupl
 
 
 def _numbers(values: Any, name: str) -> Floats:
-    """Convert what was read into floats, NaN where missing."""
+    """Return what was read as floats, NaN where missing."""
     if isinstance(values, list):
         return _numbers_of_list(values, name)
     values = np.ma.asanyarray(values)
@@ -203,7 +202,8 @@ def _numbers_of_list(values: list[Any], name: str) -> Floats:
 
 
 def _number(value: Any, name: str, row: int) -> float:
-    if value is None or (isinstance(value, str) and value.strip().lower() in _MISSING):
+    # JSON has no NaN, so that some programs write it as a text
+    if value is None or (isinstance(value, str) and value.strip().lower() in MISSING):
         return np.nan
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise InputError(f"row {row + 1}, column {name}: {shown(value)}; expected a number")
@@ -216,7 +216,7 @@ def _kind(dtype: np.dtype[Any]) -> str:
 
 
 def describe(contents: Contents, layout: Format) -> list[Listing]:
-    """List the columns of arrays."""
+    """Return what columns arrays have."""
     listings = [listing for array in contents.arrays for listing in _listings(contents, array, layout.transposed)]
     return [*listings, *(Listing(_quoted(name), "", "a text", text) for name, text in contents.texts.items())]
 
@@ -242,7 +242,7 @@ def _listings(contents: Contents, array: Array, transposed: bool | None) -> Iter
 
 
 def _count(array: Array, selection: Selection) -> int:
-    """Count the values that a selection takes."""
+    """Return how many values a selection takes."""
     return math.prod(size for size, part in zip(array.shape, selection, strict=True) if isinstance(part, slice))
 
 

@@ -161,7 +161,7 @@ class Table:
     lines: "npt.NDArray[np.int64] | None" = None
 
     def place(self, row: int) -> str:
-        """Say where in the file a row, counted from 0, stands."""
+        """Return where in the file a row, counted from 0, stands."""
         return f"row {row + 1}" if self.lines is None else f"line {self.lines[row]}"
 
 
@@ -172,7 +172,7 @@ class Listing:
     Attributes
     ----------
     column : str
-        How it is asked for.
+        How it is asked for, in TOML.
     unit : str
         The unit that the file names, or nothing.
     values : str

@@ -1,8 +1,8 @@
 """HDF5: arrays by their paths, with units from their attributes.
 
 h5py, and not netCDF4, which can open many such files too, but refuses the whole file for one dangling link or one
-dataset without a space, and ends the process at a group that holds itself. HDF5 itself does not come to an end at about
-one file in ten thousand with random damage, where that hits the heap of an attribute of variable length.
+dataset without a space, and ends the process at a group that holds itself. With either, about one in ten thousand files
+with random damage is read without end: where the damage hits the heap of an attribute of variable length.
 """
 
 from collections.abc import Iterator
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @contextmanager
 def opened(path: Path, _: Format) -> Iterator[Contents]:
-    """Give what an HDF5 file holds.
+    """Yield what an HDF5 file holds.
 
     Raises
     ------
@@ -35,7 +35,7 @@ def opened(path: Path, _: Format) -> Iterator[Contents]:
 
 @contextmanager
 def datasets(path: Path, kind: str) -> "Iterator[dict[str, h5py.Dataset]]":
-    """Give all datasets of a file by their paths.
+    """Yield all datasets of a file by their paths.
 
     Raises
     ------

@@ -14,7 +14,7 @@ from historysim.tables.from_text import decoded
 
 @contextmanager
 def opened(path: Path, layout: Format) -> Iterator[Contents]:
-    """Give what a JSON file holds.
+    """Yield what a JSON file holds.
 
     Raises
     ------
@@ -42,7 +42,7 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _gather(contents: Contents, name: str, value: Any) -> None:
-    """Add what stands under a name."""
+    """Add the arrays and texts below a name to the contents."""
     if isinstance(value, dict):
         for key, item in value.items():
             _gather(contents, f"{name}.{key}" if name else key, item)

@@ -34,7 +34,7 @@ _LOGICAL, _COMPLEX = 0x200, 0x800
 
 @contextmanager
 def opened(path: Path, _: Format) -> Iterator[Contents]:
-    """Give what a MATLAB file holds.
+    """Yield what a MATLAB file holds.
 
     Raises
     ------

@@ -17,7 +17,7 @@ _CDF5 = b"CDF\x05"
 
 @contextmanager
 def opened(path: Path, _: Format) -> Iterator[Contents]:
-    """Give what a netCDF file holds.
+    """Yield what a netCDF file holds.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def _reader(variable: Any) -> Any:
 
 
 def _unit(unit: object) -> str:
-    """Leave the date away that a time is counted from."""
+    """Return a unit without the date that a time is counted from."""
     if isinstance(unit, bytes):
         unit = unit.decode("utf-8", "replace")
     return unit.partition(" since ")[0] if isinstance(unit, str) else ""
@@ -71,7 +71,7 @@ def _classic(path: Path) -> Contents:
 
 
 def _classic_reader(variable: Any) -> Any:
-    """Mask also what scipy does not: values that were never written, or are out of the valid range."""
+    """Return what reads a variable, and masks what scipy does not: values never written, or out of the valid range."""
     from netCDF4 import default_fillvals
 
     stored = variable.data

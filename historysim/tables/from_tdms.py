@@ -16,7 +16,7 @@ from historysim.tables.columns import Format
 
 @contextmanager
 def opened(path: Path, _: Format) -> Iterator[Contents]:
-    """Give what a TDMS file holds.
+    """Yield what a TDMS file holds.
 
     Raises
     ------
@@ -29,7 +29,7 @@ def opened(path: Path, _: Format) -> Iterator[Contents]:
         raise InputError('is read by npTDMS, which is not installed; pip install "historysim[tdms]"') from error
     with readable("TDMS"), path.open("rb") as stream, _strict(), TdmsFile.open(stream) as file:
         if file.file_status.incomplete_final_segment:
-            raise InputError("is cut short: its last segment is not complete; save what is whole of it anew")
+            raise InputError("is cut short: its last segment is not complete; save the file again without it")
         yield Contents([array for group in file.groups() for channel in group.channels() for array in _arrays(channel)])
 
 

@@ -41,7 +41,7 @@ def read(
 
 
 def describe(path: Path, layout: Format) -> list[Listing]:
-    """List the columns of a text. Errors as in `historysim.tables.describe`."""
+    """Return what columns a text has. Errors as in `historysim.tables.describe`."""
     with _opened(path, layout) as stream:
         head = Head.of(stream, layout)
         heading = head.heading([])
@@ -60,7 +60,7 @@ def describe(path: Path, layout: Format) -> list[Listing]:
 def opened_rows(
     path: Path, known: Collection[str], layout: Format
 ) -> Iterator[tuple[Heading, Iterator[tuple[int, list[str]]]]]:
-    """Give the heading of a text, and its rows. Errors as in `historysim.tables.opened_rows`."""
+    """Yield the heading of a text, and its rows. Errors as in `historysim.tables.opened_rows`."""
     with _opened(path, layout) as stream:
         head = Head.of(stream, layout)
         heading = head.heading_of(known)
@@ -198,7 +198,7 @@ def _values(
 
 
 def _careful(texts: list[str], decimal: str, *, missing: bool) -> Floats | None:
-    """Convert numbers and missing values; None where anything else stands among them."""
+    """Return numbers and missing values as an array; None where anything else stands among them."""
     numbers = [number(text, decimal) for text in texts]
     if None in numbers:
         return None
@@ -215,7 +215,7 @@ def _refuse(
     *,
     missing: bool,
 ) -> NoReturn:
-    """Say which is the first value that is none."""
+    """Raise an error that names the first value that is none."""
     line_number, place, text = next(
         (line_number, place, row[place])
         for line_number, row in zip(numbers, rows, strict=True)

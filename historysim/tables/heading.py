@@ -87,19 +87,19 @@ class Heading:
         return position - 1
 
     def label(self, place: int) -> str:
-        """Name a column in a message."""
+        """Return what a message calls a column."""
         name = "" if self.misfit or place >= len(self.names) else self.names[place]
         return repr(name) if name else str(place + 1)
 
     def units(self, place: int) -> tuple[str, ...]:
-        """Say what the header has as the unit of a column."""
+        """Return the units that the header has for a column: none, one, or one in each of two lines."""
         if self.misfit:
             return ()
         texts = [line[place] for line in (self.names, self.brackets) if place < len(line)]
         return tuple(unit for unit in map(unit_in, texts) if unit)
 
     def reference(self, place: int) -> str:
-        """Return how a column is asked for."""
+        """Return a column as it is asked for, in TOML."""
         name = self.names[place] if place < len(self.names) else ""
         if self.misfit or not name:
             under = f" # under {name!r}" if name else ""
@@ -136,7 +136,7 @@ class _Line:
     is_comment: bool
 
     def fields(self, delimiter: str) -> list[str]:
-        """Split it; empty if it cannot be."""
+        """Return its values; none if quotes in it do not end."""
         try:
             rows = split([self.text], delimiter)
         except csv.Error:
@@ -164,7 +164,7 @@ class Head:
 
     @classmethod
     def of(cls, stream: Iterable[str], layout: Format) -> "Head":
-        """Take the first lines of a text.
+        """Return the first lines of a text.
 
         Raises
         ------
@@ -187,7 +187,7 @@ class Head:
         return cls(physical, lines, layout)
 
     def heading(self, columns: Sequence[Column]) -> Heading:
-        """Find the table that holds some columns; without any, the one that looks most like a table.
+        """Return the heading of the table that holds some columns; without any, of what looks most like a table.
 
         Raises
         ------
@@ -213,7 +213,7 @@ class Head:
         return found
 
     def heading_of(self, known: Collection[str]) -> Heading:
-        """Find the table whose header has the most of some names, without regard to the units beside them.
+        """Return the heading with the most of some names, whatever units stand beside them.
 
         Raises
         ------
@@ -233,7 +233,8 @@ class Head:
             )
         heading = self._below(*found)
         if heading.misfit:
-            raise InputError(heading.misfit)
+            row = self._rows(heading.above)[0]
+            raise InputError(_ragged_below(heading, row))
         return heading
 
     @property
@@ -260,7 +261,7 @@ class Head:
         )
 
     def _below_names(self, columns: Sequence[Column]) -> Heading:
-        """Find the first line that holds all names, in a comment if nowhere else."""
+        """Return the heading in the first line that holds all names; comments come last."""
         found = []
         nearly: list[str] = []
         for delimiter in self._delimiters:
@@ -287,7 +288,7 @@ class Head:
         return list(heading.names) or self.lines[0].fields(heading.delimiter)
 
     def _fits(self, heading: Heading, columns: Sequence[Column]) -> bool:
-        """Whether there are numbers, or nothing, below the names."""
+        """Return whether there are numbers, or nothing, below the names."""
         rows = self._rows(heading.above)
         row = rows[0].fields(heading.delimiter) if rows else []
         if heading.misfit or not row:
@@ -296,7 +297,7 @@ class Head:
         return all(number(row[place], self.layout.decimal) is not None for place in places)
 
     def _below(self, header: _Line, delimiter: str) -> Heading:
-        """Describe the table that has a line as its header."""
+        """Return the heading of the table whose header is a line."""
         above = header.number
         names = _without_blank_end(header.fields(delimiter))
         rows = self._rows(above)
@@ -313,15 +314,15 @@ class Head:
             unnamed = ("",) * (len(first) - len(names))
             return attrs.evolve(heading, width=len(first), names=(*names, *unnamed))
         problem = (
-            f"{ragged(rows[0].number, len(first), f'the header names {len(names)} columns')}; if the line is as it "
-            "should be, a name is missing or superfluous, and others may stand over the wrong columns: give columns by "
-            f"position, as in {{ column = 3 }}, or say which line is the header; header = {header.number} takes its "
-            "names for those of the first columns"
+            f"{_ragged_below(heading, rows[0])}; if the line is right, "
+            "the header has a name too many or too few, and the others may stand over the wrong columns: give columns "
+            f"by position, as in {{ column = 3 }}, or say header = {header.number} if its names are those of the first "
+            "columns"
         )
         return attrs.evolve(heading, width=_width(rows, delimiter, len(first)), misfit=problem)
 
     def _likely_delimiter(self) -> str:
-        """Find what splits most of the last lines into equally many values."""
+        """Return the delimiter that splits most of the last lines into equally many values."""
         rows = self._rows()[-10:]
         for delimiter in self._delimiters:
             width, count = _usual_width(rows, delimiter)
@@ -330,7 +331,7 @@ class Head:
         return self._delimiters[0]
 
     def _of_numbers(self) -> Heading:
-        """Describe the table that begins where the numbers begin."""
+        """Return the heading of the table that begins where the numbers begin."""
         delimiter = self._likely_delimiter()
         width, _ = _usual_width(self._rows()[-10:], delimiter)
         first = None
@@ -351,7 +352,7 @@ class Head:
         return Heading(delimiter, above, _width(self._rows(above), delimiter, width))
 
     def _check_that_it_is_clear(self, heading: Heading) -> None:
-        """Refuse values that another delimiter or decimal sign would make into two, or two into one."""
+        """Refuse values that would be two with another delimiter, or one with another decimal sign."""
         rows = [(line.number, line.fields(heading.delimiter)) for line in self._rows(heading.above)]
         unclear = [
             (line_number, field)
@@ -383,12 +384,16 @@ class Head:
 
 
 def ragged(line_number: int, count: int, expected: str) -> str:
-    """Say that a row has another number of values than expected."""
+    """Return what to say of a row that has another number of values than expected."""
     values = "1 value" if count == 1 else f"{count} values"
     return (
         f"line {line_number}: {values} where {expected}; expected one value for each column, and the delimiter of the "
         "header"
     )
+
+
+def _ragged_below(heading: Heading, row: _Line) -> str:
+    return ragged(row.number, len(row.fields(heading.delimiter)), f"the header names {len(heading.names)} columns")
 
 
 def _like_a_decimal_comma(fields: list[str]) -> bool:
@@ -412,6 +417,6 @@ def _usual_width(rows: Sequence[_Line], delimiter: str) -> tuple[int, int]:
 
 
 def _width(rows: Sequence[_Line], delimiter: str, usual: int) -> int:
-    """Count the columns, without blank ones that delimiters at the ends of the lines make."""
+    """Return the number of columns, without blank ones that delimiters at the ends of the lines make."""
     fields = [line.fields(delimiter) for line in rows]
     return max((len(_without_blank_end(row)) for row in fields if len(row) == usual), default=usual)

@@ -12,7 +12,7 @@ _QUOTED = re.compile(r'"([^"]*)"|(\S+)')
 
 
 def split(lines: Sequence[str], delimiter: str) -> list[list[str]]:
-    """Split lines into values.
+    """Return the values in lines.
 
     Parameters
     ----------
@@ -54,12 +54,12 @@ def number(text: str, decimal: str) -> float | None:
 
 
 def is_plain(text: str, decimal: str) -> bool:
-    """Whether a text has nothing in it that Python alone would take for a part of a number."""
+    """Return whether a text is free of what Python reads as part of a number and other programs do not."""
     return "_" not in text and text.isascii() and (decimal == "." or "." not in text)
 
 
 def brief(text: str) -> str:
-    """Quote a value in a message."""
+    """Return a value as a message quotes it."""
     return repr(text if len(text) <= 40 else text[:40] + "…")
 
 

@@ -85,7 +85,7 @@ def settled(explicit: str | None, units: Sequence[str], wanted: Sequence[str], c
         raise InputError(f"{column}: {error}") from error
     for unit in known[1:]:
         if not _is_same(unit, si, factor):
-            raise InputError(f"{column} is in {known[0]!r} here and {unit!r} there; expected one unit")
+            raise InputError(f"{column} has two units in the file, {known[0]!r} and {unit!r}; expected one")
     return si, factor
 
 

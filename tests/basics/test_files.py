@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from historysim.basics.files import is_file, replacing, sync_file, sync_folder
+from historysim.basics.files import is_file, is_folder, replacing, sync_file, sync_folder
 
 
 def names(folder):
@@ -132,8 +132,12 @@ def test_what_is_not_there_cannot_be_brought_to_the_disk(tmp_path):
             sync(tmp_path / "none")
 
 
-def test_only_a_file_is_a_file(tmp_path):
+def test_only_a_file_is_a_file_and_only_a_folder_is_a_folder(tmp_path):
     (tmp_path / "file").touch()
     assert is_file(tmp_path / "file")
-    for name in ("none", ".", "a\0b", "n" * 5000, "file/none"):
+    assert is_folder(tmp_path)
+    assert not is_folder(tmp_path / "file")
+    assert not is_file(tmp_path)
+    for name in ("none", "a\0b", "n" * 5000, "file/none"):
         assert not is_file(tmp_path / name)
+        assert not is_folder(tmp_path / name)

@@ -104,6 +104,11 @@ def test_a_header_alone_has_no_events(table):
         ("time;normal_load\n1;0,5\n", "'0,5'; expected a finite number; if it has a decimal comma, say decimal"),
         ("time;normal_load\n1;0,5 mN\n", "'0,5 mN'; expected a finite number; if it has a decimal comma, say decimal"),
         ("time,normal_load [mm]\n1,1\n", "column normal_load: 'mm' is not a unit of a force"),
+        (
+            "time friction\n1 0.1 0.2\n",
+            "line 2: 3 values where the header names 2 columns; expected one value for each",
+        ),
+        ("time,friction\n1,low\n", "line 2, column friction: 'low'; expected a plain number, such as 0.2"),
         ("time,friction\n1,-0.1\n", "line 2, column friction: FrictionChange: friction is -0.1"),
         ("time,friction\n1,[]\n", "line 2, column friction: FrictionChange: friction is empty"),
     ],
@@ -113,6 +118,7 @@ def test_what_cannot_be_read_is_named_with_its_place(table, text, message):
         read_events(table(text))
     assert str(caught.value).startswith("events.csv: ")
     assert message in str(caught.value)
+    assert "give columns by position" not in str(caught.value)
 
 
 def test_a_decimal_point_beside_commas_is_told(table):

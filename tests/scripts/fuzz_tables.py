@@ -1,10 +1,10 @@
 """Look for files of numbers that the readers trip over, guided by what the code does with them.
 
     pip install atheris
-    python tests/fuzz_tables.py text.tsv -max_total_time=600
+    python tests/scripts/fuzz_tables.py text.tsv -max_total_time=600
 
-The first argument is one of the files of `number_files.py`; what follows goes to libFuzzer. What is found is written to
-the folder it runs in, as ``crash-…`` or ``timeout-…``.
+The first argument is one of the files of `support/number_files.py`; what follows goes to libFuzzer. What is found is
+written to the folder it runs in, as ``crash-…`` or ``timeout-…``.
 """
 
 import sys

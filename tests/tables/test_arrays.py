@@ -101,7 +101,7 @@ def test_missing_values_of_json(file):
         ("{", "t", "is damaged, or no JSON file"),
         ("[" * 100_000, "t", "is nested too deeply"),
         ('{"t": [1], "t": [2]}', "t", "the key 't' stands twice in one object"),
-        ('{"a": {"b": [1]}, "a.b": [2]}', "a.b", "2 arrays go by the name 'a.b'"),
+        ('{"a": {"b": [1]}, "a.b": [2]}', "a.b", "2 arrays have the name 'a.b'"),
         ('{"t": [1]}', "T", "there is no column 'T'; expected one of t"),
         ('{"times": [1]}', "time", "there is no column 'time'; did you mean 'times'?"),
         ('{"t": [1]}', 1, "there is no column 1, since the arrays in this file have names; expected one of t"),
@@ -109,8 +109,12 @@ def test_missing_values_of_json(file):
         ('{"t": [1, 2]}', Column("t", index=2), "there is no column 2 in 't', which is a single column"),
         ('{"m": [[1, 2], [3, 4], [5, 6]]}', "m", "is a matrix of 3 × 2; expected one of its columns, as in { column"),
         ('{"m": [[1, 2], [3, 4], [5, 6]]}', Column("m", index=3), "3 × 2; there is no column 3 in it; expected one"),
-        ('{"m": [[1, 2], [3, 4]]}', Column("m", index=1), "is a matrix of 2 × 2, so its rows may be what was recorded"),
-        ("[[1, 2], [3, 4]]", 1, "the file is a matrix of 2 × 2, so its rows may be what was recorded"),
+        (
+            '{"m": [[1, 2], [3, 4]]}',
+            Column("m", index=1),
+            "is a matrix of 2 × 2, whose samples may be its rows or",
+        ),
+        ("[[1, 2], [3, 4]]", 1, "the file is a matrix of 2 × 2, whose samples may be its rows or"),
         ('{"m": [[[1]], [[2]]]}', "m", "row 1, column 'm': an array; expected a number"),
         ('{"m": [[1, 2], [3]]}', "m", "its lists have different lengths: 2 in the first, 1 in number 2"),
         ('{"m": [1, [3]]}', "m", "row 2, column 'm': an array; expected a number"),
@@ -164,7 +168,7 @@ def test_the_unit_of_the_only_array_beside_it(file):
     file.write_text('{"F (kN)": [1.5]}', encoding="utf-8")
     assert values(file, "F (kN)", units="N") == [[1500.0]]
     file.write_text('{"F (kN)": [1.5], "F (kN) unit": "N"}', encoding="utf-8")
-    assert "is in 'kN' here and 'N' there" in refusal(file, "F (kN)", units="N")
+    assert "has two units in the file, 'kN' and 'N'" in refusal(file, "F (kN)", units="N")
     file.write_text('{"m": [[0, 1.5], [1, 2], [2, 3]], "unit": "kN"}', encoding="utf-8")
     assert values(file, Column("m", index=1)) == [[0.0, 1.0, 2.0]]
     file.write_text('{"F": [1.5], "t": [0], "unit": "kN"}', encoding="utf-8")
@@ -315,7 +319,7 @@ def test_compressed_variables_of_matlab(matlab):
         ("T", "there is no column 'T'; expected one of "),
         ("counted", "there is no column 'counted'; did you mean 'counts'?"),
         ("m", "column 'm' is a matrix of 6 × 3; expected one of its columns, as in { column = 'm', index = 3 }"),
-        (Column("wide", index=2), "column 'wide' is a matrix of 3 × 6, so its rows may be what was recorded"),
+        (Column("wide", index=2), "column 'wide' is a matrix of 3 × 6, whose samples may be its rows or"),
         ("none", "column 'none' has no values"),
         ("logical", "there is no column 'logical'"),
         ("text", "there is no column 'text'"),
@@ -395,7 +399,7 @@ def test_matlab_files_of_version_4_are_refused(tmp_path):
 def test_two_variables_of_one_name_are_an_error(matlab):
     content = matlab.read_bytes()
     matlab.write_bytes(content + content[128:])
-    assert "2 arrays go by the name 't'" in refusal(matlab, "t")
+    assert "2 arrays have the name 't'" in refusal(matlab, "t")
 
 
 # -- HDF5 ------------------------------------------------------------------------------------------

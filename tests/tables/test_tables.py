@@ -1,11 +1,14 @@
 """Columns, formats, units, and the reader of texts. The other formats are in test_arrays.py."""
 
 import io
+import sqlite3
 import subprocess
 import sys
+from contextlib import closing
 from pathlib import Path
 
 import attrs
+import netCDF4
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -152,7 +155,7 @@ def test_columns_by_position_and_occurrence(file, content, columns, layout, expe
         ("t,F\n0,1\n", [Column("t", index=2)], {}, "index = 2 counts the columns of a matrix"),
         ("a\nt\na\n1\n", ["a", "t"], {}, "there is no column 't'; expected one of a"),
         ("t,F\n0,1,2\n", ["t"], {}, "line 2: 3 values where the header names 2 columns; expected one value for each"),
-        ("t,F,\n0,1,2\n", ["t"], {}, "a name is missing or superfluous"),
+        ("t,F,\n0,1,2\n", ["t"], {}, "the header has a name too many or too few"),
         ("t,F (kN),\n0,1,2\n", [1], {}, "and say the unit of column 1"),
         ("t,F,x\n0,1\n", ["t"], {}, "line 2: 2 values where the header names 3 columns"),
         ("t,F\n0,1\n1\n", ["t"], {}, "line 3: 1 value where the header names 2 columns"),
@@ -370,7 +373,7 @@ def test_the_unit_of_a_column(explicit, in_file, wanted, expected):
         (None, ["V"], ["N"], "column 'F': 'V' is not a unit of a force"),
         (None, ["V"], ["N", "Pa"], "column 'F': 'V' converts to none of N, Pa"),
         (None, ["raw"], ["N"], "column 'F': 'raw' is not a known unit; give it one, as in unit = \"N\""),
-        (None, ["kN", "N"], ["N"], "column 'F' is in 'kN' here and 'N' there"),
+        (None, ["kN", "N"], ["N"], "column 'F' has two units in the file, 'kN' and 'N'"),
         (None, ["degC"], ["K"], "column 'F': 'degC' does not start from zero"),
         ("mm", [], ["N"], "'mm' is not a unit of a force"),
     ],
@@ -449,11 +452,25 @@ def test_columns_and_formats_cannot_be_changed():
         Format().decimal = ","
 
 
-@pytest.mark.parametrize("name", ["none.csv", ".", "a\0b", "none.json", "none.mat", "none.h5", "none.nc", "none.tdms"])
+@pytest.mark.parametrize(
+    "name", ["none.csv", "a\0b", "n" * 5000, "none.json", "none.mat", "none.h5", "none.nc", "none.tdms"]
+)
 def test_files_that_are_not_there(tmp_path, name):
     for read in (lambda path: read_table(path, {"t": Column("t")}, {"t": "s"}), describe):
         with pytest.raises(InputError, match=r"there is no such file in .*; expected the path of a file of numbers"):
             read(tmp_path / name)
+
+
+def test_what_is_no_file_of_numbers_is_named(tmp_path):
+    with pytest.raises(InputError, match=f"^{tmp_path.name}: is a folder; expected the path of a file of numbers"):
+        describe(tmp_path)
+    with closing(sqlite3.connect(tmp_path / "a.history")) as connection:
+        connection.execute("CREATE TABLE one (number INTEGER)")
+    with pytest.raises(InputError, match=r"^a.history: is the log of a run, or another SQLite database; expected"):
+        describe(tmp_path / "a.history")
+    netCDF4.Dataset(tmp_path / "a.txt", "w").close()
+    with pytest.raises(InputError, match=r"^a.txt: is a netCDF or HDF5 file, and not named so; name it .nc or .h5"):
+        read_table(tmp_path / "a.txt", {"t": Column("t")}, {"t": "s"})
 
 
 def test_a_path_may_be_a_text(file):
@@ -555,7 +572,9 @@ def test_with_its_line_given_a_short_header_names_the_first_columns(tmp_path):
     path = tmp_path / "short.tsv"
     path.write_text("1 July\nt (s)\tF (kN)\tT (degC)\n0\t1.5\t20\t21\n1\t2.5\t20\t21\n", encoding="utf-8")
     columns, units = {"t": Column("t (s)"), "F": Column("F (kN)")}, {"t": "s", "F": "N"}
-    with pytest.raises(InputError, match=r"line 3: 4 values where the header names 3 columns.*; header = 2 takes its"):
+    with pytest.raises(
+        InputError, match=r"line 3: 4 values where the header names 3 columns.*, or say header = 2 if"
+    ):
         read_table(path, columns, units)
     found = read_table(path, columns, units, Format(header=2))
     assert found.columns["F"].tolist() == [1500.0, 2500.0]
