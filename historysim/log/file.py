@@ -12,7 +12,7 @@ import json
 import os
 import sqlite3
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import Self
 from urllib.parse import quote
@@ -163,8 +163,7 @@ class LogFile:
                         pass
                 finally:
                     connection.close()
-            # a journal left by another file of this name is none of this one's
-            path.with_name(f"{path.name}-journal").unlink(missing_ok=True)
+            _settle(path)
             unfinished.replace(path)
             sync_folder(path.parent)
             return cls(path, lock=lock)
@@ -398,6 +397,22 @@ def _connect(path: Path, mode: str) -> sqlite3.Connection:
         connection.close()
         raise
     return connection
+
+
+def _settle(path: Path) -> None:
+    """Undo what a writer that died has left half done in a log that is about to be replaced.
+
+    SQLite would take its journal for one of the new file. Without it, the old file would be damaged.
+    """
+    journal = path.with_name(f"{path.name}-journal")
+    if not journal.exists():
+        return
+    if path.exists():
+        with suppress(InputError), reported(path), closing(_connect(path, "rw")) as connection:
+            connection.execute("SELECT name FROM sqlite_master").fetchall()
+    # it stays where the old file is no log, or gone
+    journal.unlink(missing_ok=True)
+    sync_folder(path.parent)
 
 
 def _statements(script: str) -> Iterator[str]:

@@ -4,14 +4,13 @@ import os
 import re
 import shutil
 import sqlite3
-import subprocess
-import sys
 from pathlib import Path
 
 import netCDF4
 import numpy as np
 import pytest
 from kill_runs import EVERY, kill_runs, last_snapshot, scenario_in, variables
+from preloaded import POSSIBLE, REASON, run_script
 
 import historysim as hs
 from historysim.log.file import LogFile
@@ -160,20 +159,11 @@ def test_an_interval_that_is_none_is_refused(folder):
 
 
 def faulty(tmp_path, stride):
-    compiler = shutil.which("cc") or shutil.which("gcc")
-    if not compiler or not sys.platform.startswith("linux"):
-        pytest.skip("needs a C compiler and LD_PRELOAD to let the system's calls fail")
-    library, place = tmp_path / "faults.so", tmp_path / "runs"
-    place.mkdir()
-    subprocess.run([compiler, "-shared", "-fPIC", "-o", library, TESTS / "support" / "faults.c", "-ldl"], check=True)
-    command = [sys.executable, TESTS / "scripts" / "fault_runs.py", library, place, str(stride)]
-    environment = {**os.environ, "LD_PRELOAD": str(library), "PYTHONPATH": os.pathsep.join(sys.path)}
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr[-2000:]
-    found = re.search(
-        r"(\d+) calls; (\d+) runs went through, (\d+) ended with a message, (\d+) in a crash", done.stdout
-    )
-    assert found, done.stdout[-2000:]
+    if not POSSIBLE:
+        pytest.skip(REASON)
+    printed = run_script(TESTS / "scripts" / "fault_runs.py", tmp_path, stride)
+    found = re.search(r"(\d+) calls; (\d+) runs went through, (\d+) ended with a message, (\d+) in a crash", printed)
+    assert found, printed[-2000:]
     return [int(number) for number in found.groups()]
 
 

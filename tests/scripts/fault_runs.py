@@ -1,6 +1,6 @@
-"""Run with the k-th write, fsync or rename failing, for every k: called by test_robustness with faults.c preloaded.
+"""Run with the k-th write, fsync or rename failing (`faults.c`), for every k.
 
-LD_PRELOAD=faults.so python tests/scripts/fault_runs.py faults.so FOLDER [every so many-th k]
+PYTHONPATH=tests/support python tests/scripts/fault_runs.py FOLDER [every so many-th k]
 """
 
 import ctypes
@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 
 from kill_runs import variables
+from preloaded import preloaded
 
 import historysim as hs
 from historysim.log.file import LogFile
@@ -69,10 +70,10 @@ def attempt(library, scenario, output, at, mode, sticky):
 
 
 def main():
-    library = ctypes.CDLL(sys.argv[1])
+    library = preloaded("faults.c")
     library.faults_seen.restype = ctypes.c_long
     library.faults_arm.argtypes = [ctypes.c_char_p, ctypes.c_long, ctypes.c_int, ctypes.c_int]
-    folder, stride = Path(sys.argv[2]), int(sys.argv[3]) if len(sys.argv) > 3 else 1
+    folder, stride = Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 1
     scenario = folder / "small.toml"
     scenario.write_text(SCENARIO, encoding="utf-8")
     run(scenario, folder / "whole.nc", resume=False)

@@ -15,6 +15,7 @@ import tempfile
 import time
 from pathlib import Path
 
+import netCDF4
 import numpy as np
 
 import historysim as hs
@@ -52,10 +53,9 @@ EVERY = 40
 
 def variables(path):
     """Every bit of every variable of a result."""
-    import xarray as xr
-
-    with xr.open_dataset(path, decode_times=False) as history:
-        return {name: np.ascontiguousarray(values.values).tobytes() for name, values in history.variables.items()}
+    with netCDF4.Dataset(path) as file:
+        file.set_auto_maskandscale(False)
+        return {name: np.ascontiguousarray(values[...]).tobytes() for name, values in file.variables.items()}
 
 
 def scenario_in(folder):
