@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from historysim._version import __version__
 from historysim.errors import FrictionLimitError, HistorySimError, InputError, LoadError
 
+# type checkers read these, a program the homes below; a test says that both are the same
 if TYPE_CHECKING:
     from historysim.asperities.asperity import Asperity as Asperity
     from historysim.asperities.asperity import SlipState as SlipState
@@ -30,11 +31,21 @@ if TYPE_CHECKING:
     from historysim.log.verification import verify as verify
     from historysim.replay import Replay as Replay
     from historysim.replay import replay as replay
+    from historysim.results import analysis as analysis
+    from historysim.results.plots.adhesion_branch import plot_adhesion_branch as plot_adhesion_branch
+    from historysim.results.plots.adhesion_map import plot_adhesion_map as plot_adhesion_map
+    from historysim.results.plots.asperity import plot_asperity as plot_asperity
+    from historysim.results.plots.comparison import plot_comparison as plot_comparison
+    from historysim.results.plots.history import plot_history as plot_history
+    from historysim.results.plots.loops import plot_loops as plot_loops
+    from historysim.results.plots.surface import plot_surface as plot_surface
     from historysim.scenario.compare import compare as compare
     from historysim.scenario.fit import fit as fit
     from historysim.scenario.loops import find_loops as find_loops
+    from historysim.scenario.plot import plot as plot
     from historysim.scenario.run import run as run
     from historysim.scenario.scenario import load as load
+    from historysim.scenario.show import show as show
     from historysim.surfaces.distribution import drawn_summits as drawn_summits
     from historysim.surfaces.distribution import quantile_summits as quantile_summits
     from historysim.surfaces.heights import Surface as Surface
@@ -53,11 +64,21 @@ _HOMES = {
     "log.event_log": ("EventLog",),
     "log.verification": ("verify",),
     "replay": ("Replay", "replay"),
+    "results": ("analysis",),
+    "results.plots.adhesion_branch": ("plot_adhesion_branch",),
+    "results.plots.adhesion_map": ("plot_adhesion_map",),
+    "results.plots.asperity": ("plot_asperity",),
+    "results.plots.comparison": ("plot_comparison",),
+    "results.plots.history": ("plot_history",),
+    "results.plots.loops": ("plot_loops",),
+    "results.plots.surface": ("plot_surface",),
     "scenario.compare": ("compare",),
     "scenario.fit": ("fit",),
     "scenario.loops": ("find_loops",),
+    "scenario.plot": ("plot",),
     "scenario.run": ("run",),
     "scenario.scenario": ("load",),
+    "scenario.show": ("show",),
     "surfaces.distribution": ("drawn_summits", "quantile_summits"),
     "surfaces.heights": ("Surface",),
     "surfaces.random": ("random_surface",),
@@ -65,7 +86,7 @@ _HOMES = {
     "surfaces.summits": ("Summits",),
     "surfaces.textured": ("textured_summits",),
 }
-_HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
+_HOME_OF = {name: f"{__name__}.{home}" for home, names in _HOMES.items() for name in names}
 
 __all__ = [  # noqa: PLE0604 - the names of _HOMES are texts, which the linter cannot see
     "FrictionLimitError",
@@ -89,11 +110,16 @@ class _Package(ModuleType):
 sys.modules[__name__].__class__ = _Package
 
 
-def __getattr__(name: str) -> Any:
-    if name not in _HOME_OF:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(importlib.import_module(f"{__name__}.{_HOME_OF[name]}"), name)
+# a type checker that knew of it would take any name for one of the package
+if not TYPE_CHECKING:
+
+    def __getattr__(name: str) -> Any:
+        if name not in _HOME_OF:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        home = importlib.import_module(_HOME_OF[name])
+        # a module that nobody has imported yet is no attribute of its package
+        return getattr(home, name, None) or importlib.import_module(f"{home.__name__}.{name}")
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted(__all__)

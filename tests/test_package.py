@@ -1,7 +1,11 @@
 """The package: its public names, and what importing it costs."""
 
+import ast
+import inspect
+import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -12,17 +16,10 @@ CONTRACT = {
     *("NormalLoad", "TangentialLoad", "NormalDisplacement", "TangentialDisplacement", "FrictionChange"),
     *("Surface", "Summits", "random_surface", "read_surface", "textured_summits", "drawn_summits", "quantile_summits"),
     *("GreenwoodWilliamson", "Instrument", "EventLog"),
-    *(
-        "Replay",
-        "replay",
-        "run",
-        "verify",
-        "HistorySimError",
-        "InputError",
-        "LoadError",
-        "FrictionLimitError",
-        "__version__",
-    ),
+    *("Replay", "replay", "run", "verify", "show", "plot", "analysis"),
+    *("plot_history", "plot_surface", "plot_loops", "plot_comparison", "plot_asperity"),
+    *("plot_adhesion_map", "plot_adhesion_branch"),
+    *("HistorySimError", "InputError", "LoadError", "FrictionLimitError", "__version__"),
 }
 
 
@@ -31,6 +28,20 @@ def test_the_contract_stands_on_the_package(name):
     assert getattr(hs, name) is not None
     assert name in dir(hs)
     assert name in hs.__all__
+
+
+def test_what_is_listed_are_the_public_names_alone():
+    assert dir(hs) == sorted(hs.__all__)
+    assert not [name for name in dir(hs) if name.startswith("_") and name != "__version__"]
+    assert {"importlib", "sys", "Any", "TYPE_CHECKING"}.isdisjoint(dir(hs))
+
+
+def test_type_checkers_are_told_the_names_that_a_program_finds():
+    tree = ast.parse(Path(hs.__file__).read_text(encoding="utf-8"))
+    (told,) = (node for node in tree.body if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING")
+    homes = {alias.name: node.module for node in told.body for alias in node.names}
+    assert all(alias.name == alias.asname for node in told.body for alias in node.names)
+    assert homes == hs._HOME_OF
 
 
 def test_everything_that_is_listed_is_there():
@@ -53,3 +64,58 @@ def test_importing_the_package_imports_nothing_heavy():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_modules_of_the_package_are_reached_before_anybody_imports_them():
+    code = "import historysim as hs; print(hs.analysis.__name__, callable(hs.analysis.summary))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["historysim.results.analysis", "True"]
+
+
+@pytest.mark.parametrize("name", sorted(CONTRACT - {"analysis", "__version__"}))
+def test_signatures_are_short_enough_to_read(name):
+    thing = getattr(hs, name)
+    if inspect.isclass(thing) and issubclass(thing, Exception | int):
+        return
+    signature = str(inspect.signature(thing))
+    # what stands for anything that numpy takes is a page of types
+    assert "_SupportsArray" not in signature
+    assert all(": Any" not in part for part in signature.split(", "))
+
+
+TYPED = """
+import historysim as hs
+
+pair = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
+ensemble = hs.Ensemble(pair, summit_height=0.0, summit_radius=[1.0, 2.0], friction=0.2)
+hs.replay(ensemble, events=[hs.NormalLoad(0.0, 1e-3), hs.FrictionChange(1.0, [0.1, 0.2])])
+"""
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ("", ""),
+        ("hs.replay(ensemble, evnts=[])", 'Unexpected keyword argument "evnts" for "replay"'),
+        ("hs.rplay(ensemble, [])", 'Module has no attribute "rplay"'),
+        ('hs.NormalLoad(0.0, "a")', 'Argument 2 to "NormalLoad" has incompatible type "str"; expected "float"'),
+    ],
+)
+@pytest.mark.slow
+def test_a_type_checker_finds_what_is_misspelt(tmp_path, wrong, said):
+    pytest.importorskip("mypy")
+    (tmp_path / "user.py").write_text(TYPED + wrong + "\n", encoding="utf-8")
+    root = Path(hs.__file__).parent
+    assert (root / "py.typed").is_file()
+    options = ["--strict", "--follow-imports=silent", "--ignore-missing-imports"]
+    cache = tmp_path.parent / "mypy_cache"
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy", *options, "--cache-dir", str(cache), "user.py"],
+        cwd=tmp_path,
+        env={**os.environ, "MYPYPATH": str(root.parent)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == bool(wrong), done.stdout + done.stderr
+    assert said in done.stdout

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from historysim.asperities.ensemble import Ensemble
 from historysim.basics.arguments import scalar
 from historysim.contact import adhesion, hertz
+from historysim.errors import InputError
 
 Floats = npt.NDArray[np.float64]
 
@@ -34,6 +35,14 @@ class AdheringAsperities:
         Zone of the adhesion map.
     pull_off_load : array (touching)
         Load at which each would be pulled off, by Maugis [N], < 0.
+    summit_radius : array (touching)
+        R [m].
+    contact_modulus : float
+        E* [Pa].
+    work_of_adhesion : float
+        W [J/m²].
+    equilibrium_separation : float
+        z0 [m].
     """
 
     asperity: npt.NDArray[np.int64]
@@ -42,6 +51,10 @@ class AdheringAsperities:
     maugis_parameter: Floats
     regime: npt.NDArray[np.object_]
     pull_off_load: Floats
+    summit_radius: Floats
+    contact_modulus: float
+    work_of_adhesion: float
+    equilibrium_separation: float
 
     def summary(self) -> list[tuple[str, str]]:
         """Return how many asperities need which theory, and what leaving adhesion out costs, in a few lines."""
@@ -52,6 +65,46 @@ class AdheringAsperities:
             ("adhesion regimes", f"{counts}, where the asperities are pressed most"),
             ("adhesion left out", f"pull-off {100 * share:.2g} % of the normal load at most"),
         ]
+
+    def examples(self) -> dict[str, tuple[float, float]]:
+        """Return Maugis and load parameter of those with the greatest, the median and the least load, by name."""
+        size = self.asperity.size
+        # of few asperities one stands for two, under the last of its names here
+        ranks = {size - 1: "least load", size // 2: "median load", 0: "greatest load"}
+        return {
+            f"asperity {self.asperity[rank]}, {name}": (
+                float(self.maugis_parameter[rank]),
+                float(self.load_parameter[rank]),
+            )
+            for rank, name in sorted(ranks.items())
+        }
+
+    def branch(self, asperity: int) -> adhesion.Branch:
+        """Return the equilibria of one asperity by Maugis, up to its normal load.
+
+        Parameters
+        ----------
+        asperity : int
+            Index in the ensemble, of an asperity that touches.
+
+        Raises
+        ------
+        InputError
+            It does not touch.
+        """
+        found = np.flatnonzero(self.asperity == asperity)
+        if not found.size:
+            raise InputError(
+                f"asperity {asperity} does not touch; expected one that does: {self.asperity[0]} carries most"
+            )
+        return adhesion.branch(
+            adhesion.Regime.MAUGIS,
+            summit_radius=float(self.summit_radius[found[0]]),
+            contact_modulus=self.contact_modulus,
+            work_of_adhesion=self.work_of_adhesion,
+            max_load=float(self.normal_load[found[0]]),
+            equilibrium_separation=self.equilibrium_separation,
+        )
 
 
 def adhering_asperities(
@@ -97,4 +150,5 @@ def adhering_asperities(
         maugis_parameter=parameter,
         regime=np.asarray(adhesion.regime(parameter, relative)),
         pull_off_load=adhesion.maugis_pull_off_load(**contact),
+        **contact,
     )

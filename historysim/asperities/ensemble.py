@@ -95,7 +95,7 @@ class EnsembleState:
         return stored_energy(self.contact, self.memory, unused) * self.units.energy
 
 
-def _array(name: str, values: npt.ArrayLike, count: int | None = None, *, above: float = -math.inf) -> Floats:
+def _array(name: str, values: "npt.ArrayLike", count: int | None = None, *, above: float = -math.inf) -> Floats:
     array = np.atleast_1d(checked(name, values, above=above))
     if array.ndim > 1 or array.size == 0:
         raise InputError(f"{name} has shape {array.shape}; expected one number, or a list with one per asperity")
@@ -142,12 +142,12 @@ class Ensemble:
     def __init__(
         self,
         pair: MaterialPair,
-        summit_height: npt.ArrayLike,
-        summit_radius: npt.ArrayLike,
-        friction: npt.ArrayLike,
+        summit_height: "npt.ArrayLike",
+        summit_radius: "npt.ArrayLike",
+        friction: "npt.ArrayLike",
         *,
-        x: npt.ArrayLike | None = None,
-        y: npt.ArrayLike | None = None,
+        x: "npt.ArrayLike | None" = None,
+        y: "npt.ArrayLike | None" = None,
         tolerance: float = 1e-6,
     ) -> None:
         if not isinstance(pair, MaterialPair):
@@ -168,7 +168,7 @@ class Ensemble:
         )
 
     @classmethod
-    def from_summits(cls, pair: MaterialPair, summits: Any, friction: npt.ArrayLike, **options: Any) -> Self:
+    def from_summits(cls, pair: MaterialPair, summits: Any, friction: "npt.ArrayLike", **options: Any) -> Self:
         """Make an ensemble of summits, which have ``height``, ``radius``, ``x`` and ``y`` [m]."""
         return cls(pair, summits.height, summits.radius, friction, x=summits.x, y=summits.y, **options)
 
@@ -202,7 +202,7 @@ class Ensemble:
         normal_displacement: float | None = None,
         tangential_load: float | None = None,
         tangential_displacement: float | None = None,
-        friction: npt.ArrayLike | None = None,
+        friction: "npt.ArrayLike | None" = None,
         saturate: bool = False,
         instrument: Instrument = RIGID,
     ) -> EnsembleState:
@@ -250,7 +250,7 @@ class Ensemble:
         return state
 
     def with_friction(
-        self, state: EnsembleState, friction: npt.ArrayLike, *, instrument: Instrument = RIGID
+        self, state: EnsembleState, friction: "npt.ArrayLike", *, instrument: Instrument = RIGID
     ) -> EnsembleState:
         """Return the state with other friction coefficients from now on, at the same displacements.
 

@@ -1,7 +1,7 @@
 """The instrument that moves the contact: a drive, and the spring between it and the contact."""
 
 import math
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import attrs
 
@@ -66,7 +66,7 @@ class Instrument:
 RIGID = Instrument()
 
 
-def as_instrument(given: object) -> Instrument:
+def as_instrument(given: Instrument) -> Instrument:
     """Return the argument, which has to be an instrument.
 
     Raises
@@ -74,6 +74,7 @@ def as_instrument(given: object) -> Instrument:
     InputError
         It is something else.
     """
-    if not isinstance(given, Instrument):
+    came: Any = given
+    if not isinstance(came, Instrument):
         raise InputError(f"instrument is {given!r}; expected an Instrument, such as Instrument(lateral_stiffness=3e5)")
     return given

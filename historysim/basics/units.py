@@ -34,12 +34,14 @@ def is_number(value: object) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
-def as_float(value: Any) -> Any:
+def as_float(value: float) -> float:
     """Return any kind of number as a float, one too large for it as infinite; anything else as it came.
 
-    For attrs converters: the validator behind it knows the name of the field, and says what is wrong.
+    For attrs converters: the validator behind it knows the name of the field, and says what is wrong. The types are
+    those of the field, as help and type checkers show them.
     """
-    number = value.item() if getattr(value, "ndim", None) == 0 else value
+    came: Any = value
+    number = came.item() if getattr(came, "ndim", None) == 0 else came
     try:
         return float(number) if is_number(number) else value
     except OverflowError:
@@ -165,6 +167,12 @@ def quantity_text(value: float, unit: str, digits: int = 4) -> str:
     """Return a quantity as text, with the prefix that leaves one to three digits before the point: ``"90 mN"``."""
     factor, prefix = prefixed(value)
     return f"{value * factor:.{digits}g} {prefix}{unit}"
+
+
+def range_text(low: float, high: float, unit: str) -> str:
+    """Return the range of a quantity: ``"1 µm to 2.5 mm"``, or one value where there is but one."""
+    first, last = quantity_text(low, unit), quantity_text(high, unit)
+    return first if first == last else f"{first} to {last}"
 
 
 def duration_text(seconds: float) -> str:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from historysim.basics.display import columns, two_columns
 from historysim.basics.files import replacing
 from historysim.errors import InputError
 
@@ -16,17 +17,14 @@ if TYPE_CHECKING:
 
 def print_lines(lines: Iterable[tuple[str, str]]) -> None:
     """Print labels with what belongs to them, in two columns."""
-    lines = list(lines)
-    width = max((len(label) for label, _ in lines), default=0) + 2
-    for label, value in lines:
-        click.echo(f"{label:<{width}}{value}")
+    if text := two_columns(lines):
+        click.echo(text)
 
 
 def print_table(rows: Sequence[tuple[str, ...]]) -> None:
     """Print a table of texts, column under column."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    for row in rows:
-        click.echo("  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip())
+    if text := columns(rows):
+        click.echo(text)
 
 
 def notice(text: str) -> None:

@@ -5,6 +5,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from decimal import Decimal
 from pathlib import Path
+from typing import Any
 
 import attrs
 
@@ -128,7 +129,7 @@ def _events(line: int, texts: Sequence[str], columns: Sequence[_Column], decimal
             if column.name == "time":
                 time = column.value(text, decimal)
             elif text:
-                read = column.coefficients if column.name == "friction" else column.value
+                read: Any = column.coefficients if column.name == "friction" else column.value
                 yield EVENT_KINDS[column.name](time, read(text, decimal))
         except InputError as error:
             raise InputError(f"line {line}, column {column.name}: {error}") from error

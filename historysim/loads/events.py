@@ -92,9 +92,10 @@ class TangentialDisplacement(LoadEvent):
     unit = "m"
 
 
-def _coefficients(value: Any) -> Any:
-    single = isinstance(value, str | bytes | Mapping) or getattr(value, "ndim", 1) == 0
-    return tuple(map(as_float, value)) if isinstance(value, Iterable) and not single else as_float(value)
+def _coefficients(value: float | Iterable[float]) -> float | tuple[float, ...]:
+    came: Any = value
+    single = isinstance(came, str | bytes | Mapping) or getattr(came, "ndim", 1) == 0
+    return tuple(map(as_float, came)) if isinstance(came, Iterable) and not single else as_float(came)
 
 
 def _valid_coefficients(event: object, attribute: "attrs.Attribute[float]", value: float | tuple[float, ...]) -> None:
@@ -153,7 +154,7 @@ def time_text(time: float) -> str:
     return f"{repr(float(time)).removesuffix('.0')} s"
 
 
-def as_events(given: Any) -> Sequence[Event]:
+def as_events(given: Iterable[Event]) -> Sequence[Event]:
     """Return an argument that is a sequence of events; what it holds is checked by `check_sequence`.
 
     Raises
@@ -161,7 +162,8 @@ def as_events(given: Any) -> Sequence[Event]:
     InputError
         It cannot be one.
     """
-    if not isinstance(given, Iterable):
+    came: Any = given
+    if not isinstance(came, Iterable):
         raise InputError(f"events is {given!r}; expected a list of load events")
     return given if isinstance(given, Sequence) else list(given)
 

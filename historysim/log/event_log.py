@@ -12,6 +12,8 @@ from historysim.asperities.ensemble import Ensemble, EnsembleState
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.basics.arguments import scalar
 from historysim.basics.notices import Teller, silent
+from historysim.basics.units import duration_text
+from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.loads import schedule
 from historysim.loads.events import (
@@ -136,7 +138,25 @@ class EventLog:
         """Close the file, and give the writer's lock back."""
         self._file.close()
 
+    def __repr__(self) -> str:
+        content = self._file.read()
+        events, asperities = content.events, counted(len(self.ensemble), "asperity", "asperities")
+        damage = ", damaged after them" if content.problem else ""
+        return f"<EventLog {self.path}: {counted(len(events), 'event', 'events')}{_over(events)}{damage}, {asperities}>"
+
     # -- what stands in it -------------------------------------------------------------------------
+
+    def summary(self) -> list[tuple[str, str]]:
+        """Return what stands in it, in a few lines."""
+        settings = self.settings
+        return [
+            ("title", settings["title"] or self.path.stem),
+            ("asperities", f"{len(self.ensemble):,}"),
+            ("events", f"{len(self):,}{_over(self.events())}"),
+            ("substeps", str(settings["substeps"])),
+            ("made with", f"historysim {settings['historysim_version']}, {settings['made_with']}"),
+            ("digest", self.digest),
+        ]
 
     @property
     def path(self) -> Path:
@@ -357,3 +377,7 @@ class EventLog:
         head.ensemble.walk(self._state(content, time), HOLD, rows=target.blank(1), asperities=everyone)
         target.record(np.array([time]))
         return target.dataset(job.attributes() | head.attributes)
+
+
+def _over(events: Sequence[Event]) -> str:
+    return f" over {duration_text(events[-1].time - events[0].time)}" if events else ""

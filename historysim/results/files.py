@@ -1,6 +1,6 @@
-"""What a file is, and results of a run that are opened."""
+"""What a file is, and the program's own netCDF files, opened."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Literal
@@ -10,11 +10,23 @@ import xarray as xr
 from historysim.basics.file_kinds import is_log, is_netcdf
 from historysim.errors import InputError
 
-Kind = Literal["scenario", "log", "result", "height map"]
+Kind = Literal["scenario", "log", "result", "loops", "height map"]
+
+CALLED: Mapping[Kind, str] = {
+    "scenario": "a scenario",
+    "log": "a log",
+    "result": "a result of historysim run",
+    "loops": "a file of friction loops",
+    "height map": "a height map",
+}
+
+LOOPS = "friction loops"
+"""The attribute ``content`` of a file that `Loops.to_dataset` fills."""
+READABLE = "expected a scenario, a result of historysim run, its log, friction loops, or a height map"
 
 
 def kind_of(path: Path) -> Kind:
-    """Return what a file is: a scenario by its ending, a log and a result by what stands in them, else a height map.
+    """Return what a file is: a scenario by its ending, the program's own files by their content, else a height map.
 
     Raises
     ------
@@ -23,21 +35,19 @@ def kind_of(path: Path) -> Kind:
     """
     if path.suffix == ".toml":
         return "scenario"
-    if path.is_dir():
-        raise InputError(f"{path}: is a folder; expected a scenario, a result of historysim run, or a height map")
-    if not path.is_file():
-        raise InputError(
-            f"{path}: there is no such file; expected a scenario, a result of historysim run, or a height map"
-        )
+    _check_there(path, READABLE)
     if is_log(path):
         return "log"
     if not is_netcdf(path):
         return "height map"
     import netCDF4
 
-    # maps come as netCDF too; a file that does not open is left to the reader of results, which says what is wrong
+    # height maps come as netCDF, too; what does not open is left to the reader of results, which says what is wrong
     with suppress(OSError, RuntimeError), netCDF4.Dataset(path) as file:
-        if "historysim_version" not in file.ncattrs():
+        told = {name: file.getncattr(name) for name in file.ncattrs()}
+        if told.get("content") == LOOPS:
+            return "loops"
+        if "historysim_version" not in told:
             return "height map"
     return "result"
 
@@ -60,22 +70,47 @@ def open_result(path: Path) -> Iterator[xr.Dataset]:
     InputError
         There is no such file, or it is no finished result, or damaged, also where that is found as it is read.
     """
-    if path.is_dir():
-        raise InputError(f"{path}: is a folder; expected a scenario, a result of historysim run, or a height map")
-    if not path.is_file():
-        raise InputError(f"{path}: there is no such file; expected a result of historysim run (netCDF)")
+    expected = "expected a result of historysim run (netCDF)"
+    _check_there(path, expected)
     if not is_netcdf(path):
-        raise InputError(f"{path}: is not a netCDF file; expected a result of historysim run")
-    try:
-        history = xr.open_dataset(path, engine="netcdf4", decode_times=False)
-    except (OSError, RuntimeError, ValueError) as error:
-        raise InputError(f"{path}: is damaged ({error}); run the scenario again") from error
-    with history:
+        raise InputError(f"{path}: is not a netCDF file; {expected}")
+    with _opened(path) as history:
+        if history.attrs.get("content") == LOOPS:
+            raise InputError(f"{path}: holds friction loops; {expected}")
         if not history.attrs.get("complete"):
             raise InputError(f"{path}: is not a finished result of historysim run; run the scenario again")
+        yield history
+
+
+def read_loops(path: Path) -> xr.Dataset:
+    """Read the friction loops that `Loops.to_dataset` gave.
+
+    Raises
+    ------
+    InputError
+        The file is damaged.
+    """
+    with _opened(path) as loops:
+        return loops.load()
+
+
+def _check_there(path: Path, expected: str) -> None:
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder; {expected}")
+    if not path.is_file():
+        raise InputError(f"{path}: there is no such file; {expected}")
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[xr.Dataset]:
+    try:
+        found = xr.open_dataset(path, engine="netcdf4", decode_times=False)
+    except (OSError, RuntimeError, ValueError) as error:
+        raise InputError(f"{path}: is damaged ({error}); make it again") from error
+    with found:
         try:
-            yield history
+            yield found
         except RuntimeError as error:
             if not str(error).startswith("NetCDF: "):
                 raise
-            raise InputError(f"{path}: is damaged ({error}); run the scenario again") from error
+            raise InputError(f"{path}: is damaged ({error}); make it again") from error

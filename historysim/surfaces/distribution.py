@@ -34,7 +34,7 @@ class HeightDistribution(Protocol):
     def deviation(self) -> float:
         """Standard deviation of the heights [m]."""
 
-    def quantile(self, probability: npt.ArrayLike) -> Floats:
+    def quantile(self, probability: "npt.ArrayLike") -> Floats:
         """Return the heights [m] below which a summit lies with these probabilities [1]."""
 
 
@@ -66,7 +66,7 @@ class Gaussian:
         """Standard deviation of the heights [m]."""
         return self.rms_height
 
-    def quantile(self, probability: npt.ArrayLike) -> Floats:
+    def quantile(self, probability: "npt.ArrayLike") -> Floats:
         """Return the heights [m] below which a summit lies with these probabilities.
 
         Parameters
@@ -117,7 +117,7 @@ class Tabulated:
     density: Floats
     _cumulative: Floats = attrs.field(repr=False)
 
-    def __init__(self, height: npt.ArrayLike, density: npt.ArrayLike) -> None:
+    def __init__(self, height: "npt.ArrayLike", density: "npt.ArrayLike") -> None:
         heights, densities = _table("height", height, density)
         # the largest first, so that no unit makes the integral overflow
         densities = densities / densities.max()
@@ -130,7 +130,7 @@ class Tabulated:
         )
 
     @classmethod
-    def from_gaps(cls, gap: npt.ArrayLike, density: npt.ArrayLike) -> Self:
+    def from_gaps(cls, gap: "npt.ArrayLike", density: "npt.ArrayLike") -> Self:
         """Return the distribution of the heights that belong to gaps, as the literature of joints tabulates them.
 
         The datum of the heights is the plane in which the gap is 0. The flat has to come closer than that by the gap
@@ -172,7 +172,7 @@ class Tabulated:
         )
         return math.sqrt(np.sum(squares))
 
-    def quantile(self, probability: npt.ArrayLike) -> Floats:
+    def quantile(self, probability: "npt.ArrayLike") -> Floats:
         """Return the heights [m] below which a summit lies with these probabilities: the exact inverse.
 
         Where the density is 0 between two heights, the probability there has the lower of them as its height.
@@ -209,7 +209,7 @@ class Tabulated:
 
 def drawn_summits(
     distribution: HeightDistribution,
-    radius: npt.ArrayLike,
+    radius: "npt.ArrayLike",
     *,
     summit_density: float,
     nominal_area: float,
@@ -244,7 +244,7 @@ def drawn_summits(
 
 
 def quantile_summits(
-    distribution: HeightDistribution, radius: npt.ArrayLike, *, summit_density: float, nominal_area: float
+    distribution: HeightDistribution, radius: "npt.ArrayLike", *, summit_density: float, nominal_area: float
 ) -> Summits:
     """Return summits without chance: the heights at the probabilities (i + ½)/n, from low to high, without positions.
 
@@ -267,7 +267,7 @@ def _count(summit_density: float, nominal_area: float) -> int:
     return round(density * area)
 
 
-def _table(name: str, place: npt.ArrayLike, density: npt.ArrayLike) -> tuple[Floats, Floats]:
+def _table(name: str, place: "npt.ArrayLike", density: "npt.ArrayLike") -> tuple[Floats, Floats]:
     places, densities = checked(name, place), checked("density", density, least=0)
     if places.ndim != 1 or places.shape != densities.shape or places.size < 2:
         raise InputError(

@@ -28,7 +28,7 @@ ROUNDING = 32 * np.finfo(np.float64).eps
 """Share of the largest height up to which the heights that are left without the form are taken for rounding."""
 
 
-def _heights(values: npt.ArrayLike) -> Floats:
+def _heights(values: "npt.ArrayLike") -> Floats:
     try:
         # numpy drops the masks of arrays in a list
         masked: Any = (
@@ -79,7 +79,7 @@ class Surface:
     pixel_size: tuple[float, float]
     periodic: bool
 
-    def __init__(self, heights: npt.ArrayLike, pixel_size: npt.ArrayLike, periodic: bool = False) -> None:
+    def __init__(self, heights: "npt.ArrayLike", pixel_size: "npt.ArrayLike", periodic: bool = False) -> None:
         if not isinstance(periodic, bool | np.bool_):
             raise InputError(f"periodic is {periodic!r}; expected True or False")
         self.__attrs_init__(_heights(heights), per_axis("pixel_size", pixel_size), bool(periodic))

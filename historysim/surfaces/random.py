@@ -36,9 +36,9 @@ _BLOCK: Final = 2**16
 
 def random_surface(
     shape: SupportsIndex | tuple[SupportsIndex, SupportsIndex],
-    pixel_size: npt.ArrayLike,
+    pixel_size: "npt.ArrayLike",
     rms_height: float,
-    autocorrelation_length: npt.ArrayLike,
+    autocorrelation_length: "npt.ArrayLike",
     *,
     seed: SupportsIndex,
     autocorrelation: str = "exponential",

@@ -44,10 +44,10 @@ class Summits:
 
     def __init__(
         self,
-        height: npt.ArrayLike,
-        radius: npt.ArrayLike,
-        x: npt.ArrayLike | None = None,
-        y: npt.ArrayLike | None = None,
+        height: "npt.ArrayLike",
+        radius: "npt.ArrayLike",
+        x: "npt.ArrayLike | None" = None,
+        y: "npt.ArrayLike | None" = None,
         *,
         nominal_area: float | None = None,
     ) -> None:
@@ -60,7 +60,7 @@ class Summits:
             nominal_area=None if nominal_area is None else scalar("nominal_area", nominal_area, above=0),
         )
 
-    def at_heights(self, height: npt.ArrayLike) -> Self:
+    def at_heights(self, height: "npt.ArrayLike") -> Self:
         """Return the same summits at other heights [m]."""
         return type(self)(height, self.radius, self.x, self.y, nominal_area=self.nominal_area)
 

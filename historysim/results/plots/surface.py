@@ -1,5 +1,6 @@
 """Pictures of a surface: its height map, its summits, and which of them stick or slip at a step of a history."""
 
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import attrs
@@ -7,9 +8,13 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from historysim.basics.arguments import representable
 from historysim.basics.units import prefixed, quantity_text
+from historysim.basics.wording import counted
 from historysim.errors import InputError
+from historysim.recording import surface_group
 from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, STATES, STYLE, plain_title
+from historysim.surfaces.heights import Surface
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -50,7 +55,7 @@ class _Contact:
 
 
 def surface_of(history: xr.Dataset) -> xr.Dataset:
-    """Return the summits that a history was recorded of, where its file has no surface: those that it holds.
+    """Return the surface that a history was recorded of: from the file that it was opened from, else its summits alone.
 
     Parameters
     ----------
@@ -59,13 +64,17 @@ def surface_of(history: xr.Dataset) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        As `surface_group.dataset` gives it, with the labels of the asperities on ``summit``.
+        As `surface_group.dataset` gives it; with the labels of the asperities on ``summit``, where the history alone
+        says what summits there are.
 
     Raises
     ------
     InputError
-        A history of totals alone.
+        A history of totals alone that was not opened from a file with its surface.
     """
+    if source := history.encoding.get("source"):
+        with suppress(OSError, KeyError):
+            return xr.load_dataset(source, engine="netcdf4", group=surface_group.GROUP)
     if "summit_height" not in history:
         raise InputError("the history holds no asperities; expected one recorded with asperities, or its file")
     names = {"summit_height": "summit_height", "summit_radius": "summit_radius", "x": "summit_x", "y": "summit_y"}
@@ -75,17 +84,22 @@ def surface_of(history: xr.Dataset) -> xr.Dataset:
     )
 
 
-def plot_surface(surface: xr.Dataset, history: xr.Dataset | None = None, step: int = -1) -> "Figure":
+def plot_surface(
+    surface: xr.Dataset | Surface, history: xr.Dataset | None = None, step: int | str = -1, *, title: str = ""
+) -> "Figure":
     """Draw a surface with its summits, and the asperity distribution: radius against height.
 
     Parameters
     ----------
-    surface : xarray.Dataset
-        Summits, and a height map where there is one: the group ``surface`` of a result.
+    surface : xarray.Dataset or Surface
+        Summits, and a height map where there is one: the group ``surface`` of a result, `surface_of` a history, or a
+        height map whose summits are to be found (9-point rule; of a profile, 3-point rule).
     history : xarray.Dataset, optional
         A history; the summits in contact are coloured by their slip state.
-    step : int
-        At this step of it; negative ones count from the end.
+    step : int or "peak"
+        At this step of it, or at that of the greatest normal load; negative ones count from the end.
+    title : str
+        A heading; by default the title of the history, or else of the surface.
 
     Returns
     -------
@@ -100,9 +114,13 @@ def plot_surface(surface: xr.Dataset, history: xr.Dataset | None = None, step: i
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
+    if isinstance(surface, Surface):
+        with representable():
+            summits = surface.summits(3 if 1 in surface.shape else 9)
+        surface = surface_group.dataset(summits, surface)
     if "summit_height" not in surface or "summit_radius" not in surface:
         raise InputError("the surface holds no summits; expected the group surface of a result")
-    contact = None if history is None else _contact(surface, history, step)
+    contact = None if history is None else _contact(surface, history, _position(step, history))
     state = np.zeros(surface.sizes["summit"], dtype=np.int8) if contact is None else contact.state
     has_map = "height" in surface
     placed = {"summit_x", "summit_y"} <= set(surface.variables) and (has_map or state.size > 0)
@@ -117,18 +135,27 @@ def plot_surface(surface: xr.Dataset, history: xr.Dataset | None = None, step: i
                 _draw_map(axes, surface, state)
         _draw_distribution(figure.add_subplot(grid[0, -1]), surface, state, contact)
         _draw_legend(figure, surface, state, contact)
-        title = str((surface if history is None else history).attrs.get("title", ""))
+        heading = title or str((surface if history is None else history).attrs.get("title", ""))
         # matplotlib takes what stands between dollar signs for mathematics
-        lines = [plain_title(title), contact.caption if contact else ""]
+        lines = [plain_title(heading), contact.caption if contact else ""]
         if any(lines):
             figure.suptitle("\n".join(filter(None, lines)), x=0.01, ha="left", fontsize=9)
     return figure
 
 
-def _contact(surface: xr.Dataset, history: xr.Dataset, step: int) -> _Contact:
+def _position(step: int | str, history: xr.Dataset) -> int:
+    """Return a step of a history as a number from 0."""
     steps = history.sizes["step"]
-    if not isinstance(step, int | np.integer) or not -steps <= step < steps:
+    if step == "peak":
+        return int(history["total_normal_load"].values.argmax())
+    if not isinstance(step, int | np.integer):
+        raise InputError(f"step {step}: expected a number from 0 to {steps - 1}, or peak")
+    if not -steps <= step < steps:
         raise InputError(f"step {step}: the history has {steps} steps; expected {-steps} to {steps - 1}")
+    return int(step) % steps
+
+
+def _contact(surface: xr.Dataset, history: xr.Dataset, step: int) -> _Contact:
     row = history.isel(step=step)
     count = int(row["contact_count"])
     state = np.full(surface.sizes["summit"], SEPARATED, dtype=np.int8)
@@ -137,11 +164,11 @@ def _contact(surface: xr.Dataset, history: xr.Dataset, step: int) -> _Contact:
     if "slip_state" in row:
         state[_places(surface, row)] = row["slip_state"].values
     caption = (
-        f"step {step % steps:,}, t = {float(row['time']):.6g} s:  "
+        f"step {step:,}, t = {float(row['time']):.6g} s:  "
         f"N = {quantity_text(float(row['total_normal_load']), 'N')},  "
         f"T = {quantity_text(float(row['total_tangential_load']), 'N')},  "
         f"U = {quantity_text(float(row['tangential_displacement']), 'm')},  "
-        f"{count:,} {'asperity' if count == 1 else 'asperities'} in contact"
+        f"{counted(count, 'asperity', 'asperities')} in contact"
     )
     return _Contact(state, float(row["separation"]), caption)
 

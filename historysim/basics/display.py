@@ -1,0 +1,42 @@
+"""Lines and tables of texts: in columns for a terminal, as HTML for a notebook."""
+
+from collections.abc import Iterable, Sequence
+from html import escape
+
+
+def two_columns(lines: Iterable[tuple[str, str]]) -> str:
+    """Return labels and what belongs to them, one below the other."""
+    lines = list(lines)
+    width = max((len(label) for label, _ in lines), default=0) + 2
+    return "\n".join(f"{label:<{width}}{text}".rstrip() for label, text in lines)
+
+
+def columns(rows: Sequence[Sequence[str]]) -> str:
+    """Return a table, column under column."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return "\n".join(
+        "  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip() for row in rows
+    )
+
+
+def html_table(rows: Iterable[Sequence[str]], heading: Sequence[str] = ()) -> str:
+    """Return a table as HTML; the first text of each row is its label."""
+    head = f"<thead><tr>{_cells('th', heading)}</tr></thead>" if heading else ""
+    body = "".join(f"<tr>{_cells('th', row[:1])}{_cells('td', row[1:])}</tr>" for row in rows)
+    return f"<table>{head}<tbody>{body}</tbody></table>"
+
+
+def _cells(tag: str, texts: Iterable[str]) -> str:
+    return "".join(f'<{tag} style="text-align: left">{escape(text)}</{tag}>' for text in texts)
+
+
+class Lines(tuple[tuple[str, str], ...]):
+    """Labels and what belongs to them, which print and show themselves in two columns."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return two_columns(self)
+
+    def _repr_html_(self) -> str:
+        return html_table(self)

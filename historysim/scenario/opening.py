@@ -1,0 +1,87 @@
+"""Whatever a path names, opened as what it is."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, TypedDict, Unpack
+
+from historysim.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from historysim.log.event_log import EventLog
+    from historysim.scenario.scenario import Scenario
+    from historysim.surfaces.heights import Surface
+
+
+class Reading(TypedDict, total=False):
+    """What a height map may leave open: arguments of `read_surface`."""
+
+    pixel_size: float | str | tuple[float | str, float | str]
+    height_unit: str
+    lateral_unit: str
+    channel: int | str
+
+
+@contextmanager
+def opened(
+    path: str | Path, *, form: str | None = None, **reading: Unpack[Reading]
+) -> Iterator["Scenario | EventLog | xr.Dataset | Surface"]:
+    """Open a scenario, a log, a result, friction loops or a height map, and close it when the block ends.
+
+    Parameters
+    ----------
+    path : path
+    form : str, optional
+        What is taken off a height map, as by `Surface.detrended`; by default a plane.
+    **reading
+        What a height map leaves open, as for `read_surface`.
+
+    Yields
+    ------
+    Scenario, EventLog, xarray.Dataset or Surface
+        Of results and of friction loops, a Dataset.
+
+    Raises
+    ------
+    InputError
+        There is no such file, it cannot be used, or it is no height map and something is said of its reading.
+    """
+    from historysim.results.files import CALLED, kind_of, open_result, read_loops
+
+    path = Path(path)
+    kind = kind_of(path)
+    if kind == "height map":
+        yield _height_map(path, form or "plane", **reading)
+        return
+    if unused := ([] if form is None else ["form"]) + list(reading):
+        raise InputError(f"{', '.join(unused)}: {path} is {CALLED[kind]}; expected a height map, to be read so")
+    if kind == "scenario":
+        from historysim.scenario.scenario import load
+
+        yield load(path)
+    elif kind == "log":
+        from historysim.log.event_log import EventLog
+
+        with EventLog(path) as log:
+            yield log
+    elif kind == "loops":
+        yield read_loops(path)
+    else:
+        with open_result(path) as history:
+            yield history
+
+
+def _height_map(path: Path, form: str, **reading: Unpack[Reading]) -> "Surface":
+    from historysim.basics.arguments import representable
+    from historysim.surfaces.reading import read_surface
+
+    try:
+        surface = read_surface(path, **reading)
+    except InputError as error:
+        raise InputError(
+            f"{error} (read as a height map: neither named .toml nor a result of historysim run)"
+        ) from error
+    with representable():
+        return surface.detrended(form)

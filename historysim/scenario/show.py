@@ -1,0 +1,76 @@
+"""Whatever can be said of something in a few lines."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Unpack
+
+from historysim.basics.display import Lines
+from historysim.errors import InputError
+from historysim.scenario.opening import Reading, opened
+from historysim.scenario.scenario import Scenario
+from historysim.scenario.summary import summary as scenario_summary
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from historysim.log.event_log import EventLog
+    from historysim.surfaces.heights import Surface
+
+    Showable = str | Path | xr.Dataset | Scenario | EventLog | Surface
+
+
+def show(what: "Showable", *, form: str | None = None, **reading: Unpack[Reading]) -> Lines:
+    """Return in a few lines what a scenario, a result, a log or a height map holds, or a file of them.
+
+    Parameters
+    ----------
+    what : path, xarray.Dataset, Scenario, EventLog or Surface
+    form : str, optional
+        What is taken off the height map of a file first; by default a plane.
+    **reading
+        What the height map of a file leaves open, as for `read_surface`.
+
+    Returns
+    -------
+    Lines
+        Labels and texts, which print and show themselves in two columns.
+
+    Raises
+    ------
+    InputError
+        Something else, a file that cannot be used, or an option that does not fit what is shown.
+    """
+    if isinstance(what, str | Path):
+        with opened(what, form=form, **reading) as found:
+            return _lines(found, form or "plane")
+    if form is not None or reading:
+        raise InputError("form, pixel_size, …: expected with the path of a height map alone, which is read with them")
+    return _lines(what, None)
+
+
+def _lines(what: Any, form: str | None) -> Lines:
+    import xarray as xr
+
+    from historysim.surfaces.heights import Surface
+
+    if isinstance(what, xr.Dataset):
+        return _dataset(what)
+    if isinstance(what, Scenario):
+        return Lines(scenario_summary(what))
+    if isinstance(what, Surface):
+        from historysim.surfaces.summary import summary
+
+        return Lines([*summary(what), *([] if form is None else [("form taken off", form)])])
+    if hasattr(what, "summary"):
+        return Lines(what.summary())
+    raise InputError(f"{what!r} cannot be shown; expected a history, a scenario, a log, a surface, or a file of them")
+
+
+def _dataset(history: "xr.Dataset") -> Lines:
+    from historysim.results import analysis
+
+    if "total_normal_load" not in history:
+        raise InputError("this Dataset is no history; expected one from historysim, with all its variables")
+    told = {str(name): str(value) for name, value in history.attrs.items()}
+    # texts of many lines, such as the scenario, would hide the rest
+    short = [(name, text) for name, text in told.items() if "\n" not in text.strip()]
+    return Lines([*analysis.summary(history), ("", ""), *short])
