@@ -9,6 +9,7 @@ import xarray as xr
 
 from historysim.basics.file_kinds import is_log, is_netcdf
 from historysim.errors import InputError
+from historysim.measured.loops import CONTENT
 
 Kind = Literal["scenario", "log", "result", "loops", "height map"]
 
@@ -20,8 +21,6 @@ CALLED: Mapping[Kind, str] = {
     "height map": "a height map",
 }
 
-LOOPS = "friction loops"
-"""The attribute ``content`` of a file that `Loops.to_dataset` fills."""
 READABLE = "expected a scenario, a result of historysim run, its log, friction loops, or a height map"
 
 
@@ -45,7 +44,7 @@ def kind_of(path: Path) -> Kind:
     # height maps come as netCDF, too; what does not open is left to the reader of results, which says what is wrong
     with suppress(OSError, RuntimeError), netCDF4.Dataset(path) as file:
         told = {name: file.getncattr(name) for name in file.ncattrs()}
-        if told.get("content") == LOOPS:
+        if told.get("content") == CONTENT:
             return "loops"
         if "historysim_version" not in told:
             return "height map"
@@ -75,7 +74,7 @@ def open_result(path: Path) -> Iterator[xr.Dataset]:
     if not is_netcdf(path):
         raise InputError(f"{path}: is not a netCDF file; {expected}")
     with _opened(path) as history:
-        if history.attrs.get("content") == LOOPS:
+        if history.attrs.get("content") == CONTENT:
             raise InputError(f"{path}: holds friction loops; {expected}")
         if not history.attrs.get("complete"):
             raise InputError(f"{path}: is not a finished result of historysim run; run the scenario again")

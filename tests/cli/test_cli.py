@@ -394,7 +394,7 @@ PIXEL = ("--pixel-size", "1 µm", "--height-unit", "nm")
         (["show", "."], "is a folder"),
         (["plot", "none.nc"], "none.nc: there is no such file"),
         (["plot", "ball.toml", "--step", "1"], "step 1: ball.toml has no steps; expected a result"),
-        (["plot", "good.nc", "--step", "two"], "step two: expected a number from 0 to 10, or peak"),
+        (["plot", "good.nc", "--step", "two"], "step two: the history has 11 steps; expected -11 to 10, or peak"),
         (["plot", "good.nc", "--step", "21"], "step 21: the history has 11 steps; expected -11 to 10"),
         (["show", "map.txt"], "map.txt: does not name the unit of its heights; give height_unit"),
         (["show", "map.txt", "--pixel-size", "1 N", "--height-unit", "nm"], "pixel_size"),

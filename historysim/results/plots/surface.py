@@ -148,10 +148,8 @@ def _position(step: int | str, history: xr.Dataset) -> int:
     steps = history.sizes["step"]
     if step == "peak":
         return int(history["total_normal_load"].values.argmax())
-    if not isinstance(step, int | np.integer):
-        raise InputError(f"step {step}: expected a number from 0 to {steps - 1}, or peak")
-    if not -steps <= step < steps:
-        raise InputError(f"step {step}: the history has {steps} steps; expected {-steps} to {steps - 1}")
+    if not isinstance(step, int | np.integer) or not -steps <= step < steps:
+        raise InputError(f"step {step}: the history has {steps} steps; expected {-steps} to {steps - 1}, or peak")
     return int(step) % steps
 
 
