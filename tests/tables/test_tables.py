@@ -572,9 +572,7 @@ def test_with_its_line_given_a_short_header_names_the_first_columns(tmp_path):
     path = tmp_path / "short.tsv"
     path.write_text("1 July\nt (s)\tF (kN)\tT (degC)\n0\t1.5\t20\t21\n1\t2.5\t20\t21\n", encoding="utf-8")
     columns, units = {"t": Column("t (s)"), "F": Column("F (kN)")}, {"t": "s", "F": "N"}
-    with pytest.raises(
-        InputError, match=r"line 3: 4 values where the header names 3 columns.*, or say header = 2 if"
-    ):
+    with pytest.raises(InputError, match=r"line 3: 4 values where the header names 3 columns.*, or say header = 2 if"):
         read_table(path, columns, units)
     found = read_table(path, columns, units, Format(header=2))
     assert found.columns["F"].tolist() == [1500.0, 2500.0]

@@ -411,11 +411,17 @@ def test_totals_alone_without_their_surface_cannot_be_drawn(rough, tmp_path):
     assert done.stderr.startswith("Error: the history holds no asperities")
 
 
-@pytest.mark.parametrize("step", [7, -8, 10**30, 0.5, "peak", None, float("nan")])
+@pytest.mark.parametrize("step", [7, -8, 10**30, 0.5, "top", None, float("nan")])
 def test_a_step_that_there_is_not(rough, step):
     surface, _, history = rough
     with pytest.raises(InputError, match=r"step .*: the history has 7 steps; expected -7 to 6"):
         plot_surface(surface, history, step)
+
+
+def test_the_peak_is_a_step(rough):
+    surface, _, history = rough
+    peak = int(history["total_normal_load"].values.argmax())
+    assert f"step {peak}," in plot_surface(surface, history, "peak").get_suptitle()
 
 
 def test_numbers_of_numpy_are_steps_too(rough):
