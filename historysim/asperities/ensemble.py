@@ -1,6 +1,7 @@
 """`Ensemble`: asperities that share one approach and one tangential displacement, and how their state moves."""
 
 import math
+from functools import partial
 from typing import Any, Self
 
 import attrs
@@ -10,7 +11,7 @@ import numpy.typing as npt
 from historysim.asperities import friction as friction_laws
 from historysim.asperities.asperity import Asperity, SlipState
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
-from historysim.basics.arguments import checked
+from historysim.basics.arguments import checked, one_per
 from historysim.contact.materials import MaterialPair
 from historysim.errors import FrictionLimitError, InputError
 from historysim.memory.energy import stored_energy
@@ -95,17 +96,6 @@ class EnsembleState:
         return stored_energy(self.contact, self.memory, unused) * self.units.energy
 
 
-def _array(name: str, values: "npt.ArrayLike", count: int | None = None, *, above: float = -math.inf) -> Floats:
-    array = np.atleast_1d(checked(name, values, above=above))
-    if array.ndim > 1 or array.size == 0:
-        raise InputError(f"{name} has shape {array.shape}; expected one number, or a list with one per asperity")
-    if count is not None and array.size not in {1, count}:
-        raise InputError(f"{name} has {array.size} values for {count} asperities; expected one, or one per asperity")
-    array = np.array(array if count is None else np.broadcast_to(array, count))
-    array.flags.writeable = False
-    return array
-
-
 @attrs.frozen(eq=False, init=False)
 class Ensemble:
     """Hertzian asperities under one rigid flat: shared approach, shared tangential displacement, no other interaction.
@@ -152,18 +142,21 @@ class Ensemble:
     ) -> None:
         if not isinstance(pair, MaterialPair):
             raise InputError(f"pair is {pair!r}; expected a MaterialPair")
-        height = _array("summit_height", summit_height)
+        each = partial(one_per, "asperity", "asperities")
+        height = each("summit_height", summit_height)
+        if not height.size:
+            raise InputError("summit_height is empty; expected one number, or a list with one per asperity")
         count = max(height.size, np.size(summit_radius))
-        height = _array("summit_height", height, count)
+        height = each("summit_height", height, count)
         coefficients = friction_laws.coulomb(friction, count)
         coefficients.flags.writeable = False
         self.__attrs_init__(
             pair=pair,
             summit_height=height,
-            summit_radius=_array("summit_radius", summit_radius, count, above=0),
+            summit_radius=each("summit_radius", summit_radius, count, above=0),
             friction=coefficients,
-            x=None if x is None else _array("x", x, count),
-            y=None if y is None else _array("y", y, count),
+            x=None if x is None else each("x", x, count),
+            y=None if y is None else each("y", y, count),
             tolerance=float(checked("tolerance", tolerance, above=0)),
         )
 

@@ -32,6 +32,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.units import prefixed, quantity_text
+from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.measured.definitions import Definitions
 from historysim.measured.power_law import power_law
@@ -211,7 +212,7 @@ class Loops:
         unknown = int(np.isnan(self.tangential_stiffness).any(axis=1).sum())
         if not unknown:
             return ()
-        missing = f"{unknown:,} of {_counted(len(self), 'loop')} without a stiffness at reversal"
+        missing = f"{unknown:,} of {counted(len(self), 'loop', 'loops')} without a stiffness at reversal"
         needed = f"the first part of a branch, {self.definitions.initial}, needs two samples or more that rise"
         mend = "record more often (substeps of a simulation), or take a longer first part"
         return (f"{missing}: {needed}; {mend}",)
@@ -225,7 +226,9 @@ class Loops:
         pairs = range_pairs(self.trace.displacement, dead_band=self.dead_band)
         closed = pairs.range[pairs.count == 1]
         largest = f", up to {quantity_text(float(closed.max()), 'm')}" if closed.size else ""
-        return f"{closed.size:,} closed{largest}; {_counted(pairs.range.size - closed.size, 'half cycle')}"
+        return (
+            f"{closed.size:,} closed{largest}; {counted(pairs.range.size - closed.size, 'half cycle', 'half cycles')}"
+        )
 
     def _friction_over_load(self) -> list[tuple[str, str]]:
         load, friction = self.normal_load.mean(axis=1), self.friction_coefficient.mean(axis=1)
@@ -275,7 +278,7 @@ class Loops:
                 "end_time": ("loop", time[self.ends[:, 2]], {"long_name": "end of the loop", "units": "s"}),
             },
             attrs={
-                "title": _counted(len(self), "friction loop"),
+                "title": counted(len(self), "friction loop", "friction loops"),
                 "content": CONTENT,
                 "dead_band": self.dead_band,
                 "sliding_part": str(self.definitions.sliding),
@@ -296,7 +299,3 @@ class Loops:
         symbol = {"1": "", "N m-1": f" {prefix}N/m"}.get(unit, f" {prefix}{unit}")
         some = f" (of {found.count})" if found.count < len(self) else ""
         return f"{found.mean * factor:.4g}{scatter}{symbol}{some}"
-
-
-def _counted(count: int, name: str) -> str:
-    return f"{count:,} {name}{'' if count == 1 else 's'}"

@@ -9,7 +9,7 @@ from itertools import islice
 
 import attrs
 
-from historysim.basics.wording import nearest
+from historysim.basics.wording import counted, nearest
 from historysim.errors import InputError
 from historysim.tables.columns import Column, Format
 from historysim.tables.lines import brief, number, split
@@ -385,7 +385,7 @@ class Head:
 
 def ragged(line_number: int, count: int, expected: str) -> str:
     """Return what to say of a row that has another number of values than expected."""
-    values = "1 value" if count == 1 else f"{count} values"
+    values = counted(count, "value", "values")
     return (
         f"line {line_number}: {values} where {expected}; expected one value for each column, and the delimiter of the "
         "header"

@@ -350,7 +350,8 @@ def test_parameters_are_copied_and_frozen():
     [
         ({"summit_height": [0.0, np.nan]}, r"summit_height\[1\] is nan"),
         ({"summit_height": np.inf}, "summit_height is inf"),
-        ({"summit_height": []}, "summit_height has shape"),
+        ({"summit_height": []}, "summit_height is empty; expected one number, or a list with one per asperity"),
+        ({"summit_height": [], "summit_radius": []}, "summit_height is empty"),
         ({"summit_height": [[0.0, 1.0]]}, "summit_height has shape"),
         ({"summit_radius": -1.0}, "summit_radius is -1"),
         ({"summit_radius": 0.0}, "summit_radius is 0"),
