@@ -35,9 +35,9 @@ class Head:
     Attributes
     ----------
     settings : dict
-        Numbers and texts that can stand in JSON: versions, the scenario as TOML text with its title and seed, the
-        moduli [Pa], the tolerance of the ensemble, the lateral stiffness of the instrument [N/m] (None where rigid),
-        substeps, saturate, and what is recorded.
+        Numbers and texts that can stand in JSON: versions, the scenario as TOML text with its title and seed (a list
+        of several; None where nothing is drawn by chance), the moduli [Pa], the tolerance of the ensemble, the lateral
+        stiffness of the instrument [N/m] (None where rigid), substeps, saturate, and what is recorded.
     arrays : dict
         Of the ensemble, and what the result shows of the surface under names that begin with ``surface.``.
     """
@@ -52,7 +52,7 @@ class Head:
         *,
         scenario: str = "",
         title: str = "",
-        seed: int | None = None,
+        seeds: Sequence[int] = (),
         substeps: int = 1,
         saturate: bool = False,
         record: Any = "touching",
@@ -69,7 +69,7 @@ class Head:
             "made_with": made_with(),
             "scenario": scenario,
             "title": title,
-            "seed": seed,
+            "seed": seeds[0] if len(seeds) == 1 else list(seeds) or None,
             "contact_modulus": ensemble.pair.contact_modulus,
             "shear_modulus": ensemble.pair.shear_modulus,
             "tolerance": ensemble.tolerance,
@@ -131,8 +131,8 @@ class Head:
     @property
     def attributes(self) -> dict[str, Any]:
         """Attributes of a result that the scenario adds to those of its replay."""
-        told = {name: self.settings[name] for name in ("scenario", "title")}
-        return {name: text for name, text in told.items() if text}
+        told = {name: self.settings[name] for name in ("scenario", "title", "seed")}
+        return {name: value for name, value in told.items() if value not in (None, "")}
 
     @property
     def version(self) -> str:

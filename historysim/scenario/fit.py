@@ -14,8 +14,10 @@ from historysim.basics.files import replacing
 from historysim.basics.places import at
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
-from historysim.scenario.scenario import FitSection, Scenario, as_scenario
+from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import reported
+from historysim.scenario.sections import FitSection
+from historysim.scenario.surface_kinds.scaled import Scaled
 
 if TYPE_CHECKING:
     from historysim.measured.comparison import Comparison
@@ -191,7 +193,8 @@ def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: P
             _put(document["instrument"], "lateral_stiffness", parameter)
         elif parameter.name == "height_scale":
             surface = scenario.sections.surface
-            _put(document["surface"], "height_scale", parameter, getattr(surface, "height_scale", 1.0))
+            scaled_by = surface.height_scale if isinstance(surface, Scaled) else 1.0
+            _put(document["surface"], "height_scale", parameter, scaled_by)
         else:
             _put_moduli(document, scenario, parameter)
     before, after = scenario.path.parent.absolute(), output.parent.absolute()

@@ -96,7 +96,7 @@ def head_of(loaded: scenario.Scenario, tell: Teller = silent) -> tuple[Head, lis
         loaded.ensemble(ground),
         scenario=loaded.text,
         title=loaded.title,
-        seed=getattr(loaded.sections.surface, "seed", None),
+        seeds=loaded.seeds,
         substeps=loaded.substeps,
         saturate=loaded.saturate,
         record=loaded.record,

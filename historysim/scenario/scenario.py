@@ -5,222 +5,28 @@ build the same objects that a program would: an ``Ensemble`` and a list of event
 """
 
 import os
-import tomllib
 from collections.abc import Sequence
-from functools import partial
-from operator import eq
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import attrs
-from cattrs import Converter
 
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.places import at, misfit
-from historysim.basics.wording import nearest, shown
+from historysim.basics.wording import shown
 from historysim.errors import InputError
 from historysim.loads.events import Event, FrictionChange
-from historysim.scenario.columns import column_hooks
-from historysim.scenario.loading_kinds import (
-    MOST_STEPS,
-    AnyLoading,
-    MeasuredLoading,
-    channel_hooks,
-    loading_from_toml,
-)
-from historysim.scenario.schema import (
-    Force,
-    Length,
-    Number,
-    Numbers,
-    Pressure,
-    Stiffness,
-    SurfaceEnergy,
-    given,
-    reported,
-    schema_converter,
-    text,
-)
-from historysim.scenario.surface_kinds import (
-    Ground,
-    MapKind,
-    SurfaceKind,
-    channel_from_toml,
-    map_from_toml,
-    surface_from_toml,
-)
+from historysim.scenario.document import read_sections
+from historysim.scenario.loading_kinds import MOST_STEPS, MeasuredLoading
+from historysim.scenario.schema import given, reported
+from historysim.scenario.sections import Sections
+from historysim.scenario.surface_kinds import Ground
 
 if TYPE_CHECKING:
     from historysim.asperities.adhering import AdheringAsperities
     from historysim.asperities.ensemble import Ensemble
-    from historysim.contact.materials import Material, MaterialPair
     from historysim.measured.measurement import Measurement
     from historysim.replay import Replay
-
-
-# -- materials -------------------------------------------------------------------------------------
-
-
-@attrs.frozen
-class MaterialTable:
-    """A material that is not built in."""
-
-    name: str
-    youngs_modulus: Pressure
-    poissons_ratio: Number
-    shear_modulus: Pressure | None = None
-    surface_energy: SurfaceEnergy | None = None
-
-
-MaterialEntry = str | MaterialTable
-
-
-@attrs.frozen
-class Materials:
-    """``[materials]``: two materials, or the moduli of the pair."""
-
-    first: MaterialEntry | None = None
-    second: MaterialEntry | None = None
-    contact_modulus: Pressure | None = None
-    shear_modulus: Pressure | None = None
-
-    def __attrs_post_init__(self) -> None:
-        """Check that the pair is given in one way, and fully."""
-        keys = list(given(self))
-        if keys not in (["first", "second"], ["contact_modulus", "shear_modulus"]):
-            raise InputError(
-                f"{' and '.join(keys) or 'nothing'} given; expected either first and second, or contact_modulus and "
-                "shear_modulus"
-            )
-
-    def pair(self) -> "MaterialPair":
-        """Build the material pair."""
-        from historysim.contact.materials import MaterialPair
-
-        if self.contact_modulus is not None and self.shear_modulus is not None:
-            with at("materials"):
-                return MaterialPair.from_moduli(contact_modulus=self.contact_modulus, shear_modulus=self.shear_modulus)
-        first, second = _material("first", self.first), _material("second", self.second)
-        with at("materials"):
-            return MaterialPair(first, second)
-
-
-def _material(key: str, entry: MaterialEntry | None) -> "Material":
-    from historysim.contact.materials import Material, material
-
-    with at("materials", key):
-        if isinstance(entry, MaterialTable):
-            return Material(**given(entry))
-        return material(str(entry))
-
-
-# -- friction --------------------------------------------------------------------------------------
-
-
-@attrs.frozen
-class Friction:
-    """``[friction]``: one coefficient, or one for each asperity."""
-
-    coefficient: Numbers
-
-
-# -- instrument ------------------------------------------------------------------------------------
-
-
-@attrs.frozen
-class InSeries:
-    """``[instrument]``: what stands between the drive and the contact."""
-
-    lateral_stiffness: Stiffness
-
-    def __attrs_post_init__(self) -> None:
-        """Check that it can be an instrument."""
-        self.instrument()
-
-    def instrument(self) -> Instrument:
-        """Build the instrument."""
-        return Instrument(self.lateral_stiffness)
-
-
-# -- adhesion --------------------------------------------------------------------------------------
-
-
-@attrs.frozen
-class Adhesion:
-    """``[adhesion]``: what says how adhesive the asperities are; the replay itself has no adhesion.
-
-    Without a work of adhesion it follows from the surface energies of the two materials (Girifalco and Good).
-    """
-
-    equilibrium_separation: Length
-    work_of_adhesion: SurfaceEnergy | None = None
-
-    def work(self, pair: "MaterialPair") -> float:
-        """Give the work of adhesion [J/m²]."""
-        if self.work_of_adhesion is not None:
-            return self.work_of_adhesion
-        from historysim.contact.adhesion import work_of_adhesion
-
-        energies = [material.surface_energy for material in (pair.first, pair.second) if material]
-        known = [energy for energy in energies if energy is not None]
-        if len(known) < 2:
-            raise misfit("missing; the materials have no surface energy to take it from", "work_of_adhesion")
-        return float(work_of_adhesion(*known))
-
-
-# -- the whole -------------------------------------------------------------------------------------
-
-
-FITTED = ("friction", "shear_modulus", "lateral_stiffness", "height_scale")
-
-
-@attrs.frozen
-class FitSection:
-    """``[fit]``: what is fitted to what was measured, and how noisy that is."""
-
-    parameters: tuple[str, ...]
-    skip: int = 0
-    displacement_noise: Length | None = None
-    load_noise: Force | None = None
-
-    def __attrs_post_init__(self) -> None:
-        """Check the names and the numbers."""
-        if not self.parameters or len(set(self.parameters)) < len(self.parameters):
-            raise misfit("expected one or more parameters, each of them once", "parameters")
-        for index, name in enumerate(self.parameters):
-            if name not in FITTED:
-                raise misfit(f"{shown(name)}; {nearest(name, FITTED)}", "parameters", index)
-        if self.skip < 0:
-            raise misfit(f"{self.skip}; expected 0 or more", "skip")
-        for key in ("displacement_noise", "load_noise"):
-            value = getattr(self, key)
-            if value is not None and value < 0:
-                raise misfit(f"{value:g}; expected 0 or more", key)
-
-
-RECORDS = ("touching", "all", "totals")
-
-
-@attrs.frozen
-class RecordSection:
-    """``[record]``: the asperities that are written out one by one."""
-
-    asperities: str | tuple[int, ...] = "touching"
-
-
-@attrs.frozen
-class Sections:
-    """A scenario file, section by section."""
-
-    materials: Materials
-    surface: SurfaceKind
-    loading: AnyLoading
-    friction: Friction | None = None
-    adhesion: Adhesion | None = None
-    instrument: InSeries | None = None
-    record: RecordSection = RecordSection()
-    fit: FitSection | None = None
-    title: str = ""
 
 
 @attrs.frozen
@@ -265,6 +71,11 @@ class Scenario:
     def instrument(self) -> Instrument:
         """The instrument in series with the contact, rigid where none is named."""
         return self.sections.instrument.instrument() if self.sections.instrument else RIGID
+
+    @property
+    def seeds(self) -> list[int]:
+        """The seeds of all that is drawn by chance, in the order in which they stand in the file."""
+        return _seeds(self.sections.surface)
 
     def ground(self) -> Ground:
         """Make the surface and its summits.
@@ -457,15 +268,7 @@ def load(path: str | os.PathLike[str]) -> Scenario:
     """
     path = Path(path)
     with reported(path.name or str(path)):
-        source = _source(path)
-        try:
-            document = tomllib.loads(source)
-        except (ValueError, RecursionError) as error:
-            raise InputError(f"is not TOML: {error}") from error
-        if not document:
-            raise InputError("is empty; expected at least [materials], [surface], [friction] and [loading]")
-        sections = _converter().structure(document, Sections)
-    return Scenario(path, source, sections)
+        return Scenario(path, *read_sections(path))
 
 
 def as_scenario(scenario: Scenario | str | os.PathLike[str]) -> Scenario:
@@ -473,47 +276,12 @@ def as_scenario(scenario: Scenario | str | os.PathLike[str]) -> Scenario:
     return scenario if isinstance(scenario, Scenario) else load(scenario)
 
 
-def _converter() -> Converter:
-    converter = schema_converter()
-    for kind, hook in (
-        (MaterialEntry | None, _material_entry),
-        (SurfaceKind, surface_from_toml),
-        (MapKind, map_from_toml),
-        (int | str | None, channel_from_toml),
-        (AnyLoading, loading_from_toml),
-        (str | tuple[int, ...], _record),
-    ):
-        converter.register_structure_hook_func(partial(eq, kind), partial(hook, converter))
-    column_hooks(converter)
-    channel_hooks(converter)
-    return converter
-
-
-def _material_entry(converter: Converter, value: object, _: object) -> MaterialEntry:
-    return converter.structure(value, MaterialTable) if isinstance(value, dict) else text(value)
-
-
-def _record(converter: Converter, value: object, _: object) -> str | tuple[int, ...]:
-    if isinstance(value, list):
-        return converter.structure(value, tuple[int, ...])
-    if not isinstance(value, str) or value not in RECORDS:
-        words = ", ".join(f'"{word}"' for word in RECORDS)
-        raise InputError(f"{shown(value)}; expected {words} or an array of indices")
-    return value
-
-
-def _source(path: Path) -> str:
-    try:
-        return path.read_bytes().decode("utf-8-sig")
-    except FileNotFoundError:
-        raise InputError(
-            f"there is no such file in {path.absolute().parent}; expected a scenario file (TOML)"
-        ) from None
-    except IsADirectoryError:
-        raise InputError("is a folder; expected a scenario file (TOML)") from None
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise InputError(f"is not UTF-8 text ({error.reason} at byte {error.start}); expected TOML") from error
-    except ValueError as error:
-        raise InputError(f"cannot be a path: {error}") from error
+def _seeds(section: Any) -> list[int]:
+    """Return the seeds of a section, and of those within it."""
+    found: list[int] = []
+    for key, value in given(section).items():
+        if key == "seed":
+            found.append(value)
+        elif attrs.has(type(value)):
+            found += _seeds(value)
+    return found

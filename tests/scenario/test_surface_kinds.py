@@ -401,6 +401,44 @@ def test_a_run_tells_what_splines_take(folder):
     assert ("note", notice) in summary(scenario.load(folder / "s.toml"))
 
 
+@pytest.mark.parametrize("name", ["random", "measured", "sum"])
+def test_a_height_scale_stretches_the_map_with_its_summits(folder, name):
+    plain, stretched = ground(folder, SECTIONS[name]), ground(folder, {**SECTIONS[name], "height_scale": 2.5})
+    mean = plain.summits.height.mean()
+    for before, after in (
+        (plain.summits.height, stretched.summits.height),
+        (plain.surface.heights, stretched.surface.heights),
+    ):
+        assert after - mean == pytest.approx(2.5 * (before - mean), rel=1e-12, abs=1e-20, nan_ok=True)
+    # each summit still lies on the map
+    top = stretched.summits.height.max()
+    assert np.abs(stretched.surface.heights - top).min() <= 1e-12 * abs(top)
+    assert stretched.surface.pixel_size == plain.surface.pixel_size
+    assert stretched.surface.periodic == plain.surface.periodic
+
+
+@pytest.mark.parametrize(
+    ("entry", "seeds"),
+    [
+        (SECTIONS["sphere"], None),
+        (SECTIONS["random"], 3),
+        (SECTIONS["gaussian statistics"], 2),
+        ({**SECTIONS["random"], "height_scale": 2.0}, 3),
+        (SECTIONS["sum"], [3, 4]),
+        ({**SECTIONS["sum"], "height_scale": 2.0}, [3, 4]),
+    ],
+)
+def test_all_seeds_are_in_the_result_and_its_log(folder, entry, seeds):
+    of = loaded(folder, entry)
+    assert of.seeds == ([] if seeds is None else [seeds] if isinstance(seeds, int) else seeds)
+    with hs.run(of.path, folder / "s.nc") as result, hs.EventLog(folder / "s.history") as log:
+        assert log.settings["seed"] == seeds
+        found = result.attrs.get("seed")
+        assert (found.tolist() if isinstance(found, np.ndarray) else found) == seeds
+    assert hs.run(of.path).attrs.get("seed") == seeds
+    assert hs.verify(folder / "s.nc")
+
+
 def test_an_interpolation_that_a_sum_cannot_have(folder):
     for keys, message in (
         ({"interpolation": "furier"}, "interpolation is 'furier'; did you mean 'fourier'?"),

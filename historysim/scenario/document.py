@@ -1,0 +1,86 @@
+"""From a TOML file to the sections of a scenario."""
+
+import tomllib
+from functools import partial
+from operator import eq
+from pathlib import Path
+
+from cattrs import Converter
+
+from historysim.basics.wording import shown
+from historysim.errors import InputError
+from historysim.scenario.columns import column_hooks
+from historysim.scenario.loading_kinds import AnyLoading, channel_hooks, loading_from_toml
+from historysim.scenario.schema import schema_converter, text
+from historysim.scenario.sections import RECORDS, MaterialEntry, MaterialTable, Sections
+from historysim.scenario.surface_kinds import (
+    MapKind,
+    SurfaceKind,
+    channel_from_toml,
+    map_from_toml,
+    surface_from_toml,
+)
+
+
+def read_sections(path: Path) -> tuple[str, Sections]:
+    """Return what stands in a file, and what that means.
+
+    Raises
+    ------
+    InputError
+        A file that cannot be read or is not TOML, or fields that cannot be used, each with its place.
+    """
+    source = _source(path)
+    try:
+        document = tomllib.loads(source)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"is not TOML: {error}") from error
+    if not document:
+        raise InputError("is empty; expected at least [materials], [surface], [friction] and [loading]")
+    return source, _converter().structure(document, Sections)
+
+
+def _converter() -> Converter:
+    converter = schema_converter()
+    for kind, hook in (
+        (MaterialEntry | None, _material_entry),
+        (SurfaceKind, surface_from_toml),
+        (MapKind, map_from_toml),
+        (int | str | None, channel_from_toml),
+        (AnyLoading, loading_from_toml),
+        (str | tuple[int, ...], _record),
+    ):
+        converter.register_structure_hook_func(partial(eq, kind), partial(hook, converter))
+    column_hooks(converter)
+    channel_hooks(converter)
+    return converter
+
+
+def _material_entry(converter: Converter, value: object, _: object) -> MaterialEntry:
+    return converter.structure(value, MaterialTable) if isinstance(value, dict) else text(value)
+
+
+def _record(converter: Converter, value: object, _: object) -> str | tuple[int, ...]:
+    if isinstance(value, list):
+        return converter.structure(value, tuple[int, ...])
+    if not isinstance(value, str) or value not in RECORDS:
+        words = ", ".join(f'"{word}"' for word in RECORDS)
+        raise InputError(f"{shown(value)}; expected {words} or an array of indices")
+    return value
+
+
+def _source(path: Path) -> str:
+    try:
+        return path.read_bytes().decode("utf-8-sig")
+    except FileNotFoundError:
+        raise InputError(
+            f"there is no such file in {path.absolute().parent}; expected a scenario file (TOML)"
+        ) from None
+    except IsADirectoryError:
+        raise InputError("is a folder; expected a scenario file (TOML)") from None
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"is not UTF-8 text ({error.reason} at byte {error.start}); expected TOML") from error
+    except ValueError as error:
+        raise InputError(f"cannot be a path: {error}") from error

@@ -1,0 +1,166 @@
+"""The sections of a scenario, one class for each: their keys, and what these must be."""
+
+from typing import TYPE_CHECKING
+
+import attrs
+
+from historysim.asperities.instrument import Instrument
+from historysim.basics.places import at, misfit
+from historysim.basics.wording import nearest, shown
+from historysim.errors import InputError
+from historysim.scenario.loading_kinds import AnyLoading
+from historysim.scenario.schema import Force, Length, Number, Numbers, Pressure, Stiffness, SurfaceEnergy, given
+from historysim.scenario.surface_kinds import SurfaceKind
+
+if TYPE_CHECKING:
+    from historysim.contact.materials import Material, MaterialPair
+
+
+@attrs.frozen
+class MaterialTable:
+    """A material that is not built in."""
+
+    name: str
+    youngs_modulus: Pressure
+    poissons_ratio: Number
+    shear_modulus: Pressure | None = None
+    surface_energy: SurfaceEnergy | None = None
+
+
+MaterialEntry = str | MaterialTable
+
+
+@attrs.frozen
+class MaterialsSection:
+    """``[materials]``: two materials, or the moduli of the pair."""
+
+    first: MaterialEntry | None = None
+    second: MaterialEntry | None = None
+    contact_modulus: Pressure | None = None
+    shear_modulus: Pressure | None = None
+
+    def __attrs_post_init__(self) -> None:
+        """Check that the pair is given in one way, and fully."""
+        keys = list(given(self))
+        if keys not in (["first", "second"], ["contact_modulus", "shear_modulus"]):
+            raise InputError(
+                f"{' and '.join(keys) or 'nothing'} given; expected either first and second, or contact_modulus and "
+                "shear_modulus"
+            )
+
+    def pair(self) -> "MaterialPair":
+        """Build the material pair."""
+        from historysim.contact.materials import MaterialPair
+
+        if self.contact_modulus is not None and self.shear_modulus is not None:
+            with at("materials"):
+                return MaterialPair.from_moduli(contact_modulus=self.contact_modulus, shear_modulus=self.shear_modulus)
+        first, second = _material("first", self.first), _material("second", self.second)
+        with at("materials"):
+            return MaterialPair(first, second)
+
+
+def _material(key: str, entry: MaterialEntry | None) -> "Material":
+    from historysim.contact.materials import Material, material
+
+    with at("materials", key):
+        if isinstance(entry, MaterialTable):
+            return Material(**given(entry))
+        return material(str(entry))
+
+
+@attrs.frozen
+class FrictionSection:
+    """``[friction]``: one coefficient, or one for each asperity."""
+
+    coefficient: Numbers
+
+
+@attrs.frozen
+class InstrumentSection:
+    """``[instrument]``: what stands between the drive and the contact."""
+
+    lateral_stiffness: Stiffness
+
+    def __attrs_post_init__(self) -> None:
+        """Check that it can be an instrument."""
+        self.instrument()
+
+    def instrument(self) -> Instrument:
+        """Build the instrument."""
+        return Instrument(self.lateral_stiffness)
+
+
+@attrs.frozen
+class AdhesionSection:
+    """``[adhesion]``: what says how adhesive the asperities are; the replay itself has no adhesion.
+
+    Without a work of adhesion it follows from the surface energies of the two materials (Girifalco and Good).
+    """
+
+    equilibrium_separation: Length
+    work_of_adhesion: SurfaceEnergy | None = None
+
+    def work(self, pair: "MaterialPair") -> float:
+        """Give the work of adhesion [J/m²]."""
+        if self.work_of_adhesion is not None:
+            return self.work_of_adhesion
+        from historysim.contact.adhesion import work_of_adhesion
+
+        energies = [material.surface_energy for material in (pair.first, pair.second) if material]
+        known = [energy for energy in energies if energy is not None]
+        if len(known) < 2:
+            raise misfit("missing; the materials have no surface energy to take it from", "work_of_adhesion")
+        return float(work_of_adhesion(*known))
+
+
+FITTED = ("friction", "shear_modulus", "lateral_stiffness", "height_scale")
+
+
+@attrs.frozen
+class FitSection:
+    """``[fit]``: what is fitted to what was measured, and how noisy that is."""
+
+    parameters: tuple[str, ...]
+    skip: int = 0
+    displacement_noise: Length | None = None
+    load_noise: Force | None = None
+
+    def __attrs_post_init__(self) -> None:
+        """Check the names and the numbers."""
+        if not self.parameters or len(set(self.parameters)) < len(self.parameters):
+            raise misfit("expected one or more parameters, each of them once", "parameters")
+        for index, name in enumerate(self.parameters):
+            if name not in FITTED:
+                raise misfit(f"{shown(name)}; {nearest(name, FITTED)}", "parameters", index)
+        if self.skip < 0:
+            raise misfit(f"{self.skip}; expected 0 or more", "skip")
+        for key in ("displacement_noise", "load_noise"):
+            value = getattr(self, key)
+            if value is not None and value < 0:
+                raise misfit(f"{value:g}; expected 0 or more", key)
+
+
+RECORDS = ("touching", "all", "totals")
+
+
+@attrs.frozen
+class RecordSection:
+    """``[record]``: the asperities that are written out one by one."""
+
+    asperities: str | tuple[int, ...] = "touching"
+
+
+@attrs.frozen
+class Sections:
+    """A scenario file, section by section."""
+
+    materials: MaterialsSection
+    surface: SurfaceKind
+    loading: AnyLoading
+    friction: FrictionSection | None = None
+    adhesion: AdhesionSection | None = None
+    instrument: InstrumentSection | None = None
+    record: RecordSection = RecordSection()
+    fit: FitSection | None = None
+    title: str = ""

@@ -1,0 +1,113 @@
+"""The kinds of ``[surface]`` in a scenario: the keys of each, and the summits that it gives."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from cattrs import Converter
+
+from historysim.basics.places import misfit
+from historysim.basics.wording import nearest, shown
+from historysim.errors import InputError
+from historysim.scenario.schema import Number, table
+from historysim.scenario.surface_kinds.base import Ground, SurfaceKind
+from historysim.scenario.surface_kinds.distributions import DistributionTable, GaussianHeights, InlineDistribution
+from historysim.scenario.surface_kinds.maps import MapKind, MeasuredMap, RandomMap, SumOfMaps
+from historysim.scenario.surface_kinds.scaled import Scaled
+from historysim.scenario.surface_kinds.summits import InlineSummits, Sphere, SummitTable, Textured
+
+__all__ = [
+    "KINDS",
+    "MAPS",
+    "Ground",
+    "MapKind",
+    "SurfaceKind",
+    "channel_from_toml",
+    "map_from_toml",
+    "surface_from_toml",
+]
+
+DEEPEST = 20
+"""Sums within sums that are followed."""
+
+Choice = Callable[[Mapping[str, Any]], type]
+
+
+def _summits(entry: Mapping[str, Any]) -> type:
+    return SummitTable if {"file", "columns"} & set(entry) else InlineSummits
+
+
+def _statistics(entry: Mapping[str, Any]) -> type:
+    if {"file", "columns"} & set(entry):
+        return DistributionTable
+    return InlineDistribution if {"density", "height", "gap"} & set(entry) else GaussianHeights
+
+
+MAPS: Mapping[str, Choice] = {
+    "random": lambda _: RandomMap,
+    "measured": lambda _: MeasuredMap,
+    "sum": lambda _: SumOfMaps,
+}
+KINDS: Mapping[str, Choice] = {
+    "sphere": lambda _: Sphere,
+    "summits": _summits,
+    "textured": lambda _: Textured,
+    "statistics": _statistics,
+    **MAPS,
+}
+
+
+def surface_from_toml(converter: Converter, value: object, _: object) -> SurfaceKind:
+    """Structure ``[surface]``.
+
+    Raises
+    ------
+    InputError
+        An unknown kind, keys that do not fit it, or sums within sums without end.
+    """
+    level, depth = _parts(value), 0
+    while level:
+        level, depth = [part for entry in level for part in _parts(entry)], depth + 1
+        if depth > DEEPEST:
+            raise InputError(f"sums within sums, more than {DEEPEST} deep; expected fewer")
+    entry = dict(table(value))
+    scale = converter.structure(entry.pop("height_scale"), Number) if "height_scale" in entry else None
+    surface: SurfaceKind = _structured(converter, entry, KINDS)
+    return surface if scale is None else Scaled(surface, scale)
+
+
+def map_from_toml(converter: Converter, value: object, _: object) -> MapKind:
+    """Structure a surface that has to be a height map; errors as for `surface_from_toml`."""
+    if "rule" in table(value):
+        raise misfit("belongs to the surface as a whole; expected it beside first and second", "rule")
+    surface: MapKind = _structured(converter, value, MAPS)
+    return surface
+
+
+def _parts(entry: object) -> list[object]:
+    """Give the two surfaces of what may be a sum."""
+    return [entry[key] for key in ("first", "second") if key in entry] if isinstance(entry, dict) else []
+
+
+def channel_from_toml(converter: Converter, value: object, _: object) -> int | str | None:
+    """Structure the number or name of a channel.
+
+    Raises
+    ------
+    InputError
+        Anything else.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | str | None):
+        raise InputError(f"{shown(value)}; expected the number of a channel, from 0, or its name")
+    return converter.structure(value, int) if isinstance(value, int) else value
+
+
+def _structured(converter: Converter, value: object, kinds: Mapping[str, Choice]) -> Any:
+    entry = dict(table(value))
+    if "kind" not in entry:
+        raise misfit(f"missing; expected one of {', '.join(kinds)}", "kind")
+    kind = entry.pop("kind")
+    if not isinstance(kind, str) or kind not in kinds:
+        # one that is known elsewhere is no slip of the pen
+        word = kind if isinstance(kind, str) and kind not in KINDS else ""
+        raise misfit(f"{shown(kind)}; {nearest(word, kinds)}", "kind")
+    return converter.structure(entry, kinds[kind](entry))

@@ -1,0 +1,117 @@
+"""Surfaces given by how their summits' heights are distributed, and how many summits there are."""
+
+import abc
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import attrs
+
+from historysim.basics.places import misfit
+from historysim.errors import InputError
+from historysim.scenario.columns import NumbersFile
+from historysim.scenario.schema import Length, Lengths, Numbers, Quantity, given
+from historysim.scenario.surface_kinds.base import Ground
+from historysim.tables import Column
+
+if TYPE_CHECKING:
+    from historysim.surfaces.distribution import HeightDistribution
+
+Area = Annotated[float, Quantity("m2")]
+SummitDensity = Annotated[float, Quantity("m-2")]
+
+
+@attrs.frozen(kw_only=True)
+class DistributedSummits(abc.ABC):
+    """So many summits per area, drawn with a seed or, without one, as quantiles."""
+
+    radius: Length
+    summit_density: SummitDensity
+    nominal_area: Area
+    seed: int | None = None
+
+    @abc.abstractmethod
+    def distribution(self, folder: Path) -> "HeightDistribution":
+        """Give the distribution of the heights."""
+
+    def ground(self, folder: Path) -> Ground:
+        """Make the summits."""
+        from historysim.basics.arguments import representable
+        from historysim.surfaces.distribution import drawn_summits, quantile_summits
+
+        amount = {"summit_density": self.summit_density, "nominal_area": self.nominal_area}
+        with representable():
+            heights = self.distribution(folder)
+            if self.seed is None:
+                return Ground(quantile_summits(heights, self.radius, **amount))
+            return Ground(drawn_summits(heights, self.radius, **amount, seed=self.seed))
+
+
+@attrs.frozen(kw_only=True)
+class GaussianHeights(DistributedSummits):
+    """Gaussian heights."""
+
+    rms_height: Length
+
+    def distribution(self, folder: Path) -> "HeightDistribution":  # noqa: ARG002 - it is in the scenario itself
+        """Give the distribution of the heights."""
+        from historysim.surfaces.distribution import Gaussian
+
+        return Gaussian(self.rms_height)
+
+
+def _tabulated(height: Any, gap: Any, density: Any) -> "HeightDistribution":
+    from historysim.surfaces.distribution import Tabulated
+
+    return Tabulated(height, density) if gap is None else Tabulated.from_gaps(gap, density)
+
+
+def _height_or_gap(self: "InlineDistribution | DensityColumns") -> None:
+    if (self.height is None) == (self.gap is None):
+        told = "neither height nor gap" if self.height is None else "both height and gap"
+        raise InputError(f"{told}; expected one of them")
+
+
+@attrs.frozen(kw_only=True)
+class InlineDistribution(DistributedSummits):
+    """A density of heights, or of gaps (0 for the summit that touches first), written out."""
+
+    height: Lengths | None = None
+    gap: Lengths | None = None
+    density: Numbers
+
+    def __attrs_post_init__(self) -> None:
+        """Check that the density is of one thing."""
+        _height_or_gap(self)
+
+    def distribution(self, folder: Path) -> "HeightDistribution":  # noqa: ARG002 - it is in the scenario itself
+        """Give the distribution of the heights."""
+        return _tabulated(self.height, self.gap, self.density)
+
+
+@attrs.frozen
+class DensityColumns:
+    """Which column of the table of a density holds what."""
+
+    density: Column
+    height: Column | None = None
+    gap: Column | None = None
+
+    def __attrs_post_init__(self) -> None:
+        """Check that the density is of one thing."""
+        _height_or_gap(self)
+
+
+@attrs.frozen(kw_only=True)
+class DistributionTable(NumbersFile, DistributedSummits):
+    """A density of heights or gaps from a file."""
+
+    columns: DensityColumns
+
+    def distribution(self, folder: Path) -> "HeightDistribution":
+        """Read the distribution of the heights."""
+        units = {"height": "m", "gap": "m", "density": "1"}
+        found = self.table(folder, given(self.columns), units).columns
+        try:
+            return _tabulated(found.get("height"), found.get("gap"), found["density"])
+        except InputError as error:
+            raise misfit(f"{self.file}: {error}", "file") from error

@@ -1,0 +1,37 @@
+"""``surface.height_scale``: any surface, stretched in height."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import attrs
+
+from historysim.basics.places import misfit
+from historysim.scenario.surface_kinds.base import Ground, SurfaceKind
+
+if TYPE_CHECKING:
+    from historysim.surfaces.heights import Surface
+
+
+def _positive(_: object, attribute: "attrs.Attribute[float]", value: float) -> None:
+    if not value > 0:
+        raise misfit(f"{value:g}; expected a number greater than 0", attribute.name)
+
+
+@attrs.frozen
+class Scaled:
+    """Any surface, with its heights stretched about the mean of its summits; the radii of the summits stay."""
+
+    kind: SurfaceKind
+    height_scale: float = attrs.field(validator=_positive)
+
+    def ground(self, folder: Path) -> Ground:
+        """Make the summits, and the map that they lie on."""
+        ground = self.kind.ground(folder)
+        mean = ground.summits.height.mean()
+        summits = ground.summits.at_heights(mean + self.height_scale * (ground.summits.height - mean))
+        surface = None if ground.surface is None else self._stretched(ground.surface, mean)
+        return attrs.evolve(ground, summits=summits, surface=surface)
+
+    def _stretched(self, surface: "Surface", mean: float) -> "Surface":
+        heights = mean + self.height_scale * (surface.heights - mean)
+        return type(surface)(heights, surface.pixel_size, surface.periodic)
