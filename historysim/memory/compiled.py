@@ -32,7 +32,7 @@ def kept(function: Any) -> Any:
     with contextlib.suppress(ImportError, AttributeError, TypeError, RuntimeError, OSError):
         from historysim.memory.cache import RoomCache
 
-        function._cache = RoomCache(function.py_func)  # noqa: SLF001 - see above
+        function._cache = RoomCache(function)  # noqa: SLF001 - see above
     return function
 
 
