@@ -1,16 +1,20 @@
-"""Kill runs (SIGKILL) at random instants, resumes among them, and check what they leave.
+"""Kill runs, resumes, appends and forks (SIGKILL) at random instants, and check what they leave.
 
-    python tests/kill_runs.py --kills 300
+    python tests/scripts/kill_runs.py --kills 1000 --cold 5
 
-After each kill the log opens and is sound, or is not there yet, and an older result is untouched. The next run resumes
-after the last snapshot, and what it ends with is the result of a run that nobody ended, bit for bit.
+After each kill the log opens and is sound, or is not there yet; events that were appended are there; and an older
+result is untouched. The next run resumes after the last snapshot, and what it ends with is the result of a run that
+nobody ended, bit for bit. A cold run has to compile its code, since none is kept; what resumes it has it.
 """
 
 import argparse
+import functools
 import os
 import re
 import shutil
 import signal
+import subprocess
+import sys
 import tempfile
 import time
 from pathlib import Path
@@ -64,20 +68,34 @@ def scenario_in(folder):
     return path
 
 
-def start(scenario, output):
-    """Run in a process of its own, forked, so that it need not import and compile again."""
+def in_a_process(action):
+    """Do something in a process of its own, forked, so that it need not import and compile again."""
     child = os.fork()
     if child:
         return child
     code = 1
     try:
-        with (output.with_suffix(".told")).open("w", encoding="utf-8", buffering=1) as told:
-            hs.run(
-                scenario, output, resume=True, snapshot_every=EVERY, tell=lambda text: print(text, file=told)
-            ).close()
+        action()
         code = 0
     finally:
         os._exit(code)
+
+
+def end(child):
+    """Kill a process; return whether it was still alive."""
+    os.kill(child, signal.SIGKILL)
+    _, status = os.waitpid(child, 0)
+    assert os.WIFSIGNALED(status) or os.WEXITSTATUS(status) == 0, status
+    return os.WIFSIGNALED(status)
+
+
+def duration_of(action):
+    began = time.perf_counter()
+    action()
+    return time.perf_counter() - began
+
+
+# -- runs and resumes -------------------------------------------------------------------------------
 
 
 def last_snapshot(log):
@@ -98,67 +116,206 @@ def check_start(told, rows):
     assert begun == rows or not text, (text, rows)
 
 
-def kill_runs(kills, folder, seed=0):
-    """Kill so many runs; return how many were completed meanwhile, and in how many stages the longest."""
-    generator = np.random.default_rng(seed)
-    scenario, output = scenario_in(folder), folder / "killed.nc"
-    log, told = output.with_suffix(".history"), output.with_suffix(".told")
-    hs.run(scenario, folder / "whole.nc").close()
-    expected = variables(folder / "whole.nc")
-    began = time.perf_counter()
-    hs.run(scenario, output, snapshot_every=EVERY).close()
-    duration = time.perf_counter() - began
-    assert variables(output) == expected
-    assert last_snapshot(log) > 0
-    done = completed = stages = most = 0
-    other = folder / "other.toml"
-    other.write_text(SCENARIO.replace("repeat = 60", "repeat = 1"), encoding="utf-8")
-    hs.run(other, folder / "older.nc").close()
-    older = (folder / "older.nc").read_bytes()
-    output.write_bytes(older)
-    log.unlink()
-    while done < kills:
-        rows = last_snapshot(log)
-        child = start(scenario, output)
-        time.sleep(generator.uniform(0.0, 1.1 * duration))
-        os.kill(child, signal.SIGKILL)
-        _, status = os.waitpid(child, 0)
-        if told.exists():
-            check_start(told, rows)
-            told.unlink()
-        assert os.WIFSIGNALED(status) or os.WEXITSTATUS(status) == 0
-        stages += 1
-        if os.WIFSIGNALED(status):
-            done += 1
-            last_snapshot(log)
-            if output.read_bytes() != older:
+class Runs:
+    """Runs over an older result, each killed and resumed until it is complete."""
+
+    def __init__(self, folder):
+        self.scenario, self.output = scenario_in(folder), folder / "killed.nc"
+        self.log, self.told = self.output.with_suffix(".history"), self.output.with_suffix(".told")
+        hs.run(self.scenario, folder / "whole.nc").close()
+        self.expected = variables(folder / "whole.nc")
+        self.duration = duration_of(lambda: hs.run(self.scenario, self.output, snapshot_every=EVERY).close())
+        assert variables(self.output) == self.expected
+        assert last_snapshot(self.log) > 0
+        other = folder / "other.toml"
+        other.write_text(SCENARIO.replace("repeat = 60", "repeat = 1"), encoding="utf-8")
+        hs.run(other, folder / "older.nc").close()
+        self.older = (folder / "older.nc").read_bytes()
+        self.completed = 0
+        self._begin()
+
+    def _begin(self):
+        self.log.unlink()
+        self.output.write_bytes(self.older)
+
+    def act(self):
+        with self.told.open("w", encoding="utf-8", buffering=1) as told:
+            tell = functools.partial(print, file=told)
+            hs.run(self.scenario, self.output, resume=True, snapshot_every=EVERY, tell=tell).close()
+
+    def before(self):
+        self.rows = last_snapshot(self.log)
+
+    def check(self, *, killed):
+        if self.told.exists():
+            check_start(self.told, self.rows)
+            self.told.unlink()
+        if killed:
+            last_snapshot(self.log)
+            if self.output.read_bytes() != self.older:
                 # killed after the result had its name
-                assert variables(output) == expected
-            continue
-        assert variables(output) == expected
-        assert not (folder / ".killed.nc.parts").exists()
-        completed, most, stages = completed + 1, max(most, stages), 0
-        log.unlink()
-        output.write_bytes(older)
-    hs.run(scenario, output, resume=True).close()
-    assert variables(output) == expected
-    return completed + 1, most
+                assert variables(self.output) == self.expected
+            return
+        assert variables(self.output) == self.expected
+        assert not (self.output.parent / ".killed.nc.parts").exists()
+        self.completed += 1
+        self._begin()
+
+    def finish(self):
+        self.before()
+        self.act()
+        self.check(killed=False)
+
+
+def kill_cold(runs, generator, folder):
+    """Kill a run that compiles its code, after some snapshot, and resume it with code that is kept."""
+    runs.before()
+    script = f"import historysim as hs; hs.run({str(runs.scenario)!r}, {str(runs.output)!r}, snapshot_every={EVERY})"
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder / "cache")}
+    with subprocess.Popen([sys.executable, "-c", script], env=environment) as run:
+        until = int(generator.integers(1, 10)) * EVERY
+        while run.poll() is None and last_snapshot(runs.log) < until:
+            time.sleep(0.001)
+        run.kill()
+        killed = run.wait() < 0
+    shutil.rmtree(folder / "cache")
+    runs.check(killed=killed)
+    if killed:
+        runs.before()
+        runs.act()
+        runs.check(killed=False)
+    return killed
+
+
+# -- appends ----------------------------------------------------------------------------------------
+
+
+class Appends:
+    """Appends to a log, in batches of many sizes; each that has returned is told."""
+
+    MOST = 3000
+
+    def __init__(self, folder):
+        self.log, self.told = folder / "grown.history", folder / "grown.told"
+        self.events = [hs.NormalLoad(float(number), 0.01 + 1e-5 * (number % 7)) for number in range(self.MOST)]
+        self.completed = 0
+        self._begin()
+        self.duration = duration_of(self.act)
+        self.check(killed=False)
+
+    def _begin(self):
+        pair = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
+        hs.EventLog.create(self.log, hs.Ensemble(pair, summit_height=0.0, summit_radius=1.0, friction=0.2)).close()
+
+    def before(self):
+        self.told.unlink(missing_ok=True)
+
+    def act(self):
+        with hs.EventLog(self.log) as log, self.told.open("a", encoding="utf-8", buffering=1) as told:
+            begun = len(log)
+            while begun < self.MOST:
+                end = min(begun + 1 + begun * 7 % 300, self.MOST)
+                log.append(self.events[begun:end])
+                begun = end
+                print(begun, file=told)
+
+    def check(self, *, killed):
+        told = self.told.read_text(encoding="utf-8").split() if self.told.exists() else []
+        with hs.EventLog(self.log) as log:
+            assert len(log) >= int(told[-1] if told else 0), "events that were appended are lost"
+            assert log.events() == self.events[: len(log)]
+            assert killed or len(log) == self.MOST
+        if not killed:
+            self.completed += 1
+            self._begin()
+
+    def finish(self):
+        self.before()
+        self.act()
+        self.check(killed=False)
+
+
+# -- forks ------------------------------------------------------------------------------------------
+
+
+class Forks:
+    """Forks of a log at two times in turn, each in place of the one before."""
+
+    TIMES = (20.25, 100.5)
+
+    def __init__(self, folder):
+        self.log, self.fork = folder / "source.history", folder / "fork.history"
+        hs.run(scenario_in(folder), folder / "source.nc").close()
+        self.content = self.log.read_bytes()
+        self.digests, self.completed = [], 0
+        for _ in self.TIMES:
+            self.before()
+            self.duration = duration_of(self.act)
+            with hs.EventLog(self.fork) as log:
+                self.digests.append(log.digest)
+            self.completed += 1
+
+    def before(self):
+        self.time = self.TIMES[self.completed % 2]
+
+    def act(self):
+        with hs.EventLog(self.log) as log:
+            log.fork(self.time, self.fork).close()
+
+    def check(self, *, killed):
+        assert self.log.read_bytes() == self.content
+        with hs.EventLog(self.fork) as log:
+            found = self.digests.index(log.digest)
+        if not killed:
+            assert self.TIMES[found] == self.time
+            self.completed += 1
+
+    def finish(self):
+        self.before()
+        self.act()
+        self.check(killed=False)
+
+
+def kill_runs(kills, folder, seed=0, *, cold=0):
+    """Kill so many processes; return how many of each kind were killed, and how many completed meanwhile."""
+    generator = np.random.default_rng(seed)
+    works = {}
+    for kind in (Runs, Appends, Forks):
+        place = folder / kind.__name__
+        place.mkdir()
+        works[kind.__name__.lower()] = kind(place)
+    killed = dict.fromkeys(works, 0)
+    while sum(killed.values()) < kills:
+        # runs have the most states to be killed in
+        name = str(generator.choice(list(works), p=(0.6, 0.3, 0.1)))
+        work = works[name]
+        work.before()
+        child = in_a_process(work.act)
+        time.sleep(generator.uniform(0.0, 1.1 * work.duration))
+        ended = end(child)
+        killed[name] += ended
+        work.check(killed=ended)
+    for work in works.values():
+        work.finish()
+    completed = {name: work.completed for name, work in works.items()}
+    killed["cold runs"] = sum(kill_cold(works["runs"], generator, folder) for _ in range(cold))
+    return killed, completed
 
 
 def main():
     """Read the arguments, and say what came out."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--kills", type=int, default=300)
+    parser.add_argument("--cold", type=int, default=1, help="also so many runs that compile their code")
     parser.add_argument("--seed", type=int, default=0)
     arguments = parser.parse_args()
     folder = Path(tempfile.mkdtemp(prefix="kill_runs."))
     began = time.perf_counter()
-    completed, most = kill_runs(arguments.kills, folder, arguments.seed)
+    killed, completed = kill_runs(arguments.kills, folder, arguments.seed, cold=arguments.cold)
     shutil.rmtree(folder)
-    print(
-        f"{arguments.kills} runs killed in {time.perf_counter() - began:.0f} s; {completed} completed, in up to {most} "
-        "stages: bit for bit those of a run that nobody ended"
-    )
+    for name, count in killed.items():
+        print(f"{name}: {count} killed" + (f", {completed[name]} completed meanwhile" if name in completed else ""))
+    print(f"{time.perf_counter() - began:.0f} s; nothing was lost, and every result is that of a run that nobody ended")
 
 
 if __name__ == "__main__":

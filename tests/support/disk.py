@@ -7,6 +7,7 @@ was synced, its bytes when it was itself.
 """
 
 import ctypes
+import functools
 import hashlib
 import itertools
 import math
@@ -20,6 +21,9 @@ import numpy as np
 
 SECTOR = 512
 ENTRY = struct.Struct("<IIQqQ")
+UNFINISHED = (".part", ".parts/result.nc")
+MOST_ONE_BY_ONE = 12
+"""Changes at a cut of which each alone may be missing, or be the only one there; of more only the names."""
 KINDS = ("mark", "open", "write", "truncate", "rename", "unlink", "make_folder", "remove_folder", "link", "sync")
 
 Disk = Mapping[str, bytes | None]
@@ -183,7 +187,7 @@ class History:
             folder = found
         return folder, name
 
-    @property
+    @functools.cached_property
     def telling_cuts(self) -> list[int]:
         """Cuts just before what makes changes safe or names others: there the most is at stake; and the end."""
         kinds = {"sync", "rename", "unlink", "link"}
@@ -232,8 +236,8 @@ class History:
         for outcome in ("size", "beginning", "end"):
             if data and outcome in data[-1].outcomes():
                 yield self.disk(cut, dict.fromkeys(loose, "whole") | {data[-1]: outcome})
-        if samples:
-            for one in loose:
+        if samples and cut in self.telling_cuts:
+            for one in loose if len(loose) <= MOST_ONE_BY_ONE else names:
                 yield self.disk(cut, {one: "whole"})
                 yield self.disk(cut, {change: "whole" for change in loose if change is not one})
             for count in range(1, len(loose)):
@@ -306,11 +310,15 @@ def put(disk: Disk, folder: Path) -> None:
 
 
 def digest(disk: Disk) -> bytes:
-    """Return what tells disks apart."""
+    """Return what tells disks apart.
+
+    A file that is unfinished by its name counts as there, whatever it holds: nobody reads it.
+    """
     found = hashlib.sha256()
     for path, content in sorted(disk.items()):
-        found.update(f"{path}\0{-1 if content is None else len(content)}\0".encode())
-        found.update(content or b"")
+        read = b"" if content is None or path.endswith(UNFINISHED) else content
+        found.update(f"{path}\0{-1 if content is None else len(read)}\0".encode())
+        found.update(read)
     return found.digest()
 
 
