@@ -60,3 +60,17 @@ class FrictionLimitError(LoadError):
             "`saturate` to hold the load at the limit"
         )
         self.request, self.limit, self.path = request, limit, path
+
+
+class CurveEndError(LoadError):
+    """A load or an approach beyond the end of the normal curve that the contact was given as.
+
+    Attributes
+    ----------
+    path : int
+        As for `FrictionLimitError`.
+    """
+
+    def __init__(self, asked: str, end: str, path: int = 0) -> None:
+        super().__init__(f"{asked} is beyond the normal curve, which ends at {end}; load less, or extend the curve")
+        self.path = path

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from historysim.asperities.ensemble import Ensemble, EnsembleState
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
-from historysim.errors import FrictionLimitError, InputError, LoadError
+from historysim.errors import CurveEndError, FrictionLimitError, InputError, LoadError
 from historysim.loads import schedule
 from historysim.loads.events import Event, as_events, time_text
 from historysim.loads.schedule import Standing, Start, Stretch
@@ -152,7 +152,7 @@ class Replay:
             state = self.ensemble.walk(
                 state, paths, rows=rows, asperities=columns, saturate=self.saturate, instrument=instrument
             )
-        except FrictionLimitError as error:
+        except (FrictionLimitError, CurveEndError) as error:
             raise LoadError(f"{self._place(stretch.event[error.path])}: {error}") from None
         if stretch.friction is None:
             return state

@@ -10,8 +10,9 @@ import numpy.typing as npt
 
 from historysim.asperities import friction as friction_laws
 from historysim.asperities.asperity import Asperity, SlipState
+from historysim.asperities.curves import NormalCurves
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
-from historysim.basics.arguments import checked, one_per
+from historysim.basics.arguments import checked, one_per, scalar
 from historysim.contact.materials import MaterialPair
 from historysim.errors import FrictionLimitError, InputError
 from historysim.memory.energy import stored_energy
@@ -114,6 +115,9 @@ class Ensemble:
     tolerance : float
         Relative change of displacement and energy at which a ramp of both loads that has to be
         refined is taken as settled (see `ramp`).
+    curves : NormalCurves, optional
+        Of patches, whose elements the summits then are; `from_normal_curves` makes both. Asperities are
+        then the patches.
 
     Raises
     ------
@@ -128,6 +132,7 @@ class Ensemble:
     x: Floats | None
     y: Floats | None
     tolerance: float
+    curves: NormalCurves | None
 
     def __init__(
         self,
@@ -139,6 +144,7 @@ class Ensemble:
         x: "npt.ArrayLike | None" = None,
         y: "npt.ArrayLike | None" = None,
         tolerance: float = 1e-6,
+        curves: NormalCurves | None = None,
     ) -> None:
         if not isinstance(pair, MaterialPair):
             raise InputError(f"pair is {pair!r}; expected a MaterialPair")
@@ -158,6 +164,7 @@ class Ensemble:
             x=None if x is None else each("x", x, count),
             y=None if y is None else each("y", y, count),
             tolerance=float(checked("tolerance", tolerance, above=0)),
+            curves=curves,
         )
 
     @classmethod
@@ -165,9 +172,83 @@ class Ensemble:
         """Make an ensemble of summits, which have ``height``, ``radius``, ``x`` and ``y`` [m]."""
         return cls(pair, summits.height, summits.radius, friction, x=summits.x, y=summits.y, **options)
 
+    @classmethod
+    def from_normal_curves(
+        cls,
+        pair: MaterialPair,
+        approach: "npt.ArrayLike",
+        load: "npt.ArrayLike",
+        area: "npt.ArrayLike | None" = None,
+        friction: float = 0.2,
+        **options: Any,
+    ) -> Self:
+        """Make an ensemble of patches of one contact, which may press on one another, of their normal curves.
+
+        Tangential loads are superpositions of normal ones, whatever the shape of the contact and however its
+        patches interact (Jäger 1998; Ciavarella 1998): exact for similar materials (Dundurs' β = 0), one direction
+        of the tangential load, and ν = 0; for other ν a small transverse slip is neglected.
+
+        Parameters
+        ----------
+        pair : MaterialPair
+            Its E*/(4 G*) turns approaches into tangential displacements.
+        approach : array_like (row)
+            Of the whole contact, from first touch at 0, ascending [m].
+        load : array_like (row) or (row, patch)
+            Normal load of each patch at that approach [N]; one column alone is the whole contact, as an
+            indentation measures it. Their sum rises ever faster; noise is smoothed (`NormalCurves.misfit`).
+        area : array_like, of the shape of ``load``, optional
+            Contact areas [m²]; without them there are no areas in the history.
+        friction : float
+            Coulomb coefficient μ ≥ 0 of the whole contact.
+        **options
+            ``x`` and ``y``, positions of the patches [m] (patch); ``highest_summit``, height of the flat at first
+            touch [m]; ``tolerance``.
+
+        Raises
+        ------
+        InputError
+            A table that no elastic contact has: the message names the row.
+        """
+        if not isinstance(pair, MaterialPair):
+            raise InputError(f"pair is {pair!r}; expected a MaterialPair")
+        places = {name: options.pop(name) for name in ("x", "y") if name in options}
+        top = scalar("highest_summit", options.pop("highest_summit", 0.0))
+        curves = NormalCurves.from_table(approach, load, area, **places)
+        radius = (0.75 * curves.weight / pair.contact_modulus) ** 2
+        return cls(pair, top - curves.label, radius, scalar("friction", friction, least=0), curves=curves, **options)
+
     def __len__(self) -> int:
-        """Return the number of asperities."""
+        """Return the number of asperities, or of patches."""
+        return self.elements if self.curves is None else len(self.curves)
+
+    @property
+    def elements(self) -> int:
+        """Number of Hertzian contacts that the memory is replayed on: of asperities, or of what carries all patches."""
         return self.summit_height.size
+
+    @property
+    def first_touch(self) -> Floats:
+        """Approach at which each asperity or patch first touches [m]."""
+        if self.curves is None:
+            return self.highest_summit - self.summit_height
+        return self.curves.first_touch
+
+    @property
+    def coordinates(self) -> dict[str, Floats]:
+        """What is known of each asperity or patch: heights, radii, friction at the start, positions."""
+        if self.curves is None:
+            known = {
+                "summit_height": self.summit_height,
+                "summit_radius": self.summit_radius,
+                "friction": self.friction,
+            }
+            places = {"x": self.x, "y": self.y}
+        else:
+            height = self.highest_summit - self.curves.first_touch
+            known = {"summit_height": height, "friction": np.full(len(self), self.friction[0])}
+            places = {"x": self.curves.x, "y": self.curves.y}
+        return known | {name: place for name, place in places.items() if place is not None}
 
     @property
     def highest_summit(self) -> float:
@@ -182,7 +263,7 @@ class Ensemble:
             vertices=np.zeros((count, FIRST_ROOM, 6)),
             depth=np.zeros(count, dtype=np.int64),
             steep=np.zeros(count, dtype=np.bool_),
-            dissipated=np.zeros(len(self)),
+            dissipated=np.zeros(self.elements),
             now=np.zeros(7),
         )
         return EnsembleState(contact, order, memory, self._units())
@@ -258,7 +339,7 @@ class Ensemble:
             See `friction.coulomb`, or what is no instrument.
         """
         held = _compliance(instrument, state.units) > 0 or state.tangential_control == LOAD
-        coefficients = friction_laws.coulomb(friction, len(self))
+        coefficients = self._coefficients(friction)
         force = state.memory.now[TANGENTIAL_LOAD]
         state = self._regroup(state, coefficients)
         memory = change_friction(state.contact, copied(state.memory), coefficients[_leaders(state)])
@@ -296,23 +377,29 @@ class Ensemble:
 
         Raises
         ------
-        FrictionLimitError
+        FrictionLimitError, CurveEndError
             With the position of the path that cannot be walked.
         InputError
             What is no instrument.
         """
         units = state.units
+        chosen = np.asarray(asperities, dtype=np.int64)
         if rows is None:
             rows = room(0, 0)
             paths = paths._replace(parts=np.ones_like(paths.parts), recorded=np.zeros_like(paths.recorded))
-        position = np.empty(len(self), dtype=np.int64)
-        position[state.order] = np.arange(len(self))
+        walked = rows
+        if self.curves is not None:
+            self.curves.check_reach(paths)
+            patches, chosen = chosen, np.arange(self.elements)
+            walked = room(len(rows.totals), self.elements)
+        position = np.empty(self.elements, dtype=np.int64)
+        position[state.order] = np.arange(self.elements)
         memory, path, request, limit = walk_paths(
             state.contact,
             copied(state.memory),
             _scaled(paths, units),
-            rows,
-            position[np.asarray(asperities, dtype=np.int64)],
+            walked,
+            position[chosen],
             units,
             saturate,
             self.tolerance,
@@ -320,6 +407,8 @@ class Ensemble:
         )
         if path >= 0:
             raise FrictionLimitError(request * units.load, limit * units.load, path)
+        if self.curves is not None:
+            self.curves.project(walked, float(state.contact.friction[0]), patches, rows)
         return attrs.evolve(
             state,
             memory=memory,
@@ -342,6 +431,11 @@ class Ensemble:
         InputError
             An index that the ensemble does not have.
         """
+        if self.curves is not None:
+            raise InputError(
+                "a patch of a normal curve is no asperity with a radius of its own; expected an ensemble of summits. "
+                "A replay records the loads and areas of the patches"
+            )
         if not 0 <= index < len(self):
             raise InputError(f"asperity {index} does not exist; expected an index from 0 to {len(self) - 1}")
         position = int(np.flatnonzero(state.order == index)[0])
@@ -374,6 +468,12 @@ class Ensemble:
             ),
         )
 
+    def _coefficients(self, friction: npt.ArrayLike) -> Floats:
+        """Friction coefficients of all elements, of which patches of one contact have one alone."""
+        if self.curves is not None:
+            friction = scalar("friction of patches that share a contact", friction)
+        return friction_laws.coulomb(friction, self.elements)
+
     def _units(self) -> Units:
         length = radius = float(self.summit_radius.max())
         load = 4.0 / 3.0 * self.pair.contact_modulus * length**2
@@ -393,6 +493,8 @@ class Ensemble:
         scale = self.summit_radius.max()
         gap = (self.summit_height.max() - self.summit_height) / scale
         weight = np.sqrt(self.summit_radius / scale)
+        if self.curves is not None:
+            weight = np.copysign(weight, self.curves.weight)
         smallest = np.full(group.max() + 1, np.inf)
         np.minimum.at(smallest, group, gap)
         order = np.lexsort((gap, group, smallest[group]))
@@ -410,12 +512,12 @@ class Ensemble:
 
     def _regroup(self, state: EnsembleState, friction: Floats) -> EnsembleState:
         """Split groups whose asperities no longer share a coefficient; each part keeps what the group remembers."""
-        old_group = np.empty(len(self), dtype=np.int64)
+        old_group = np.empty(self.elements, dtype=np.int64)
         old_group[state.order] = np.repeat(np.arange(state.contact.friction.size), np.diff(state.contact.first))
         contact, order = self._contact(state.contact.friction[old_group], friction_laws.groups(old_group, friction))
         if contact.friction.size == state.contact.friction.size:
             return state
-        dissipated = np.empty(len(self))
+        dissipated = np.empty(self.elements)
         dissipated[state.order] = state.memory.dissipated
         leader = contact.first[:-1]
         parent = old_group[order[leader]]

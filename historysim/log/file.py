@@ -349,7 +349,7 @@ def checked_events(head: Head, events: Sequence[Event], before: Sequence[Event] 
             f"{time_text(before[-1].time)}; expected later ones: what a log holds does not change; historysim fork "
             "copies the past up to a time, for another future"
         )
-    count = head.arrays["summit_height"].size
+    count = len(head.ensemble)
     for index, event in enumerate(events):
         friction = event.friction if isinstance(event, FrictionChange) else 0.0
         if isinstance(friction, tuple) and len(friction) not in {1, count}:

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim._version import __version__
+from historysim.asperities.curves import NormalCurves
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.contact.materials import MaterialPair
@@ -23,8 +24,10 @@ from historysim.replay import Replay
 Array = npt.NDArray[Any]
 
 FORMAT = 1
+FORMAT_OF_CURVES = 2
+"""Form of a log whose asperities are patches of normal curves, which earlier versions would take for summits."""
 OF_THE_ENSEMBLE = ("summit_height", "summit_radius", "friction", "x", "y")
-SURFACE = "surface."
+SURFACE, CURVES = "surface.", "curves."
 
 
 # slots would leave no room for what is computed once
@@ -62,9 +65,11 @@ class Head:
     ) -> Self:
         """Put a head together; parameters as for `historysim.replay`, and the surface group of the result."""
         arrays = {name: getattr(ensemble, name) for name in OF_THE_ENSEMBLE}
+        curves = {} if ensemble.curves is None else ensemble.curves.arrays
+        arrays |= {f"{CURVES}{name}": values for name, values in curves.items()}
         arrays |= {f"{SURFACE}{name}": values for name, values in (surface or {}).items()}
         settings = {
-            "format": FORMAT,
+            "format": FORMAT_OF_CURVES if curves else FORMAT,
             "historysim_version": __version__,
             "made_with": made_with(),
             "scenario": scenario,
@@ -104,7 +109,9 @@ class Head:
         pair = MaterialPair.from_moduli(
             contact_modulus=self.settings["contact_modulus"], shear_modulus=self.settings["shear_modulus"]
         )
-        return Ensemble(pair, **own, tolerance=self.settings["tolerance"])
+        given = {name.removeprefix(CURVES): values for name, values in self.arrays.items() if name.startswith(CURVES)}
+        curves = NormalCurves(**given) if given else None
+        return Ensemble(pair, **own, tolerance=self.settings["tolerance"], curves=curves)
 
     @property
     def instrument(self) -> Instrument:
@@ -154,7 +161,10 @@ def head_from(text: str, arrays: Mapping[str, Array]) -> Head:
         A form that this version does not know.
     """
     settings = json.loads(text)
-    if not isinstance(settings, dict) or settings.get("format") != FORMAT:
+    if not isinstance(settings, dict) or settings.get("format") not in {FORMAT, FORMAT_OF_CURVES}:
         form = settings.get("format") if isinstance(settings, dict) else settings
-        raise InputError(f"is a log of form {form!r}; expected {FORMAT}; a later version of historysim has written it")
+        raise InputError(
+            f"is a log of form {form!r}; expected {FORMAT} or {FORMAT_OF_CURVES}; a later version of historysim "
+            "has written it"
+        )
     return Head(settings, arrays)

@@ -112,7 +112,7 @@ def unpacked(ensemble: Ensemble, content: bytes) -> EnsembleState:
 
 def _state(ensemble: Ensemble, kept: dict[str, Any]) -> EnsembleState:
     beginning = ensemble.initial_state()
-    gap, weight = np.empty(len(ensemble)), np.empty(len(ensemble))
+    gap, weight = np.empty(ensemble.elements), np.empty(ensemble.elements)
     gap[beginning.order], weight[beginning.order] = beginning.contact.gap, beginning.contact.weight
     order, depth = kept["order"], kept["depth"]
     vertices = np.zeros((depth.size, max(int(depth.max(initial=0)), 1) + 2, beginning.memory.vertices.shape[2]))

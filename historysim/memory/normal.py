@@ -44,7 +44,8 @@ def load_at(gap: Floats, weight: Floats, approach: float) -> tuple[float, float]
 def label_at(gap: Floats, weight: Floats, total: float, guess: float, rigid: float, compliance: float) -> float:
     """Label a at which rigid·(a - h) + compliance·P(a), with the smallest gap h, is a total.
 
-    Asperities stand in ascending gap. Newton on the power 2/3, bracketed.
+    Asperities stand in ascending gap. Newton on the power 2/3, bracketed. Weights may be negative where their sum
+    still rises with the approach (see `historysim.asperities.curve_fitting`).
     """
     low = gap[0]
     if total <= 0.0:
@@ -63,6 +64,9 @@ def label_at(gap: Floats, weight: Floats, total: float, guess: float, rigid: flo
             return approach
         if present < total:
             low = approach
+            if low == high and present < 0.999 * total:
+                # elements of negative weight have taken from what the deepest alone would carry
+                high += high - gap[0]
         else:
             high = approach
         step = 1.5 * present / slope * math.expm1(math.log1p((total - present) / present) * (2.0 / 3.0))

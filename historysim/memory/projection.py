@@ -114,7 +114,7 @@ def project(
         own = approach - gap[i]
         x = math.sqrt(own)
         load = weight[i] * own * x
-        limit = friction * load
+        limit = friction * abs(load)
         slip = 1.0 * PARTIAL_SLIP if boundary > gap[i] else 1.0 * GROSS_SLIP
         force[i] = min(max(force[i] + slope * load, -limit), limit)
         normal[i] = load

@@ -17,7 +17,7 @@ from historysim.basics.files import replacing
 from historysim.errors import InputError
 from historysim.memory.rows import Rows
 from historysim.recording.recorder import Recorder, coordinates_of
-from historysim.recording.variables import COORDINATES, PER_ASPERITY, Variable
+from historysim.recording.variables import COORDINATES, Variable
 
 if TYPE_CHECKING:
     import netCDF4
@@ -52,7 +52,7 @@ class FileRecorder(Recorder):
             self.file.createDimension("asperity", self.columns)
         fixed = coordinates_of(self.ensemble, self.asperities)
         declared = [variable for variable, _ in fixed]
-        declared += [COORDINATES[0], *self.totals, *(PER_ASPERITY if self.asperities is not None else ())]
+        declared += [COORDINATES[0], *self.totals, *self.per_asperity]
         auxiliary = [variable.name for variable in declared if variable in COORDINATES and variable.name != "asperity"]
         for variable in declared:
             made = self.file.createVariable(

@@ -1,6 +1,7 @@
 """Take the rows of a replay: which asperities, projected onto which variables, and where they go."""
 
 import abc
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, final
 
@@ -26,7 +27,7 @@ from historysim.memory.rows import (
     ROW_TANGENTIAL,
     Rows,
 )
-from historysim.recording.variables import BEHIND_A_SPRING, COORDINATES, PER_ASPERITY, TOTALS, Variable
+from historysim.recording.variables import BEHIND_A_SPRING, COORDINATES, PER_ASPERITY, PER_PATCH, TOTALS, Variable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,8 +60,7 @@ def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selec
         if record == "all":
             return np.arange(len(ensemble))
         if record == "touching":
-            gap = ensemble.highest_summit - ensemble.summit_height
-            return np.flatnonzero(gap < largest_approach(ensemble, events))
+            return np.flatnonzero(ensemble.first_touch < largest_approach(ensemble, events))
         raise InputError(f"record is {record!r}; expected 'touching', 'all', 'totals' or a list of asperity indices")
     try:
         given = np.asarray(record)
@@ -119,7 +119,21 @@ class Recorder(abc.ABC):
     @property
     def totals(self) -> tuple[Variable, ...]:
         """Variables along ``step`` alone."""
-        return TOTALS if self.instrument.rigid else (*TOTALS, *BEHIND_A_SPRING)
+        totals = TOTALS if self.instrument.rigid else (*TOTALS, *BEHIND_A_SPRING)
+        return totals if self._has_areas else tuple(total for total in totals if total.name != "real_contact_area")
+
+    @property
+    def per_asperity(self) -> tuple[Variable, ...]:
+        """Variables along ``step`` and ``asperity``; patches have areas, and no share of the energy that is exact."""
+        if self.asperities is None:
+            return ()
+        if self.ensemble.curves is None:
+            return PER_ASPERITY
+        return PER_PATCH if self._has_areas else tuple(one for one in PER_PATCH if one.units != "m2")
+
+    @property
+    def _has_areas(self) -> bool:
+        return self.ensemble.curves is None or self.ensemble.curves.area is not None
 
     @abc.abstractmethod
     def blank(self, count: int) -> Rows:
@@ -147,10 +161,16 @@ class Recorder(abc.ABC):
             "drive_displacement": self.instrument.drive_displacement(displacement, load),
         }
         projected = [(variable, values[variable.name].astype(variable.dtype)) for variable in self.totals]
-        if self.asperities is not None:
-            arrays = (rows.normal_load, rows.tangential_load, rows.contact_radius, rows.stick_radius)
-            projected += zip(PER_ASPERITY, (*arrays, rows.slip_state, rows.dissipated), strict=True)
-        return projected
+        return projected + [(variable, _of_each(variable.name, rows)) for variable in self.per_asperity]
+
+
+def _of_each(name: str, rows: Rows) -> Array:
+    """Values of a variable of each asperity."""
+    if name.endswith("_area"):
+        radius: Array = getattr(rows, name.replace("_area", "_radius"))
+        return math.pi * radius**2
+    values: Array = getattr(rows, {"dissipated_energy": "dissipated"}.get(name, name))
+    return values
 
 
 @final
@@ -221,7 +241,6 @@ def coordinates_of(ensemble: Ensemble, asperities: npt.NDArray[np.int64] | None)
     """Coordinates along ``asperity``, with their values."""
     if asperities is None:
         return []
-    sources = {variable.name: getattr(ensemble, variable.name, None) for variable in COORDINATES[2:]}
-    values = {"asperity": asperities}
-    values |= {name: source[asperities] for name, source in sources.items() if source is not None}
+    values: dict[str, Array] = {"asperity": asperities}
+    values |= {name: source[asperities] for name, source in ensemble.coordinates.items()}
     return [(variable, values[variable.name]) for variable in COORDINATES if variable.name in values]

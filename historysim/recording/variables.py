@@ -90,6 +90,15 @@ PER_ASPERITY = (
     Variable("dissipated_energy", _BOTH, "J", "energy dissipated by friction since the start"),
 )
 
+PER_PATCH = (
+    Variable("normal_load", _BOTH, "N", "normal load of the patch"),
+    Variable("tangential_load", _BOTH, "N", "tangential load of the patch"),
+    Variable("contact_area", _BOTH, "m2", "contact area of the patch"),
+    Variable("stick_area", _BOTH, "m2", "area of the patch that sticks"),
+    Variable("slip_state", _BOTH, "", "slip state", "int8", _SLIP_FLAGS),
+)
+"""What there is of the patches of a contact that is given by its normal curves, in place of `PER_ASPERITY`."""
+
 SURFACE = (
     Variable("x", ("x",), "m", "position along x"),
     Variable("y", ("y",), "m", "position along y"),

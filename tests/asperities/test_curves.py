@@ -1,0 +1,198 @@
+import numpy as np
+import pytest
+
+import historysim as hs
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
+APPROACH = np.linspace(0.0, 0.1, 41)
+HERTZ = 4 / 3 * APPROACH**1.5
+EVENTS = [
+    hs.NormalLoad(0, 0.01),
+    hs.TangentialLoad(1, 0.003),
+    hs.TangentialLoad(2, -0.002),
+    hs.NormalLoad(3, 0.02),
+    hs.TangentialLoad(4, 0.004),
+    hs.NormalLoad(5, 0.012),
+]
+
+
+def pressing(approach):
+    """Loads of two contacts that soften each other: they stiffen less than any sum of balls."""
+    load = approach**1.5 / 1.5 - 0.8 * approach**2 / 2
+    return np.stack([0.7 * load, 0.3 * load], axis=1)
+
+
+def random_moves(rng, approach, count=30):
+    events = []
+    for time in range(count):
+        events += [
+            hs.NormalDisplacement(time, approach * rng.uniform(-0.1, 1)),
+            hs.TangentialDisplacement(time, approach * rng.uniform(-0.5, 0.5)),
+        ]
+    return events
+
+
+def worst(first, second, name):
+    return float(np.abs(first[name].values - second[name].values).max() / np.abs(first[name].values).max())
+
+
+@pytest.fixture(scope="module")
+def asperities():
+    rng = np.random.default_rng(1)
+    height, radius = -np.abs(rng.normal(size=60)) * 0.02, rng.uniform(0.5, 1.0, 60)
+    return hs.Ensemble(PAIR, height - height.max(), radius, friction=0.5)
+
+
+@pytest.fixture(scope="module")
+def tabulated(asperities):
+    approach = np.linspace(0.0, 0.08, 61)
+    depth = np.clip(approach[:, None] + asperities.summit_height, 0, None)
+    load, area = 4 / 3 * np.sqrt(asperities.summit_radius) * depth**1.5, np.pi * asperities.summit_radius * depth
+    return hs.Ensemble.from_normal_curves(PAIR, approach, load, area, friction=0.5)
+
+
+def test_hertz_as_a_table_is_hertz():
+    table = hs.Ensemble.from_normal_curves(PAIR, APPROACH, HERTZ, np.pi * APPROACH, friction=0.5)
+    assert table.elements == 1
+    assert table.curves.error() < 1e-9
+    given = hs.replay(table, EVENTS, substeps=5)
+    expected = hs.replay(hs.Ensemble(PAIR, 0.0, 1.0, friction=0.5), EVENTS, substeps=5)
+    for name in set(given.data_vars) & set(expected.data_vars):
+        np.testing.assert_allclose(given[name], expected[name], rtol=1e-9, atol=1e-15, err_msg=name)
+    np.testing.assert_allclose(given["stick_area"], np.pi * expected["stick_radius"] ** 2, atol=1e-12)
+
+
+def test_an_ensemble_as_tables_is_the_ensemble(asperities, tabulated):
+    events = random_moves(np.random.default_rng(2), 0.07)
+    expected = hs.replay(asperities, events, substeps=4, record="all")
+    given = hs.replay(tabulated, events, substeps=4, record="all")
+    assert tabulated.curves.error() < 2e-4
+    for name in ("total_normal_load", "total_tangential_load", "total_dissipated_energy", "real_contact_area"):
+        assert worst(expected, given, name) < 3e-4, name
+    for name in ("normal_load", "tangential_load"):
+        assert worst(expected, given, name) < 2e-3, name
+    assert (expected["slip_state"] != given["slip_state"]).mean() < 0.1
+
+
+def test_loads_of_patches_add_up_and_keep_within_the_limit(tabulated):
+    given = hs.replay(tabulated, random_moves(np.random.default_rng(3), 0.08), substeps=4, record="all")
+    for name in ("normal_load", "tangential_load"):
+        total = given[f"total_{name}"]
+        assert np.abs(given[name].sum("asperity") - total).max() < 2e-4 * np.abs(total).max()
+    assert bool((np.abs(given["tangential_load"]) <= 0.5 * given["normal_load"] * (1 + 1e-12)).all())
+    np.testing.assert_allclose(given["contact_area"].sum("asperity"), given["real_contact_area"], rtol=1e-12)
+    assert bool((given["stick_area"] <= given["contact_area"] * (1 + 1e-12)).all())
+
+
+def test_contacts_that_press_on_one_another_obey_the_superposition():
+    load = pressing(APPROACH)
+    table = hs.Ensemble.from_normal_curves(PAIR, APPROACH, load, friction=0.5)
+    assert (table.curves.weight < 0).any()
+    assert table.curves.misfit < 1e-6
+    depth, moved = 0.08, 0.01
+    state = table.advance(table.initial_state(), normal_displacement=depth)
+    state = table.advance(state, tangential_displacement=moved)
+    # T = μ [P(d) - P(d - U/(θμ))] for virgin loading, whatever the contact
+    first = pressing(np.array([depth])).sum() - pressing(np.array([depth - moved / 0.5])).sum()
+    assert state.tangential_load == pytest.approx(0.5 * first, rel=1e-5)
+    back = table.advance(state, tangential_displacement=-0.005)
+    half = pressing(np.array([depth])).sum() - pressing(np.array([depth - 0.015 / 2 / 0.5])).sum()
+    assert back.tangential_load == pytest.approx(0.5 * first - 2 * 0.5 * half, rel=1e-5)
+
+
+def test_friction_takes_energy_whatever_the_curve():
+    table = hs.Ensemble.from_normal_curves(PAIR, APPROACH, pressing(APPROACH), friction=0.5)
+    history = hs.replay(table, random_moves(np.random.default_rng(4), 0.09), substeps=4)
+    energy = history["total_dissipated_energy"].values
+    assert np.diff(energy).min() > -1e-9 * energy[-1]
+    assert "dissipated_energy" not in history
+    assert "real_contact_area" not in history
+
+
+def test_an_approach_is_found_beyond_what_the_first_element_alone_would_carry():
+    table = hs.Ensemble.from_normal_curves(PAIR, APPROACH, pressing(APPROACH), friction=0.5)
+    for approach in (0.01, 0.05, 0.0999):
+        load = pressing(np.array([approach])).sum()
+        assert table.approach_at(load) == pytest.approx(approach, rel=1e-5)
+
+
+def test_a_measured_curve_is_smoothed_and_its_misfit_told():
+    noise = 2e-3 * HERTZ[-1] * np.random.default_rng(5).normal(size=APPROACH.size)
+    load = HERTZ + noise
+    table = hs.Ensemble.from_normal_curves(PAIR, APPROACH[1:], np.abs(load[1:]), friction=0.5)
+    assert 1e-4 < table.curves.misfit < 1e-2
+    loads = [hs.NormalLoad(0, 0.9 * HERTZ[-1]), hs.TangentialDisplacement(1, 0.01)]
+    expected = hs.replay(hs.Ensemble(PAIR, 0.0, 1.0, friction=0.5), loads)
+    given = hs.replay(table, loads)
+    assert worst(expected, given, "total_tangential_load") < 0.02
+
+
+def test_first_touch_and_count_of_patches():
+    load = np.stack([HERTZ, np.clip(APPROACH - 0.05, 0, None) ** 1.5], axis=1)
+    table = hs.Ensemble.from_normal_curves(PAIR, APPROACH, load, friction=0.5, x=[0, 1], y=[0, 0])
+    np.testing.assert_allclose(table.first_touch, [0.0, 0.05])
+    history = hs.replay(table, [hs.NormalDisplacement(0, 0.04), hs.NormalDisplacement(1, 0.09)], record="all")
+    assert history["contact_count"].values.tolist() == [1, 2]
+    assert history["slip_state"].values.tolist() == [[1, 0], [1, 1]]
+    assert history["normal_load"].values[0, 1] == 0.0
+    assert history["x"].values.tolist() == [0, 1]
+
+
+def test_a_log_of_curves_makes_the_same_again(tmp_path, tabulated):
+    events = random_moves(np.random.default_rng(6), 0.07, 8)
+    expected = hs.replay(tabulated, events)
+    with hs.EventLog.create(tmp_path / "a.history", tabulated, events) as log:
+        given = log.replay()
+        state = log.state(at=3.5)
+        log.fork(4.0, tmp_path / "b.history").close()
+    for name in expected.data_vars:
+        np.testing.assert_array_equal(given[name], expected[name], err_msg=str(name))
+    assert state.normal_load > 0
+    result = hs.run(tmp_path / "a.history", tmp_path / "a.nc", snapshot_every=3)
+    np.testing.assert_array_equal(result["tangential_load"], expected["tangential_load"])
+    result.close()
+
+
+def rising(**change):
+    table = {"approach": APPROACH, "load": HERTZ, **change}
+    return hs.Ensemble.from_normal_curves(PAIR, **table, friction=0.5)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"load": np.sqrt(APPROACH)}, "not convex.*expected a load that rises ever faster"),
+        ({"load": HERTZ * np.nan}, r"load\[0\] is nan"),
+        ({"approach": APPROACH[::-1]}, "approach is .* expected a value above the one before it"),
+        ({"approach": APPROACH[:3], "load": HERTZ[:3]}, "2 rows with a load; expected 4 or more"),
+        ({"load": HERTZ[:5]}, r"load has shape \(5,\) for 41 approaches"),
+        ({"approach": np.ones((2, 2))}, "approach has shape"),
+        ({"load": np.clip(HERTZ - 0.01, 0, None)}, "load is 0 in row 0.*take the approach from first touch"),
+        ({"load": np.stack([HERTZ, -HERTZ / 2], axis=1)}, "in row 39 of patch 1; expected 0 or more"),
+        ({"load": np.stack([HERTZ, np.sin(40 * APPROACH) ** 2 * 0.01], axis=1)}, "load of patch 1 falls"),
+        ({"area": np.ones((41, 3))}, "area has 3 columns and load 1"),
+        ({"load": "stiff"}, "load is 'stiff'"),
+    ],
+)
+def test_tables_that_no_contact_has_are_refused(change, message):
+    with pytest.raises(hs.InputError, match=message):
+        rising(**change)
+
+
+def test_a_load_beyond_the_table_is_refused():
+    table = rising()
+    with pytest.raises(
+        hs.LoadError, match=r"a normal load of 1 N is beyond the normal curve, which ends at 0.0421637 N"
+    ):
+        table.advance(table.initial_state(), normal_load=1.0)
+    with pytest.raises(hs.LoadError, match=r"an approach of 0.2 m is beyond"):
+        table.advance(table.initial_state(), normal_displacement=0.2)
+    with pytest.raises(hs.LoadError, match=r"event 1 at t = 2 s: a normal load of 1 N"):
+        hs.replay(table, [hs.NormalLoad(0, 0.01), hs.NormalLoad(2, 1.0)])
+
+
+def test_patches_share_one_friction_and_are_no_asperities(tabulated):
+    with pytest.raises(hs.InputError, match="one number"):
+        tabulated.advance(tabulated.initial_state(), normal_load=0.01, friction=[0.1] * 60)
+    with pytest.raises(hs.InputError, match="no asperity with a radius"):
+        tabulated.asperity(0, tabulated.initial_state())
