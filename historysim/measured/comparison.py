@@ -36,7 +36,7 @@ class Comparison:
 
     @classmethod
     def of(cls, observation: Observation, passage: Passage, instrument: Instrument = RIGID) -> "Comparison":
-        """Set a model beside a measurement.
+        """Return a model beside a measurement.
 
         Parameters
         ----------

@@ -125,7 +125,7 @@ def remove_drift(
 
 
 def offset_of_cycles(values: npt.ArrayLike, *, dead_band: float, skip: int = 0) -> Estimate:
-    """Estimate the zero offset of a channel that swings evenly about zero: the mean of the midpoints of its cycles.
+    """Return the zero offset of a channel that swings evenly about zero: the mean of the midpoints of its cycles.
 
     The midpoint of a cycle is half way between its maximum and its minimum, two successive reversals; each reversal
     belongs to one cycle. A friction force with stick-slip or overshoot has uneven extremes: take its zero from
@@ -156,7 +156,7 @@ def offset_of_cycles(values: npt.ArrayLike, *, dead_band: float, skip: int = 0) 
 
 
 def drift_of_cycles(time: npt.ArrayLike, values: npt.ArrayLike, *, dead_band: float, skip: int = 0) -> Estimate:
-    """Estimate the linear drift of a channel that swings with a constant amplitude.
+    """Return the linear drift of a channel that swings with a constant amplitude.
 
     It is the slope of the least-squares line through the midpoints of its cycles, as in `offset_of_cycles`, over the
     mean times of their two reversals.

@@ -6,6 +6,8 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
+from historysim.basics.units import duration_text, range_text
+from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.loads.events import LOAD_KINDS, Event
 from historysim.measured.reduction import check_order, kept_points
@@ -47,6 +49,14 @@ class Measurement:
     reduced: bool = False
     remarks: tuple[tuple[str, str], ...] = ()
     row: Integers | None = None
+
+    def __repr__(self) -> str:
+        count, length = counted(self.time.size, "sample", "samples"), duration_text(float(np.ptp(self.time)))
+        channels = [
+            f"{name} {range_text(float(values.min()), float(values.max()), LOAD_KINDS[name].unit)}"
+            for name, values in {**self.channels, **self.response}.items()
+        ]
+        return f"<Measurement: {', '.join([f'{count} over {length}', *channels])}>"
 
     def __getitem__(self, name: str) -> Floats:
         """Return a channel, replayed or measured beside.
@@ -119,7 +129,7 @@ class Measurement:
             )
 
     def place(self, sample: int) -> str:
-        """Say where a sample stood in its file."""
+        """Return where a sample stood in its file, as a text."""
         if self.row is None:
             return f"the sample at t = {self.time[sample]:.9g} s"
         return f"line {self.row[sample]}"

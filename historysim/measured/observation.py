@@ -19,7 +19,7 @@ from historysim.loads.samples import SampledLoads
 from historysim.measured.loops import Loops
 from historysim.measured.measurement import Measurement
 from historysim.measured.reduction import turning_points
-from historysim.measured.splitting import NoLoopError, loop_dead_band, loops_of_measurement
+from historysim.measured.splitting import NoLoopError, check_skip, loop_dead_band, loops_of_measurement
 from historysim.memory.rows import ROW_LIMIT, ROW_STIFFNESS, ROW_TANGENTIAL
 from historysim.recording.recorder import DatasetRecorder
 from historysim.replay import Replay
@@ -119,8 +119,9 @@ def observe(
     measurement.check_pressed()
     dead_band = loop_dead_band(displacement, measurement.dead_band.get("tangential_displacement"))
     turns = turning_points(displacement, dead_band)
+    skip = check_skip(skip)
     start = 1 + 2 * skip if skip else 0
-    if not skip >= 0 or start >= turns.size - 1:
+    if start >= turns.size - 1:
         raise InputError(
             f"{skip} loops are to be skipped, and the record has {max(turns.size - 2, 0) // 2}; expected fewer"
         )
@@ -170,7 +171,7 @@ class Passage:
 
 
 def passed(ensemble: Ensemble, instrument: Instrument, observation: Observation, shifts: npt.ArrayLike = ()) -> Passage:
-    """Walk a model along an observation.
+    """Return what a model does along an observation.
 
     Parameters
     ----------
@@ -210,7 +211,7 @@ def passed(ensemble: Ensemble, instrument: Instrument, observation: Observation,
 
 
 def _stiffest(displacement: Floats, stiffness: Floats, reach: float) -> Floats:
-    """Give the greatest stiffness at each sample, the one before it, and those before it within reach."""
+    """Return the greatest stiffness at each sample, the one before it, and those before it within reach."""
     found = stiffness.copy()
     for back in range(1, min(displacement.size, MOST_BACK)):
         near = np.abs(displacement[back:] - displacement[:-back]) <= (math.inf if back == 1 else reach)
@@ -221,7 +222,7 @@ def _stiffest(displacement: Floats, stiffness: Floats, reach: float) -> Floats:
 
 
 def _load_steps(normal_load: Floats) -> Integers:
-    """Give the samples between which the normal load changes by much more than its noise."""
+    """Return the samples between which the normal load changes by much more than its noise."""
     change = np.abs(np.diff(normal_load))
     before = np.flatnonzero(change > max(10 * noise_of(normal_load), 1e-2 * float(np.ptp(normal_load))))
     steps: Integers = np.union1d(before, before + 1)

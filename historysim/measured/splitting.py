@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import scalar
+from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.measured.definitions import DEFAULT, Definitions, FirstLoad, LastPart
 from historysim.measured.loops import BRANCH_QUANTITIES, Loops, Trace
@@ -188,17 +189,30 @@ def _trace(
     return Trace(times, moved, load, channel("normal_load", given, moved.size))
 
 
+def check_skip(skip: float) -> int:
+    """Return how many loops are left out at the start.
+
+    Raises
+    ------
+    InputError
+        Not a whole number of 0 or more.
+    """
+    count = scalar("skip", skip)
+    if count % 1 or count < 0:
+        raise InputError(f"skip is {count:g}; expected a whole number of loops to leave out, 0 or more")
+    return int(count)
+
+
 def _kept_loops(count: int, skip: float, dead_band: float) -> Integers:
     """Return the numbers of the loops that are not skipped."""
-    if scalar("skip", skip) % 1 or skip < 0:
-        raise InputError(f"skip is {skip:g}; expected a whole number of loops to leave out, 0 or more")
-    if skip >= count:
-        skipped = f", of which {skip:g} are to be skipped" if skip else ""
+    first = check_skip(skip)
+    if first >= count:
+        skipped = f", of which {first:,} are to be skipped" if first else ""
         raise NoLoopError(
-            f"the record has {count:,} whole {'loop' if count == 1 else 'loops'} at a dead band of {dead_band:g} m"
+            f"the record has {counted(count, 'whole loop', 'whole loops')} at a dead band of {dead_band:g} m"
             f"{skipped}; expected one or more to be left: lower dead_band or skip, or take a longer record"
         )
-    return np.arange(int(skip), count)
+    return np.arange(first, count)
 
 
 def _left_out(ends: Integers, size: int) -> tuple[tuple[int, int], ...]:

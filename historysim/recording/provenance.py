@@ -9,6 +9,7 @@ import numpy as np
 from historysim._version import __version__
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import Instrument
+from historysim.basics.wording import counted
 from historysim.loads.events import Event, digest
 
 
@@ -29,9 +30,9 @@ def attributes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrume
     in_series = {} if instrument.rigid else {"lateral_stiffness": instrument.lateral_stiffness}
     return {
         "Conventions": "CF-1.11",
-        "title": f"Load history of {len(ensemble)} asperities",
+        "title": f"Load history of {counted(len(ensemble), 'asperity', 'asperities')}",
         "source": f"historysim {__version__}: exact traction memory of Hertz-Mindlin asperities",
-        "history": f"replayed from {len(events)} events by historysim {__version__}",
+        "history": f"replayed from {counted(len(events), 'event', 'events')} by historysim {__version__}",
         "historysim_version": __version__,
         "made_with": made_with(),
         "contact_modulus": ensemble.pair.contact_modulus,

@@ -30,7 +30,7 @@ class NumbersFile(Format):
         *,
         missing: bool = False,
     ) -> Table:
-        """Read columns out of it, as `historysim.tables.read_table` does; its path is relative to the folder."""
+        """Return columns of it, as `historysim.tables.read_table` does; its path is relative to the folder."""
         path = folder / self.file
         if not is_file(path):
             problem = f"there is no such file in {path.parent}; expected a path relative to the scenario"
@@ -44,7 +44,7 @@ class NumbersFile(Format):
 
 
 def column_from_toml(value: object, _: object = Column) -> Column:
-    """Structure ``"name"`` or ``{ column = "name", unit = "mN" }``.
+    """Return the column that is ``"name"`` or ``{ column = "name", unit = "mN" }``.
 
     Raises
     ------

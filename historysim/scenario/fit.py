@@ -143,7 +143,7 @@ class Fit:
 
 
 def fit(scenario: Scenario | str | Path) -> Fit:
-    """Fit parameters of a scenario, as its ``[fit]`` says, to what was measured.
+    """Return the parameters of a scenario, fitted as its ``[fit]`` says to what was measured.
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ import attrs
 
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.places import at, misfit
-from historysim.basics.wording import shown
+from historysim.basics.wording import counted, shown
 from historysim.errors import InputError
 from historysim.loads.events import Event, FrictionChange
 from historysim.scenario.document import read_sections
@@ -78,7 +78,7 @@ class Scenario:
         return _seeds(self.sections.surface)
 
     def ground(self) -> Ground:
-        """Make the surface and its summits.
+        """Return the surface and its summits.
 
         Raises
         ------
@@ -89,7 +89,7 @@ class Scenario:
             return self.sections.surface.ground(self.path.parent)
 
     def ensemble(self, ground: Ground | None = None) -> "Ensemble":
-        """Build the ensemble.
+        """Return the ensemble.
 
         Parameters
         ----------
@@ -114,7 +114,7 @@ class Scenario:
         return ensemble
 
     def events(self) -> list[Event]:
-        """Build the events, in time order.
+        """Return the events, in time order.
 
         Raises
         ------
@@ -132,7 +132,7 @@ class Scenario:
         return events
 
     def adhering(self, ensemble: "Ensemble", events: Sequence[Event]) -> "AdheringAsperities | None":
-        """Say how adhesive the asperities are where they are pressed most.
+        """Return how adhesive the asperities are where they are pressed most.
 
         None without ``[adhesion]``, or where nothing touches.
 
@@ -168,7 +168,7 @@ class Scenario:
         return self.path.parent / self._measured_loading().file
 
     def measurement(self) -> "Measurement":
-        """Read the file that the scenario replays, and return what was measured.
+        """Return what was measured, from the file that the scenario replays.
 
         Raises
         ------
@@ -200,7 +200,7 @@ class Scenario:
         )
 
     def checked(self, ground: Ground | None = None) -> "tuple[Ensemble, list[Event]]":
-        """Build ensemble and events, and check the one against the other; parameters as for `ensemble`.
+        """Return ensemble and events, the one checked against the other; parameters as for `ensemble`.
 
         Raises
         ------
@@ -214,7 +214,7 @@ class Scenario:
                 if given not in {1, expected}:
                     raise InputError(
                         f"{self.path.name}: loading: friction at t = {event.time:g} s has {given} coefficients for "
-                        f"{expected} asperities; expected one, or one per asperity"
+                        f"{counted(expected, 'asperity', 'asperities')}; expected one, or one per asperity"
                     )
         return ensemble, events
 
@@ -243,12 +243,13 @@ class Scenario:
             raise misfit("expected one or more indices, each of them once", "record", "asperities")
         for position, index in enumerate(self.record):
             if not 0 <= index < count:
-                problem = f"{shown(index)}; expected an index from 0 to {count - 1}, since there are {count} asperities"
+                asperities = counted(count, "asperity", "asperities")
+                problem = f"{shown(index)}; expected an index from 0 to {count - 1}, since the surface has {asperities}"
                 raise misfit(problem, "record", "asperities", position)
 
 
 def load(path: str | os.PathLike[str]) -> Scenario:
-    """Read a scenario.
+    """Return the scenario that stands in a file.
 
     Parameters
     ----------
@@ -263,9 +264,11 @@ def load(path: str | os.PathLike[str]) -> Scenario:
     Raises
     ------
     InputError
-        A file that cannot be read or is not TOML, or fields that cannot be used: one line for each, with
+        No path, a file that cannot be read or is not TOML, or fields that cannot be used: one line for each, with
         the path to it.
     """
+    if not isinstance(path, str | os.PathLike):
+        raise InputError(f"{path!r} is no scenario; expected the path of a TOML file")
     path = Path(path)
     with reported(path.name or str(path)):
         return Scenario(path, *read_sections(path))

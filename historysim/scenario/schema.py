@@ -126,12 +126,12 @@ def table_hook(cls: type, converter: Converter, **fields: Any) -> Callable[[obje
 
 
 def given(section: Any) -> dict[str, Any]:
-    """Give the keys of a section that stand in the file, with their values."""
+    """Return the keys of a section that stand in the file, with their values."""
     return {key: value for key, value in attrs.asdict(section, recurse=False).items() if value is not None}
 
 
 def table(value: object) -> dict[str, Any]:
-    """Check that a value is a TOML table.
+    """Return a value that is a TOML table.
 
     Raises
     ------
@@ -144,7 +144,7 @@ def table(value: object) -> dict[str, Any]:
 
 
 def text(value: object, _: object = str) -> str:
-    """Check that a value is a text that is not blank.
+    """Return a value that is a text and not blank.
 
     Raises
     ------
@@ -171,7 +171,7 @@ def _boolean(value: object, _: object) -> bool:
 
 
 def schema_converter() -> Converter:
-    """Make a converter that knows the types of this module and refuses everything else."""
+    """Return a converter that knows the types of this module and refuses everything else."""
     converter = Converter(forbid_extra_keys=True)
     converter.register_structure_hook(str, text)
     converter.register_structure_hook(int, _integer)

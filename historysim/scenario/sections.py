@@ -49,7 +49,7 @@ class MaterialsSection:
             )
 
     def pair(self) -> "MaterialPair":
-        """Build the material pair."""
+        """Return the material pair."""
         from historysim.contact.materials import MaterialPair
 
         if self.contact_modulus is not None and self.shear_modulus is not None:
@@ -87,7 +87,7 @@ class InstrumentSection:
         self.instrument()
 
     def instrument(self) -> Instrument:
-        """Build the instrument."""
+        """Return the instrument."""
         return Instrument(self.lateral_stiffness)
 
 
@@ -102,7 +102,7 @@ class AdhesionSection:
     work_of_adhesion: SurfaceEnergy | None = None
 
     def work(self, pair: "MaterialPair") -> float:
-        """Give the work of adhesion [J/m²]."""
+        """Return the work of adhesion [J/m²]."""
         if self.work_of_adhesion is not None:
             return self.work_of_adhesion
         from historysim.contact.adhesion import work_of_adhesion

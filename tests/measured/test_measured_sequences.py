@@ -226,7 +226,10 @@ def test_records_that_do_not_do(folder, command, changes, said):
         (("compare", "s.toml", "-o", "c.txt"), "c.txt: txt ending; expected one of"),
         (("compare", "s.toml", "-o", "measured.csv"), "measured.csv: would overwrite what it is made from"),
         (("compare", "s.toml", "--skip", "99"), "s.toml: loading: 99 loops are to be skipped"),
-        (("compare", "s.toml", "--skip", "-1"), "s.toml: loading: -1 loops are to be skipped"),
+        (
+            ("compare", "s.toml", "--skip", "-1"),
+            "s.toml: loading: skip is -1; expected a whole number of loops",
+        ),
         (("loops", "s.toml", "-o", "measured.csv"), "measured.csv: would overwrite what it is made from"),
         (("loops", "s.toml", "-o", "s.toml"), "s.toml: would overwrite what it is made from"),
         (("loops", "s.toml", "--skip", "99"), "s.toml: loading: "),

@@ -129,11 +129,16 @@ def test_loops_are_skipped(skip, first):
     assert observation.first >= first
 
 
-@pytest.mark.parametrize("skip", [-1, 3])
-def test_no_more_loops_are_skipped_than_there_are(skip):
+@pytest.mark.parametrize("skip", [-1, 0.5, "a"])
+def test_loops_to_skip_are_a_whole_number(skip):
+    with pytest.raises(InputError, match=f"skip is '?{skip}"):
+        observe(record_of([0, 1e-8, 0, 1e-8], 0.05), skip=skip)
+
+
+def test_no_more_loops_are_skipped_than_there_are():
     moved = np.concatenate([[0], np.tile([1, 2, 1, 0, -1, -2, -1, 0], 3)]) * 1e-8
-    with pytest.raises(InputError, match=f"{skip} loops are to be skipped, and the record has"):
-        observe(record_of(moved, 0.05), skip=skip)
+    with pytest.raises(InputError, match="3 loops are to be skipped, and the record has"):
+        observe(record_of(moved, 0.05), skip=3)
 
 
 def test_what_cannot_be_observed():

@@ -61,6 +61,13 @@ def test_a_record_without_a_whole_loop_is_compared(folder, tmp_path):
     assert dict(found.summary())["loops"] == "none"
 
 
+@pytest.mark.parametrize("scenario", [None, 3, [], {}])
+def test_what_is_no_scenario(scenario):
+    for call in (hs.load, hs.compare, hs.fit):
+        with pytest.raises(hs.InputError, match="is no scenario; expected the path of a TOML file"):
+            call(scenario)
+
+
 def test_a_scenario_that_is_written_out_cannot_be_compared(tmp_path):
     (tmp_path / "s.toml").write_text(
         BASE + "[loading]\nwaypoints = [{ time = 0, normal_load = 1 }]\n", encoding="utf-8"

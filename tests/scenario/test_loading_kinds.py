@@ -9,7 +9,6 @@ from records import BALL, scenario_text, write_columns
 
 import historysim as hs
 from historysim.errors import InputError
-from historysim.measured.measurement import Measurement
 from historysim.scenario import scenario
 
 TIME = np.arange(15.0)
@@ -458,30 +457,3 @@ def test_what_is_written_out_was_not_measured(folder):
     )
     with pytest.raises(InputError, match=r"s\.toml: loading: is written out; expected a measured file"):
         scenario.load(folder / "s.toml").measurement()
-
-
-# -- records by themselves -------------------------------------------------------------------------
-
-
-def test_a_record_without_lines_names_the_time():
-    record = Measurement(np.array([0.0, 2.0, 1.0]), {"normal_load": np.ones(3)})
-    with pytest.raises(InputError, match="the sample at t = 1 s: the time 1 s comes after 2 s"):
-        record.events()
-    record = Measurement(np.array([0.0, 2.0]), {"normal_load": np.array([1.0, -1.0])})
-    with pytest.raises(InputError, match="the sample at t = 2 s: a normal load of -1 N pulls"):
-        record.events()
-
-
-def test_a_record_says_what_it_does_not_have():
-    record = Measurement(np.zeros(1), {"normal_load": np.ones(1)})
-    with pytest.raises(InputError, match=r"no tangential_load; expected a column for it, in loading\.columns"):
-        record["tangential_load"]
-
-
-def test_a_reduced_record_keeps_what_both_channels_need():
-    """The path turns a corner where the displacement does not turn: the normal load starts to rise there."""
-    moved, load = np.array([0, 1, 2, 3, 4.0]), np.array([1, 1, 1, 2, 3.0])
-    record = Measurement(np.arange(5.0), {"normal_load": load, "tangential_displacement": moved}, reduced=True)
-    assert record.kept().tolist() == [0, 2, 4]
-    alone = Measurement(np.arange(5.0), {"normal_load": load}, reduced=True)
-    assert alone.kept().tolist() == [0, 4]

@@ -295,7 +295,7 @@ def test_importing_the_module_loads_nothing_heavy():
         (
             "[loading]",
             "[record]\nasperities = [1]\n[loading]",
-            "s.toml: record.asperities[0]: 1; expected an index from 0 to 0",
+            "s.toml: record.asperities[0]: 1; expected an index from 0 to 0, since the surface has 1 asperity",
         ),
         ("[loading]", "[record]\nasperities = []\n[loading]", "s.toml: record.asperities: expected one or more"),
         ("[loading]", "[record]\nasperities = [0, 0]\n[loading]", "s.toml: record.asperities: expected one or more"),

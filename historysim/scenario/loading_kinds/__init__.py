@@ -27,7 +27,7 @@ LOADINGS: Mapping[str, type] = {"waypoints": Waypoints, "blocks": Blocks, "file"
 
 
 def loading_from_toml(converter: Converter, value: object, _: object) -> AnyLoading:
-    """Structure ``[loading]``.
+    """Return the loading that ``[loading]`` says.
 
     Raises
     ------

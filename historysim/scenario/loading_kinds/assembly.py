@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from historysim.basics.places import at, misfit
 from historysim.basics.units import quantity_text
+from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.measured import correction, reduction
 from historysim.measured.measurement import Measurement
@@ -151,7 +152,7 @@ def _read(folder: Path, section: MeasuredFile, clock: Column, channels: Mapping[
 
 
 def _onto(time: Floats, own: Table, column: Floats, shift: float, max_gap: float | None) -> Floats:
-    """Take a channel from its own clock onto that of the record; NaN where it is not known."""
+    """Return a channel on the clock of the record instead of its own; NaN where it is not known."""
     known = np.flatnonzero(~np.isnan(own.columns["time"]))
     clock = own.columns["time"][known]
     if not known.size:
@@ -171,7 +172,7 @@ def _named(name: str) -> Iterator[None]:
 
 
 def _samples(count: int) -> str:
-    return f"{count:,} {'sample' if count == 1 else 'samples'}"
+    return counted(count, "sample", "samples")
 
 
 def _within(section: MeasuredFile, clocked: _Clocked, remarks: Remarks) -> _Clocked:
@@ -218,7 +219,7 @@ def _check_gaps(max_gap: float | None, clocked: _Clocked) -> None:
         after = int(wide[0]) + 1
         length = clocked.time[after] - clocked.time[after - 1]
         raise InputError(
-            f"{wide.size:,} {'gap' if wide.size == 1 else 'gaps'} longer than max_gap, the first one of "
+            f"{counted(wide.size, 'gap', 'gaps')} longer than max_gap, the first one of "
             f"{quantity_text(length, 's')} before {clocked.place(after)}; split the record there, or raise max_gap"
         )
 
@@ -254,7 +255,7 @@ def _close_free_play(
 
 
 def _in_si(channel: Channel, clocked: _Clocked, key: tuple[str, str], dead_band: float, remarks: Remarks) -> Floats:
-    """Give a channel in SI, corrected as it says."""
+    """Return a channel in SI, corrected as it says."""
     constant = getattr(channel, "constant", None)
     if constant is not None:
         return np.full(clocked.time.size, constant)

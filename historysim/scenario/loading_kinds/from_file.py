@@ -25,7 +25,7 @@ class MeasuredLoading(MeasuredFile, Loading):
         Loading.__attrs_post_init__(self)
 
     def measurement(self, folder: Path) -> "Measurement":
-        """Read the file, and return what was measured, made ready.
+        """Return what was measured, read from the file and made ready.
 
         Raises
         ------

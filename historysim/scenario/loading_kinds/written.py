@@ -78,7 +78,7 @@ class Waypoints(Loading):
     waypoints: tuple[Waypoint, ...]
 
     def events(self, folder: Path) -> list[Event]:  # noqa: ARG002 - they are in the scenario itself
-        """Build the events."""
+        """Return the events."""
         line = _Timeline()
         for index, waypoint in enumerate(self.waypoints):
             with at("loading", "waypoints", index):
@@ -141,7 +141,7 @@ class Block:
             raise misfit(f"{shown(self.repeat)}; expected an integer of 1 or more", "repeat")
 
     def count(self) -> int:
-        """How many events it makes, not counting the few that hold the channels in place."""
+        """Return how many events it makes, not counting the few that hold the channels in place."""
         return len(self.turns) * (1 + self.repeat * sum(len(waypoint.changes) for waypoint in self.waypoints))
 
     @property
@@ -175,7 +175,7 @@ class Blocks(Loading):
     blocks: tuple[Block, ...]
 
     def events(self, folder: Path) -> list[Event]:  # noqa: ARG002 - they are in the scenario itself
-        """Build the events."""
+        """Return the events."""
         count = sum(block.count() for block in self.blocks)
         if count > MOST_EVENTS:
             problem = f"{shown(count)} events; expected {MOST_EVENTS:,} at most; repeat less often"

@@ -57,7 +57,7 @@ KINDS: Mapping[str, Choice] = {
 
 
 def surface_from_toml(converter: Converter, value: object, _: object) -> SurfaceKind:
-    """Structure ``[surface]``.
+    """Return the surface that ``[surface]`` says.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def surface_from_toml(converter: Converter, value: object, _: object) -> Surface
 
 
 def map_from_toml(converter: Converter, value: object, _: object) -> MapKind:
-    """Structure a surface that has to be a height map; errors as for `surface_from_toml`."""
+    """Return a surface that has to be a height map; errors as for `surface_from_toml`."""
     if "rule" in table(value):
         raise misfit("belongs to the surface as a whole; expected it beside first and second", "rule")
     surface: MapKind = _structured(converter, value, MAPS)
@@ -84,12 +84,12 @@ def map_from_toml(converter: Converter, value: object, _: object) -> MapKind:
 
 
 def _parts(entry: object) -> list[object]:
-    """Give the two surfaces of what may be a sum."""
+    """Return the two surfaces of what may be a sum."""
     return [entry[key] for key in ("first", "second") if key in entry] if isinstance(entry, dict) else []
 
 
 def channel_from_toml(converter: Converter, value: object, _: object) -> int | str | None:
-    """Structure the number or name of a channel.
+    """Return the number or name of a channel.
 
     Raises
     ------

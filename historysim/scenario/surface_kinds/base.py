@@ -36,4 +36,4 @@ class SurfaceKind(Protocol):
     """``[surface]``: one class for each kind; a new kind is a new class in ``KINDS``."""
 
     def ground(self, folder: Path) -> Ground:
-        """Make the summits; paths are relative to the folder."""
+        """Return the summits, with the map that they were found on; paths are relative to the folder."""

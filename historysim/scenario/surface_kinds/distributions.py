@@ -31,10 +31,10 @@ class DistributedSummits(abc.ABC):
 
     @abc.abstractmethod
     def distribution(self, folder: Path) -> "HeightDistribution":
-        """Give the distribution of the heights."""
+        """Return the distribution of the heights."""
 
     def ground(self, folder: Path) -> Ground:
-        """Make the summits."""
+        """Return the summits."""
         from historysim.basics.arguments import representable
         from historysim.surfaces.distribution import drawn_summits, quantile_summits
 
@@ -53,7 +53,7 @@ class GaussianHeights(DistributedSummits):
     rms_height: Length
 
     def distribution(self, folder: Path) -> "HeightDistribution":  # noqa: ARG002 - it is in the scenario itself
-        """Give the distribution of the heights."""
+        """Return the distribution of the heights."""
         from historysim.surfaces.distribution import Gaussian
 
         return Gaussian(self.rms_height)
@@ -84,7 +84,7 @@ class InlineDistribution(DistributedSummits):
         _height_or_gap(self)
 
     def distribution(self, folder: Path) -> "HeightDistribution":  # noqa: ARG002 - it is in the scenario itself
-        """Give the distribution of the heights."""
+        """Return the distribution of the heights."""
         return _tabulated(self.height, self.gap, self.density)
 
 
@@ -108,7 +108,7 @@ class DistributionTable(NumbersFile, DistributedSummits):
     columns: DensityColumns
 
     def distribution(self, folder: Path) -> "HeightDistribution":
-        """Read the distribution of the heights."""
+        """Return the distribution of the heights, read from the file."""
         units = {"height": "m", "gap": "m", "density": "1"}
         found = self.table(folder, given(self.columns), units).columns
         try:

@@ -21,10 +21,10 @@ class MapKind(Protocol):
     """A surface that is a height map."""
 
     def surface(self, folder: Path) -> "Surface":
-        """Make the map; paths are relative to the folder."""
+        """Return the map; paths are relative to the folder."""
 
     def noticed(self, folder: Path) -> "tuple[Surface, tuple[str, ...]]":
-        """Make the map, and say what the user should know about how it was made."""
+        """Return the map, and what the user should know about how it was made."""
 
 
 @attrs.frozen(kw_only=True)
@@ -35,14 +35,14 @@ class HeightMap(abc.ABC):
 
     @abc.abstractmethod
     def surface(self, folder: Path) -> "Surface":
-        """Make the map."""
+        """Return the map."""
 
     def noticed(self, folder: Path) -> "tuple[Surface, tuple[str, ...]]":
-        """Make the map, about which there is nothing to say."""
+        """Return the map, and nothing that the user should know."""
         return self.surface(folder), ()
 
     def ground(self, folder: Path) -> Ground:
-        """Make the map and find its summits."""
+        """Return the summits of the map, and the map."""
         from historysim.basics.arguments import representable
 
         with representable():
@@ -71,7 +71,7 @@ class RandomMap(HeightMap):
     kurtosis: Number = 3.0
 
     def surface(self, folder: Path) -> "Surface":  # noqa: ARG002 - it needs no file
-        """Generate the map."""
+        """Return the map."""
         from historysim.surfaces.random import random_surface
 
         return random_surface(
@@ -100,7 +100,7 @@ class MeasuredMap(HeightMap):
     mirrored: bool = False
 
     def surface(self, folder: Path) -> "Surface":
-        """Read the map, take off its form, and scale it."""
+        """Return the map of the file, without its form, and scaled."""
         from historysim.surfaces.reading import read_surface
 
         with at("file"):
@@ -130,11 +130,11 @@ class SumOfMaps(HeightMap):
     interpolation: str = "spline"
 
     def surface(self, folder: Path) -> "Surface":
-        """Make both maps and add them."""
+        """Return the sum of both maps."""
         return self.noticed(folder)[0]
 
     def noticed(self, folder: Path) -> "tuple[Surface, tuple[str, ...]]":
-        """Make both maps, add them, and return what splines take from the second one."""
+        """Return the sum of both maps, and what splines take from the second one."""
         from historysim.surfaces.smoothing import smoothing_notice
 
         with at("first"):

@@ -25,7 +25,7 @@ class Scaled:
     height_scale: float = attrs.field(validator=_positive)
 
     def ground(self, folder: Path) -> Ground:
-        """Make the summits, and the map that they lie on."""
+        """Return the summits, and the map that they lie on."""
         ground = self.kind.ground(folder)
         mean = ground.summits.height.mean()
         summits = ground.summits.at_heights(mean + self.height_scale * (ground.summits.height - mean))

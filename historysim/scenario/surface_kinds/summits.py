@@ -19,7 +19,7 @@ class Sphere:
     radius: Length
 
     def ground(self, folder: Path) -> Ground:  # noqa: ARG002 - a sphere needs no file
-        """Give one summit at height 0."""
+        """Return one summit at height 0."""
         from historysim.surfaces.summits import Summits
 
         return Ground(Summits(0.0, self.radius))
@@ -35,7 +35,7 @@ class InlineSummits:
     y: Lengths | None = None
 
     def ground(self, folder: Path) -> Ground:  # noqa: ARG002 - they are in the scenario itself
-        """Give the summits."""
+        """Return the summits."""
         import numpy as np
 
         from historysim.surfaces.summits import Summits
@@ -66,7 +66,7 @@ class SummitTable(NumbersFile):
     columns: SummitColumns
 
     def ground(self, folder: Path) -> Ground:
-        """Read the summits."""
+        """Return the summits of the table."""
         from historysim.surfaces.summits import Summits
 
         units = {"height": "m", "radius": "m", "x": "m", "y": "m", "friction": "1"}
@@ -94,7 +94,7 @@ class Textured:
     seed: int | None = None
 
     def ground(self, folder: Path) -> Ground:  # noqa: ARG002 - a texture needs no file
-        """Make the array; by a scaling law the radius is that of the one asperity which the array replaces."""
+        """Return the array; by a scaling law the radius is that of the one asperity which the array replaces."""
         import math
 
         from historysim.basics.arguments import representable
