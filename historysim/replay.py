@@ -14,7 +14,7 @@ from historysim.asperities.ensemble import Ensemble, EnsembleState
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.errors import CurveEndError, FrictionLimitError, InputError, LoadError
 from historysim.loads import schedule
-from historysim.loads.events import Event, as_events, time_text
+from historysim.loads.events import Event, as_events, events_text, time_text
 from historysim.loads.schedule import Standing, Start, Stretch
 from historysim.memory.paths import DISPLACED, LOAD, Goals, Paths, paths_to
 from historysim.memory.rows import Rows
@@ -57,7 +57,7 @@ class Replay:
     """
 
     ensemble: Ensemble
-    events: Sequence[Event] = attrs.field(converter=as_events)
+    events: Sequence[Event] = attrs.field(converter=as_events, repr=events_text)
     substeps: int = attrs.field(default=1, kw_only=True)
     saturate: bool = attrs.field(default=False, kw_only=True)
     record: Selection = attrs.field(default="touching", kw_only=True)

@@ -16,6 +16,9 @@ from historysim.errors import InputError
 
 Floats = npt.NDArray[np.float64]
 
+ADHESIVE = 5.0
+"""Load over that of pull-off up to which equilibria are followed: beyond, adhesion hardly shows in their curve."""
+
 
 @attrs.frozen(eq=False)
 class AdheringAsperities:
@@ -80,7 +83,7 @@ class AdheringAsperities:
         }
 
     def branch(self, asperity: int) -> adhesion.Branch:
-        """Return the equilibria of one asperity by Maugis, up to its normal load.
+        """Return the equilibria of one asperity by Maugis, up to its normal load, as far as adhesion shows.
 
         Parameters
         ----------
@@ -102,7 +105,7 @@ class AdheringAsperities:
             summit_radius=float(self.summit_radius[found[0]]),
             contact_modulus=self.contact_modulus,
             work_of_adhesion=self.work_of_adhesion,
-            max_load=float(self.normal_load[found[0]]),
+            max_load=min(float(self.normal_load[found[0]]), -ADHESIVE * float(self.pull_off_load[found[0]])),
             equilibrium_separation=self.equilibrium_separation,
         )
 

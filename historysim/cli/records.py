@@ -34,22 +34,27 @@ def columns(file: Path, layout: "Format") -> None:
     help='Swings below which there is no reversal, as "5 nm". [default: the scenario\'s; else 5 % of the range]',
 )
 @click.option("-o", "--output", type=path_type, help="Also write all loops to this file (netCDF).")
-def loops(file: Path, skip: int, dead_band: str | None, output: Path | None) -> None:
+@click.option("--plot", "with_picture", is_flag=True, help="Also draw the loops: FILE's name with _loops.png, here.")
+def loops(file: Path, skip: int, dead_band: str | None, output: Path | None, with_picture: bool) -> None:
     """Say what the friction loops of FILE are like: of a scenario's measured record, or of a result."""
     band = None if dead_band is None else quantity_option("--dead-band", dead_band, "m")
-    targets = [] if output is None else [output]
-    for target in targets:
-        check_target(target, file)
+    picture = Path(f"{file.stem}_loops.png") if with_picture else None
+    targets = [path for path in (output, picture) if path is not None]
+    for number, target in enumerate(targets):
+        check_target(target, file, *targets[:number])
+    from historysim.results.plots.loops import plot_loops
     from historysim.scenario.loops import find_loops
 
     found = find_loops(_loaded(file, *targets) if file.suffix == ".toml" else file, dead_band=band, skip=skip)
     if output is not None:
         with replacing(output) as unfinished:
             found.to_dataset().to_netcdf(unfinished)
+    if picture is not None:
+        save(plot_loops(found, title=file.name), picture)
     print_lines(found.summary())
     print_table(found.rows())
-    if output is not None:
-        click.echo(output)
+    for target in targets:
+        click.echo(target)
 
 
 @click.command()

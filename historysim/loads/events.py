@@ -12,7 +12,8 @@ from typing import Any, ClassVar
 
 import attrs
 
-from historysim.basics.units import as_float, is_number
+from historysim.basics.units import as_float, duration_text, is_number
+from historysim.basics.wording import counted
 from historysim.errors import InputError
 
 
@@ -166,6 +167,19 @@ def as_events(given: Iterable[Event]) -> Sequence[Event]:
     if not isinstance(came, Iterable):
         raise InputError(f"events is {given!r}; expected a list of load events")
     return given if isinstance(given, Sequence) else list(given)
+
+
+def events_text(events: Sequence[Event]) -> str:
+    """Return how many events there are and how long they last: ``"2,000 events over 198 s"``."""
+    return f"{counted(len(events), 'event', 'events')}{over_text(events)}"
+
+
+def over_text(events: Sequence[Event]) -> str:
+    """Return how long events last, to stand behind their number: ``" over 198 s"``; nothing where that is not known."""
+    # a Replay shows itself before its events are checked
+    if not events or not all(isinstance(event, LoadEvent | FrictionChange) for event in (events[0], events[-1])):
+        return ""
+    return f" over {duration_text(events[-1].time - events[0].time)}"
 
 
 def check_sequence(events: Sequence[Event]) -> None:

@@ -12,7 +12,6 @@ from historysim.asperities.ensemble import Ensemble, EnsembleState
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.basics.arguments import scalar
 from historysim.basics.notices import Teller, silent
-from historysim.basics.units import duration_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.loads import schedule
@@ -23,6 +22,8 @@ from historysim.loads.events import (
     NormalLoad,
     TangentialDisplacement,
     TangentialLoad,
+    events_text,
+    over_text,
     time_text,
 )
 from historysim.log.file import Content, LogFile
@@ -140,9 +141,9 @@ class EventLog:
 
     def __repr__(self) -> str:
         content = self._file.read()
-        events, asperities = content.events, counted(len(self.ensemble), "asperity", "asperities")
         damage = ", damaged after them" if content.problem else ""
-        return f"<EventLog {self.path}: {counted(len(events), 'event', 'events')}{_over(events)}{damage}, {asperities}>"
+        asperities = counted(len(self.ensemble), "asperity", "asperities")
+        return f"<EventLog {self.path}: {events_text(content.events)}{damage}, {asperities}>"
 
     # -- what stands in it -------------------------------------------------------------------------
 
@@ -152,7 +153,7 @@ class EventLog:
         return [
             ("title", settings["title"] or self.path.stem),
             ("asperities", f"{len(self.ensemble):,}"),
-            ("events", f"{len(self):,}{_over(self.events())}"),
+            ("events", f"{len(self):,}{over_text(self.events())}"),
             ("substeps", str(settings["substeps"])),
             ("made with", f"historysim {settings['historysim_version']}, {settings['made_with']}"),
             ("digest", self.digest),
@@ -377,7 +378,3 @@ class EventLog:
         head.ensemble.walk(self._state(content, time), HOLD, rows=target.blank(1), asperities=everyone)
         target.record(np.array([time]))
         return target.dataset(job.attributes() | head.attributes)
-
-
-def _over(events: Sequence[Event]) -> str:
-    return f" over {duration_text(events[-1].time - events[0].time)}" if events else ""

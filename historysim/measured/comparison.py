@@ -5,6 +5,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.asperities.instrument import RIGID, Instrument
+from historysim.basics.display import html_table
 from historysim.basics.units import quantity_text
 from historysim.measured.loops import BRANCH_QUANTITIES, LOOP_QUANTITIES, Loops
 from historysim.measured.observation import Observation, Passage
@@ -59,6 +60,13 @@ class Comparison:
             # without a whole loop the samples can still be compared
             model = None
         return cls(observation, passage, model, instrument)
+
+    def __repr__(self) -> str:
+        return f"<Comparison: {', '.join(f'{label} {text}' for label, text in self.summary())}>"
+
+    def _repr_html_(self) -> str:
+        table = self.rows()
+        return html_table(self.summary()) + (html_table(table[1:], table[0]) if table else "")
 
     @property
     def measured(self) -> Loops | None:

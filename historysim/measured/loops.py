@@ -25,12 +25,13 @@ and off a whole loop:
 """
 
 import math
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, Self
 
 import attrs
 import numpy as np
 import numpy.typing as npt
 
+from historysim.basics.display import html_table
 from historysim.basics.units import prefixed, quantity_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
@@ -84,6 +85,29 @@ class LoopStatistics:
     mean: float
     standard_deviation: float
     count: int
+
+    @classmethod
+    def of(cls, values: Floats) -> Self:
+        """Return those of values (loop), or of (loop, direction), of which each loop counts with its mean."""
+        values = values.reshape(len(values), -1).mean(axis=1)
+        values = values[np.isfinite(values)]
+        return cls(
+            mean=float(values.mean()) if values.size else math.nan,
+            standard_deviation=float(values.std(ddof=1)) if values.size > 1 else math.nan,
+            count=values.size,
+        )
+
+    def text(self, unit: str, loops: int) -> str:
+        """Return mean ± standard deviation as a text, and of how many loops where that is not all of them."""
+        if self.count == 0:
+            return "–"
+        factor, prefix = prefixed(self.mean) if unit != "1" else (1.0, "")
+        # a scatter at the level of rounding is none
+        spread = self.standard_deviation if self.standard_deviation > 1e-12 * abs(self.mean) else 0.0
+        scatter = f" ± {spread * factor:.2g}" if self.count > 1 else ""
+        symbol = {"1": "", "N m-1": f" {prefix}N/m"}.get(unit, f" {prefix}{unit}")
+        some = f" (of {self.count})" if self.count < loops else ""
+        return f"{self.mean * factor:.4g}{scatter}{symbol}{some}"
 
 
 @attrs.frozen(eq=False)
@@ -165,6 +189,16 @@ class Loops:
         """Return the number of loops."""
         return self.number.size
 
+    def __repr__(self) -> str:
+        shown = ("friction_force", "friction_coefficient", "preliminary_displacement", "dissipated_energy")
+        table = {**BRANCH_QUANTITIES, **LOOP_QUANTITIES}
+        texts = [f"{table[name][0]} {self.text(name, table[name][1])}" for name in shown]
+        return f"<Loops: {', '.join([counted(len(self), 'loop', 'loops'), *texts])}>"
+
+    def _repr_html_(self) -> str:
+        heading, *rows = self.rows()
+        return html_table(rows, heading)
+
     def statistics(self, quantity: str, direction: Direction = "both") -> LoopStatistics:
         """Return mean and scatter of a quantity over the loops.
 
@@ -187,14 +221,9 @@ class Loops:
                 f"quantity is {quantity!r}; expected one of {', '.join([*BRANCH_QUANTITIES, *LOOP_QUANTITIES])}"
             )
         values: Floats = getattr(self, quantity)
-        if values.ndim == 2:
-            values = values.mean(axis=1) if direction == "both" else values[:, DIRECTIONS.index(direction)]
-        values = values[np.isfinite(values)]
-        return LoopStatistics(
-            mean=float(values.mean()) if values.size else math.nan,
-            standard_deviation=float(values.std(ddof=1)) if values.size > 1 else math.nan,
-            count=values.size,
-        )
+        if direction != "both" and values.ndim == 2:
+            values = values[:, DIRECTIONS.index(direction)]
+        return LoopStatistics.of(values)
 
     def summary(self) -> list[tuple[str, str]]:
         """Return lines of (label, text): remarks, dead band, range pairs, friction over the load, what is missing."""
@@ -289,13 +318,4 @@ class Loops:
 
     def text(self, quantity: str, unit: str, direction: Direction = "both") -> str:
         """Return mean ± standard deviation of a quantity as a text; parameters and errors as in `statistics`."""
-        found = self.statistics(quantity, direction)
-        if found.count == 0:
-            return "–"
-        factor, prefix = prefixed(found.mean) if unit != "1" else (1.0, "")
-        # a scatter at the level of rounding is none
-        spread = found.standard_deviation if found.standard_deviation > 1e-12 * abs(found.mean) else 0.0
-        scatter = f" ± {spread * factor:.2g}" if found.count > 1 else ""
-        symbol = {"1": "", "N m-1": f" {prefix}N/m"}.get(unit, f" {prefix}{unit}")
-        some = f" (of {found.count})" if found.count < len(self) else ""
-        return f"{found.mean * factor:.4g}{scatter}{symbol}{some}"
+        return self.statistics(quantity, direction).text(unit, len(self))

@@ -10,6 +10,7 @@ import numpy as np
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import Instrument
+from historysim.basics.display import html_table
 from historysim.basics.files import replacing
 from historysim.basics.places import at
 from historysim.contact.materials import MaterialPair
@@ -99,6 +100,12 @@ class Fit:
     scenario: Scenario
     estimates: "ParameterFit"
     comparison: "Comparison"
+
+    def __repr__(self) -> str:
+        return f"<Fit: {', '.join(f'{label} {text}' for label, text in self.estimates.summary())}>"
+
+    def _repr_html_(self) -> str:
+        return html_table(self.estimates.summary()) + self.comparison._repr_html_()
 
     @property
     def parameters(self) -> "tuple[Parameter, ...]":

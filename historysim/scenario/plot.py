@@ -105,6 +105,10 @@ def _dataset(what: "xr.Dataset", name: str, step: int | str | None) -> "Figure":
         from historysim.results.plots.surface import plot_surface
 
         return plot_surface(what)
+    if "loop" in what.dims:
+        from historysim.results.plots.loop_trends import plot_loop_trends
+
+        return plot_loop_trends(what)
     raise InputError(f"{name} is no history; expected a Dataset from historysim, with all its variables")
 
 
@@ -126,7 +130,10 @@ def _adhesion(scenario: Scenario, asperity: int | None) -> "Figure":
         raise InputError(
             f"{scenario.path}: has no [adhesion], or nothing touches; expected both to draw how adhesive it is"
         )
-    return plot_adhesion_map(contact.examples()) if asperity is None else plot_adhesion_branch(contact.branch(asperity))
+    if asperity is None:
+        return plot_adhesion_map(contact.examples())
+    branch = contact.branch(asperity)
+    return plot_adhesion_branch(branch, title=f"Equilibria of asperity {asperity} after {branch.model.label}")
 
 
 def _object(what: object, name: str) -> "Figure":

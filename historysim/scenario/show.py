@@ -66,8 +66,10 @@ def _lines(what: Any, form: str | None) -> Lines:
 
 
 def _dataset(history: "xr.Dataset") -> Lines:
-    from historysim.results import analysis
+    from historysim.results import analysis, loops
 
+    if "loop" in history.dims:
+        return Lines(loops.summary(history))
     if "total_normal_load" not in history:
         raise InputError("this Dataset is no history; expected one from historysim, with all its variables")
     told = {str(name): str(value) for name, value in history.attrs.items()}

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import per_axis, scalar
+from historysim.basics.units import quantity_text, range_text
 from historysim.errors import InputError
 from historysim.surfaces.form import Form, fit_form
 from historysim.surfaces.resampling import COINCIDENT, Interpolation, resampled
@@ -83,6 +84,19 @@ class Surface:
         if not isinstance(periodic, bool | np.bool_):
             raise InputError(f"periodic is {periodic!r}; expected True or False")
         self.__attrs_init__(_heights(heights), per_axis("pixel_size", pixel_size), bool(periodic))
+
+    def __repr__(self) -> str:
+        points = " × ".join(f"{size:,}" for size in self.shape)
+        pixels = " × ".join(dict.fromkeys(quantity_text(pixel, "m") for pixel in self.pixel_size))
+        known = self.heights[~self.missing]
+        texts = [
+            f"{points} points, {pixels} apart",
+            f"heights {range_text(float(known.min()), float(known.max()), 'm')}",
+            f"rms height {quantity_text(float(known.std()), 'm')}",
+            *(["periodic"] if self.periodic else []),
+            *([f"{self.heights.size - known.size:,} missing"] if known.size < self.heights.size else []),
+        ]
+        return f"<Surface: {', '.join(texts)}>"
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -8,6 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import one_per, scalar
+from historysim.basics.units import range_text
+from historysim.basics.wording import counted
 from historysim.errors import InputError
 
 Array = npt.NDArray[Any]
@@ -67,6 +69,15 @@ class Summits:
     def __len__(self) -> int:
         """Return the number of summits."""
         return self.height.size
+
+    def __repr__(self) -> str:
+        ranges = [
+            f"{name} {range_text(float(values.min()), float(values.max()), 'm')}"
+            for name, values in (("heights", self.height), ("radii", self.radius), ("x", self.x), ("y", self.y))
+            if values is not None and len(self)
+        ]
+        density = [] if self.density is None else [f"{self.density * 1e-12:.4g} per µm²"]
+        return f"<Summits: {', '.join([counted(len(self), 'summit', 'summits'), *ranges, *density])}>"
 
     @property
     def density(self) -> float | None:

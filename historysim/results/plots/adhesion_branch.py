@@ -7,19 +7,21 @@ import numpy.typing as npt
 
 from historysim.basics.units import prefixed
 from historysim.contact.adhesion import Branch
-from historysim.results.plots.style import FAINT, INK, MARK, STYLE
+from historysim.results.plots.style import FAINT, INK, MARK, STYLE, plain_title
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def plot_adhesion_branch(branch: Branch) -> "Figure":
+def plot_adhesion_branch(branch: Branch, *, title: str = "") -> "Figure":
     """Draw the load of a contact over its approach: what is stable, and where it jumps.
 
     Parameters
     ----------
     branch : Branch
         The equilibria, as `historysim.contact.adhesion.branch` gives them.
+    title : str
+        A heading; by default the theory.
 
     Returns
     -------
@@ -44,7 +46,7 @@ def plot_adhesion_branch(branch: Branch) -> "Figure":
             axes.plot(x, y, label=name + load, color=MARK, ls="none", zorder=3, clip_on=False, **mark)
         axes.margins(0.06)
         axes.set(
-            title=f"Equilibria after {branch.model.label}",
+            title=plain_title(title) or f"Equilibria after {branch.model.label}",
             xlabel=rf"approach $\delta$ ({length_prefix}m)",
             ylabel=f"normal load $N$ ({force_prefix}N)",
         )

@@ -45,8 +45,8 @@ def plot_asperity(asperity: Asperity) -> "Figure":
         for place in asperity.reversal_points.radius:
             axes.axvline(place * lengths[-1] / extent, color=INK, linewidth=0.5, linestyle=":")
         axes.set_xlim(0.0, lengths[-1])
-        axes.set_xlabel(f"radius [{length_unit}]")
-        axes.set_ylabel(f"tangential traction [{stress_unit}]")
+        axes.set_xlabel(f"radius ({length_unit})")
+        axes.set_ylabel(f"tangential traction ({stress_unit})")
         axes.set_title(f"asperity {asperity.index}, {asperity.slip_state.name.lower().replace('_', ' ')}")
         axes.legend(loc="best")
     return figure

@@ -6,8 +6,9 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.units import prefixed, quantity_text
-from historysim.measured.loops import BRANCH_QUANTITIES, DIRECTIONS, LOOP_QUANTITIES, Loops
-from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, STYLE
+from historysim.measured.loops import DIRECTIONS, Loops
+from historysim.results.plots.loop_trends import COLOURS, TRENDS, draw_trends
+from historysim.results.plots.style import FAINT, INK, STYLE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -15,9 +16,6 @@ if TYPE_CHECKING:
 
 Floats = npt.NDArray[np.float64]
 
-COLOURS = STATE_COLOURS[1], STATE_COLOURS[2]
-MARKERS = "^", "v"
-TRENDS = "friction_force", "preliminary_displacement", "tangential_stiffness", "dissipated_energy"
 MOST_POINTS = 100_000
 
 
@@ -54,14 +52,7 @@ def plot_loops(
         figure = Figure(figsize=(7.1, 4.6), layout="constrained")
         grid = figure.add_gridspec(len(TRENDS), 2, width_ratios=(1.75, 1))
         _draw_loops(figure.add_subplot(grid[:, 0]), sets, labels)
-        first = None
-        for row, quantity in enumerate(TRENDS):
-            first = axes = figure.add_subplot(grid[row, 1], sharex=first)
-            _draw_trend(axes, sets, quantity)
-            axes.tick_params(labelbottom=row == len(TRENDS) - 1)
-            if row == 0:
-                axes.set_title("▲ forward  ▼ backward", loc="right", color=FAINT, fontsize=7, fontweight="normal")
-        axes.set_xlabel("loop, counted from 0")
+        draw_trends(figure, [grid[row, 1] for row in range(len(TRENDS))], [each.to_dataset() for each in sets])
         figure.legend(loc="outside lower left", ncols=3, columnspacing=2.0)
         if title:
             figure.suptitle(title.replace("$", r"\$"), x=0.01, ha="left", fontsize=9.5)
@@ -140,29 +131,6 @@ def _label(axes: "Axes", text: str, at: tuple[float, float], offset: tuple[float
     axes.annotate(
         text, xy=at, xytext=offset, textcoords="offset points", fontsize=7.5, color=INK, zorder=5, bbox=box, **place
     )
-
-
-def _draw_trend(axes: "Axes", sets: list[Loops], quantity: str) -> None:
-    from matplotlib.ticker import MaxNLocator
-
-    label, unit = {**BRANCH_QUANTITIES, **LOOP_QUANTITIES}[quantity]
-    values = [getattr(each, quantity).reshape(len(each), -1) for each in sets]
-    finite = np.concatenate([each[np.isfinite(each)] for each in values])
-    factor, prefix = prefixed(float(np.abs(finite).max(initial=0.0)))
-    for each, value, colour in zip(sets, values, COLOURS, strict=False):
-        markers = MARKERS if value.shape[1] == len(DIRECTIONS) else ("o",)
-        for column, marker in zip(value.T, markers, strict=True):
-            axes.plot(each.number, column * factor, marker, color=colour, ms=3.5, mec="white", mew=0.4, clip_on=False)
-        axes.axhline(each.statistics(quantity).mean * factor, color=colour, linewidth=0.7, zorder=0)
-    axes.margins(x=0.08)
-    if finite.size:
-        low, high = finite.min() * factor, finite.max() * factor
-        # a scatter of less than a tenth is not to fill the panel
-        room = max(0.2 * (high - low), 0.1 * max(abs(low), abs(high)))
-        axes.set_ylim(low - room, high + room)
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    symbol = {"N m-1": f"{prefix}N/m"}.get(unit, f"{prefix}{unit}")
-    axes.set_title(f"{label} ({symbol})", fontsize=7.5, fontweight="normal")
 
 
 def _typical(loops: Loops) -> int:

@@ -1,0 +1,87 @@
+"""Picture of how friction loops change from one to the next."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from historysim.basics.units import prefixed
+from historysim.measured.loops import LoopStatistics
+from historysim.results.plots.style import FAINT, STATE_COLOURS, STYLE, plain_title
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.gridspec import SubplotSpec
+
+COLOURS = STATE_COLOURS[1], STATE_COLOURS[2]
+MARKERS = "^", "v"
+TRENDS = "friction_force", "preliminary_displacement", "tangential_stiffness", "dissipated_energy"
+
+
+def plot_loop_trends(loops: xr.Dataset, *, title: str = "") -> "Figure":
+    """Draw friction force, preliminary displacement, stiffness and energy of each loop, with their means.
+
+    Parameters
+    ----------
+    loops : xarray.Dataset
+        From `Loops.to_dataset`, or the file that ``historysim loops -o`` writes.
+    title : str
+        A heading; by default that of the loops.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A figure 180 mm wide.
+    """
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.1, 3.8), layout="constrained")
+        grid = figure.add_gridspec(2, 2)
+        draw_trends(figure, [grid[row, column] for row in range(2) for column in range(2)], [loops], columns=2)
+        figure.suptitle(plain_title(title or str(loops.attrs.get("title", ""))), x=0.01, ha="left", fontsize=9.5)
+    return figure
+
+
+def draw_trends(
+    figure: "Figure", places: Sequence["SubplotSpec"], sets: Sequence[xr.Dataset], *, columns: int = 1
+) -> None:
+    """Draw each of the `TRENDS` in its place, of one set of loops or of several in their colours."""
+    first = None
+    for number, (quantity, place) in enumerate(zip(TRENDS, places, strict=True)):
+        first = axes = figure.add_subplot(place, sharex=first)
+        _draw_trend(axes, sets, quantity)
+        lowest = number >= len(TRENDS) - columns
+        axes.tick_params(labelbottom=lowest)
+        if lowest:
+            axes.set_xlabel("loop, counted from 0")
+        if number == 0:
+            axes.set_title("▲ forward  ▼ backward", loc="right", color=FAINT, fontsize=7, fontweight="normal")
+
+
+def _draw_trend(axes: "Axes", sets: Sequence[xr.Dataset], quantity: str) -> None:
+    from matplotlib.ticker import MaxNLocator
+
+    values = [loops[quantity].values.reshape(loops.sizes["loop"], -1) for loops in sets]
+    finite = np.concatenate([each[np.isfinite(each)] for each in values])
+    factor, prefix = prefixed(float(np.abs(finite).max(initial=0.0)))
+    for loops, value, colour in zip(sets, values, COLOURS, strict=False):
+        # one marker for each direction, or a dot for the whole loop
+        markers = MARKERS if value.shape[1] == len(MARKERS) else ("o",)
+        for column, marker in zip(value.T, markers, strict=True):
+            line: dict[str, Any] = {"color": colour, "ms": 3.5, "mec": "white", "mew": 0.4, "clip_on": False}
+            axes.plot(loops["loop"].values, column * factor, marker, **line)
+        axes.axhline(LoopStatistics.of(value).mean * factor, color=colour, linewidth=0.7, zorder=0)
+    axes.margins(x=0.08)
+    if finite.size:
+        low, high = finite.min() * factor, finite.max() * factor
+        # a scatter of less than a tenth is not to fill the panel
+        room = max(0.2 * (high - low), 0.1 * max(abs(low), abs(high)))
+        axes.set_ylim(low - room, high + room)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    label, unit = (sets[0][quantity].attrs[name] for name in ("long_name", "units"))
+    symbol = {"N m-1": f"{prefix}N/m"}.get(unit, f"{prefix}{unit}")
+    axes.set_title(f"{label} ({symbol})", fontsize=7.5, fontweight="normal")
