@@ -238,3 +238,11 @@ def test_decreasing_times_are_an_error_before_anything_is_replayed(ensemble):
     events = [hs.TangentialLoad(1.0, 99.0), hs.NormalLoad(0.5, 0.01)]
     with pytest.raises(hs.InputError, match=r"^event 1 at t = 0\.5 s: comes after an event at t = 1 s"):
         hs.replay(ensemble, events)
+
+
+def test_a_replay_says_what_it_is_and_not_each_event():
+    pair = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
+    events = [hs.NormalLoad(float(time), 1e-3) for time in range(1000)]
+    text = repr(hs.Replay(hs.Ensemble(pair, 0.0, 1.0, 0.2), events))
+    assert "events=1,000 events over 16.65 min" in text
+    assert "NormalLoad" not in text

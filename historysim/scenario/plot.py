@@ -18,10 +18,11 @@ if TYPE_CHECKING:
     from historysim.contact.adhesion import Branch
     from historysim.measured.comparison import Comparison
     from historysim.measured.loops import Loops
+    from historysim.scenario.fit import Fit
     from historysim.surfaces.heights import Surface
 
     Drawable = (
-        str | Path | xr.Dataset | Scenario | Surface | Loops | Comparison | Asperity | AdheringAsperities | Branch
+        str | Path | xr.Dataset | Scenario | Surface | Loops | Comparison | Fit | Asperity | AdheringAsperities | Branch
     )
 
 
@@ -41,7 +42,7 @@ def plot(
 
     Parameters
     ----------
-    what : path, xarray.Dataset, Scenario, Surface, Loops, Comparison, Asperity, AdheringAsperities or Branch
+    what : path, xarray.Dataset, Scenario, Surface, Loops, Comparison, Fit, Asperity, AdheringAsperities or Branch
         Of a history: the friction loop, the loads, and the slip states. Of a scenario or a height map: the surface
         with its summits.
     step : int or "peak", optional
@@ -147,6 +148,7 @@ def _object(what: object, name: str) -> "Figure":
     from historysim.results.plots.asperity import plot_asperity
     from historysim.results.plots.comparison import plot_comparison
     from historysim.results.plots.loops import plot_loops
+    from historysim.scenario.fit import Fit
 
     drawn: Mapping[type, Callable[[Any], Figure]] = {
         Loops: plot_loops,
@@ -154,6 +156,7 @@ def _object(what: object, name: str) -> "Figure":
         Asperity: plot_asperity,
         AdheringAsperities: lambda adhering: plot_adhesion_map(adhering.examples()),
         Branch: plot_adhesion_branch,
+        Fit: lambda fit: plot_comparison(fit.comparison, fit.scenario.title),
     }
     for kind, picture in drawn.items():
         if isinstance(what, kind):

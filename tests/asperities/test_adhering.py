@@ -8,6 +8,7 @@ import pytest
 import historysim as hs
 from historysim.asperities.adhering import adhering_asperities
 from historysim.contact.adhesion import Regime
+from historysim.errors import InputError
 from historysim.scenario import scenario
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=50e9, shear_modulus=10e9)
@@ -98,3 +99,26 @@ def test_what_a_scenario_cannot_mean(tmp_path, options, said):
     with pytest.raises(hs.InputError) as refused:
         told(tmp_path, **options)
     assert said in str(refused.value)
+
+
+def test_examples_are_the_greatest_the_median_and_the_least_load():
+    found = adhering([0.0, -1e-9, -5e-9, -2e-9], [1e-6, 9e-6, 1e-6, 1e-6], 4e-9)
+    names = ["asperity 1, greatest load", "asperity 0, median load", "asperity 3, least load"]
+    assert list(found.examples()) == names
+    assert found.examples()[names[2]] == (found.maugis_parameter[2], found.load_parameter[2])
+    # fewer asperities than names
+    assert list(adhering([0.0], 1e-6, 4e-9).examples()) == ["asperity 0, greatest load"]
+    two = adhering([0.0, -1e-9], 1e-6, 4e-9)
+    assert list(two.examples()) == ["asperity 0, greatest load", "asperity 1, median load"]
+
+
+def test_the_branch_of_an_asperity_is_that_of_its_contact():
+    found = adhering([0.0, -1e-9, -9e-9], [1e-6, 9e-6, 1e-6], 4e-9)
+    branch = found.branch(0)
+    assert branch.model is Regime.MAUGIS
+    assert branch.pull_off_under_load.normal_load == pytest.approx(found.pull_off_load[1], rel=1e-9)
+    most = min(found.normal_load[1], -5 * found.pull_off_load[1])
+    assert branch.normal_load[-1] == pytest.approx(most, rel=1e-6)
+    for asperity in (2, -1, 7):
+        with pytest.raises(InputError, match=f"asperity {asperity} does not touch; expected one that does: 1 carries"):
+            found.branch(asperity)

@@ -1,5 +1,6 @@
 """The command line: what it prints, what it writes, how it ends."""
 
+import os
 import subprocess
 import sys
 import time
@@ -164,8 +165,35 @@ def test_how_adhesive_a_scenario_is(folder):
     (folder / "ball.toml").write_text(text, encoding="utf-8")
     assert "adhesion regimes     1 JKR, where the asperities are pressed most\n" in call("show", "ball.toml").output
     assert call("plot", "ball.toml", "--adhesion").output == "ball_adhesion.png\n"
+    assert call("plot", "ball.toml", "--adhesion", "--asperity", "0", "-o", "branch.svg").exit_code == 0
+    assert "Equilibria of asperity 0 after Maugis" in (folder / "branch.svg").read_text(encoding="utf-8")
+    check_refusal(process(folder, "plot", "ball.toml", "--adhesion", "--asperity", "9"), 2, "asperity 9 does not touch")
     assert call("run", "ball.toml", "-q").exit_code == 0
     assert "expected a scenario" in call("plot", "ball.nc", "--adhesion").output
+
+
+def test_loops_are_written_drawn_and_read_again(folder):
+    swings = ", ".join(f'{{ after = 1, tangential_displacement = "{(-1) ** turn * 100} nm" }}' for turn in range(5))
+    text = SCENARIO.replace('{ after = 1, tangential_load = "8 mN" }', swings)
+    (folder / "ball.toml").write_text(text, encoding="utf-8")
+    assert call("run", "ball.toml", "-q").exit_code == 0
+    done = call("loops", "ball.nc", "-o", "l.nc", "--plot")
+    assert done.output.splitlines()[-2:] == ["l.nc", "ball_loops.png"]
+    assert (folder / "ball_loops.png").read_bytes().startswith(b"\x89PNG")
+    assert "friction force" in call("show", "l.nc").output
+    assert call("plot", "l.nc").output == "l.png\n"
+    check_refusal(process(folder, "loops", "l.nc"), 2, "l.nc: is no scenario (.toml) and no result of historysim run")
+    check_refusal(process(folder, "loops", "ball.history"), 2, "ball.history: is the log of a run; expected its result")
+    said = "ball_loops.png: would overwrite what it is made from"
+    check_refusal(process(folder, "loops", "ball.nc", "-o", "ball_loops.png", "--plot"), 2, said)
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="a folder keeps nothing from the superuser")
+def test_a_picture_that_may_not_be_written_is_named_as_it_was_asked_for(folder):
+    (folder / "locked").mkdir(mode=0o500)
+    check_refusal(
+        process(folder, "plot", "ball.toml", "-o", "locked/p.png"), 1, "Error: locked/p.png: Permission denied"
+    )
 
 
 def test_the_columns_of_a_file_are_listed(folder):

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.loads.events import EVENT_KINDS, LOAD_KINDS, LoadEvent, check_sequence
+from historysim.loads.events import EVENT_KINDS, LOAD_KINDS, LoadEvent, check_sequence, events_text
 
 LOADS = (hs.NormalLoad, hs.NormalDisplacement, hs.TangentialLoad, hs.TangentialDisplacement)
 EVENTS = (*LOADS, hs.FrictionChange)
@@ -179,3 +179,10 @@ def test_every_kind_of_event_stands_in_the_table_by_its_name():
         zip(EVENT_KINDS, ["N", "m", "N", "m", "1"], strict=True)
     )
     assert [kind.channel for kind in LOAD_KINDS.values()] == ["normal", "normal", "tangential", "tangential"]
+
+
+def test_events_say_how_many_they_are_and_how_long_they_last():
+    assert events_text([hs.NormalLoad(0.0, 1.0), hs.FrictionChange(90.0, 0.1)]) == "2 events over 90 s"
+    assert events_text([]) == "0 events"
+    # a Replay shows itself before its events are checked
+    assert events_text(["load"]) == "1 event"

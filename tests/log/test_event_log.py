@@ -345,3 +345,13 @@ def test_a_fork_in_the_first_move_of_a_channel_keeps_it(path, tmp_path):
         fork.append(hs.TangentialLoad(3.0, 0.0))
         for time in (0.2, 0.5):
             assert fork.state(at=time).tangential_load == pytest.approx(log.state(at=time).tangential_load)
+
+
+def test_a_log_says_what_it_is(path):
+    with hs.EventLog.create(path, ENSEMBLE, [hs.NormalLoad(0.0, 0.03)]) as log:
+        log.append(hs.TangentialLoad(2.0, 0.004))
+        count = f"{len(ENSEMBLE)} {'asperity' if len(ENSEMBLE) == 1 else 'asperities'}"
+        assert repr(log) == f"<EventLog {path}: 2 events over 2 s, {count}>"
+        assert dict(log.summary())["events"] == "2 over 2 s"
+    with hs.EventLog.create(path, ENSEMBLE) as log:
+        assert repr(log) == f"<EventLog {path}: 0 events, {count}>"

@@ -503,3 +503,12 @@ def test_a_million_samples_take_no_longer_than_a_breath():
     u = np.sin(2 * np.pi * time)
     found = loops_of_channels(time, u, np.clip(5 * np.sin(2 * np.pi * time + 0.5), -1, 1), dead_band=0.1)
     assert len(found) == 999
+
+
+def test_loops_say_what_they_are():
+    found = analysis.friction_loops(swung(4 * SLIDE, substeps=50))
+    heading = f"<Loops: {len(found)} loops, friction force {found.text('friction_force', 'N')}, "
+    assert repr(found).startswith(heading)
+    html = found._repr_html_()
+    assert html.count("<tr>") == len(found.rows())
+    assert found.text("friction_force", "N") in html

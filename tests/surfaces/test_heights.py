@@ -563,3 +563,14 @@ def test_splines_take_summits_of_a_sum_as_the_docstring_says():
     assert 1 - density == pytest.approx(0.12, abs=0.01 + 4 * error[0])
     assert radius - 1 == pytest.approx(0.14, abs=0.01 + 4 * error[1])
     assert error.max() < 0.006
+
+
+def test_a_surface_says_what_it_is():
+    heights = np.zeros((3, 5))
+    heights[1, 2], heights[0, 0] = 4e-9, np.nan
+    text = repr(Surface(heights, (1e-6, 2e-6), periodic=True))
+    # one point of 4 nm among 14: Rq² = 16/14 - (4/14)² nm²
+    assert text == (
+        "<Surface: 3 × 5 points, 1 µm × 2 µm apart, heights 0 m to 4 nm, rms height 1.03 nm, periodic, 1 missing>"
+    )
+    assert repr(Surface([1e-9, 1e-9, 1e-9], 1e-6)).startswith("<Surface: 3 × 1 points, 1 µm apart, heights 1 nm, ")

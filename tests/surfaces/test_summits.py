@@ -793,3 +793,12 @@ def test_there_may_be_no_summits():
 def test_summits_out_of_range(call, message):
     with pytest.raises(InputError, match=message):
         call()
+
+
+def test_summits_say_what_they_are():
+    some = Summits([0.0, 1e-9], 1e-6, [0.0, 1e-6], [0.0, 2e-6], nominal_area=1e-12)
+    assert repr(some) == (
+        "<Summits: 2 summits, heights 0 m to 1 nm, radii 1 µm, x 0 m to 1 µm, y 0 m to 2 µm, 2 per µm²>"
+    )
+    assert repr(Summits([1e-9], 1e-6)) == "<Summits: 1 summit, heights 1 nm, radii 1 µm>"
+    assert repr(Summits([], [])) == "<Summits: 0 summits>"

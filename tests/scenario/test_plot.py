@@ -1,0 +1,154 @@
+"""Pictures of whatever has one, by one call."""
+
+import numpy as np
+import pytest
+import synthetic
+import xarray as xr
+from matplotlib.figure import Figure
+from records import BALL, scenario_text, write_columns
+
+import historysim as hs
+from historysim.asperities.adhering import adhering_asperities
+from historysim.contact.adhesion import branch
+from historysim.errors import InputError
+from historysim.recording import surface_group
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
+ROUGH = hs.Ensemble(PAIR, [0.0, -1e-8, -2e-8, -1e-6], 1e-3, 0.2)
+EVENTS = [
+    hs.NormalLoad(0.0, 0.1),
+    *(hs.TangentialDisplacement(float(time), (-1) ** time * 1e-7) for time in range(1, 5)),
+]
+ADHESIVE = """
+[adhesion]
+work_of_adhesion = 0.05
+equilibrium_separation = "0.2 nm"
+[loading]
+waypoints = [{ time = 0, normal_load = "50 mN" }]
+"""
+
+
+@pytest.fixture(scope="module")
+def history():
+    return hs.replay(ROUGH, EVENTS, substeps=50)
+
+
+@pytest.fixture
+def files(tmp_path, history):
+    hs.Replay(ROUGH, EVENTS, substeps=50).write(tmp_path / "r.nc")
+    hs.find_loops(history).to_dataset().to_netcdf(tmp_path / "l.nc")
+    (tmp_path / "s.toml").write_text(BALL + ADHESIVE, encoding="utf-8")
+    np.savetxt(tmp_path / "map.txt", np.pad([[4.0]], 2))
+    hs.EventLog.create(tmp_path / "r.history", ROUGH, EVENTS).close()
+    return tmp_path
+
+
+def titles(figure):
+    assert isinstance(figure, Figure)
+    return [axes.get_title(loc="left") for axes in figure.axes]
+
+
+def things(history):
+    """What there is a picture of, and what one of its panels is called."""
+    surface = hs.Surface(np.pad([[4e-9]], 2), 1e-6)
+    adhesive = {"work_of_adhesion": 0.05, "equilibrium_separation": 2e-10}
+    one = {"summit_radius": 1e-6, "contact_modulus": 1e9, "work_of_adhesion": 0.05, "max_load": 1e-6}
+    state = ROUGH.advance(ROUGH.initial_state(), normal_load=0.1)
+    state = ROUGH.advance(state, tangential_displacement=1e-8)
+    return {
+        "history": (history, "Friction loop"),
+        "surface": (surface, "Surface and summits"),
+        "surface of a result": (surface_group.dataset(surface.summits(), surface), "Surface and summits"),
+        "loops": (hs.find_loops(history), "Friction loops"),
+        "loops of a file": (hs.find_loops(history).to_dataset(), "friction force (mN)"),
+        "asperity": (ROUGH.asperity(0, state), "asperity 0, partial slip"),
+        "adhering": (adhering_asperities(ROUGH, 1e-7, **adhesive), "Adhesion map"),
+        "branch": (branch("jkr", **one), "Equilibria after JKR"),
+    }
+
+
+@pytest.mark.parametrize("name", things(hs.replay(ROUGH, EVENTS, substeps=50)))
+def test_what_has_a_picture_is_drawn(history, name):
+    what, title = things(history)[name]
+    assert title in titles(hs.plot(what))
+
+
+def test_a_comparison_and_a_fit_of_a_scenario_are_drawn(tmp_path):
+    record = synthetic.measured("ball", 7)
+    write_columns(
+        tmp_path / "m.csv",
+        t=record.time,
+        N=record["normal_load"],
+        u=1e9 * record["tangential_displacement"],
+        T=record["tangential_load"],
+    )
+    more = '[fit]\nparameters = ["friction"]\n'
+    text = scenario_text(response={"tangential_load": '"T"'}, dead_band={"tangential_displacement": 2e-8}, more=more)
+    (tmp_path / "s.toml").write_text(text, encoding="utf-8")
+    assert titles(hs.plot(hs.compare(tmp_path / "s.toml")))[0] == "Friction loops"
+    fitted = hs.fit(tmp_path / "s.toml")
+    assert hs.plot(fitted).get_suptitle() == "a ball"
+    assert repr(fitted).startswith("<Fit: friction 0.")
+    assert fitted._repr_html_().count("<table>") == 3
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "title"),
+    [
+        ("r.nc", {}, "Friction loop"),
+        ("r.nc", {"step": "peak"}, "Asperity distribution"),
+        ("l.nc", {}, "friction force (mN)"),
+        ("s.toml", {}, "Asperity distribution"),
+        ("s.toml", {"adhesion": True}, "Adhesion map"),
+        ("s.toml", {"adhesion": True, "asperity": 0}, "Equilibria of asperity 0 after Maugis"),
+        ("map.txt", {"pixel_size": "1 µm", "height_unit": "nm", "form": "mean"}, "Surface and summits"),
+    ],
+)
+def test_files_are_drawn_as_what_they_are(files, name, options, title):
+    assert title in titles(hs.plot(files / name, **options))
+    assert title in titles(hs.plot(str(files / name), **options))
+
+
+def test_a_history_from_a_file_brings_its_surface_along(tmp_path, history):
+    surface = hs.random_surface((32, 32), 1e-6, 1e-7, 5e-6, seed=1)
+    assert titles(hs.plot(history, step=-1)) == ["Asperity distribution"]
+    opened = history.copy()
+    surface_group.dataset(surface.summits(), surface).to_netcdf(tmp_path / "r.nc", group="surface")
+    opened.encoding["source"] = str(tmp_path / "r.nc")
+    with pytest.raises(InputError, match="of other summits than the surface"):
+        hs.plot(opened, step=-1)
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "said"),
+    [
+        (
+            "r.nc",
+            {"form": "plane", "channel": 0},
+            "form, channel: .*r.nc is a result of historysim run; expected a hei",
+        ),
+        ("r.nc", {"adhesion": True}, "adhesion: .*r.nc is no scenario; expected a scenario with"),
+        ("l.nc", {"step": 1}, "step 1: .*l.nc has no steps; expected a result"),
+        ("s.toml", {"step": 1}, "step 1: .*s.toml has no steps"),
+        ("s.toml", {"asperity": 1}, "asperity 1: expected with adhesion"),
+        ("s.toml", {"adhesion": True, "asperity": 1}, "asperity 1 does not touch; expected one that does: 0 carries"),
+        ("r.history", {}, "r.history has no picture"),
+        ("none", {}, "there is no such file"),
+    ],
+)
+def test_options_that_do_not_fit_are_errors(files, name, options, said):
+    with pytest.raises(InputError, match=said):
+        hs.plot(files / name, **options)
+
+
+@pytest.mark.parametrize("what", [None, 3, [1, 2], ROUGH, xr.Dataset({"a": 1})])
+def test_what_has_no_picture_is_told(what):
+    with pytest.raises(InputError, match=r"this .* (has no picture|is no history); expected"):
+        hs.plot(what)
+
+
+def test_reading_options_are_for_files(history):
+    with pytest.raises(InputError, match="expected with the path of a height map alone"):
+        hs.plot(history, form="plane")
+    with pytest.raises(InputError, match="step 1: this Surface has no steps"):
+        hs.plot(hs.Surface(np.eye(4), 1.0), step=1)

@@ -1,0 +1,58 @@
+"""What can be said of something in a few lines, by one call."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from records import BALL
+
+import historysim as hs
+from historysim.errors import InputError
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
+ROUGH = hs.Ensemble(PAIR, [0.0, -1e-8], 1e-3, 0.2)
+EVENTS = [
+    hs.NormalLoad(0.0, 0.1),
+    *(hs.TangentialDisplacement(float(time), (-1) ** time * 1e-7) for time in range(1, 5)),
+]
+LOADING = """
+[loading]
+waypoints = [{ time = 0, normal_load = "50 mN" }, { after = 1, tangential_load = "8 mN" }]
+"""
+
+
+def test_a_history_in_memory_and_in_a_file_says_the_same(tmp_path):
+    job = hs.Replay(ROUGH, EVENTS, substeps=50)
+    job.write(tmp_path / "r.nc")
+    found, there = dict(hs.show(job.dataset())), dict(hs.show(tmp_path / "r.nc"))
+    assert found["steps"] == there["steps"] == "201 over 4 s"
+    assert there["number_of_asperities"] == "2"
+    assert repr(hs.show(tmp_path / "r.nc")).startswith("steps                     201 over 4 s\n")
+
+
+def test_a_scenario_a_log_a_map_and_loops_are_shown(tmp_path):
+    (tmp_path / "s.toml").write_text(BALL + LOADING, encoding="utf-8")
+    assert dict(hs.show(tmp_path / "s.toml")) == dict(hs.show(hs.load(tmp_path / "s.toml")))
+    assert dict(hs.show(str(tmp_path / "s.toml")))["title"] == "a ball"
+    with hs.EventLog.create(tmp_path / "r.history", ROUGH, EVENTS) as log:
+        assert dict(hs.show(log))["events"] == "5 over 4 s"
+    assert dict(hs.show(tmp_path / "r.history"))["asperities"] == "2"
+    np.savetxt(tmp_path / "map.txt", np.pad([[4.0]], 2))
+    lines = dict(hs.show(tmp_path / "map.txt", pixel_size="1 µm", height_unit="nm", form="mean"))
+    assert (lines["points"], lines["form taken off"]) == ("5 × 5, 1 µm apart", "mean")
+    assert dict(hs.show(hs.Surface(np.eye(4), 1e-6)))["points"] == "4 × 4, 1 µm apart"
+    loops = hs.find_loops(hs.replay(ROUGH, EVENTS, substeps=50))
+    assert dict(hs.show(loops))["dead band"] == "10 nm, 5 % of the range of the displacement"
+    loops.to_dataset().to_netcdf(tmp_path / "l.nc")
+    assert dict(hs.show(tmp_path / "l.nc"))["loops"] == "1"
+
+
+def test_what_cannot_be_shown_is_told(tmp_path):
+    with pytest.raises(InputError, match="3 cannot be shown; expected a history"):
+        hs.show(3)
+    with pytest.raises(InputError, match="this Dataset is no history"):
+        hs.show(xr.Dataset({"a": 1}))
+    with pytest.raises(InputError, match="expected with the path of a height map alone"):
+        hs.show(hs.Surface(np.eye(4), 1.0), pixel_size=1.0)
+    (tmp_path / "s.toml").write_text(BALL + LOADING, encoding="utf-8")
+    with pytest.raises(InputError, match=r"form: .*s.toml is a scenario; expected a height map"):
+        hs.show(tmp_path / "s.toml", form="plane")
