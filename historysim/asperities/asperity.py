@@ -9,6 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import checked
+from historysim.basics.units import quantity_text
+from historysim.basics.wording import counted
 from historysim.contact.hertz import half_chord
 from historysim.contact.materials import MaterialPair
 from historysim.memory.rows import FULL_STICK, GROSS_SLIP, PARTIAL_SLIP, SEPARATED
@@ -24,9 +26,11 @@ class SlipState(enum.IntEnum):
     GROSS_SLIP = GROSS_SLIP
 
 
-@attrs.frozen(eq=False)
+@attrs.frozen(eq=False, repr=False)
 class Asperity:
     """One asperity, holding its traction memory in one state of its ensemble.
+
+    What it answers follows from its geometry, its friction and its memory.
 
     Attributes
     ----------
@@ -35,35 +39,71 @@ class Asperity:
     pair : MaterialPair
     summit_height, summit_radius : float
         [m].
-    friction : float
-        Coulomb coefficient in this state.
-    approach : float
-        Own approach δ [m]; negative where it does not touch.
-    normal_load, tangential_load : float
-        [N]; the tangential load has the sign of the displacement that raised it.
-    contact_radius, stick_radius : float
-        a and c [m]; c = a in full stick, 0 in gross slip.
-    slip_state : SlipState
-    dissipated_energy, stored_energy : float
-        Frictional energy lost so far, and tangential elastic energy held [J].
     memory : TractionMemory
         View of the friction group's polyline.
     """
 
     index: int
-    pair: MaterialPair = attrs.field(repr=False)
+    pair: MaterialPair
     summit_height: float
     summit_radius: float
-    friction: float
-    approach: float
-    normal_load: float
-    tangential_load: float
-    contact_radius: float
-    stick_radius: float
-    slip_state: SlipState
-    dissipated_energy: float
-    stored_energy: float
-    memory: TractionMemory = attrs.field(repr=False)
+    memory: TractionMemory
+
+    def __repr__(self) -> str:
+        told = [
+            f"normal load {quantity_text(self.normal_load, 'N')}",
+            f"tangential load {quantity_text(self.tangential_load, 'N')}",
+            f"contact radius {quantity_text(self.contact_radius, 'm')}",
+            f"stick radius {quantity_text(self.stick_radius, 'm')}",
+            counted(self.reversal_points.size, "reversal point", "reversal points"),
+        ]
+        state = self.slip_state.name.lower().replace("_", " ")
+        return f"<Asperity {self.index}: {state}{''.join(f', {text}' for text in told)}>"
+
+    @property
+    def friction(self) -> float:
+        """Coulomb coefficient μ in this state."""
+        return self.memory.friction
+
+    @property
+    def approach(self) -> float:
+        """Own approach δ [m]; negative where it does not touch."""
+        return self.memory.approach
+
+    @property
+    def normal_load(self) -> float:
+        """Normal load N [N]."""
+        return float(self.memory.recorded.normal_load[0, 0])
+
+    @property
+    def tangential_load(self) -> float:
+        """Tangential load T [N], with the sign of the displacement that raised it."""
+        return float(self.memory.recorded.tangential_load[0, 0])
+
+    @property
+    def contact_radius(self) -> float:
+        """Contact radius a [m]; 0 where it does not touch."""
+        return float(self.memory.recorded.contact_radius[0, 0])
+
+    @property
+    def stick_radius(self) -> float:
+        """Stick radius c [m]: a in full stick, 0 in gross slip."""
+        return float(self.memory.recorded.stick_radius[0, 0])
+
+    @property
+    def slip_state(self) -> SlipState:
+        """What the contact does at its edge and inside."""
+        return SlipState(self.memory.recorded.slip_state[0, 0])
+
+    @property
+    def dissipated_energy(self) -> float:
+        """Energy that friction has taken since the start [J]."""
+        return self.memory.dissipated_energy
+
+    @property
+    def stored_energy(self) -> float:
+        """Tangential elastic energy [J]."""
+        return self.memory.stored_energy
 
     @property
     def preliminary_displacement(self) -> float:
@@ -77,15 +117,22 @@ class Asperity:
 
     @property
     def reversal_points(self) -> "np.recarray[Any, np.dtype[np.record]]":
-        """Vertices of the memory inside the contact, from the edge inward.
+        """Reversals of the displacement that the contact remembers, from the edge inward.
+
+        A reversal is remembered by the slip front that it leaves behind, at the stick radius of its moment. The front
+        of the slip that goes on now is none yet, and virgin loading has none. A reversal is forgotten (wiped out)
+        when slip from the edge passes its front, such as when a loop closes, or when the contact edge comes back
+        as far. A rising normal load and a change of friction leave it where it is, unless the springs there slip.
+        A reversal out of full stick leaves no front, one out of gross slip has the radius 0.
 
         Returns
         -------
-        record array with fields ``radius`` [m], the stick or counter-slip radius of the vertex, and
-        ``displacement`` [m], the tangential displacement at which it was made.
+        record array with fields ``radius`` [m], the stick radius at the reversal, and ``displacement`` [m], the
+        tangential displacement U of the reversal.
         """
-        points = np.recarray(max(self.memory.radius.size - 1, 0), dtype=[("radius", float), ("displacement", float)])
-        points.radius, points.displacement = self.memory.radius[1:], self.memory.made_at[1:]
+        radius, displacement = self.memory.reversals
+        points = np.recarray(radius.size, dtype=[("radius", float), ("displacement", float)])
+        points.radius, points.displacement = radius, displacement
         return points
 
     def traction(self, radius: npt.ArrayLike) -> npt.NDArray[np.float64]:

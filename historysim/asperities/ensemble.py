@@ -9,10 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.asperities import friction as friction_laws
-from historysim.asperities.asperity import Asperity, SlipState
+from historysim.asperities.asperity import Asperity
 from historysim.asperities.curves import NormalCurves
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.basics.arguments import checked, one_per, scalar
+from historysim.basics.units import quantity_text, range_text
+from historysim.basics.wording import counted
 from historysim.contact.materials import MaterialPair
 from historysim.errors import FrictionLimitError, InputError
 from historysim.memory.energy import stored_energy
@@ -22,6 +24,7 @@ from historysim.memory.layout import (
     DISPLACEMENT,
     DISSIPATED,
     NORMAL_LOAD,
+    TANGENTIAL,
     TANGENTIAL_LOAD,
     Contact,
     Memory,
@@ -30,17 +33,15 @@ from historysim.memory.layout import (
 )
 from historysim.memory.normal import approach_at
 from historysim.memory.paths import DISPLACED, LOAD, STILL, Goals, Paths, paths_to
-from historysim.memory.rows import ROW_SATURATED, Rows
+from historysim.memory.rows import Rows, blank_rows
 from historysim.memory.traction import TractionMemory
 from historysim.memory.walk import walk_paths
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
-FIRST_ROOM = 6
 
-
-@attrs.frozen(eq=False)
+@attrs.frozen(eq=False, repr=False)
 class EnsembleState:
     """The state of an ensemble: a value, never changed once made.
 
@@ -58,12 +59,21 @@ class EnsembleState:
         held until it is told to move.
     """
 
-    contact: Contact = attrs.field(repr=False)
-    order: Integers = attrs.field(repr=False)
-    memory: Memory = attrs.field(repr=False)
-    units: Units = attrs.field(repr=False)
+    contact: Contact
+    order: Integers
+    memory: Memory
+    units: Units
     normal_control: int = LOAD
     tangential_control: int = LOAD
+
+    def __repr__(self) -> str:
+        told = [
+            f"normal load {quantity_text(self.normal_load, 'N')}",
+            f"tangential load {quantity_text(self.tangential_load, 'N')}",
+            f"approach {quantity_text(self.approach, 'm')}",
+            f"tangential displacement {quantity_text(self.tangential_displacement, 'm')}",
+        ]
+        return f"<EnsembleState: {', '.join(told)}>"
 
     @property
     def normal_load(self) -> float:
@@ -97,7 +107,7 @@ class EnsembleState:
         return stored_energy(self.contact, self.memory, unused) * self.units.energy
 
 
-@attrs.frozen(eq=False, init=False)
+@attrs.frozen(eq=False, init=False, repr=False)
 class Ensemble:
     """Hertzian asperities under one rigid flat: shared approach, shared tangential displacement, no other interaction.
 
@@ -222,6 +232,15 @@ class Ensemble:
         """Return the number of asperities, or of patches."""
         return self.elements if self.curves is None else len(self.curves)
 
+    def __repr__(self) -> str:
+        least, most = self.friction.min(), self.friction.max()
+        friction = f"friction {least:.4g}" + (f" to {most:.4g}" if most > least else "")
+        if self.curves is not None:
+            return f"<Ensemble: {counted(len(self), 'patch', 'patches')} with normal curves, {friction}>"
+        summits = [("height", self.summit_height, "m"), ("radius", self.summit_radius, "m")]
+        told = [f"summit {name} {range_text(each.min(), each.max(), unit)}" for name, each, unit in summits]
+        return f"<Ensemble: {counted(len(self), 'asperity', 'asperities')}, {', '.join(told)}, {friction}>"
+
     @property
     def elements(self) -> int:
         """Number of Hertzian contacts that the memory is replayed on: of asperities, or of what carries all patches."""
@@ -260,7 +279,7 @@ class Ensemble:
         contact, order = self._contact(self.friction, friction_laws.groups(self.friction))
         count = contact.friction.size
         memory = Memory(
-            vertices=np.zeros((count, FIRST_ROOM, 6)),
+            vertices=np.zeros((count, 1, TANGENTIAL + 1)),
             depth=np.zeros(count, dtype=np.int64),
             steep=np.zeros(count, dtype=np.bool_),
             dissipated=np.zeros(self.elements),
@@ -366,7 +385,7 @@ class Ensemble:
         paths : Paths
             With targets in N and m.
         rows : Rows, optional
-            Room for the rows that the paths record, which is filled in SI units (see `room`); none are
+            Where the rows that the paths record are written, in SI units (see `blank_rows`); none are
             recorded by default.
         asperities : array_like (column)
             Indices of the asperities to record, in the order of the columns of ``rows``.
@@ -385,13 +404,13 @@ class Ensemble:
         units = state.units
         chosen = np.asarray(asperities, dtype=np.int64)
         if rows is None:
-            rows = room(0, 0)
+            rows = blank_rows(0, 0)
             paths = paths._replace(parts=np.ones_like(paths.parts), recorded=np.zeros_like(paths.recorded))
         walked = rows
         if self.curves is not None:
             self.curves.check_reach(paths)
             patches, chosen = chosen, np.arange(self.elements)
-            walked = room(len(rows.totals), self.elements)
+            walked = blank_rows(len(rows.totals), self.elements)
         position = np.empty(self.elements, dtype=np.int64)
         position[state.order] = np.arange(self.elements)
         memory, path, request, limit = walk_paths(
@@ -417,9 +436,15 @@ class Ensemble:
         )
 
     def approach_at(self, normal_load: float) -> float:
-        """Approach of the highest summit [m] at which the asperities carry a total normal load [N] ≥ 0."""
+        """Return the approach of the highest summit [m] at which the asperities carry a total normal load [N].
+
+        Raises
+        ------
+        InputError
+            A load that is not a finite number of 0 or more.
+        """
         state = self.initial_state()
-        load = normal_load / state.units.load
+        load = scalar("normal_load", normal_load, least=0.0) / state.units.load
         gap, weight = state.contact.sorted_gap, state.contact.sorted_weight
         return approach_at(gap, weight, load, 0.0) * state.units.length
 
@@ -439,33 +464,12 @@ class Ensemble:
         if not 0 <= index < len(self):
             raise InputError(f"asperity {index} does not exist; expected an index from 0 to {len(self) - 1}")
         position = int(np.flatnonzero(state.order == index)[0])
-        group = int(np.searchsorted(state.contact.first, position, side="right")) - 1
-        rows = room(1, 1)
-        hold = Goals(DISPLACED, *STILL)
-        self.walk(state, paths_to(hold, hold), rows=rows, asperities=[index])
-        stored = np.zeros(len(self))
-        stored_energy(state.contact, state.memory, stored)
-        gap = float(state.contact.gap[position]) * state.units.length
         return Asperity(
             index=index,
             pair=self.pair,
             summit_height=float(self.summit_height[index]),
             summit_radius=float(self.summit_radius[index]),
-            friction=float(state.contact.friction[group]),
-            approach=state.approach - gap,
-            normal_load=float(rows.normal_load[0, 0]),
-            tangential_load=float(rows.tangential_load[0, 0]),
-            contact_radius=float(rows.contact_radius[0, 0]),
-            stick_radius=float(rows.stick_radius[0, 0]),
-            slip_state=SlipState(rows.slip_state[0, 0]),
-            dissipated_energy=float(rows.dissipated[0, 0]),
-            stored_energy=float(stored[position]) * state.units.energy,
-            memory=TractionMemory(
-                state.memory.vertices[group, : state.memory.depth[group]],
-                gap,
-                float(self.summit_radius[index]),
-                state.units,
-            ),
+            memory=TractionMemory.of(state.contact, state.memory, state.units, position),
         )
 
     def _coefficients(self, friction: npt.ArrayLike) -> Floats:
@@ -561,18 +565,4 @@ def _scaled(paths: Paths, units: Units) -> Paths:
     tangential = np.where(paths.tangential_control == LOAD, units.load, units.displacement)
     return paths._replace(
         normal_target=paths.normal_target / normal, tangential_target=paths.tangential_target / tangential
-    )
-
-
-def room(count: int, asperities: int) -> Rows:
-    """Return room for a number of recorded rows of a number of asperities."""
-    shape = (count, asperities)
-    return Rows(
-        totals=np.empty((count, ROW_SATURATED + 1)),
-        normal_load=np.empty(shape),
-        tangential_load=np.empty(shape),
-        contact_radius=np.empty(shape),
-        stick_radius=np.empty(shape),
-        slip_state=np.empty(shape, dtype=np.int8),
-        dissipated=np.empty(shape),
     )

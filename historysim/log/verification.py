@@ -11,7 +11,6 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.asperities import ensemble as ensembles
 from historysim.asperities.ensemble import EnsembleState
 from historysim.basics.file_kinds import is_log, is_netcdf
 from historysim.basics.notices import Teller, silent
@@ -22,7 +21,7 @@ from historysim.log.file import LogFile
 from historysim.log.result import log_beside
 from historysim.log.snapshot import packed, program
 from historysim.log.starts import trusted_snapshots
-from historysim.memory.rows import Rows
+from historysim.memory.rows import Rows, blank_rows
 from historysim.recording.recorder import Recorder, coordinates_of
 
 if TYPE_CHECKING:
@@ -222,7 +221,7 @@ class _Comparer(Recorder):
 
     def blank(self, count: int) -> Rows:
         """Return rows for the replay to fill next."""
-        self._rows = ensembles.room(count, self.columns)
+        self._rows = blank_rows(count, self.columns)
         return self._rows
 
     def record(self, times: Array) -> None:

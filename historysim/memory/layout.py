@@ -123,22 +123,22 @@ def deepest(memory: Memory) -> int:
 
 
 @compiled
-def stacks_with_room(memory: Memory, room: int) -> Floats:
-    """Copy the stacks to an array with room for so many vertices each."""
-    vertices = np.empty((memory.vertices.shape[0], room, memory.vertices.shape[2]))
+def stacks_of_capacity(memory: Memory, capacity: int) -> Floats:
+    """Copy the stacks to an array that holds so many vertices each."""
+    vertices = np.empty((memory.vertices.shape[0], capacity, memory.vertices.shape[2]))
     for index in range(memory.depth.size):
         copy_vertices(memory.vertices[index], vertices[index], memory.depth[index])
     return vertices
 
 
 @compiled
-def grown(memory: Memory, room: int) -> Memory:
-    """Return the memory with room for so many vertices in each stack; the other arrays are the same ones."""
-    return Memory(stacks_with_room(memory, room), memory.depth, memory.steep, memory.dissipated, memory.now)
+def grown(memory: Memory, capacity: int) -> Memory:
+    """Return the memory with stacks that hold so many vertices each; the other arrays are the same ones."""
+    return Memory(stacks_of_capacity(memory, capacity), memory.depth, memory.steep, memory.dissipated, memory.now)
 
 
 @compiled
 def copied(memory: Memory) -> Memory:
-    """Return an independent copy, with room for the next step."""
-    vertices = stacks_with_room(memory, deepest(memory) + 2)
+    """Return an independent copy, which the next step fits into."""
+    vertices = stacks_of_capacity(memory, deepest(memory) + 2)
     return Memory(vertices, memory.depth.copy(), memory.steep.copy(), memory.dissipated.copy(), memory.now.copy())

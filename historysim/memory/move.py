@@ -28,10 +28,9 @@ def move(contact: Contact, memory: Memory, d1: float, load: float, aim: Aim) -> 
 
     A tangential load has to be within the friction limit.
     """
-    room = memory.vertices.shape[1]
     # a front and an edge; a polyline steeper than μ may be cut in every segment
     needed = 3 * deepest(memory) + 6 if memory.steep.any() else deepest(memory) + 2
-    if needed > room:
+    if needed > memory.vertices.shape[1]:
         memory = grown(memory, 2 * needed)
     now, groups = memory.now, contact.friction.size
     d0, v0 = now[APPROACH], now[DISPLACEMENT]

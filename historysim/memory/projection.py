@@ -49,8 +49,8 @@ def stick_boundary(stack: Floats, depth: int, friction: float) -> float:
 
 
 @reordered
-def nominal_area(gap: Floats, weight: Floats, count: int, approach: float) -> float:
-    """Σ k² (a - h), the contact area over π."""
+def real_area(gap: Floats, weight: Floats, count: int, approach: float) -> float:
+    """Σ k² (a - h), the real contact area over π."""
     area = 0.0
     for i in range(count):
         area += weight[i] * weight[i] * (approach - gap[i])
@@ -76,7 +76,7 @@ def record_totals(contact: Contact, memory: Memory, totals: Floats, units: Units
     totals[ROW_APPROACH] = approach * units.length
     totals[ROW_DISPLACEMENT] = now[DISPLACEMENT] * units.displacement
     totals[ROW_COUNT] = count
-    totals[ROW_AREA] = nominal_area(contact.sorted_gap, contact.sorted_weight, count, approach) * units.area
+    totals[ROW_AREA] = real_area(contact.sorted_gap, contact.sorted_weight, count, approach) * units.area
     totals[ROW_STIFFNESS] = stiffness * units.stiffness
     totals[ROW_DISSIPATED] = now[DISSIPATED] * units.energy
     totals[ROW_LIMIT] = limit * units.load

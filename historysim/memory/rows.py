@@ -2,6 +2,8 @@
 
 from typing import NamedTuple
 
+import numpy as np
+
 from historysim.memory.layout import Bytes, Floats
 
 SEPARATED, FULL_STICK, PARTIAL_SLIP, GROSS_SLIP = range(4)
@@ -19,6 +21,7 @@ SEPARATED, FULL_STICK, PARTIAL_SLIP, GROSS_SLIP = range(4)
     ROW_LIMIT,
     ROW_SATURATED,
 ) = range(10)
+TOTALS_OF_ROW = 10
 
 
 class Rows(NamedTuple):
@@ -31,3 +34,17 @@ class Rows(NamedTuple):
     stick_radius: Floats
     slip_state: Bytes
     dissipated: Floats
+
+
+def blank_rows(count: int, asperities: int) -> Rows:
+    """Return arrays for a number of rows of a number of asperities, to be written to."""
+    shape = (count, asperities)
+    return Rows(
+        totals=np.empty((count, TOTALS_OF_ROW)),
+        normal_load=np.empty(shape),
+        tangential_load=np.empty(shape),
+        contact_radius=np.empty(shape),
+        stick_radius=np.empty(shape),
+        slip_state=np.empty(shape, dtype=np.int8),
+        dissipated=np.empty(shape),
+    )

@@ -10,12 +10,11 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.asperities import ensemble as ensembles
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.files import replacing
 from historysim.errors import InputError
-from historysim.memory.rows import Rows
+from historysim.memory.rows import Rows, blank_rows
 from historysim.recording.recorder import Recorder, coordinates_of
 from historysim.recording.variables import COORDINATES, Variable
 
@@ -76,7 +75,7 @@ class FileRecorder(Recorder):
 
     def blank(self, count: int) -> Rows:
         """Return rows for the replay to fill next."""
-        self._rows = ensembles.room(count, self.columns)
+        self._rows = blank_rows(count, self.columns)
         return self._rows
 
     def record(self, times: Array) -> None:

@@ -19,11 +19,10 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.asperities import ensemble as ensembles
 from historysim.basics.files import replacing, sync_folder
 from historysim.basics.lock import WriterLock
 from historysim.errors import InputError
-from historysim.memory.rows import Rows
+from historysim.memory.rows import Rows, blank_rows
 from historysim.recording import recorder
 
 Array = npt.NDArray[Any]
@@ -172,7 +171,7 @@ class PartRecorder(recorder.Recorder):
         """Return rows for the replay to fill next."""
         if self._gathered and (self._filled + count) * max(self.columns, 1) > recorder.CELLS_AT_ONCE:
             self.flush()
-        self._rows = ensembles.room(count, self.columns)
+        self._rows = blank_rows(count, self.columns)
         return self._rows
 
     def record(self, times: Array) -> None:

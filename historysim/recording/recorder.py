@@ -9,7 +9,6 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.asperities import ensemble as ensembles
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.errors import InputError
@@ -26,6 +25,7 @@ from historysim.memory.rows import (
     ROW_STIFFNESS,
     ROW_TANGENTIAL,
     Rows,
+    blank_rows,
 )
 from historysim.recording.variables import BEHIND_A_SPRING, COORDINATES, PER_ASPERITY, PER_PATCH, TOTALS, Variable
 
@@ -188,7 +188,7 @@ class DatasetRecorder(Recorder):
     _times: Array = attrs.field(init=False)
 
     def __attrs_post_init__(self) -> None:
-        self.rows = ensembles.room(self.steps, self.columns)
+        self.rows = blank_rows(self.steps, self.columns)
         self._times = np.zeros(self.steps)
 
     def blank(self, count: int) -> Rows:
@@ -231,7 +231,7 @@ class StateOnly(Recorder):
 
     def blank(self, count: int) -> Rows:
         """Return rows for the replay to fill next."""
-        return ensembles.room(count, 0)
+        return blank_rows(count, 0)
 
     def record(self, times: Array) -> None:
         """Leave the rows."""

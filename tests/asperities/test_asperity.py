@@ -87,15 +87,20 @@ def test_slip_states():
     assert BALL.asperity(0, pressed).stick_radius == BALL.asperity(0, pressed).contact_radius
 
 
+def reversals(asperity):
+    """Displacements of the reversals that an asperity remembers, the oldest first."""
+    return asperity.reversal_points.displacement[::-1].tolist()
+
+
 def test_reversal_points_stand_from_the_edge_inward_with_their_displacements():
     shares = (0.9, -0.7, 0.5, -0.2)
     loads = np.array(shares) * LIMIT
     points = ball_at(*shares).reversal_points
-    # a half cycle reaches as deep as virgin loading by half of it
-    jumps = np.abs(np.diff(loads, prepend=-loads[0])) / 2
+    # a half cycle reaches as deep as virgin loading by half of it; the last one is not reversed yet
+    jumps = np.abs(np.diff(loads, prepend=-loads[0]))[:-1] / 2
     radii = [mindlin.stick_radius(jump, **SLIPPING) for jump in jumps]
     made = [mindlin.tangential_displacement(loads[0], **ELASTIC)]
-    for before, after in itertools.pairwise(loads):
+    for before, after in itertools.pairwise(loads[:-1]):
         made.append(made[-1] + 2 * mindlin.tangential_displacement((after - before) / 2, **ELASTIC))
     assert points.radius == pytest.approx(radii[::-1], rel=1e-13)
     assert points.displacement == pytest.approx(made[::-1], rel=1e-12)
@@ -105,22 +110,83 @@ def test_reversal_points_stand_from_the_edge_inward_with_their_displacements():
 
 def test_an_older_reversal_keeps_the_displacement_at_which_it_was_made():
     first = state_at(0.8)
-    later = BALL.advance(BALL.advance(first, tangential_load=-0.3 * LIMIT), tangential_load=0.1 * LIMIT)
-    points = BALL.asperity(0, later).reversal_points
-    assert points.displacement[-1] == first.tangential_displacement
-    assert points.displacement[0] == later.tangential_displacement
+    turned = BALL.advance(first, tangential_load=-0.3 * LIMIT)
+    later = BALL.advance(turned, tangential_load=0.1 * LIMIT)
+    made = [state.tangential_displacement for state in (first, turned)]
+    assert reversals(BALL.asperity(0, later)) == made
 
 
-def test_there_are_no_reversal_points_without_slip_or_in_gross_slip():
+def test_virgin_loading_has_no_reversal_point():
     assert ball_at().reversal_points.size == 0
-    assert ball_at(0.6, -1.0).reversal_points.size == 0
+    assert ball_at(0.6).reversal_points.size == 0
+    assert ball_at(0.3, 0.6).reversal_points.size == 0
+    assert ball_at(0.3, 0.6, 1.0).reversal_points.size == 0
     proportional = BALL.advance(BALL.initial_state(), normal_load=LOAD, tangential_load=0.5 * LIMIT)
     assert BALL.asperity(0, proportional).reversal_points.size == 0
 
 
+def test_a_reversal_is_wiped_out_when_its_loop_closes_or_all_slides():
+    assert ball_at(0.6, -0.2, 0.6).reversal_points.size == 0
+    assert ball_at(0.6, -0.2, 0.7).reversal_points.size == 0
+    assert ball_at(0.6, -1.0).reversal_points.size == 0
+    turned = ball_at(0.6, -0.2)
+    assert ball_at(0.6, -0.2, 0.1, -0.2).reversal_points.tolist() == turned.reversal_points.tolist()
+
+
+def test_a_reversal_out_of_gross_slip_has_no_stick_radius():
+    sliding = BALL.advance(state_at(0.6), tangential_displacement=1e-6)
+    point = BALL.asperity(0, BALL.advance(sliding, tangential_load=0.2 * LIMIT)).reversal_points
+    assert point.tolist() == [(0.0, 1e-6)]
+
+
+@pytest.mark.parametrize("part", [1.2, 0.97])
+def test_a_normal_load_that_leaves_its_front_in_contact_leaves_a_reversal(part):
+    turned = state_at(0.9, -0.3)
+    made = BALL.asperity(0, turned).reversal_points
+    pressed = BALL.asperity(0, BALL.advance(turned, normal_load=part * LOAD))
+    assert pressed.reversal_points.tolist() == made.tolist()
+    # in virgin loading a rising normal load is no reversal, and a falling tangential load then is
+    raised = BALL.advance(state_at(0.5), normal_load=1.2 * LOAD)
+    assert BALL.asperity(0, raised).reversal_points.size == 0
+    onward = BALL.advance(raised, tangential_load=0.9 * LIMIT)
+    assert BALL.asperity(0, onward).reversal_points.size == 0
+    back = BALL.advance(raised, tangential_load=0.2 * LIMIT)
+    assert reversals(BALL.asperity(0, back)) == [raised.tangential_displacement]
+
+
+def test_a_normal_load_that_takes_the_contact_edge_behind_its_front_wipes_a_reversal_out():
+    light = BALL.advance(state_at(0.3, 0.1), normal_load=0.5 * LOAD)
+    assert BALL.asperity(0, light).reversal_points.size == 0
+
+
+def test_a_change_of_friction_leaves_reversals_that_it_does_not_move():
+    state = state_at(0.5, -0.2)
+    made = BALL.asperity(0, state).reversal_points.tolist()
+    assert len(made) == 1
+    raised = BALL.advance(state, friction=1.3 * MU)
+    assert BALL.asperity(0, raised).reversal_points.tolist() == made
+    again = BALL.asperity(0, BALL.advance(raised, tangential_load=0.1 * LIMIT))
+    assert reversals(again) == [made[0][1], raised.tangential_displacement]
+    low = BALL.asperity(0, BALL.advance(state_at(0.1), friction=0.9 * MU))
+    assert low.reversal_points.size == 0
+
+
+def test_each_asperity_of_a_group_remembers_the_reversals_that_it_was_there_for():
+    ensemble = hs.Ensemble(PAIR, [0.0, -0.6 * DEPTH, -0.95 * DEPTH], R, MU)
+    state = ensemble.advance(ensemble.initial_state(), normal_displacement=DEPTH, tangential_displacement=0.0)
+    slide = PAIR.displacement_ratio * MU * DEPTH
+    for target in (0.8 * slide, 0.6 * slide):
+        state = ensemble.advance(state, tangential_displacement=target)
+    found = [ensemble.asperity(i, state) for i in range(3)]
+    # at the reversal the second and the third asperity slid as a whole
+    assert [reversals(asperity) for asperity in found] == [[pytest.approx(0.8 * slide)]] * 2 + [[]]
+    assert found[0].reversal_points.radius > 0
+    assert found[1].reversal_points.radius == 0
+
+
 def integrated(asperity):
     """∫ 2π r τ dr between the kinks of the traction, by quadrature in r = c sin φ, which flattens the roots."""
-    ends = [0.0, *asperity.reversal_points.radius[::-1], asperity.contact_radius]
+    ends = [0.0, *asperity.memory.radius[::-1]]
     total = 0.0
     for low, high in itertools.pairwise(ends):
         if high > low:
@@ -231,3 +297,48 @@ def test_a_distance_that_is_not_a_number_is_refused():
     for answer in (ensemble.asperity(0, state).traction, ensemble.asperity(0, state).pressure):
         with pytest.raises(hs.InputError, match=r"radius\[1\] is nan; expected a finite number"):
             answer([0.0, float("nan")])
+
+
+# the column of each variable, as a recorder writes it
+COLUMNS = ("normal_load", "tangential_load", "contact_radius", "stick_radius", "slip_state", "dissipated_energy")
+
+
+@pytest.mark.parametrize("several", [False, True])
+def test_what_an_asperity_answers_is_what_is_recorded_of_it_bit_for_bit(several):
+    rng = np.random.default_rng(5)
+    count = 40
+    friction = rng.uniform(0.15, 0.25, count) if several else MU
+    ensemble = hs.Ensemble(PAIR, rng.normal(0, 40e-9, count), rng.uniform(1e-5, 3e-5, count), friction)
+    events = [hs.NormalLoad(0, 5e-3), hs.TangentialLoad(1, 4e-4), hs.TangentialLoad(2, -2e-4), hs.NormalLoad(3, 4e-3)]
+    job = hs.Replay(ensemble, events, record="all")
+    row, state = job.dataset().isel(step=-1), job.state()
+    for i in range(count):
+        asperity = ensemble.asperity(i, state)
+        for name in COLUMNS:
+            assert getattr(asperity, name) == row[name].values[i], name
+
+
+def test_the_tangential_load_is_the_superposition_of_the_vertices():
+    for several in (False, True):
+        ensemble, states = scattered_states(several)
+        for asperity in (ensemble.asperity(i, state) for state in states for i in range(len(ensemble))):
+            loads = 4 / 3 * asperity.pair.contact_modulus * asperity.memory.radius**3 / asperity.summit_radius
+            assert asperity.memory.jump @ loads == pytest.approx(
+                asperity.tangential_load, abs=1e-12 * asperity.friction * asperity.normal_load
+            )
+
+
+def test_the_stored_energies_are_shares_of_the_total():
+    ensemble, states = scattered_states(True)
+    for state in states:
+        shares = [ensemble.asperity(i, state).stored_energy for i in range(len(ensemble))]
+        assert sum(shares) == pytest.approx(state.stored_energy, rel=1e-12)
+
+
+def test_an_asperity_says_what_it_is():
+    text = repr(ball_at(0.5, 0.1))
+    assert text.startswith("<Asperity 0: partial slip, normal load 50 mN, tangential load 1 mN, contact radius ")
+    assert text.endswith(" µm, 1 reversal point>")
+    assert repr(ball_at()).endswith(", 0 reversal points>")
+    nothing = "normal load 0 N, tangential load 0 N, contact radius 0 m, stick radius 0 m, 0 reversal points"
+    assert repr(BALL.asperity(0, BALL.initial_state())) == f"<Asperity 0: separated, {nothing}>"

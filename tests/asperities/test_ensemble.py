@@ -427,3 +427,32 @@ def test_the_order_of_the_asperities_does_not_matter():
         state = ensemble.advance(pressed(ensemble, 0.2), tangential_load=0.03)
         forces.append([ensemble.asperity(i, state).tangential_load for i in range(9)])
     assert np.array(forces[0])[order] == pytest.approx(forces[1], rel=1e-12)
+
+
+# -- what they say of themselves -------------------------------------------------------------------
+
+
+def test_an_ensemble_says_what_it_is():
+    one = hs.Ensemble(PAIR, 0.0, 2e-6, 0.3)
+    assert repr(one) == "<Ensemble: 1 asperity, summit height 0 m, summit radius 2 µm, friction 0.3>"
+    several = hs.Ensemble(PAIR, [0.0, 3e-8], [1e-6, 2e-3], [0.2, 0.25])
+    assert repr(several) == (
+        "<Ensemble: 2 asperities, summit height 0 m to 30 nm, summit radius 1 µm to 2 mm, friction 0.2 to 0.25>"
+    )
+
+
+def test_a_state_says_its_loads_and_displacements():
+    ensemble = hs.Ensemble(PAIR, [0.0, -0.1, -0.5], 2.0, 0.3)
+    state = ensemble.advance(ensemble.initial_state(), normal_displacement=0.2, tangential_displacement=-1e-3)
+    text = repr(state)
+    assert text.startswith("<EnsembleState: normal load ")
+    assert text.endswith("N, approach 200 mm, tangential displacement -1 mm>")
+    assert repr(ensemble.initial_state()) == (
+        "<EnsembleState: normal load 0 N, tangential load 0 N, approach 0 m, tangential displacement 0 m>"
+    )
+
+
+@pytest.mark.parametrize("load", [np.nan, np.inf, -1e-9, "much", [0.1, 0.2]])
+def test_the_approach_at_what_is_no_load_is_refused(load):
+    with pytest.raises(InputError, match="normal_load is"):
+        rough(5).approach_at(load)

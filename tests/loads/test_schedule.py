@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.asperities.ensemble import room
 from historysim.loads.events import FrictionChange, LoadEvent
 from historysim.loads.schedule import AT_WAYPOINT, BEYOND_LAST, row_count, standing_at, stretches
 from historysim.memory.paths import DISPLACED, LOAD
+from historysim.memory.rows import blank_rows
 
 HELD = (0.0, 0.0)
 
@@ -421,7 +421,7 @@ def test_breaking_stretches_changes_no_bit(ensemble):
     for most_rows in (None, 1, 4):
         state, totals = ensemble.initial_state(), []
         for stretch in stretches(events, 2, most_rows):
-            rows = room(stretch.row_time.size, 0)
+            rows = blank_rows(stretch.row_time.size, 0)
             state = ensemble.walk(state, stretch.paths, rows=rows)
             if stretch.friction is not None:
                 state = ensemble.with_friction(state, stretch.friction.friction)

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from historysim.asperities import ensemble
 from historysim.errors import InputError
+from historysim.memory.rows import blank_rows
 from historysim.recording.parts import Parts
 
 
@@ -15,7 +15,7 @@ def bits(part):
 def test_a_byte_that_has_changed_in_a_part_changes_no_value_unnoticed(tmp_path, columns):
     generator = np.random.default_rng(1)
     parts = Parts(tmp_path / "out.nc", bytes(range(32)), columns)
-    rows = ensemble.room(3, columns)
+    rows = blank_rows(3, columns)
     for values in rows:
         values[...] = generator.integers(0, 3, values.shape)
     parts.write(0, np.arange(3.0), rows)
@@ -39,7 +39,7 @@ def test_a_byte_that_has_changed_in_a_part_changes_no_value_unnoticed(tmp_path, 
 
 def test_a_part_that_is_cut_or_empty_is_none(tmp_path):
     parts = Parts(tmp_path / "out.nc", b"key", 1)
-    parts.write(0, np.arange(2.0), ensemble.room(2, 1))
+    parts.write(0, np.arange(2.0), blank_rows(2, 1))
     (path,) = parts.folder.glob("*.npz")
     whole = path.read_bytes()
     for content in (b"", whole[:-1], bytes(len(whole)), whole[:512] + bytes(len(whole) - 512)):
