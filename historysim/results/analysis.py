@@ -14,7 +14,7 @@ Floats = npt.NDArray[np.float64]
 
 
 def preliminary_displacement(history: xr.Dataset) -> xr.DataArray:
-    """Preliminary displacement of the surface: the tangential displacement at which its last asperity slides.
+    """Return the preliminary displacement: the tangential displacement at which the last asperity of all slides.
 
     δ_t,max = max_i θ μ_i δ_i with θ = E*/(4 G*) and the approach δ_i = z_i - d, for one-way loading from
     the virgin state at the present normal load (Mindlin 1949).
@@ -46,7 +46,7 @@ def preliminary_displacement(history: xr.Dataset) -> xr.DataArray:
 
 
 def critical_asperity(history: xr.Dataset) -> xr.DataArray:
-    """Asperity that is the last to slide: the one with the greatest μ_i δ_i.
+    """Return the asperity that is the last to slide: the one with the greatest μ_i δ_i.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def critical_asperity(history: xr.Dataset) -> xr.DataArray:
 
 
 def drift(history: xr.Dataset, first: int, second: int) -> float:
-    """Change of the preliminary displacement between two steps, |δ_t,max,2 - δ_t,max,1|.
+    """Return the change of the preliminary displacement between two steps, |δ_t,max,2 - δ_t,max,1|.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def friction_loops(
 
 
 def summary(history: xr.Dataset) -> list[tuple[str, str]]:
-    """Say in a few lines what happened.
+    """Return in a few lines what happened.
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ def summary(history: xr.Dataset) -> list[tuple[str, str]]:
 
 
 def is_complete(history: xr.Dataset) -> bool:
-    """Tell whether all asperities that touch are recorded."""
+    """Return whether all asperities that touch are recorded."""
     if "summit_height" not in history or "friction" not in history:
         return False
     height = history["summit_height"].values
@@ -192,7 +192,7 @@ def _touched(history: xr.Dataset) -> str:
 
 
 def _capacity(history: xr.Dataset) -> tuple[Floats, npt.NDArray[np.int64]]:
-    """Greatest θ μ_i δ_i of each step, and the asperity that attains it."""
+    """Return the greatest θ μ_i δ_i of each step, and the asperity that has it."""
     if not is_complete(history):
         raise InputError(
             "the history does not hold all asperities that touch, so the preliminary displacement is not available; "
@@ -200,7 +200,7 @@ def _capacity(history: xr.Dataset) -> tuple[Floats, npt.NDArray[np.int64]]:
         )
     separation = history["separation"].values
     height, friction = history["summit_height"].values, history["friction"].values
-    # an asperity matters only if none that is as high has more friction; those that do are few
+    # no asperity is the last to slide where another one is as high or higher and has more friction; few are left
     order = np.lexsort((-friction, -height))
     leading = np.flatnonzero(friction[order] > np.maximum.accumulate(np.append(-1.0, friction[order]))[:-1])
     order = order[leading]

@@ -50,7 +50,7 @@ def plot_comparison(comparison: Comparison, title: str = "") -> "Figure":
 
 
 def _thin(comparison: Comparison) -> npt.NDArray[np.int64]:
-    """Give the samples to draw: all turning points, and of the rest no more than a page can show."""
+    """Return the samples to draw: all turning points, and of the rest no more than a page can show."""
     observation = comparison.observation
     stride = -(-observation.time.size // MOST_POINTS)
     return np.union1d(np.arange(0, observation.time.size, stride), observation.turns)

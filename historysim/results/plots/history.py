@@ -149,7 +149,7 @@ def _draw_energy(axes: "Axes", thin: xr.Dataset) -> None:
 
 
 def _thinned(history: xr.Dataset) -> xr.Dataset:
-    """Give the totals at every n-th step and the last one: no more than a page can show."""
+    """Return the totals at every n-th step and the last one: no more than a page can show."""
     totals = history[[name for name, variable in history.data_vars.items() if variable.dims == ("step",)]].load()
     steps = history.sizes["step"]
     return totals.isel(step=np.union1d(np.arange(0, steps, -(-steps // MOST_POINTS)), steps - 1))
@@ -192,7 +192,7 @@ def _draw_arrows(axes: "Axes", x: Floats, y: Floats, time: Floats) -> None:
 
 
 def _swings(x: Floats) -> Iterator[tuple[int, int]]:
-    """First and last point of each swing; a change of direction counts when it exceeds a tenth of the range."""
+    """Yield the ends of each swing; a change of direction counts when it exceeds a tenth of the range."""
     threshold = np.ptp(x) / 10
     start = turn = 0
     for index, value in enumerate(x):

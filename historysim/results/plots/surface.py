@@ -172,7 +172,7 @@ def _contact(surface: xr.Dataset, history: xr.Dataset, step: int) -> _Contact:
 
 
 def _places(surface: xr.Dataset, row: xr.Dataset) -> npt.NDArray[np.int64]:
-    """Give where the recorded asperities stand among the summits."""
+    """Return where the recorded asperities stand among the summits."""
     labels = surface.get("summit", np.arange(surface.sizes["summit"]))
     asperities = row["asperity"].values
     places = np.searchsorted(labels, asperities)
@@ -205,7 +205,7 @@ def _draw_map(axes: "Axes", surface: xr.Dataset, state: States) -> None:
 
 
 def _ends(surface: xr.Dataset, axis: str) -> tuple[float, float]:
-    """Give where the pixels of the map begin and end along an axis, or the summits where there is none."""
+    """Return where the pixels of the map begin and end along an axis, or the summits where there is none."""
     if "height" in surface:
         points = surface[axis].values
         return float(1.5 * points[0] - 0.5 * points[1]), float(1.5 * points[-1] - 0.5 * points[-2])
@@ -279,7 +279,7 @@ def _draw_distribution(axes: "Axes", surface: xr.Dataset, state: States, contact
 
 
 def _readable(*lengths: npt.ArrayLike) -> tuple[float, str]:
-    """Give the factor and the unit in which these lengths can be read, whatever of them is missing."""
+    """Return the factor and the unit in which these lengths can be read, whatever of them is missing."""
     known = [np.abs(values[np.isfinite(values)]).max(initial=0.0) for values in map(np.asarray, lengths)]
     factor, prefix = prefixed(float(max(known)))
     return factor, f"{prefix}m"
