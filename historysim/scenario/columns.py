@@ -74,7 +74,21 @@ def _says_how_a_file_is_written(kind: object) -> bool:
 
 def _format_hook(kind: type, converter: Converter) -> Callable[[object, object], object]:
     as_it_stands = override(struct_hook=_characters)
-    return table_hook(kind, converter, delimiter=as_it_stands, comment=as_it_stands)
+    as_given = override(struct_hook=_as_given)
+    return table_hook(
+        kind,
+        converter,
+        delimiter=as_it_stands,
+        comment=as_it_stands,
+        blocks=as_given,
+        sheet=as_given,
+        broken=as_it_stands,
+    )
+
+
+def _as_given(value: object, _: object) -> object:
+    """Take a key that may be of several kinds, which its class checks."""
+    return tuple(value) if isinstance(value, list) else value
 
 
 def _characters(value: object, _: object) -> str:

@@ -11,8 +11,8 @@ from historysim.basics.file_kinds import is_log, is_netcdf
 from historysim.basics.files import is_file, is_folder
 from historysim.basics.places import at
 from historysim.errors import InputError
-from historysim.tables.columns import Column, Format, Found, Listing, Table
-from historysim.tables.settled import fitting, settled
+from historysim.tables.columns import Column, Format, Found, Listing, MissingValueError, Part, Piece, Table
+from historysim.tables.settled import fitting, overridden, settled
 
 if TYPE_CHECKING:
     import numpy as np
@@ -26,6 +26,8 @@ __all__ = [
     "Column",
     "Format",
     "Listing",
+    "MissingValueError",
+    "Part",
     "Table",
     "describe",
     "opened_rows",
@@ -90,13 +92,47 @@ def read_table(
     for key, column in columns.items():
         _check_unit(key, column, wanted[key])
     with _file(path):
-        found, lines = _found(path, columns, format or Format(), missing)
-    table = Table({}, {}, lines)
-    for key, measured in found.items():
+        pieces, notices = _pieces(path, columns, format or Format(), missing)
+    tables = [_table(path, columns, piece, wanted) for piece in pieces]
+    for key, column in columns.items():
+        if column.unit is not None:
+            told = [
+                (piece.found[key], overridden(column.unit, piece.found[key].units, wanted[key])) for piece in pieces
+            ]
+            notices += dict.fromkeys(
+                f"column {found.name}: {unit!r} in the file, taken as {column.unit!r}, as unit says"
+                for found, unit in told
+                if unit is not None
+            )
+    return _joined(path, tables, tuple(notices))
+
+
+def _table(path: Path, columns: Mapping[str, Column], piece: Piece, wanted: Mapping[str, tuple[str, ...]]) -> Table:
+    table = Table({}, {}, piece.lines, (piece.part,))
+    for key, measured in piece.found.items():
         unit, factor = _settled(path, key, columns[key], measured, wanted[key])
         with _file(path):
             table.columns[key], table.units[key] = _scaled(measured, factor, table), unit
     return table
+
+
+def _joined(path: Path, tables: Sequence[Table], notices: tuple[str, ...]) -> Table:
+    """Return one table out of those of several blocks."""
+    first = tables[0]
+    if len(tables) == 1:
+        return Table(first.columns, first.units, first.lines, first.parts, notices)
+    import numpy as np
+
+    for table in tables[1:]:
+        for key, unit in table.units.items():
+            if unit != first.units[key]:
+                raise InputError(
+                    f"{path.name}: {key} is in {first.units[key]} in {first.parts[0].label} and in {unit} in "
+                    f"{table.parts[0].label}; expected blocks of the same quantities"
+                )
+    columns = {key: np.concatenate([table.columns[key] for table in tables]) for key in first.columns}
+    lines = np.concatenate([table.lines for table in tables if table.lines is not None])
+    return Table(columns, first.units, lines, tuple(part for table in tables for part in table.parts), notices)
 
 
 def describe(path: str | PathLike[str], format: Format | None = None) -> list[Listing]:  # noqa: A002 - as above
@@ -179,7 +215,8 @@ def _file(path: Path) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        raise InputError(f"{path.name}: {error}") from error
+        kind = MissingValueError if isinstance(error, MissingValueError) else InputError
+        raise kind(f"{path.name}: {error}") from error
     except OSError as error:
         raise InputError(f"{path.name}: cannot be read: {error.strerror or error}") from error
 
@@ -201,9 +238,7 @@ def _opened(path: Path, layout: Format) -> "AbstractContextManager[Contents]":
     return opened
 
 
-def _found(
-    path: Path, columns: Mapping[str, Column], layout: Format, missing: bool
-) -> "tuple[dict[str, Found], npt.NDArray[np.int64] | None]":
+def _pieces(path: Path, columns: Mapping[str, Column], layout: Format, missing: bool) -> tuple[list[Piece], list[str]]:
     if _is_text(path):
         from historysim.tables import from_text
 
@@ -211,7 +246,9 @@ def _found(
     from historysim.tables import arrays
 
     with _opened(path, layout) as contents:
-        return arrays.read(contents, columns, layout, missing=missing, most_rows=MOST_ROWS), None
+        found = arrays.read(contents, columns, layout, missing=missing, most_rows=MOST_ROWS)
+    rows = max((len(column.values) for column in found.values()), default=0)
+    return [Piece(found, Part("the table", rows))], []
 
 
 def _check_unit(key: str, column: Column, wanted: Sequence[str]) -> None:

@@ -12,8 +12,9 @@ import numpy.typing as npt
 
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
-from historysim.tables.columns import Column, Format, Found, Listing
+from historysim.tables.columns import Column, Format, Found, Listing, MissingValueError
 from historysim.tables.lines import MISSING
+from historysim.tables.names import places_of
 from historysim.tables.settled import unit_in
 
 Floats = npt.NDArray[np.float64]
@@ -108,7 +109,8 @@ def _check(column: Found, *, missing: bool) -> None:
     if wrong.any():
         row = int(np.argmax(wrong))
         came = "missing (NaN)" if np.isnan(column.values[row]) else f"{column.values[row]:g}"
-        raise InputError(f"row {row + 1}, column {column.name}: {came}; expected a finite number")
+        kind = MissingValueError if np.isnan(column.values[row]) else InputError
+        raise kind(f"row {row + 1}, column {column.name}: {came}; expected a finite number")
 
 
 def _column(contents: Contents, column: Column, transposed: bool | None, most_rows: int) -> Found:
@@ -138,13 +140,15 @@ def _chosen(arrays: Sequence[Array], column: Column) -> tuple[Array, int | None]
                 f"{nearest('', [array.name for array in arrays])}"
             )
         return nameless[0], column.column
-    matches = [array for array in arrays if array.name == column.column]
+    matches = [arrays[place] for place in places_of(column.column, [array.name for array in arrays])]
     if not matches:
         raise InputError(
             f"there is no column {column.column!r}; {nearest(column.column, [array.name for array in arrays])}"
         )
     if len(matches) > 1:
-        raise InputError(f"{len(matches)} arrays have the name {column.column!r}; rename all but one")
+        same = len({array.name for array in matches}) == 1
+        mend = "rename all but one" if same else f"expected the whole name, one of {', '.join(a.name for a in matches)}"
+        raise InputError(f"{len(matches)} arrays have the name {column.column!r}; {mend}")
     return matches[0], column.index
 
 

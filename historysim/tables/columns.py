@@ -6,6 +6,7 @@ import attrs
 
 from historysim.basics.places import misfit
 from historysim.basics.wording import shown
+from historysim.errors import InputError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -100,9 +101,31 @@ def _check_comment(_: object, attribute: "attrs.Attribute[str]", value: str) -> 
         raise misfit(f"{shown(value)}; {problem}", attribute.name)
 
 
+def _check_blocks(_: object, attribute: "attrs.Attribute[Blocks]", value: object) -> None:
+    numbers = value if isinstance(value, tuple) else (value,)
+    is_choice = bool(numbers) and all(isinstance(n, int) and not isinstance(n, bool) and n >= 1 for n in numbers)
+    if value is None or value == "all" or (is_choice and len(set(numbers)) == len(numbers)):
+        return
+    came = shown(list(value)) if isinstance(value, tuple) else shown(value)
+    raise misfit(f'{came}; expected the number of a block, counted from 1, an array of such, or "all"', attribute.name)
+
+
+def _check_broken(_: object, attribute: "attrs.Attribute[str]", value: str) -> None:
+    if value not in {"refuse", "drop"}:
+        raise misfit(f"{shown(value)}; expected 'refuse' or 'drop'", attribute.name)
+
+
+def _check_sheet(_: object, attribute: "attrs.Attribute[str | int | None]", value: str | int | None) -> None:
+    if value is not None:
+        _check_name(_, attribute, value)  # type: ignore[arg-type] # a name or a position, as a column
+
+
 def _check_transposed(_: object, attribute: "attrs.Attribute[bool | None]", value: bool | None) -> None:
     if value is not None and not isinstance(value, bool):
         raise misfit(f"{shown(value)}; expected true or false", attribute.name)
+
+
+Blocks = int | tuple[int, ...] | str | None
 
 
 # whoever adds the name of the file to this inherits it beside other bases, and two with slots do not mix
@@ -127,6 +150,14 @@ class Format:
     transposed : bool, optional
         Whether the rows of a matrix are what is recorded, and its columns the samples. When not given, a matrix with
         more rows than columns has a sample in each row; any other is refused.
+    blocks : int, tuple of int or "all", optional
+        Which of the tables that stand one below the other in a text, counted from 1; several are joined in their order.
+        When not given, there must be one alone that has the columns.
+    broken : str
+        ``"drop"`` leaves out rows of a text that are broken; ``"refuse"`` makes them errors.
+    sheet : str or int, optional
+        Which sheet of an Excel file, by its name or its number from 1. When not given, there must be one alone that
+        is not empty.
 
     Raises
     ------
@@ -140,6 +171,51 @@ class Format:
     encoding: str = attrs.field(default="utf-8", validator=_check_encoding)
     comment: str = attrs.field(default="#", validator=_check_comment)
     transposed: bool | None = attrs.field(default=None, validator=_check_transposed)
+    blocks: Blocks = attrs.field(default=None, validator=_check_blocks)
+    broken: str = attrs.field(default="refuse", validator=_check_broken)
+    sheet: str | int | None = attrs.field(default=None, validator=_check_sheet)
+
+
+@attrs.frozen
+class Part:
+    """A table that was joined with others.
+
+    Attributes
+    ----------
+    label : str
+        What a message calls it.
+    rows : int
+        How many rows it has.
+    start : float, optional
+        When it was started, as the file says [s].
+    """
+
+    label: str
+    rows: int
+    start: float | None = None
+
+
+class MissingValueError(InputError):
+    """A value that is missing where none may be."""
+
+
+@attrs.frozen(eq=False)
+class Piece:
+    """Columns of one table of a file, as they stand there.
+
+    Attributes
+    ----------
+    found : dict of str to Found
+        The columns.
+    part : Part
+        Which table.
+    lines : numpy.ndarray (rows,) of int, optional
+        As in `Table`.
+    """
+
+    found: "dict[str, Found]"
+    part: Part
+    lines: "npt.NDArray[np.int64] | None" = None
 
 
 @attrs.frozen(eq=False)
@@ -154,11 +230,17 @@ class Table:
         The SI unit of each.
     lines : numpy.ndarray (rows,) of int, optional
         The line that each row stands on, counted from 1, in a text.
+    parts : tuple of Part
+        The tables that were joined, in their order: one alone, mostly.
+    notices : tuple of str
+        What a user has to know of how the file was read.
     """
 
     columns: "dict[str, npt.NDArray[np.float64]]"
     units: dict[str, str]
     lines: "npt.NDArray[np.int64] | None" = None
+    parts: tuple[Part, ...] = ()
+    notices: tuple[str, ...] = ()
 
     def place(self, row: int) -> str:
         """Return where in the file a row, counted from 0, stands."""

@@ -2,22 +2,32 @@
 
 import csv
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+import re
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from itertools import chain, islice
 from pathlib import Path
 from typing import IO, NoReturn
 
 import numpy as np
 import numpy.typing as npt
+from attrs import Factory, define, evolve
 
+from historysim.basics.wording import counted
 from historysim.errors import InputError
-from historysim.tables.columns import Column, Format, Found, Listing
+from historysim.tables.blocks import Block, Survey, survey
+from historysim.tables.columns import Column, Format, Found, Listing, MissingValueError, Part, Piece
 from historysim.tables.heading import Head, Heading, ragged
 from historysim.tables.lines import brief, decimal_hint, is_plain, number, split
 
 Floats = npt.NDArray[np.float64]
 Lines = npt.NDArray[np.int64]
+
+Opened = Callable[[], AbstractContextManager[Iterator[str]]]
+
+# where the rows begin with numbers, no row begins with a word
+_WORD = re.compile(r"\s*(?!nan\b|null\b)[^\W\d_]{3}", re.IGNORECASE)
+MOST_TOLD = 5
 
 # so many rows are held as texts at once, few enough for the cache
 AT_ONCE = 2000
@@ -25,34 +35,117 @@ AT_ONCE = 2000
 
 def read(
     path: Path, columns: Mapping[str, Column], layout: Format, *, missing: bool, most_rows: int
-) -> tuple[dict[str, Found], Lines]:
-    """Read columns of a text, and the line that each row stands on. Errors as in `historysim.tables.read_table`."""
+) -> tuple[list[Piece], list[str]]:
+    """Return columns of the tables of a text, and notices. Errors as in `historysim.tables.read_table`."""
+    return read_lines(lambda: _opened(path, layout), columns, layout, missing=missing, most_rows=most_rows)
+
+
+def read_lines(
+    opened: Opened, columns: Mapping[str, Column], layout: Format, *, missing: bool, most_rows: int
+) -> tuple[list[Piece], list[str]]:
+    """Return columns of the tables in lines that can be opened again, and notices; as `read`."""
+    reading = _Reading(columns, layout, missing, most_rows)
+    if layout.blocks is None and layout.broken == "refuse":
+        try:
+            with opened() as stream:
+                return [reading.piece(stream, Head.of(stream, layout), "the table")], []
+        except _BadRowError as error:
+            # either there is more than one table, or the row is broken
+            bad = error
+    else:
+        bad = None
+    with opened() as stream:
+        try:
+            found = survey(stream, layout)
+        except InputError as error:
+            raise bad or error from None
+    chosen = _chosen_blocks(found, reading, bad)
+    pieces = []
+    for index, heading in chosen:
+        block = found.blocks[index]
+        with opened() as stream:
+            above = sum(1 for _ in islice(stream, block.begin - 1))
+            lines = islice(stream, block.last - above)
+            head = Head.of(lines, layout if heading is None else evolve(layout, header=heading), above)
+            pieces.append(reading.piece(lines, head, f"block {index + 1}", start=block.start, first=block.first))
+    return pieces, [*_left_out(found, chosen), *reading.notices]
+
+
+def _chosen_blocks(found: Survey, reading: "_Reading", bad: "_BadRowError | None") -> list[tuple[int, int | None]]:
+    """Return which blocks are read, and the line of the header of each where it is given.
+
+    Raises
+    ------
+    InputError
+        It is not clear which, or one that there is not.
+    """
+    layout, count = reading.layout, len(found.blocks)
+    if layout.header and (layout.blocks is None or count == 1):
+        # whoever gives the header has chosen the table below it
+        below = [index for index, block in enumerate(found.blocks) if block.first > layout.header]
+        return [(below[0], layout.header)] if below else [(count - 1, layout.header)]
+    none = 0 if layout.header == 0 else None
+    if layout.blocks == "all":
+        return [(index, none) for index in range(count)]
+    if layout.blocks is not None:
+        numbers = layout.blocks if isinstance(layout.blocks, tuple) else (layout.blocks,)
+        for number in numbers:
+            if not isinstance(number, int) or number > count:
+                raise InputError(f"there is no block {number}; {seen(found)}")
+        return [(int(number) - 1, none) for number in numbers]
+    fitting = [index for index, block in enumerate(found.blocks) if reading.fits(block)]
+    if count > 1 and len(fitting) != 1:
+        raise InputError(
+            f'has {count} blocks; say which, as in blocks = 2, blocks = [1, 2], or blocks = "all" to join them; '
+            f"{seen(found)}"
+        ) from bad
+    return [((fitting or [0])[0], none)]
+
+
+def _left_out(found: Survey, chosen: Sequence[tuple[int, int | None]]) -> list[str]:
+    """Return what is not read of a text, for people."""
+    told = []
+    left = [index for index in range(len(found.blocks)) if index not in {each for each, _ in chosen}]
+    if left:
+        which = counted(len(left), "block", "blocks")
+        told.append(f"{which} of {len(found.blocks)} left out: {', '.join(str(index + 1) for index in left)}")
+    if found.footer:
+        told.append(f"what stands below the table is no row, and left out: {brief(found.footer[0])}")
+    return told
+
+
+def seen(found: Survey) -> str:
+    """Return what stands in a text: its blocks, with names, units and first rows."""
+    told = []
+    for position, block in enumerate(found.blocks[:MOST_TOLD], 1):
+        names = ", ".join(block.heading.title(place) for place in range(block.heading.width))
+        row = ", ".join(brief(field)[1:-1] for field in block.row)
+        told.append(f"block {position} in lines {block.first} to {block.last}: {names} (first row: {row})")
+    more = [f"and {len(found.blocks) - MOST_TOLD} more"] if len(found.blocks) > MOST_TOLD else []
+    return "seen: " + "; ".join([*told, *more])
+
+
+def looked_through(path: Path, layout: Format) -> Survey:
+    """Return all tables of a text. Errors as in `historysim.tables.describe`."""
     with _opened(path, layout) as stream:
-        head = Head.of(stream, layout)
-        heading = head.heading(list(columns.values()))
-        places = [heading.place(column) for column in columns.values()]
-        rows = _rows(chain(head.physical[heading.above :], stream), heading, layout)
-        values, lines = _values(rows, heading, places, layout.decimal, missing=missing, most_rows=most_rows)
-    found = {
-        key: Found(heading.label(place), column, heading.units(place))
-        for key, place, column in zip(columns, places, values, strict=True)
-    }
-    return found, lines
+        return survey(stream, layout)
 
 
 def describe(path: Path, layout: Format) -> list[Listing]:
-    """Return what columns a text has. Errors as in `historysim.tables.describe`."""
-    with _opened(path, layout) as stream:
-        head = Head.of(stream, layout)
-        heading = head.heading([])
-        first: Sequence[str] = ()
-        count = 0
-        for _, rows in _rows(chain(head.physical[heading.above :], stream), heading, layout):
-            first = first or rows[0]
-            count += len(rows)
+    """Return what columns a text has, the first of its tables. Errors as in `historysim.tables.describe`."""
+    return describe_lines(lambda: _opened(path, layout), layout)
+
+
+def describe_lines(opened: Opened, layout: Format) -> list[Listing]:
+    """Return what columns there are in lines that can be opened again; as `describe`."""
+    with opened() as stream:
+        found = survey(stream, layout)
+    block = found.blocks[min(layout.blocks, len(found.blocks)) - 1 if isinstance(layout.blocks, int) else 0]
+    heading = block.heading
+    rows = str(block.rows)
     return [
-        Listing(heading.reference(place), ", ".join(heading.units(place)), str(count), first[place].strip())
-        for place in range(heading.width if first else 0)
+        Listing(heading.reference(place), ", ".join(heading.units(place)), rows, block.row[place].strip())
+        for place in range(heading.width)
     ]
 
 
@@ -121,8 +214,8 @@ def _undecodable(content: bytes, encoding: str) -> str:
     return f'is not {name} text{where}; save it as UTF-8, or say which encoding it has, such as encoding = "{likely}"'
 
 
-def _rows(lines: Iterator[str], heading: Heading, layout: Format) -> Iterator[tuple[list[int], list[list[str]]]]:
-    """Yield the rows, many at once, and the numbers of their lines."""
+def _lines_of_rows(lines: Iterator[str], heading: Heading, layout: Format) -> Iterator[tuple[list[int], list[str]]]:
+    """Yield the lines of rows, many at once, and their numbers."""
     # a line of nothing but tabs is a row, if they are the delimiters
     blank = None if heading.delimiter == " " else " \t\n".replace(heading.delimiter, "")
     above = heading.above
@@ -134,8 +227,13 @@ def _rows(lines: Iterator[str], heading: Heading, layout: Format) -> Iterator[tu
         ]
         kept = physical if len(numbers) == len(physical) else [physical[each - above - 1] for each in numbers]
         above += len(physical)
-        if not kept:
-            continue
+        if kept:
+            yield numbers, kept
+
+
+def _rows(lines: Iterator[str], heading: Heading, layout: Format) -> Iterator[tuple[list[int], list[list[str]]]]:
+    """Yield the rows, many at once, and the numbers of their lines; a line that is none is an error."""
+    for numbers, kept in _lines_of_rows(lines, heading, layout):
         try:
             rows = split(kept, heading.delimiter)
         except csv.Error:
@@ -158,69 +256,181 @@ def _refuse_a_line(numbers: Sequence[int], lines: Sequence[str], delimiter: str)
 
 
 def _check_widths(numbers: Sequence[int], rows: Sequence[Sequence[str]], heading: Heading) -> None:
-    width = heading.width
     for line_number, row in zip(numbers, rows, strict=True):
-        if len(row) < width or any(field.strip() for field in row[width:]):
-            named = heading.names and not heading.misfit
-            expected = f"the header names {width} columns" if named else f"other lines have {width}"
-            raise InputError(ragged(line_number, len(row), expected))
+        if len(row) < heading.width or any(field.strip() for field in row[heading.width :]):
+            raise InputError(_ragged(line_number, row, heading))
 
 
-def _values(
-    chunks: Iterator[tuple[list[int], list[list[str]]]],
-    heading: Heading,
-    places: Sequence[int],
-    decimal: str,
-    *,
-    missing: bool,
-    most_rows: int,
-) -> tuple[list[Floats], Lines]:
-    """Read rows into arrays, one for each place, and one of the numbers of their lines."""
-    parts: list[list[Floats]] = [[] for _ in places]
-    lines: list[Lines] = []
-    count = 0
-    for numbers, rows in chunks:
-        count += len(rows)
-        if count > most_rows:
-            raise InputError(f"has more than {most_rows:,} rows; thin or split it")
-        for place, part in zip(places, parts, strict=True):
-            texts = [row[place] for row in rows]
-            values = plain_numbers(texts, decimal)
-            if values is None:
-                values = _careful(texts, decimal, missing=missing)
-            if values is None:
-                _refuse(numbers, rows, places, heading, decimal, missing=missing)
-            part.append(values)
-        lines.append(np.array(numbers, dtype=np.int64))
-    if not count:
-        raise InputError("has a header but no rows; expected one line for each sample")
-    return [np.concatenate(part) for part in parts], np.concatenate(lines)
-
-
-def _careful(texts: list[str], decimal: str, *, missing: bool) -> Floats | None:
-    """Return numbers and missing values as an array; None where anything else stands among them."""
-    numbers = [number(text, decimal) for text in texts]
-    if None in numbers:
-        return None
-    values = np.array(numbers, dtype=np.float64)
-    return values if missing or np.isfinite(values).all() else None
-
-
-def _refuse(
-    numbers: Sequence[int],
-    rows: Sequence[Sequence[str]],
-    places: Sequence[int],
-    heading: Heading,
-    decimal: str,
-    *,
-    missing: bool,
-) -> NoReturn:
-    """Raise an error that names the first value that is none."""
-    line_number, place, text = next(
-        (line_number, place, row[place])
-        for line_number, row in zip(numbers, rows, strict=True)
-        for place in places
-        if (value := number(row[place], decimal)) is None or (math.isnan(value) and not missing)
+def _ragged(line_number: int, row: Sequence[str], heading: Heading) -> str:
+    named = heading.names and not heading.misfit
+    return ragged(
+        line_number,
+        len(row),
+        f"the header names {heading.width} columns" if named else f"other lines have {heading.width}",
     )
-    problem = f"{brief(text)}; expected a finite number{decimal_hint(text, decimal)}"
-    raise InputError(f"line {line_number}, column {heading.label(place)}: {problem}")
+
+
+class _BadRowError(InputError):
+    """A line that is no row."""
+
+
+class _MissingError(_BadRowError, MissingValueError):
+    """A row that misses a value."""
+
+
+@define
+class _Reading:
+    """What is wanted of a text, and how its rows become arrays."""
+
+    columns: Mapping[str, Column]
+    layout: Format
+    missing: bool
+    most_rows: int
+    count: int = 0
+    notices: list[str] = Factory(list)
+
+    def fits(self, block: Block) -> bool:
+        """Return whether a block has all columns."""
+        try:
+            for column in self.columns.values():
+                block.heading.place(column)
+        except InputError:
+            return False
+        return True
+
+    def piece(
+        self, stream: Iterator[str], head: Head, label: str, *, start: float | None = None, first: int | None = None
+    ) -> Piece:
+        """Read one table; where its first line is known, rows that are broken are left out if that is asked for."""
+        heading = head.heading(list(self.columns.values()))
+        places = [heading.place(column) for column in self.columns.values()]
+        lines = chain(head.physical[heading.above - head.before :], stream)
+        drop = first is not None and self.layout.broken == "drop"
+        values, numbers = self._values(lines, heading, places, drop=drop)
+        found = {
+            key: Found(heading.label(place), column, heading.units(place))
+            for key, place, column in zip(self.columns, places, values, strict=True)
+        }
+        return Piece(found, Part(label, len(numbers), start), numbers)
+
+    def _values(
+        self, lines: Iterator[str], heading: Heading, places: Sequence[int], *, drop: bool
+    ) -> tuple[list[Floats], Lines]:
+        """Read rows into arrays, one for each place, and one of the numbers of their lines."""
+        parts: list[list[Floats]] = [[] for _ in places]
+        kept: list[Lines] = []
+        dropped: list[int] = []
+        guard: int | None = None
+        for numbers, texts in _lines_of_rows(lines, heading, self.layout):
+            rows = _split_or_none(texts, heading)
+            if guard is None:
+                guard = _first_number(rows[0] if rows else _fields(texts[0], heading), self.layout.decimal)
+            kept_numbers = numbers
+            values = None if rows is None else self._plain(rows, places, guard)
+            if values is None:
+                kept_numbers, values = self._careful(numbers, texts, heading, places, guard, dropped if drop else None)
+            self.count += len(kept_numbers)
+            if self.count > self.most_rows:
+                raise InputError(f"has more than {self.most_rows:,} rows; thin or split it")
+            for part, column in zip(parts, values, strict=True):
+                part.append(column)
+            kept.append(np.array(kept_numbers, dtype=np.int64))
+        if not sum(map(len, kept)):
+            raise InputError("has a header but no rows; expected one line for each sample")
+        if dropped:
+            which = ", ".join(map(str, dropped[:5])) + (", …" if len(dropped) > 5 else "")
+            self.notices.append(f"{counted(len(dropped), 'broken row', 'broken rows')} left out (line {which})")
+        return [np.concatenate(part) for part in parts], np.concatenate(kept)
+
+    def _plain(self, rows: Sequence[Sequence[str]], places: Sequence[int], guard: int) -> list[Floats] | None:
+        """Return the values of rows that are all finite numbers; None where anything else stands among them."""
+        values = []
+        for place in places:
+            column = plain_numbers([row[place] for row in rows], self.layout.decimal)
+            if column is None:
+                return None
+            values.append(column)
+        if guard >= 0 and guard not in places and any(map(_WORD.match, [row[guard] for row in rows])):
+            return None
+        return values
+
+    def _careful(
+        self,
+        numbers: Sequence[int],
+        texts: Sequence[str],
+        heading: Heading,
+        places: Sequence[int],
+        guard: int,
+        dropped: list[int] | None,
+    ) -> tuple[list[int], list[Floats]]:
+        """Return the values of rows, line by line, and the numbers of their lines."""
+        kept: list[int] = []
+        found: list[list[float]] = []
+        for line_number, text in zip(numbers, texts, strict=True):
+            try:
+                found.append(self._row(line_number, text, heading, places, guard))
+                kept.append(line_number)
+            except _MissingError:
+                raise
+            except _BadRowError:
+                if dropped is None:
+                    raise
+                dropped.append(line_number)
+        columns = np.array(found, dtype=np.float64).reshape(len(kept), len(places))
+        return kept, [columns[:, index].copy() for index in range(len(places))]
+
+    def _row(self, line_number: int, text: str, heading: Heading, places: Sequence[int], guard: int) -> list[float]:
+        """Return the wanted values of a line."""
+        try:
+            row = split([text], heading.delimiter)[0]
+        except csv.Error as error:
+            reason = "a value in quotes does not end on it" if "end of data" in str(error) else error
+            raise _BadRowError(f"line {line_number} is not a CSV table: {reason}") from error
+        hint = '; broken = "drop" leaves such rows out'
+        if len(row) < heading.width or any(field.strip() for field in row[heading.width :]):
+            raise _BadRowError(_ragged(line_number, row, heading) + hint)
+        values = []
+        for place in places:
+            value = number(row[place], self.layout.decimal)
+            told = f"line {line_number}, column {heading.label(place)}: {brief(row[place])}; expected a finite number"
+            if value is None:
+                decimal = decimal_hint(row[place], self.layout.decimal)
+                # a decimal comma in some rows is no break in them: without those, the rest would be another record
+                raise (InputError(told + decimal) if decimal else _BadRowError(told + hint))
+            if math.isnan(value) and not self.missing:
+                raise _MissingError(told)
+            values.append(value)
+        if guard >= 0 and guard not in places and _WORD.match(row[guard]):
+            raise _BadRowError(
+                f"line {line_number}, column {heading.label(guard)}: {brief(row[guard])} where the rows begin with "
+                f"numbers{hint}"
+            )
+        return values
+
+
+def _first_number(row: Sequence[str], decimal: str) -> int:
+    """Return the first place with a number, or -1."""
+    values = [number(field, decimal) for field in row]
+    return next((place for place, value in enumerate(values) if value is not None and math.isfinite(value)), -1)
+
+
+def _fields(text: str, heading: Heading) -> list[str]:
+    try:
+        return split([text], heading.delimiter)[0]
+    except csv.Error:
+        return []
+
+
+def _split_or_none(texts: Sequence[str], heading: Heading) -> list[list[str]] | None:
+    """Return the values of lines that are all rows by their number of values; else None."""
+    try:
+        rows = split(texts, heading.delimiter)
+    except csv.Error:
+        return None
+    if len(rows) < len(texts):
+        return None
+    if set(map(len, rows)) != {heading.width} and any(
+        len(row) < heading.width or any(field.strip() for field in row[heading.width :]) for row in rows
+    ):
+        return None
+    return rows

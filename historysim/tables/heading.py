@@ -3,7 +3,6 @@
 import csv
 import json
 import re
-from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
 from itertools import islice
 
@@ -13,15 +12,17 @@ from historysim.basics.wording import counted, nearest
 from historysim.errors import InputError
 from historysim.tables.columns import Column, Format
 from historysim.tables.lines import brief, number, split
+from historysim.tables.names import namings, places_of
 from historysim.tables.settled import split_unit, unit_in
+from historysim.tables.units_line import units_in_line
 
 # the header is looked for in so many lines
 SEARCHED = 1000
 
 _DELIMITERS = ("\t", ";", "|", ",", " ")
 _LIKE_A_NUMBER = re.compile(r"[+-]?(?:\d[\d.,]*|[.,]\d+)(?:e[+-]?\d+)?|[+-]?nan|na|null", re.IGNORECASE)
+_BRACKETED_LINE = re.compile(r"\s*[\[(]")
 _TWO_NUMBERS = re.compile(r"\d([;,\t| ])\s*(?=[+-]?[.\d])")
-_BRACKETED = re.compile(r"\(.*\)|\[.*\]")
 
 
 @attrs.frozen
@@ -39,7 +40,7 @@ class Heading:
     names : tuple of str
         What the header says, empty without one.
     brackets : tuple of str
-        A line of units in brackets below the header, empty without one.
+        The units of a line below the header, in brackets, empty without one.
     misfit : str
         Why the names cannot be trusted to stand over their own columns, empty if they do.
     """
@@ -66,12 +67,15 @@ class Heading:
             )
         if isinstance(column.column, int):
             return self._place_of_position(column.column, column.unit)
-        if not _is_named(column, self.names):
-            raise _absent(column, self.names)
+        places = places_of(column.column, self.names, self.brackets)
+        if len(places) < (column.occurrence or 1):
+            raise _absent(column, self.names, self.brackets)
         if self.misfit:
             raise InputError(self.misfit)
-        places = [place for place, name in enumerate(self.names) if name == column.column]
         if column.occurrence is None and len(places) > 1:
+            if len({self.names[place] for place in places}) > 1:
+                full = ", ".join(repr(self.names[place]) for place in places)
+                raise InputError(f"{column.column!r} may be any of the columns {full}; expected the whole name of one")
             raise InputError(
                 f"the header names column {column.column!r} {len(places)} times, at positions "
                 f"{', '.join(str(place + 1) for place in places)}; say which, as in "
@@ -98,6 +102,12 @@ class Heading:
         texts = [line[place] for line in (self.names, self.brackets) if place < len(line)]
         return tuple(unit for unit in map(unit_in, texts) if unit)
 
+    def title(self, place: int) -> str:
+        """Return name and unit of a column, as a message shows what there is."""
+        name = self.names[place] if place < len(self.names) and not self.misfit else ""
+        below = self.brackets[place] if place < len(self.brackets) and not self.misfit else ""
+        return f"{name} {below}".strip() or f"column {place + 1}"
+
     def reference(self, place: int) -> str:
         """Return a column as it is asked for, in TOML."""
         name = self.names[place] if place < len(self.names) else ""
@@ -108,16 +118,26 @@ class Heading:
         return _written(name, self.names[: place + 1].count(name) if several else None)
 
 
-def _is_named(column: Column, names: Sequence[str]) -> bool:
-    return list(names).count(str(column.column)) >= (column.occurrence or 1)
+def _is_named(column: Column, names: Sequence[str], brackets: Sequence[str] = ()) -> bool:
+    return len(places_of(str(column.column), names, brackets)) >= (column.occurrence or 1)
 
 
-def _absent(column: Column, names: Sequence[str]) -> InputError:
+def _may_be_named(column: Column, names: Sequence[str]) -> bool:
+    """Return whether a column may be one of these names, whatever units stand in the line below them."""
     name = str(column.column)
-    count = list(names).count(name)
+    return bool(places_of(name, names) or places_of(split_unit(name)[0], names))
+
+
+def _absent(column: Column, names: Sequence[str], brackets: Sequence[str] = ()) -> InputError:
+    name = str(column.column)
+    count = len(places_of(name, names, brackets))
     if not count:
         known = [known for known in dict.fromkeys(names) if known]
-        return InputError(f"there is no column {name!r}; {nearest(name, known)}")
+        # a name in other letters, or without its unit, is near
+        plain = {split_unit(each)[0].casefold(): each for each in reversed(known)}
+        meant = plain.get(split_unit(name)[0].casefold())
+        hint = f"did you mean {meant!r}?" if meant is not None else nearest(name, known)
+        return InputError(f"there is no column {name!r}; {hint}")
     times = "once" if count == 1 else f"{count} times"
     return InputError(f"there is no occurrence {column.occurrence} of column {name!r}; the header names it {times}")
 
@@ -156,15 +176,18 @@ class Head:
         Those that are not blank, without the mark of a comment.
     layout : Format
         What is known of the text.
+    before : int
+        How many lines of the text stand above them.
     """
 
     physical: list[str]
     lines: list[_Line]
     layout: Format
+    before: int = 0
 
     @classmethod
-    def of(cls, stream: Iterable[str], layout: Format) -> "Head":
-        """Return the first lines of a text.
+    def of(cls, stream: Iterable[str], layout: Format, before: int = 0) -> "Head":
+        """Return the first lines of a text, or of a part of it below so many lines.
 
         Raises
         ------
@@ -172,10 +195,10 @@ class Head:
             None that is not blank.
         """
         physical = list(islice(stream, SEARCHED))
-        if physical:
+        if physical and not before:
             physical[0] = physical[0].removeprefix("\ufeff")
         lines = []
-        for line_number, text in enumerate(physical, 1):
+        for line_number, text in enumerate(physical, before + 1):
             bare = text.lstrip()
             is_comment = bool(layout.comment) and bare.startswith(layout.comment)
             if is_comment:
@@ -184,7 +207,7 @@ class Head:
                 lines.append(_Line(line_number, bare if is_comment else text, is_comment))
         if not lines:
             raise InputError("is empty; expected a header line with the names of the columns")
-        return cls(physical, lines, layout)
+        return cls(physical, lines, layout, before)
 
     def heading(self, columns: Sequence[Column]) -> Heading:
         """Return the heading of the table that holds some columns; without any, of what looks most like a table.
@@ -266,13 +289,15 @@ class Head:
         nearly: list[str] = []
         for delimiter in self._delimiters:
             for line in self._candidates():
-                names = line.fields(delimiter)
-                absent = [column for column in columns if not _is_named(column, names)]
-                if not absent:
-                    found.append(self._below(line, delimiter))
-                    break
-                if len(absent) < len(columns):
-                    nearly = nearly or names
+                for names in namings(line.text, line.fields(delimiter), delimiter):
+                    if not any(_may_be_named(column, names) for column in columns):
+                        continue
+                    heading = self._below(line, delimiter, names)
+                    absent = [column for column in columns if not _is_named(column, heading.names, heading.brackets)]
+                    if not absent:
+                        found.append(heading)
+                    elif len(absent) < len(columns):
+                        nearly = nearly or names
         if not found:
             names = nearly or self._likely_names()
             raise next(_absent(column, names) for column in columns if not _is_named(column, names))
@@ -296,15 +321,18 @@ class Head:
         places = [heading.place(attrs.evolve(column, occurrence=column.occurrence or 1)) for column in columns]
         return all(number(row[place], self.layout.decimal) is not None for place in places)
 
-    def _below(self, header: _Line, delimiter: str) -> Heading:
-        """Return the heading of the table whose header is a line."""
+    def _below(self, header: _Line, delimiter: str, names: Sequence[str] | None = None) -> Heading:
+        """Return the heading of the table whose header is a line, with these names or those that suit its rows."""
         above = header.number
-        names = _without_blank_end(header.fields(delimiter))
         rows = self._rows(above)
-        brackets: list[str] = []
-        if rows and _are_brackets(rows[0].fields(delimiter)):
-            brackets = rows[0].fields(delimiter)
+        brackets = units_in_line(rows[0].fields(delimiter)) if rows else []
+        if brackets:
             above = rows.pop(0).number
+        if names is None:
+            width = len(rows[0].fields(delimiter)) if rows else 0
+            ways = namings(header.text, header.fields(delimiter), delimiter)
+            names = next((way for way in ways if len(way) == width), ways[0])
+        names = _without_blank_end(list(names))
         heading = Heading(delimiter, above, len(names), tuple(names), tuple(brackets))
         first = rows[0].fields(delimiter) if rows else []
         if not first or len(_without_blank_end(first)) <= len(names) <= len(first):
@@ -322,34 +350,67 @@ class Head:
         return attrs.evolve(heading, width=_width(rows, delimiter, len(first)), misfit=problem)
 
     def _likely_delimiter(self) -> str:
-        """Return the delimiter that splits most of the last lines into equally many values."""
-        rows = self._rows()[-10:]
-        for delimiter in self._delimiters:
-            width, count = _usual_width(rows, delimiter)
-            if width > 1 and 2 * count > len(rows):
-                return delimiter
-        return self._delimiters[0]
+        """Return the delimiter that splits the longest run of lines into equally many values, some of them numbers."""
+        rows = self._rows()
+        longest = {delimiter: longest_run(rows, delimiter) for delimiter in self._delimiters}
+        most = max(len(run) for run in longest.values())
+        return next(delimiter for delimiter, run in longest.items() if 2 * len(run) >= most)
 
     def _of_numbers(self) -> Heading:
         """Return the heading of the table that begins where the numbers begin."""
         delimiter = self._likely_delimiter()
-        width, _ = _usual_width(self._rows()[-10:], delimiter)
+        run = longest_run(self._rows(), delimiter) or longest_run(self._rows(), delimiter, least=1)
+        if not run:
+            raise InputError("has no rows of numbers; expected one line for each sample")
+        width = len(run[0].fields(delimiter))
+        numeric = numeric_places(run, delimiter)
         first = None
         for line in self._rows():
             fields = line.fields(delimiter)
-            if len(fields) == width and any(map(_LIKE_A_NUMBER.fullmatch, fields)):
+            if len(fields) == width and numeric and all(not fields[i] or like_a_number(fields[i]) for i in numeric):
                 first = line
                 break
-        if first is None:
-            raise InputError("has no rows of numbers; expected one line for each sample")
+        return self._above(first or run[0], delimiter, width)
+
+    def first_table(self) -> tuple[Heading, list[str]] | None:
+        """Return the heading and the first row of the first table, found by the looks of its lines; None without one.
+
+        A table has two or more rows, or one below a header. Its rows begin with a number; where white space does not
+        delimit its values, they may begin with a text if a header is above two of them. Two values, a text and a
+        number, are no row: so keys and values are written.
+        """
+        delimiter = self._likely_delimiter()
+        rows = self._rows()
+        longest = len(longest_run(rows, delimiter))
+        least = 2 if longest else 1
+        for begin, end in _runs(rows, delimiter, least):
+            fields = rows[begin].fields(delimiter)
+            begins_with_a_number = like_a_number(next(filter(None, fields)))
+            if len(fields) == 2 and not begins_with_a_number:
+                continue
+            heading = self._above(rows[begin], delimiter, len(fields))
+            if begins_with_a_number:
+                is_table = end - begin > 1 or bool(heading.names and not heading.misfit) or longest == 1
+            else:
+                is_table = delimiter != " " and end - begin > 1 and bool(heading.names and not heading.misfit)
+            if is_table:
+                return heading, fields
+        return None
+
+    def _above(self, first: _Line, delimiter: str, width: int) -> Heading:
+        """Return the heading that stands above the first row of a table."""
         before = [line for line in self.lines if line.number < first.number]
         if before and self.layout.header != 0:
-            header = before[-2] if len(before) > 1 and _are_brackets(before[-1].fields(delimiter)) else before[-1]
+            header = before[-1]
+            if len(before) > 1 and units_in_line(header.fields(delimiter)):
+                above = before[-2].fields(delimiter)
+                is_header = len(above) > 1 or width == 1 or _BRACKETED_LINE.match(header.text)
+                header = before[-2] if is_header and not any(map(like_a_number, above)) else header
             names = header.fields(delimiter)
-            if len(names) >= min(width, 2) and not any(map(_LIKE_A_NUMBER.fullmatch, names)):
+            if len(names) >= min(width, 2) and not any(map(like_a_number, names)):
                 return self._below(header, delimiter)
-        above = first.number - 1
-        return Heading(delimiter, above, _width(self._rows(above), delimiter, width))
+        above_rows = first.number - 1
+        return Heading(delimiter, above_rows, _width(self._rows(above_rows), delimiter, width))
 
     def _check_that_it_is_clear(self, heading: Heading) -> None:
         """Refuse values that would be two with another delimiter, or one with another decimal sign."""
@@ -376,7 +437,7 @@ class Head:
             fields = line.fields(heading.delimiter)
             filled = [field for field in fields if field]
             is_wide = len(fields) == heading.width or not heading.names or bool(heading.misfit)
-            if is_wide and filled and all(map(_LIKE_A_NUMBER.fullmatch, filled)):
+            if is_wide and filled and all(map(like_a_number, filled)):
                 raise InputError(
                     f"line {line.number} looks like a row of numbers, but the table begins below line {heading.above}; "
                     f"if so, say header = {heading.above}"
@@ -400,20 +461,61 @@ def _like_a_decimal_comma(fields: list[str]) -> bool:
     return len(fields) == 2 and fields[0].lstrip("+-").isdigit() and fields[1].isdigit()
 
 
-def _are_brackets(fields: list[str]) -> bool:
-    return any(fields) and all(not field or _BRACKETED.fullmatch(field) for field in fields)
-
-
 def _without_blank_end(fields: list[str]) -> list[str]:
     while fields and not fields[-1]:
         fields = fields[:-1]
     return fields
 
 
-def _usual_width(rows: Sequence[_Line], delimiter: str) -> tuple[int, int]:
-    """Return the most common number of values, and how many rows have it."""
-    counts = Counter(len(line.fields(delimiter)) for line in rows)
-    return counts.most_common(1)[0] if counts else (0, 0)
+def like_a_number(field: str) -> bool:
+    """Return whether a value looks like a number, with any decimal sign, or says that it is missing."""
+    return bool(_LIKE_A_NUMBER.fullmatch(field))
+
+
+def longest_run(rows: Sequence[_Line], delimiter: str, least: int = 2) -> list[_Line]:
+    """Return the most lines in a row that have equally many values, so many at least, some of them numbers."""
+    longest = range(0)
+    begin = width = 0
+    for index, line in enumerate(rows):
+        fields = line.fields(delimiter)
+        if len(fields) < least or not any(map(like_a_number, fields)):
+            width = 0
+            continue
+        if len(fields) != width:
+            begin, width = index, len(fields)
+        if index + 1 - begin > len(longest):
+            longest = range(begin, index + 1)
+    return list(rows[longest.start : longest.stop])
+
+
+def _runs(rows: Sequence[_Line], delimiter: str, least: int) -> Iterable[tuple[int, int]]:
+    """Yield begin and end of lines in a row that have equally many values, and numbers at the same places."""
+    begin = 0
+    previous: list[bool | None] = []
+    for index, line in enumerate(rows):
+        fields = line.fields(delimiter)
+        looks = [like_a_number(field) if field else None for field in fields]
+        is_row = len(fields) >= least and any(looks)
+        is_alike = len(looks) == len(previous) and all(
+            None in pair or pair[0] == pair[1] for pair in zip(looks, previous, strict=True)
+        )
+        if previous and not (is_row and is_alike):
+            yield begin, index
+            previous = []
+        if is_row and not previous:
+            begin, previous = index, looks
+    if previous:
+        yield begin, len(rows)
+
+
+def numeric_places(run: Sequence[_Line], delimiter: str) -> list[int]:
+    """Return the places at which at least half of some lines of equally many values have numbers."""
+    rows = [line.fields(delimiter) for line in run]
+    return [
+        place
+        for place, column in enumerate(zip(*rows, strict=True))
+        if 2 * sum(map(like_a_number, column)) >= len(rows)
+    ]
 
 
 def _width(rows: Sequence[_Line], delimiter: str, usual: int) -> int:

@@ -54,7 +54,7 @@ def settled(explicit: str | None, units: Sequence[str], wanted: Sequence[str], c
     Parameters
     ----------
     explicit : str, optional
-        The unit that is given.
+        The unit that is given; it holds, whatever the file says.
     units : sequence of str
         The units that the file gives.
     wanted : sequence of str
@@ -65,15 +65,11 @@ def settled(explicit: str | None, units: Sequence[str], wanted: Sequence[str], c
     Raises
     ------
     InputError
-        Units that are not the same, do not fit, or, from the file alone, are unknown.
+        A unit that does not fit; from the file alone, also units that are not the same, or unknown.
     """
     known = [unit for unit in units if _is_known(unit)]
     if explicit is not None:
-        si, factor = fitting(explicit, wanted)
-        for unit in known:
-            if not _is_same(unit, si, factor):
-                raise InputError(f"{explicit!r}, but {column} is in {unit!r}; expected the same unit, or none here")
-        return si, factor
+        return fitting(explicit, wanted)
     if not units:
         return wanted[0], 1.0
     if len(known) < len(units):
@@ -82,11 +78,26 @@ def settled(explicit: str | None, units: Sequence[str], wanted: Sequence[str], c
     try:
         si, factor = fitting(known[0], wanted)
     except InputError as error:
-        raise InputError(f"{column}: {error}") from error
+        weight = f'; what a balance tells in {known[0]} is a force in {known[0]}f: say unit = "{known[0]}f"'
+        hint = weight if "N" in wanted and _is_mass(known[0]) else ""
+        raise InputError(f"{column}: {error}{hint}") from error
     for unit in known[1:]:
         if not _is_same(unit, si, factor):
             raise InputError(f"{column} has two units in the file, {known[0]!r} and {unit!r}; expected one")
     return si, factor
+
+
+def overridden(explicit: str, units: Sequence[str], wanted: Sequence[str]) -> str | None:
+    """Return the first unit in a file that says something else than the one that is given, or None."""
+    si, factor = fitting(explicit, wanted)
+    return next((unit for unit in units if _is_known(unit) and not _is_same(unit, si, factor)), None)
+
+
+def _is_mass(unit: str) -> bool:
+    try:
+        return conversion_factor(unit, "kg") > 0
+    except InputError:
+        return False
 
 
 def _is_same(unit: str, si: str, factor: float) -> bool:

@@ -18,7 +18,7 @@ from historysim.measured.measurement import Measurement
 from historysim.measured.reduction import check_order
 from historysim.scenario.loading_kinds.channels import Channel, ForceChannel, LengthChannel, MeasuredFile
 from historysim.scenario.schema import given
-from historysim.tables import Column, Table
+from historysim.tables import Column, MissingValueError, Table
 from historysim.tables.settled import fitting
 
 Floats = npt.NDArray[np.float64]
@@ -40,7 +40,7 @@ def assembled(folder: Path, section: MeasuredFile) -> Measurement:
     remarks: Remarks = []
     channels = dict(_channels(section))
     _check_units(channels)
-    clocked = _on_one_clock(folder, section, channels)
+    clocked = _on_one_clock(folder, section, channels, remarks)
     name = Path(section.file).name
     with at("file"), _named(name):
         clocked = _within(section, clocked, remarks)
@@ -116,7 +116,9 @@ def _area(channel: Channel) -> float | None:
     return channel.area if isinstance(channel, ForceChannel) else None
 
 
-def _on_one_clock(folder: Path, section: MeasuredFile, channels: Mapping[tuple[str, str], Channel]) -> _Clocked:
+def _on_one_clock(
+    folder: Path, section: MeasuredFile, channels: Mapping[tuple[str, str], Channel], remarks: Remarks
+) -> _Clocked:
     measured = {place: channel for place, channel in channels.items() if channel.source is not None}
     # channels of one clock are read together; clocks may have samples of their own number
     tables = {
@@ -128,6 +130,8 @@ def _on_one_clock(folder: Path, section: MeasuredFile, channels: Mapping[tuple[s
         )
         for clock in dict.fromkeys([None, *(channel.time for channel in measured.values())])
     }
+    told = dict.fromkeys(notice for table in tables.values() for notice in table.notices)
+    remarks += [("file", notice) for notice in told]
     main = tables[None]
     time = main.columns["time"]
     values, inside = {}, np.ones(time.size, dtype=np.bool_)
@@ -148,7 +152,10 @@ def _read(folder: Path, section: MeasuredFile, clock: Column, channels: Mapping[
     for key, channel in channels.items():
         if channel.source is not None:
             columns[key], units[key] = channel.source, _unit(channel)
-    return section.table(folder, columns, units, missing=section.missing == "drop")
+    try:
+        return section.table(folder, columns, units, missing=section.missing == "drop")
+    except MissingValueError as error:
+        raise misfit(f'{error.args[0]}; missing = "drop" leaves out such samples', *error.place) from error
 
 
 def _onto(time: Floats, own: Table, column: Floats, shift: float, max_gap: float | None) -> Floats:

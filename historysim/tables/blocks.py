@@ -1,0 +1,268 @@
+"""The tables that stand one below the other in a text, what stands between them, and what stands below the last.
+
+Where a table ends is told by what its lines look like: a line that begins with a word, or that has too few values and
+is no number, ends it; a line that begins with a number, or has as many values as its rows and half of their numbers,
+is a row, broken or not.
+"""
+
+import csv
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import islice
+
+import attrs
+
+from historysim.basics.units import conversion_factor
+from historysim.errors import InputError
+from historysim.tables.columns import Format
+from historysim.tables.heading import SEARCHED, Head, Heading, like_a_number
+from historysim.tables.lines import split
+
+# so many lines of what stands above a table are kept
+_KEPT = 30
+_AT_ONCE = 2000
+_NO_NUMBERS = re.compile(r"[^\d.,;|\t+\-eE \r\n]")
+_START = re.compile(
+    r"^\W*(?:(?:block|step|segment|cycle|test)\W+)?start(?:ed|ing|s)?(?:[\s_]*(?:time|at))?"
+    r"\s*(?:[\[(](?P<bracket>[^\])]+)[\])])?\s*[=:;,\t ]\s*(?P<value>.+?)\W*$",
+    re.IGNORECASE,
+)
+_CLOCK = re.compile(r"(?:\d{1,4}[-./]\d{1,2}[-./]\d{1,4}[ T]+)?(\d{1,3}):(\d{2})(?::(\d{2}(?:[.,]\d+)?))?")
+_TIME = re.compile(r"([+-]?\d+(?:[.,]\d*)?(?:e[+-]?\d+)?)\s*[\[(]?([a-zµ]*)[\])]?", re.IGNORECASE)
+
+
+@attrs.frozen
+class Block:
+    """One table of a text.
+
+    Attributes
+    ----------
+    begin : int
+        The line at which what belongs to it begins, counted from 1: its preamble, header, or first row.
+    first, last : int
+        The lines of its first and last row.
+    rows : int
+        How many rows it has, broken ones among them.
+    preamble : tuple of str
+        What stands above its header, and the first lines of it alone where there is much.
+    heading : Heading
+        Its names and units, as far as they are found without being asked for.
+    row : tuple of str
+        The values of its first row.
+    """
+
+    begin: int
+    first: int
+    last: int
+    rows: int
+    preamble: tuple[str, ...]
+    heading: Heading
+    row: tuple[str, ...]
+
+    @property
+    def start(self) -> float | None:
+        """The time at which it was started [s], if its preamble says so."""
+        times = [time for time in map(start_time, self.preamble) if time is not None]
+        return times[-1] if times else None
+
+
+@attrs.frozen
+class Survey:
+    """All tables of a text.
+
+    Attributes
+    ----------
+    blocks : tuple of Block
+        The tables, in order.
+    footer : tuple of str
+        What stands below the last one.
+    """
+
+    blocks: tuple[Block, ...]
+    footer: tuple[str, ...] = ()
+
+
+class _Lines:
+    """The lines of a text, some of which may be looked at before they are taken."""
+
+    def __init__(self, lines: Iterable[str]) -> None:
+        self._lines = iter(lines)
+        self._waiting: list[str] = []
+        self.passed = 0
+
+    def peek(self, count: int) -> list[str]:
+        self._waiting += islice(self._lines, max(count - len(self._waiting), 0))
+        return self._waiting[:count]
+
+    def take(self, count: int) -> list[str]:
+        taken = self.peek(count)
+        self._waiting = self._waiting[count:]
+        self.passed += len(taken)
+        return taken
+
+
+@attrs.frozen
+class _Look:
+    """What a row of a table looks like: its number of values, and where numbers stand."""
+
+    delimiter: str
+    width: int
+    numeric: tuple[int, ...]
+    comment: str
+
+    def fields(self, line: str) -> list[str]:
+        try:
+            rows = split([line], self.delimiter)
+        except csv.Error:
+            return []
+        return [field.strip() for field in rows[0]] if len(rows) == 1 else []
+
+    def is_passed_over(self, line: str) -> bool:
+        return not line.strip() or bool(self.comment and line.lstrip().startswith(self.comment))
+
+    def are_rows(self, lines: Sequence[str]) -> bool:
+        """Return whether it is plain at a glance that all lines are rows: nothing but full rows of numbers."""
+        if _NO_NUMBERS.search("".join(lines)):
+            return False
+        if self.delimiter == " ":
+            return all(len(line.split()) == self.width for line in lines)
+        return all(line.count(self.delimiter) == self.width - 1 and line.strip() for line in lines)
+
+    def is_row(self, fields: Sequence[str]) -> bool:
+        if len(fields) < self.width or any(fields[self.width :]):
+            return False
+        values = [fields[place] for place in self.numeric]
+        return any(values) and all(not value or value == "-" or like_a_number(value) for value in values)
+
+    def is_broken_row(self, fields: Sequence[str], *, apart: bool) -> bool:
+        """Return whether a line that is no row is meant as one; not where a blank line stands above it."""
+        filled = [field for field in fields if field]
+        if not filled:
+            return True
+        if like_a_number(filled[0]) and self.numeric[0] == 0:
+            return True
+        numbers = sum(like_a_number(fields[place]) for place in self.numeric if place < len(fields))
+        return not apart and len(fields) == self.width and numbers > 0 and 2 * numbers >= len(self.numeric)
+
+
+def survey(lines: Iterable[str], layout: Format) -> Survey:
+    """Return the tables of a text.
+
+    Parameters
+    ----------
+    lines : iterable of str
+        Its lines.
+    layout : Format
+        What is known of how it is written.
+
+    Raises
+    ------
+    InputError
+        There is no table.
+    """
+    text = _Lines(lines)
+    blocks: list[Block] = []
+    below: list[str] = []
+    begin = 1
+    delimiter = layout.delimiter
+    while window := text.peek(SEARCHED):
+        known = attrs.evolve(layout, delimiter=delimiter, header=layout.header if layout.header == 0 else None)
+        found = _next_table(window, known, text.passed)
+        if found is None:
+            if len(window) < SEARCHED:
+                below += [line.strip() for line in text.take(len(window)) if line.strip()]
+                break
+            below += [line.strip() for line in text.take(SEARCHED // 2) if line.strip()]
+            continue
+        heading, look, row = found
+        delimiter = look.delimiter
+        preamble = [line.strip() for line in text.take(heading.above - text.passed) if line.strip()]
+        preamble = [*below, *preamble]
+        below = []
+        first, last, rows = _pass_rows(text, look)
+        if not first:
+            below = [*preamble, *(line.strip() for line in text.take(1))]
+            continue
+        names = 1 if heading.names else 0
+        above = tuple(preamble[: len(preamble) - names - (1 if heading.brackets else 0)])
+        blocks.append(Block(begin, first, last, rows, above[:_KEPT], heading, row))
+        begin = last + 1
+    if not blocks:
+        raise InputError("has no rows of numbers; expected one line for each sample")
+    return Survey(tuple(blocks), tuple(below))
+
+
+def start_time(line: str) -> float | None:
+    """Return the time [s] that a line such as ``Start time = 2.5 s`` or ``Started at 10:32:05`` tells, or None."""
+    match = _START.match(line.strip())
+    if match is None:
+        return None
+    value = match["value"].strip()
+    if clock := _CLOCK.fullmatch(value):
+        hours, minutes, seconds = clock.groups()
+        return int(hours) * 3600.0 + int(minutes) * 60.0 + float((seconds or "0").replace(",", "."))
+    if time := _TIME.fullmatch(value):
+        try:
+            factor = conversion_factor(time[2] or match["bracket"] or "s", "s")
+        except InputError:
+            return None
+        return float(time[1].replace(",", ".")) * factor
+    return None
+
+
+def _next_table(window: list[str], layout: Format, passed: int) -> tuple[Heading, _Look, tuple[str, ...]] | None:
+    """Return heading, look and first row of the first table among some lines."""
+    try:
+        head = Head.of(window, layout, passed)
+    except InputError:
+        return None
+    found = head.first_table()
+    if found is None:
+        return None
+    heading, row = found
+    numeric = tuple(place for place, field in enumerate(row) if place < heading.width and like_a_number(field))
+    return heading, _Look(heading.delimiter, heading.width, numeric, layout.comment), tuple(row[: heading.width])
+
+
+def _pass_rows(text: _Lines, look: _Look) -> tuple[int, int, int]:
+    """Take the rows of a table, broken ones among them; return the lines of the first and the last, and how many."""
+    first = last = rows = 0
+    apart = False
+    while lines := text.peek(_AT_ONCE):
+        if look.are_rows(lines):
+            first = first or text.passed + 1
+            text.take(len(lines))
+            rows += len(lines)
+            last, apart = text.passed, False
+            continue
+        taken, count, last_row, ended, apart = _run(lines, look, apart=apart)
+        rows += count
+        if last_row is not None:
+            first = first or text.passed + 1
+            last = text.passed + last_row + 1
+        if ended:
+            text.take(0 if last_row is None else last_row + 1)
+            break
+        text.take(taken)
+    return first, last, rows
+
+
+def _run(lines: list[str], look: _Look, *, apart: bool) -> tuple[int, int, int | None, bool, bool]:
+    """Return how many lines belong to a table, and rows; the last row, if it ends there, if a line is blank."""
+    last: int | None = None
+    count = 0
+    for index, fields in enumerate(_split_all(lines, look)):
+        if fields is None:
+            apart = apart or not lines[index].strip()
+            continue
+        if not look.is_row(fields) and not look.is_broken_row(fields, apart=apart):
+            return index, count, last, True, apart
+        last, apart = index, False
+        count += 1
+    return len(lines), count, last, False, apart
+
+
+def _split_all(lines: list[str], look: _Look) -> Iterator[list[str] | None]:
+    """Yield the values of each line, or None of one that is passed over."""
+    for line in lines:
+        yield None if look.is_passed_over(line) else look.fields(line)
