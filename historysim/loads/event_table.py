@@ -9,8 +9,8 @@ from typing import Any
 
 import attrs
 
-from historysim.basics.file_kinds import is_log, is_netcdf
-from historysim.basics.files import is_file, is_folder, replacing
+from historysim.basics.file_kinds import is_log, told_kind
+from historysim.basics.files import replacing
 from historysim.basics.units import quantity
 from historysim.basics.wording import nearest
 from historysim.errors import InputError
@@ -58,20 +58,10 @@ def read_events(path: Path, layout: Format | None = None) -> list[Event]:
 
 
 def _check_kind(path: Path) -> None:
-    """Refuse what is no table but something else that this program reads."""
-    came = ""
-    if is_log(path):
-        came = f"the log of a run; historysim log {path} --csv TABLE writes its events to one"
-    elif is_netcdf(path):
-        came = "a netCDF or HDF5 file, such as a result"
-    elif path.suffix == ".toml":
-        came = "a scenario"
-    elif is_folder(path):
-        came = "a folder"
-    if came:
-        raise InputError(f"{path.name or path}: is {came}; expected {_EXPECTED}")
-    if not is_file(path):
-        raise InputError(f"{path}: there is no such file; expected {_EXPECTED}")
+    """Refuse what is no table but something else."""
+    if came := told_kind(path):
+        hint = f"; historysim log {path} --csv TABLE writes its events to one" if is_log(path) else ""
+        raise InputError(f"{path}: {came}{hint}; expected {_EXPECTED}")
 
 
 @attrs.frozen

@@ -21,6 +21,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
+from historysim.basics.file_kinds import is_log, told_kind
 from historysim.basics.files import sync_folder
 from historysim.basics.lock import WriterLock
 from historysim.errors import InputError
@@ -111,8 +112,8 @@ class LogFile:
 
     def __init__(self, path: Path, *, write: bool = False, lock: WriterLock | None = None) -> None:
         self.path = path
-        if not path.is_file():
-            raise InputError(f"{path}: there is no such file; expected the log of a run (NAME{ENDING})")
+        if not is_log(path) and (came := told_kind(path)):
+            raise InputError(f"{path}: {came}; expected the log of a run (NAME{ENDING})")
         self._lock = lock or (WriterLock(path) if write else None)
         self._connection: sqlite3.Connection | None = None
         try:

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.asperities.ensemble import EnsembleState
-from historysim.basics.file_kinds import is_log, is_netcdf
+from historysim.basics.file_kinds import is_log, is_netcdf, told_kind
 from historysim.basics.notices import Teller, silent
 from historysim.errors import InputError
 from historysim.loads.events import Event, time_text
@@ -163,13 +163,14 @@ def verify(
 
 
 def _verify_result(output: Path, log: Path | None, *, progress: bool, tell: Teller) -> Verification:
-    if not output.is_file():
-        raise InputError(f"{output}: there is no such file; expected a result of historysim run (netCDF), or a log")
     if not is_netcdf(output):
-        raise InputError(f"{output}: is neither a result of historysim run (netCDF) nor a log (NAME.history)")
+        came = told_kind(output) or "is neither of them"
+        raise InputError(f"{output}: {came}; expected a result of historysim run (netCDF), or a log (NAME.history)")
     beside = log or log_beside(output)
-    if not beside.is_file():
-        raise InputError(f"{output}: its log {beside} is not there; put it there, or say where it is with --log")
+    if log is None and not beside.is_file():
+        # what is no result has no log
+        with _opened(output):
+            raise InputError(f"{output}: its log {beside} is not there; put it there, or say where it is with --log")
     with LogFile(beside) as file, _opened(output) as result:
         events, digest = _events_of(file, output, result)
         made = f"historysim {getattr(result, 'historysim_version', '?')}, {getattr(result, 'made_with', '?')}"

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from cattrs import Converter
 
+from historysim.basics.file_kinds import told_kind
 from historysim.basics.wording import shown
 from historysim.errors import InputError
 from historysim.scenario.columns import column_hooks
@@ -70,17 +71,19 @@ def _record(converter: Converter, value: object, _: object) -> str | tuple[int, 
 
 
 def _source(path: Path) -> str:
+    expected = "expected a scenario file (TOML)"
     try:
         return path.read_bytes().decode("utf-8-sig")
     except FileNotFoundError:
-        raise InputError(
-            f"there is no such file in {path.absolute().parent}; expected a scenario file (TOML)"
-        ) from None
+        raise InputError(f"there is no such file in {path.absolute().parent}; {expected}") from None
     except IsADirectoryError:
-        raise InputError("is a folder; expected a scenario file (TOML)") from None
+        raise InputError(f"is a folder; {expected}") from None
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
-        raise InputError(f"is not UTF-8 text ({error.reason} at byte {error.start}); expected TOML") from error
+        came = f"is not UTF-8 text ({error.reason} at byte {error.start})"
+        if path.suffix != ".toml":
+            came = told_kind(path) or came
+        raise InputError(f"{came}; {expected}") from error
     except ValueError as error:
         raise InputError(f"cannot be a path: {error}") from error

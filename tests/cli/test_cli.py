@@ -335,8 +335,8 @@ def test_a_run_is_resumed_from_its_log(ran):
     ("arguments", "said"),
     [
         (["verify", "none.history"], "there is no such file"),
-        (["verify", "ball.toml"], "ball.toml: is neither a result of historysim run (netCDF) nor a log"),
-        (["state", "ball.nc"], "ball.nc: is no log, or damaged"),
+        (["verify", "ball.toml"], "ball.toml: is a scenario; expected a result of historysim run (netCDF), or a log"),
+        (["state", "ball.nc"], "ball.nc: is a netCDF or HDF5 file, such as a result; expected the log of a run"),
         (["state", "none.history"], "none.history: there is no such file; expected the log of a run"),
         (["state", "ball.history", "--at", "noon"], "--at: 'noon'"),
         (["state", "ball.history", "--asperity", "7"], "asperity 7 does not exist"),

@@ -137,7 +137,7 @@ def test_files_that_are_no_tables_are_refused_as_what_they_are(tmp_path):
     assert "is a folder; " in refusal(".")
     ensemble = hs.Ensemble(hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25), 0.0, 1.0, 0.2)
     hs.EventLog.create(tmp_path / "a.history", ensemble, FOUR).close()
-    assert "a.history: is the log of a run; historysim log " in refusal("a.history")
+    assert "a.history: is the log of a run, or another SQLite database; historysim log " in refusal("a.history")
     netCDF4.Dataset(tmp_path / "a.nc", "w").close()
     assert "a.nc: is a netCDF or HDF5 file, such as a result; " in refusal("a.nc")
     (tmp_path / "a.toml").write_text("[materials]\n", encoding="utf-8")
