@@ -17,6 +17,7 @@ ROOMS = (
     "contact",
     "memory",
     "surfaces",
+    "interaction",
     "asperities",
     "loads",
     "recording",

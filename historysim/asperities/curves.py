@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from typing import Self
+from typing import NamedTuple, Self
 
 import attrs
 import numpy as np
@@ -31,6 +31,19 @@ NOT_CONVEX = 0.05
 """Misfit of the total, over its largest load, from which it is not noise any more."""
 ROUNDING = 1e-9
 """By how much, relatively, a path may go beyond the table before it is refused."""
+
+
+class Superposition(NamedTuple):
+    """A state of a contact as sums over the rows of its normal curves.
+
+    At every point the pressure is the sum of those of the rows with weights ``normal``, and the traction with
+    weights ``tangential``. It sticks where it first touched at ``stick_approach`` [m] or before.
+    """
+
+    approach: float
+    stick_approach: float
+    normal: Floats
+    tangential: Floats
 
 
 @attrs.frozen(eq=False)
@@ -154,6 +167,12 @@ class NormalCurves:
         Every patch, and every point of the surface, has the same: its load is their sum with the table's own.
         """
         return np.asarray(elements @ self.share)
+
+    def superposed(self, elements: Rows) -> Superposition:
+        """Return the state of a single row of all elements."""
+        stick = float(self.stick_approach(elements)[0])
+        loads = elements.normal_load[0], elements.tangential_load[0]
+        return Superposition(float(elements.totals[0, ROW_APPROACH]), stick, *map(self.superposition, loads))
 
     def stick_approach(self, elements: Rows) -> Floats:
         """Return the approach at which the edge of the stick zone first touched (row) [m], 0 where all slips."""

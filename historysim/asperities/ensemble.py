@@ -10,13 +10,14 @@ import numpy.typing as npt
 
 from historysim.asperities import friction as friction_laws
 from historysim.asperities.asperity import Asperity
-from historysim.asperities.curves import NormalCurves
+from historysim.asperities.curves import NormalCurves, Superposition
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.basics.arguments import checked, one_per, scalar
 from historysim.basics.units import quantity_text, range_text
 from historysim.basics.wording import counted
 from historysim.contact.materials import MaterialPair
 from historysim.errors import FrictionLimitError, InputError
+from historysim.interaction.solutions import NormalSolutions
 from historysim.memory.energy import stored_energy
 from historysim.memory.friction import change_friction, refresh_loads
 from historysim.memory.layout import (
@@ -227,6 +228,16 @@ class Ensemble:
         curves = NormalCurves.from_table(approach, load, area, **places)
         radius = (0.75 * curves.weight / pair.contact_modulus) ** 2
         return cls(pair, top - curves.label, radius, scalar("friction", friction, least=0), curves=curves, **options)
+
+    @classmethod
+    def from_solutions(
+        cls, pair: MaterialPair, solutions: NormalSolutions, friction: float = 0.2, **options: Any
+    ) -> Self:
+        """Make an ensemble of the patches of a rough contact; see `from_normal_curves`, which raises its errors."""
+        x, y = solutions.position
+        load = solutions.load * pair.contact_modulus
+        known = {"x": x, "y": y, "highest_summit": solutions.highest_summit}
+        return cls.from_normal_curves(pair, solutions.approach, load, solutions.area, friction, **known, **options)
 
     def __len__(self) -> int:
         """Return the number of asperities, or of patches."""
@@ -447,6 +458,21 @@ class Ensemble:
         load = scalar("normal_load", normal_load, least=0.0) / state.units.load
         gap, weight = state.contact.sorted_gap, state.contact.sorted_weight
         return approach_at(gap, weight, load, 0.0) * state.units.length
+
+    def superposition(self, state: EnsembleState) -> Superposition:
+        """Return pressures and tractions of patches as sums of those in the table of their normal curves.
+
+        Raises
+        ------
+        InputError
+            The ensemble is one of summits.
+        """
+        if self.curves is None:
+            raise InputError("the ensemble has no normal curves; expected one from normal curves: see asperity")
+        rows, hold = blank_rows(1, self.elements), Goals(DISPLACED, *STILL)
+        summits = attrs.evolve(self, curves=None)
+        summits.walk(state, paths_to(hold, hold), rows=rows, asperities=np.arange(self.elements))
+        return self.curves.superposed(rows)
 
     def asperity(self, index: int, state: EnsembleState) -> Asperity:
         """Return one asperity, holding its memory in a state.

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from historysim.recording.variables import SUMMITS, SURFACE, Variable
+from historysim.interaction.solutions import NormalSolutions
+from historysim.recording.variables import SOLUTIONS, SUMMITS, SURFACE, Variable
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.summits import Summits
 
@@ -21,15 +22,19 @@ MOST_POINTS = 512
 Array = npt.NDArray[Any]
 
 
-def dataset(summits: Summits, surface: Surface | None = None) -> "xr.Dataset":
+def dataset(
+    summits: Summits | None, surface: Surface | None = None, solutions: NormalSolutions | None = None
+) -> "xr.Dataset":
     """Return summits, and the height map thinned to what a picture can show, as a Dataset.
 
     Parameters
     ----------
-    summits : Summits
-        All summits, in the order of the ensemble.
+    summits : Summits, optional
+        All summits, in the order of the ensemble; of a contact that is no ensemble of summits, none are kept.
     surface : Surface, optional
         The map that they were found on.
+    solutions : NormalSolutions, optional
+        Of a map whose asperities press on one another: the points that touch, and their pressures.
 
     Returns
     -------
@@ -38,11 +43,21 @@ def dataset(summits: Summits, surface: Surface | None = None) -> "xr.Dataset":
         ``thinning``
         says that every so many-th point of the map is kept along x and along y.
     """
-    columns = (summits.height, summits.radius, summits.x, summits.y)
-    arrays: dict[str, Array] = {
-        variable.name: column for variable, column in zip(SUMMITS, columns, strict=True) if column is not None
-    }
-    attributes: dict[str, Any] = {"nominal_area": summits.nominal_area} if summits.nominal_area else {}
+    arrays: dict[str, Array] = {}
+    attributes: dict[str, Any] = {}
+    if summits is not None and summits.nominal_area:
+        attributes["nominal_area"] = summits.nominal_area
+    if summits is not None and solutions is None:
+        columns = (summits.height, summits.radius, summits.x, summits.y)
+        arrays |= {
+            variable.name: column for variable, column in zip(SUMMITS, columns, strict=True) if column is not None
+        }
+    if solutions is not None:
+        points = (solutions.point, solutions.patch, solutions.first_touch)
+        solved = (solutions.approach, solutions.pressure)
+        for variable, values in zip(SOLUTIONS, (*points, *solved), strict=True):
+            arrays[variable.name] = values.astype(np.float64)
+        attributes |= {"shape": list(solutions.shape), "change_at_half_the_points": solutions.coarse}
     if surface is not None:
         most = MOST_POINTS**2 if 1 in surface.shape else MOST_POINTS
         strides = [-(-size // most) for size in surface.shape]
@@ -67,7 +82,7 @@ def from_arrays(arrays: Mapping[str, Array], attributes: Mapping[str, Any]) -> "
             variable.attributes,
             encoding={"_FillValue": _fill_value(variable)},
         )
-        for variable in (*SURFACE, *SUMMITS)
+        for variable in (*SURFACE, *SUMMITS, *SOLUTIONS)
         if variable.name in arrays
     }
     kept = {
@@ -90,7 +105,7 @@ def write(file: "netCDF4.Dataset", content: "xr.Dataset") -> None:
     group.setncatts(content.attrs)
     for name, size in content.sizes.items():
         group.createDimension(str(name), size)
-    for variable in (*SURFACE, *SUMMITS):
+    for variable in (*SURFACE, *SUMMITS, *SOLUTIONS):
         if variable.name in content.variables:
             fill = _fill_value(variable)
             made = group.createVariable(

@@ -115,3 +115,14 @@ SUMMITS = (
     Variable("summit_y", _SUMMIT, "m", "position of the summit along y"),
 )
 """All summits, in the same group; ``asperity`` in the history is their index."""
+
+_POINT, _SOLUTION = ("point",), ("solution",)
+
+SOLUTIONS = (
+    Variable("point", _POINT, "1", "index of the point in the height map, along y first"),
+    Variable("point_patch", _POINT, "1", "patch that the point belongs to"),
+    Variable("first_touch", _POINT, "m", "approach at which the point first touches"),
+    Variable("solved_approach", _SOLUTION, "m", "approach of a solution of the normal contact"),
+    Variable("solved_pressure", ("solution", "point"), "1", "pressure over the contact modulus"),
+)
+"""The normal contact of a map whose asperities press on one another, in the same group."""

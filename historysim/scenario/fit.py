@@ -59,6 +59,7 @@ def model_of(scenario: Scenario) -> tuple[FitSection, Model, dict[str, float]]:
                 ensemble.summit_radius,
                 values.get("friction", ensemble.friction),
                 tolerance=ensemble.tolerance,
+                curves=ensemble.curves,
             ),
             Instrument(values.get("lateral_stiffness", instrument.lateral_stiffness)),
         )
@@ -77,6 +78,8 @@ def _start(name: str, ensemble: Ensemble, instrument: Instrument) -> float:
             raise InputError("lateral_stiffness: expected [instrument] with a lateral_stiffness to start from")
         return instrument.lateral_stiffness
     if name == "height_scale":
+        if ensemble.curves is not None:
+            raise InputError("height_scale: is part of the normal curve already; expected a surface of summits")
         if np.ptp(ensemble.summit_height) == 0:
             raise InputError("height_scale: all summits are equally high; expected a rough surface")
         return 1.0

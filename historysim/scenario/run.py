@@ -88,10 +88,10 @@ def run(
 
 def head_of(loaded: scenario.Scenario, tell: Teller = silent) -> tuple[Head, list[Event]]:
     """Resolve a scenario: the head of its log, and its events."""
-    ground = loaded.ground()
+    ground = loaded.solved(loaded.ground())
     for notice in ground.notices:
         tell(f"{loaded.path.name}: {notice}")
-    shown = surface_group.dataset(ground.summits, ground.surface)
+    shown = surface_group.dataset(ground.summits, ground.surface, ground.solutions)
     head = Head.of(
         loaded.ensemble(ground),
         scenario=loaded.text,

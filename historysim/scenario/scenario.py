@@ -15,7 +15,7 @@ from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.places import at, misfit
 from historysim.basics.wording import counted, shown
 from historysim.errors import InputError
-from historysim.loads.events import Event, FrictionChange
+from historysim.loads.events import Event, FrictionChange, NormalDisplacement, NormalLoad
 from historysim.scenario.document import read_sections
 from historysim.scenario.loading_kinds import MOST_STEPS, MeasuredLoading
 from historysim.scenario.schema import given, reported
@@ -103,15 +103,48 @@ class Scenario:
         """
         from historysim.asperities.ensemble import Ensemble
 
-        ground = ground or self.ground()
+        ground = self.solved(ground or self.ground())
         with reported(self.path.name):
             pair = self.sections.materials.pair()
             friction = self._friction(ground.friction is not None)
-            with at("surface"):
-                coefficients = ground.friction if friction is None else friction
-                ensemble = Ensemble.from_summits(pair, ground.summits, coefficients)
+            coefficients: Any = ground.friction if friction is None else friction
+            if ground.curve is not None:
+                with at("surface"):
+                    curve = ground.curve
+                    ensemble = Ensemble.from_normal_curves(pair, curve.approach, curve.load, curve.area, coefficients)
+            elif ground.solutions is not None:
+                ensemble = Ensemble.from_solutions(pair, ground.solutions, coefficients)
+            else:
+                with at("surface"):
+                    ensemble = Ensemble.from_summits(pair, ground.summits, coefficients)
             self._check_record(len(ensemble))
         return ensemble
+
+    def solved(self, ground: Ground) -> Ground:
+        """Solve the normal contact of a map whose asperities press on one another, up to the largest load.
+
+        Any other ground is returned as it is.
+
+        Raises
+        ------
+        InputError
+            A map that cannot be solved, or nothing ever touches.
+        """
+        if not ground.interacts or ground.solutions is not None or ground.surface is None:
+            return ground
+        from historysim.interaction.solutions import NormalSolutions
+
+        events, modulus = self.events(), self.sections.materials.pair().contact_modulus
+        loads = [event.value for event in events if isinstance(event, NormalLoad)]
+        approaches = [event.value for event in events if isinstance(event, NormalDisplacement)]
+        with reported(self.path.name), at("surface", "interaction"):
+            found = NormalSolutions.of(
+                ground.surface,
+                largest_load=max([*loads, 0.0]) / modulus,
+                largest_approach=max([*approaches, 0.0]),
+                progress=True,
+            )
+        return attrs.evolve(ground, solutions=found)
 
     def events(self) -> list[Event]:
         """Return the events, in time order.

@@ -11,7 +11,9 @@ from historysim.errors import InputError
 from historysim.scenario.schema import Number, table
 from historysim.scenario.surface_kinds.base import Ground, SurfaceKind
 from historysim.scenario.surface_kinds.distributions import DistributionTable, GaussianHeights, InlineDistribution
+from historysim.scenario.surface_kinds.interacting import Interacting
 from historysim.scenario.surface_kinds.maps import MapKind, MeasuredMap, RandomMap, SumOfMaps
+from historysim.scenario.surface_kinds.normal_curve import NormalCurveTable
 from historysim.scenario.surface_kinds.scaled import Scaled
 from historysim.scenario.surface_kinds.summits import InlineSummits, Sphere, SummitTable, Textured
 
@@ -52,6 +54,7 @@ KINDS: Mapping[str, Choice] = {
     "summits": _summits,
     "textured": lambda _: Textured,
     "statistics": _statistics,
+    "normal_curve": lambda _: NormalCurveTable,
     **MAPS,
 }
 
@@ -71,8 +74,10 @@ def surface_from_toml(converter: Converter, value: object, _: object) -> Surface
             raise InputError(f"sums within sums, more than {DEEPEST} deep; expected fewer")
     entry = dict(table(value))
     scale = converter.structure(entry.pop("height_scale"), Number) if "height_scale" in entry else None
+    interaction = entry.pop("interaction", None)
     surface: SurfaceKind = _structured(converter, entry, KINDS)
-    return surface if scale is None else Scaled(surface, scale)
+    scaled = surface if scale is None else Scaled(surface, scale)
+    return scaled if interaction is None else Interacting(scaled, interaction)
 
 
 def map_from_toml(converter: Converter, value: object, _: object) -> MapKind:

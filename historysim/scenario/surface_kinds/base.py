@@ -6,8 +6,18 @@ from typing import TYPE_CHECKING, Any, Protocol
 import attrs
 
 if TYPE_CHECKING:
+    from historysim.interaction.solutions import NormalSolutions
     from historysim.surfaces.heights import Surface
     from historysim.surfaces.summits import Summits
+
+
+@attrs.frozen(eq=False)
+class Curve:
+    """A normal curve: approaches from first touch [m], loads [N] and, where they are known, contact areas [m²]."""
+
+    approach: Any
+    load: Any
+    area: Any = None
 
 
 @attrs.frozen(eq=False)
@@ -16,20 +26,29 @@ class Ground:
 
     Attributes
     ----------
-    summits : Summits
-        The summits that become asperities.
+    summits : Summits, optional
+        The summits that become asperities; None where a normal curve is given.
     surface : Surface, optional
         The height map that they were found on.
     friction : array (summit), optional
         Their friction coefficients, where the surface has its own.
     notices : tuple of str
         What the user should know about how it was made.
+    interacts : bool
+        Whether the contact is that of the whole map, whose parts press on one another, and not of its summits.
+    solutions : NormalSolutions, optional
+        Those of the map, once they are there.
+    curve : Curve, optional
+        The contact itself, where it is known already.
     """
 
-    summits: "Summits"
+    summits: "Summits | None"
     surface: "Surface | None" = None
     friction: Any = None
     notices: tuple[str, ...] = ()
+    interacts: bool = False
+    solutions: "NormalSolutions | None" = None
+    curve: Curve | None = None
 
 
 class SurfaceKind(Protocol):

@@ -27,6 +27,8 @@ class Scaled:
     def ground(self, folder: Path) -> Ground:
         """Return the summits, and the map that they lie on."""
         ground = self.kind.ground(folder)
+        if ground.summits is None:
+            raise misfit("given for a normal curve, which has no heights; expected none", "height_scale")
         mean = ground.summits.height.mean()
         summits = ground.summits.at_heights(mean + self.height_scale * (ground.summits.height - mean))
         surface = None if ground.surface is None else self._stretched(ground.surface, mean)

@@ -1,0 +1,88 @@
+"""A rigid flat on a rough elastic half-space without friction, solved by Tamaas (Polonsky–Keer conjugate gradients)."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from historysim.errors import InputError
+from historysim.surfaces.heights import Surface
+
+Floats = npt.NDArray[np.float64]
+
+ACCURACY = 1e-9
+"""Relative error of complementarity at which a solution is taken."""
+
+
+class HalfSpace:
+    """A height map on an elastic half-space, dimensionless: lengths over the rms height, pressures over E*.
+
+    A surface that repeats is solved as repeating: approaches then are measured against the mean displacement of
+    the half-space. Any other is solved as alone on the half-space, approaches against what is far away.
+
+    Parameters
+    ----------
+    surface : Surface
+
+    Raises
+    ------
+    InputError
+        A profile, a flat or incomplete map, or Tamaas is not installed.
+    """
+
+    def __init__(self, surface: Surface) -> None:
+        try:
+            import tamaas
+        except ImportError as error:
+            raise InputError(
+                'asperities that press on one another need an extra; expected pip install "historysim[interaction]", '
+                "or a surface without interaction"
+            ) from error
+        if 1 in surface.shape:
+            raise InputError("the surface is a profile; expected a height map for asperities that press on one another")
+        if missing := int(surface.missing.sum()):
+            raise InputError(
+                f"{missing:,} heights are missing; expected none where asperities press on one another: cut them off, "
+                "or fill them"
+            )
+        self.unit = float(surface.heights.std())
+        if self.unit == 0.0:
+            raise InputError("the surface is flat; expected heights that differ")
+        # one thread or many add up the same numbers in another order
+        tamaas.set_log_level(tamaas.LogLevel.error)
+        self._failed = tamaas.FloatingPointError
+        self.heights = np.ascontiguousarray(surface.heights / self.unit)
+        sides = [side / self.unit for side in surface.size]
+        self._model: Any = tamaas.ModelFactory.createModel(tamaas.model_type.basic_2d, sides, list(surface.shape))
+        self._model.E, self._model.nu = 1.0, 0.0
+        self._operator: Any = None
+        kind = tamaas.PolonskyKeerRey
+        self._solver: Any = kind(self._model, self.heights, ACCURACY, kind.pressure, kind.pressure)
+        if not surface.periodic:
+            tamaas.ModelFactory.registerNonPeriodic(self._model, "dcfft")
+            self._solver.setIntegralOperator("dcfft")
+            self._operator = self._model.operators["dcfft"]
+
+    def solve(self, mean_pressure: float) -> tuple[float, Floats] | None:
+        """Return approach and pressures under a mean pressure, beginning from the solution before.
+
+        None where the load is so small that a single point would carry it and the solver finds no pressure.
+        """
+        try:
+            error = self._solver.solve(mean_pressure)
+        except self._failed:
+            self._model.traction[...] = 0.0
+            return None
+        if not error <= ACCURACY:
+            self._model.traction[...] = 0.0
+            return None
+        pressure = self._model.traction.copy()
+        if self._operator is None:
+            self._model.solveNeumann()
+            displacement = self._model.displacement
+        else:
+            displacement = np.zeros_like(pressure)
+            self._operator(pressure, displacement)
+        touching = pressure > 0
+        separation = float((self.heights - displacement)[touching].mean())
+        return float(self.heights.max()) - separation, pressure

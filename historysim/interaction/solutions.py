@@ -1,0 +1,222 @@
+"""`NormalSolutions`: pressures of a rough contact at a row of loads, point by point, and the patches."""
+
+import math
+from typing import Self
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+
+from historysim.basics.arguments import scalar
+from historysim.errors import InputError
+from historysim.interaction.cache import kept
+from historysim.interaction.half_space import HalfSpace
+from historysim.interaction.patches import patches_of
+from historysim.surfaces.heights import Surface
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+LOADS = 40
+LIGHTEST = 1e-3
+"""Loads that are solved, evenly spaced by their logarithm, and the lightest of them over the largest."""
+FIRST_PRESSURE = 1e-4
+"""Mean pressure, over E* and the rms slope, to begin from where an approach is to be reached."""
+ABOVE = 1.001
+"""By how much the largest load that is solved lies above what is asked for."""
+FEWEST_POINTS = 8
+"""Points in contact from which a solution is one of the surface, and not of its grid."""
+MOST_DOUBLINGS = 40
+
+
+@attrs.frozen(eq=False)
+class NormalSolutions:
+    """Frictionless solutions of one height map under a flat, from light to heavy loads.
+
+    Attributes
+    ----------
+    approach : array (row)
+        Of the flat, from first touch [m].
+    point : array (point)
+        Flat indices of the points of the map that touch under the largest load.
+    pressure : array (row, point)
+        Pressures there, over E*.
+    patch : array (point)
+        The patch that a point belongs to: connected parts of the contact under the largest load, the largest first.
+    shape : (int, int)
+        Of the map.
+    pixel_size : (float, float)
+        [m].
+    highest_summit : float
+        Height of the flat at first touch [m].
+    coarse : float
+        Change of the load, relatively, at the largest approach if every second point of the map is left out: how
+        much the map's resolution matters.
+    """
+
+    approach: Floats
+    point: Integers = attrs.field(repr=False)
+    pressure: Floats = attrs.field(repr=False)
+    patch: Integers = attrs.field(repr=False)
+    shape: tuple[int, int]
+    pixel_size: tuple[float, float]
+    highest_summit: float
+    coarse: float
+
+    @classmethod
+    def of(
+        cls,
+        surface: Surface,
+        *,
+        largest_load: float = 0.0,
+        largest_approach: float = 0.0,
+        progress: bool = False,
+    ) -> Self:
+        """Solve a map up to a load and an approach, or take the solutions from the cache of an earlier run.
+
+        Parameters
+        ----------
+        surface : Surface
+            One that repeats is solved as repeating, any other as alone on its half-space.
+        largest_load : float
+            Over E* [m²].
+        largest_approach : float
+            From first touch [m].
+        progress : bool
+            Show a progress bar on standard error where that is a terminal and it takes long.
+
+        Raises
+        ------
+        InputError
+            A map that cannot be solved, neither a load nor an approach, or the extra is not installed.
+        """
+        load, approach = scalar("largest_load", largest_load, least=0), scalar("largest_approach", largest_approach)
+        if load <= 0 and approach <= 0:
+            raise InputError("nothing touches; expected a normal load or an approach of more than 0")
+        space = HalfSpace(surface)
+        target = (load / (surface.nominal_area), approach / space.unit)
+        key = (np.ascontiguousarray(surface.heights), np.array([*surface.pixel_size, surface.periodic, *target, LOADS]))
+
+        def solved() -> dict[str, Floats]:
+            return _solve(space, surface, target, progress=progress)
+
+        found = kept("normal_solutions", key, solved)
+        touching = (found["pressure"][-1] > 0).reshape(surface.shape)
+        return cls(
+            found["approach"] * space.unit,
+            (point := np.flatnonzero(touching)),
+            found["pressure"][:, point],
+            patches_of(touching, periodic=surface.periodic).ravel()[point],
+            surface.shape,
+            surface.pixel_size,
+            float(surface.heights.max()),
+            float(found["coarse"]),
+        )
+
+    @property
+    def count(self) -> int:
+        """Number of patches."""
+        return int(self.patch.max()) + 1
+
+    @property
+    def load(self) -> Floats:
+        """Load of each patch over E* (row, patch) [m²]."""
+        return self._summed(self.pressure) * math.prod(self.pixel_size)
+
+    @property
+    def area(self) -> Floats:
+        """Contact area of each patch (row, patch) [m²]."""
+        return self._summed((self.pressure > 0).astype(np.float64)) * math.prod(self.pixel_size)
+
+    @property
+    def position(self) -> tuple[Floats, Floats]:
+        """Where each patch carries most [m]: x and y (patch)."""
+        order = np.lexsort((-self.pressure[-1], self.patch))
+        first = order[np.searchsorted(self.patch[order], np.arange(self.count))]
+        x, y = (np.asarray(index, dtype=np.float64) for index in np.unravel_index(self.point[first], self.shape))
+        return x * self.pixel_size[0], y * self.pixel_size[1]
+
+    @property
+    def first_touch(self) -> Floats:
+        """Approach at which each point first touches (point) [m].
+
+        Points that come in between two rows are taken in the order of their pressures, so that the area grows evenly.
+        """
+        row = (self.pressure > 0).argmax(axis=0)
+        edges = np.append(0.0, self.approach)
+        found = np.empty(self.point.size)
+        for index in np.unique(row):
+            new = np.flatnonzero(row == index)
+            order = new[np.argsort(-self.pressure[index, new], kind="stable")]
+            part = (np.arange(order.size) + 1.0) / order.size
+            found[order] = edges[index] + part * (edges[index + 1] - edges[index])
+        return found
+
+    def _summed(self, values: Floats) -> Floats:
+        sums = np.zeros((values.shape[0], self.count))
+        np.add.at(sums.T, self.patch, values.T)
+        return sums
+
+
+def _solve(space: HalfSpace, surface: Surface, target: tuple[float, float], *, progress: bool) -> dict[str, Floats]:
+    """Solve all loads, from the lightest, and the heaviest on the map with every second point left out."""
+    from tqdm import tqdm
+
+    top = _top(space, *target)
+    approaches, pressures = [0.0], []
+    with tqdm(total=LOADS, desc="normal contact", unit="load", delay=2, disable=None if progress else True) as bar:
+        for pressure in np.geomspace(_bottom(space, top), top, LOADS):
+            found = space.solve(float(pressure))
+            bar.update()
+            if found is not None and _resolved(found) and found[0] > approaches[-1]:
+                approaches.append(found[0])
+                pressures.append(found[1].ravel())
+    if len(pressures) < LOADS // 4:
+        raise InputError(
+            f"{len(pressures)} of {LOADS} loads touch more than a few points; expected a finer map, or a larger load"
+        )
+    half = HalfSpace(
+        Surface(surface.heights[::2, ::2], tuple(2 * size for size in surface.pixel_size), periodic=surface.periodic)
+    )
+    coarse = half.solve(top)
+    known, loads = np.array(approaches), np.append(0.0, [pressure.mean() for pressure in pressures])
+    # the highest point may be one of those left out
+    reached = 0.0 if coarse is None else coarse[0] * half.unit + surface.heights.max() - surface.heights[::2, ::2].max()
+    change = np.interp(reached / space.unit, known, loads) / top - 1.0
+    return {"approach": known[1:], "pressure": np.array(pressures), "coarse": np.array(change)}
+
+
+def _resolved(found: tuple[float, Floats]) -> bool:
+    """Whether the contact is one of the surface, and not of a few points of its grid."""
+    return bool((found[1] > 0).sum() >= FEWEST_POINTS)
+
+
+def _bottom(space: HalfSpace, top: float) -> float:
+    """Mean pressure of the lightest load."""
+    pressure = top
+    while pressure > LIGHTEST * top:
+        found = space.solve(0.5 * pressure)
+        if found is None or not _resolved(found):
+            break
+        pressure *= 0.5
+    return pressure
+
+
+def _top(space: HalfSpace, mean_pressure: float, approach: float) -> float:
+    """Mean pressure of the heaviest load: at least one given, and as much as an approach needs."""
+    top = mean_pressure * ABOVE
+    if approach <= 0:
+        return top
+    trial = max(top, FIRST_PRESSURE * float(np.abs(np.diff(space.heights, axis=0)).max()))
+    low, high = 0.0, math.inf
+    for _ in range(MOST_DOUBLINGS):
+        found = space.solve(trial)
+        reached = 0.0 if found is None else found[0]
+        if reached >= approach * ABOVE:
+            high = trial
+            if reached <= approach * ABOVE**20:
+                break
+        else:
+            low = trial
+        trial = math.sqrt(low * high) if low > 0 and high < math.inf else 2 * trial if high == math.inf else trial / 2
+    return max(top, high)

@@ -1,0 +1,33 @@
+"""``surface.interaction``: any height map, whose asperities press on one another."""
+
+from pathlib import Path
+
+import attrs
+
+from historysim.basics.places import misfit
+from historysim.basics.wording import nearest, shown
+from historysim.scenario.surface_kinds.base import Ground, SurfaceKind
+
+INTERACTIONS = ("none", "full")
+
+
+def _known(_: object, attribute: "attrs.Attribute[str]", value: object) -> None:
+    if not isinstance(value, str) or value not in INTERACTIONS:
+        raise misfit(f"{shown(value)}; {nearest(str(value), INTERACTIONS)}", attribute.name)
+
+
+@attrs.frozen
+class Interacting:
+    """Any surface with a height map, and whether its asperities press on one another."""
+
+    kind: SurfaceKind
+    interaction: str = attrs.field(validator=_known)
+
+    def ground(self, folder: Path) -> Ground:
+        """Make the surface."""
+        ground = self.kind.ground(folder)
+        if self.interaction == "none":
+            return ground
+        if ground.surface is None:
+            raise misfit("full, of a surface without a height map; expected a random, measured or sum", "interaction")
+        return attrs.evolve(ground, interacts=True)

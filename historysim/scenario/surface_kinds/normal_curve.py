@@ -1,0 +1,31 @@
+"""``[surface] kind = "normal_curve"``: a contact given by its load over the approach."""
+
+from pathlib import Path
+
+import attrs
+
+from historysim.scenario.columns import NumbersFile
+from historysim.scenario.schema import given
+from historysim.scenario.surface_kinds.base import Curve, Ground
+from historysim.tables import Column
+
+
+@attrs.frozen
+class CurveColumns:
+    """Which column of the table of a normal curve holds what."""
+
+    approach: Column
+    load: Column
+    area: Column | None = None
+
+
+@attrs.frozen(kw_only=True)
+class NormalCurveTable(NumbersFile):
+    """A normal curve from a table, such as an indentation."""
+
+    columns: CurveColumns
+
+    def ground(self, folder: Path) -> Ground:
+        """Read the curve."""
+        found = self.table(folder, given(self.columns), {"approach": "m", "load": "N", "area": "m2"}).columns
+        return Ground(None, curve=Curve(found["approach"], found["load"], found.get("area")))
