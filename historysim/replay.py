@@ -14,9 +14,8 @@ from historysim.asperities.ensemble import Ensemble, EnsembleState
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.errors import CurveEndError, FrictionLimitError, InputError, LoadError
 from historysim.loads import schedule
-from historysim.loads.events import Event, as_events, events_text, time_text
+from historysim.loads.events import Event, FrictionChange, as_events, events_text, time_text
 from historysim.loads.schedule import Standing, Start, Stretch
-from historysim.memory.paths import DISPLACED, LOAD, Goals, Paths, paths_to
 from historysim.memory.rows import Rows
 from historysim.recording import provenance, recorder
 from historysim.recording.recorder import DatasetRecorder, Recorder, Selection, StateOnly, chosen_asperities
@@ -68,6 +67,11 @@ class Replay:
         """Indices of the asperities that are recorded, ascending; None for totals alone."""
         return chosen_asperities(self.ensemble, self.events, self.record)
 
+    @property
+    def friction_changes(self) -> bool:
+        """Whether an event changes friction."""
+        return any(isinstance(event, FrictionChange) for event in self.events)
+
     def steps(self, until: float = math.inf) -> int:
         """Return the number of rows that are recorded up to a time [s]."""
         return schedule.row_count(self.events, self.substeps, until)
@@ -78,7 +82,8 @@ class Replay:
 
     def recorder(self, kind: type[RecorderType], *, until: float = math.inf, **options: Any) -> RecorderType:
         """Return a recorder of a kind for this replay; ``options`` are its own."""
-        return kind(self.ensemble, self.asperities, self.steps(until), instrument=self.instrument, **options)
+        here: dict[str, Any] = {"instrument": self.instrument, "friction_changes": self.friction_changes}
+        return kind(self.ensemble, self.asperities, self.steps(until), **here, **options)
 
     def dataset(
         self, *, until: float = math.inf, attributes: dict[str, Any] | None = None, progress: bool = False
@@ -93,7 +98,7 @@ class Replay:
         from historysim.recording.netcdf import recording
 
         place = (self.ensemble, self.asperities, self.steps(), self.attributes(), self.instrument)
-        with recording(Path(path), *place) as target:
+        with recording(Path(path), *place, friction_changes=self.friction_changes) as target:
             self.walk(target, progress=progress)
 
     def state(self, until: float = math.inf, *, start: Start | None = None) -> EnsembleState:
@@ -146,11 +151,14 @@ class Replay:
     def _walked(self, stretch: Stretch, state: EnsembleState, rows: Rows, columns: npt.ArrayLike) -> EnsembleState:
         """Return the state after a stretch, and name the event where that is not to be had."""
         try:
-            paths, instrument = stretch.paths, self.instrument
-            if stretch.share < 1.0:
-                paths, instrument = self._part(stretch, state)
             state = self.ensemble.walk(
-                state, paths, rows=rows, asperities=columns, saturate=self.saturate, instrument=instrument
+                state,
+                stretch.paths,
+                rows=rows,
+                asperities=columns,
+                saturate=self.saturate,
+                instrument=self.instrument,
+                until=stretch.share,
             )
         except (FrictionLimitError, CurveEndError) as error:
             raise LoadError(f"{self._place(stretch.event[error.path])}: {error}") from None
@@ -163,19 +171,6 @@ class Replay:
 
     def _place(self, index: int) -> str:
         return f"event {index} at t = {time_text(self.events[index].time)}"
-
-    def _part(self, stretch: Stretch, state: EnsembleState) -> tuple[Paths, Instrument]:
-        """Return a share of the one path of a stretch, straight in what the whole is straight in, and its drive."""
-        paths, share = stretch.paths, stretch.share
-        if paths.normal_control[0] == paths.tangential_control[0] == LOAD:
-            fractions = {name: getattr(paths, name) * share for name in ("normal_fraction", "tangential_fraction")}
-            return paths._replace(**fractions), self.instrument
-        end = self.ensemble.walk(state, paths, saturate=self.saturate, instrument=self.instrument)
-        approach = state.approach + share * (end.approach - state.approach)
-        moved = end.tangential_displacement - state.tangential_displacement
-        displacement = state.tangential_displacement + share * moved
-        goals = Goals(DISPLACED, approach), Goals(DISPLACED, displacement)
-        return paths_to(*goals), RIGID
 
 
 def replay(

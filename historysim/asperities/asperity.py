@@ -112,8 +112,11 @@ class Asperity:
 
     @property
     def tangential_stiffness(self) -> float:
-        """dT/dU of the stick zone, 8 G* c [N/m]; a reversal starts with 8 G* a instead."""
-        return 8.0 * self.pair.shear_modulus * self.stick_radius
+        """dT/dU of the stick zone [N/m]: 8 G* c, or 8 G* a where the displacement turns round.
+
+        Less, where a fall of friction lets a disc slide inside the stick zone.
+        """
+        return self.memory.tangential_stiffness
 
     @property
     def reversal_points(self) -> "np.recarray[Any, np.dtype[np.record]]":

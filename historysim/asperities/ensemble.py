@@ -34,7 +34,9 @@ from historysim.memory.layout import (
 )
 from historysim.memory.normal import approach_at
 from historysim.memory.paths import DISPLACED, LOAD, STILL, Goals, Paths, paths_to
+from historysim.memory.polyline import Aim
 from historysim.memory.rows import Rows, blank_rows
+from historysim.memory.slip import sticking_stiffness
 from historysim.memory.traction import TractionMemory
 from historysim.memory.walk import walk_paths
 
@@ -100,6 +102,25 @@ class EnsembleState:
     def dissipated_energy(self) -> float:
         """Energy that friction has taken since the start, all asperities [J]."""
         return float(self.memory.now[DISSIPATED]) * self.units.energy
+
+    def stiffness(self, direction: int) -> float:
+        """Return dT/dU at a fixed approach when the displacement goes on in a direction [N/m].
+
+        Springs that slide in that direction take no part; those that slide the other way stick again.
+
+        Parameters
+        ----------
+        direction : int
+            1 for a growing displacement, -1 for a falling one.
+
+        Raises
+        ------
+        InputError
+            Another direction.
+        """
+        if isinstance(direction, bool) or direction not in {1, -1}:
+            raise InputError(f"direction is {direction!r}; expected 1 (the displacement grows) or -1 (it falls)")
+        return sticking_stiffness(self.contact, self.memory, float(direction)) * self.units.stiffness
 
     @property
     def stored_energy(self) -> float:
@@ -294,7 +315,7 @@ class Ensemble:
             depth=np.zeros(count, dtype=np.int64),
             steep=np.zeros(count, dtype=np.bool_),
             dissipated=np.zeros(self.elements),
-            now=np.zeros(7),
+            now=np.zeros(6),
         )
         return EnsembleState(contact, order, memory, self._units())
 
@@ -356,27 +377,29 @@ class Ensemble:
     def with_friction(
         self, state: EnsembleState, friction: "npt.ArrayLike", *, instrument: Instrument = RIGID
     ) -> EnsembleState:
-        """Return the state with other friction coefficients from now on, at the same displacements.
+        """Return the state with other friction coefficients from now on.
 
         Where a coefficient falls, springs beyond the new limit slip at once. A controlled tangential
-        load stays the one that is asked for, and so does the displacement of an instrument's drive: the
-        next path, if only one that holds it, moves U until it is there again. Until then the state tells
-        the tangential load before the springs slipped.
+        load stays, and so does the displacement of an instrument's drive: U follows, as it would if the
+        coefficients fell in many small steps. A load that friction no longer holds is still what the
+        state tells and asks for: the contact slides at the displacement at which it began to, and the
+        next path, if only one that holds the load, is refused, or holds it at the limit.
 
         Raises
         ------
         InputError
             See `friction.coulomb`, or what is no instrument.
         """
-        held = _compliance(instrument, state.units) > 0 or state.tangential_control == LOAD
         coefficients = self._coefficients(friction)
-        force = state.memory.now[TANGENTIAL_LOAD]
+        compliance = _compliance(instrument, state.units)
         state = self._regroup(state, coefficients)
-        memory = change_friction(state.contact, copied(state.memory), coefficients[_leaders(state)])
-        if held:
-            memory.now[TANGENTIAL_LOAD] = force
-        contact = state.contact._replace(friction=coefficients[_leaders(state)])
-        return attrs.evolve(state, contact=contact, memory=memory)
+        now, leading = state.memory.now, coefficients[_leaders(state)]
+        if state.tangential_control == LOAD:
+            held = Aim(now[TANGENTIAL_LOAD], 0.0, 1.0)
+        else:
+            held = Aim(now[DISPLACEMENT] + compliance * now[TANGENTIAL_LOAD], 1.0, compliance)
+        memory = change_friction(state.contact, copied(state.memory), leading, held, self.tolerance)
+        return attrs.evolve(state, contact=state.contact._replace(friction=leading), memory=memory)
 
     def walk(
         self,
@@ -387,6 +410,7 @@ class Ensemble:
         asperities: npt.ArrayLike = (),
         saturate: bool = False,
         instrument: Instrument = RIGID,
+        until: float = 1.0,
     ) -> EnsembleState:
         """Return the state after straight paths, one after the other, and record rows on the way.
 
@@ -404,6 +428,8 @@ class Ensemble:
             Hold tangential loads beyond the limit at the limit.
         instrument : Instrument, optional
             In series with the contact: tangential displacements are those of its drive.
+        until : float
+            Share of each path that is walked.
 
         Raises
         ------
@@ -434,6 +460,7 @@ class Ensemble:
             saturate,
             self.tolerance,
             _compliance(instrument, units),
+            until,
         )
         if path >= 0:
             raise FrictionLimitError(request * units.load, limit * units.load, path)

@@ -2,6 +2,7 @@
 
 import math
 from pathlib import Path
+from typing import Any
 
 from historysim.asperities.ensemble import EnsembleState
 from historysim.basics.notices import Teller, silent
@@ -119,7 +120,8 @@ def _assemble(file: LogFile, job: Replay, target: PartRecorder, output: Path, co
         parts.check_space(output)
     attributes = job.attributes() | head.attributes | digest_attribute(file.sound().links[-1])
     place = (output, job.ensemble, job.asperities, target.steps, attributes, job.instrument)
-    with recording(*place, compression=compression, unfinished=parts.unfinished) as result:
+    options: dict[str, Any] = {"compression": compression, "unfinished": parts.unfinished}
+    with recording(*place, friction_changes=job.friction_changes, **options) as result:
         if head.surface:
             shown = surface_group.from_arrays(head.surface, head.settings["surface_attributes"])
             surface_group.write(result.file, shown)

@@ -13,7 +13,7 @@ from historysim._version import __version__
 from historysim.asperities.ensemble import Ensemble, EnsembleState
 from historysim.errors import InputError
 from historysim.loads.schedule import Standing
-from historysim.memory.layout import Memory
+from historysim.memory.layout import EXCESS, Memory
 from historysim.recording.provenance import made_with
 
 
@@ -120,7 +120,11 @@ def _state(ensemble: Ensemble, kept: dict[str, Any]) -> EnsembleState:
     contact = beginning.contact._replace(
         gap=gap[order], weight=weight[order], first=kept["first"], friction=kept["friction"]
     )
-    memory = Memory(vertices=vertices, depth=depth, steep=kept["steep"], dissipated=kept["dissipated"], now=kept["now"])
+    now = beginning.memory.now.copy()
+    # in snapshots of earlier versions, which are longer, what follows is no part of the state
+    told = now.size if kept["now"].size == now.size else EXCESS
+    now[:told] = kept["now"][:told]
+    memory = Memory(vertices=vertices, depth=depth, steep=kept["steep"], dissipated=kept["dissipated"], now=now)
     normal, tangential = kept["control"].tolist()
     return attrs.evolve(
         beginning, contact=contact, order=order, memory=memory, normal_control=normal, tangential_control=tangential

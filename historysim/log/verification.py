@@ -23,6 +23,7 @@ from historysim.log.snapshot import packed, program
 from historysim.log.starts import trusted_snapshots
 from historysim.memory.rows import Rows, blank_rows
 from historysim.recording.recorder import Recorder, coordinates_of
+from historysim.recording.variables import WHERE_FRICTION_CHANGES
 
 if TYPE_CHECKING:
     import netCDF4
@@ -211,6 +212,10 @@ def _verify_log(path: Path, *, tell: Teller) -> Verification:
         return Verification(path, len(content.events), content.links[-1].hex(), snapshots=good)
 
 
+LATER = frozenset(variable.name for variable in WHERE_FRICTION_CHANGES)
+"""Variables that results of earlier versions do not have."""
+
+
 @final
 @attrs.define
 class _Comparer(Recorder):
@@ -235,6 +240,8 @@ class _Comparer(Recorder):
 
     def compare(self, name: str, values: Array, where: slice = slice(None)) -> None:
         """Compare the values of one variable."""
+        if name not in self.file.variables and name in LATER:
+            return
         if name not in self.file.variables:
             raise InputError(f"has no variable {name}")
         found = self.file[name]

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from historysim.memory.compiled import compiled
+from historysim.memory.compiled import compiled, inlined
 from historysim.memory.energy import spread, withdrawal_energy
 from historysim.memory.layout import (
     ANCHOR,
@@ -56,6 +56,14 @@ def crossing(low: float, high: float, v_low: float, v_high: float, d: float, sid
     return low + (high - low) * over_low / (over_low - over_high)
 
 
+@inlined
+def mean_drag(limit: float, slip: float, moved: float, growth: float) -> float:
+    """Return the mean deflection of a spring while it slips: it was moved straight, and its limit grew straight."""
+    # slip of a spring that slips all the way
+    whole = moved - growth
+    return max(limit - 0.5 * growth * slip / whole, 0.0) if whole > 0.0 else limit
+
+
 @compiled
 def clip(
     group: Group,
@@ -63,15 +71,17 @@ def clip(
     d: float,
     displacement: float,
     friction: float,
-    lag_down: float,
-    lag_up: float,
+    moved: float,
+    rise: float,
+    gain: float,
     dissipates: bool,
 ) -> tuple[Floats, float, float]:
     """Clip any polyline to the cone |v| ≤ μ (d - a): both sides may cut, anywhere.
 
-    The drag of a spring that slips by g is the limit less lag·g, with the lag of its direction.
-    Returns the new stack, its stiffness dT/dV, and the energy dissipated, which where ``dissipates``
-    is added to the asperities of the group.
+    On the straight way to this cone the springs were moved by ``moved`` and the limit of spring a
+    grew by rise + gain·(d - a), which is what their mean drag depends on. Returns the new stack, its
+    stiffness dT/dV, and the energy dissipated, which where ``dissipates`` is added to the asperities
+    of the group.
     """
     clipped = np.empty((3 * len(stack), stack.shape[1]))
     copy_vertices(stack, clipped, min(len(stack), 1))
@@ -99,9 +109,9 @@ def clip(
                 side = math.copysign(1.0, v_a + v_b)
                 new_slope, v = side * friction, side * limit_b
                 if dissipates:
-                    lag = lag_up if side > 0.0 else lag_down
                     slip_a, slip_b = max(side * v_a - limit_a, 0.0), max(side * v_b - limit_b, 0.0)
-                    drag_a, drag_b = max(limit_a - lag * slip_a, 0.0), max(limit_b - lag * slip_b, 0.0)
+                    drag_a = mean_drag(limit_a, slip_a, side * moved, rise + gain * (d - a))
+                    drag_b = mean_drag(limit_b, slip_b, side * moved, rise + gain * (d - b))
                     dissipated += spread(
                         group.gap, group.weight, group.dissipated, a, b, slip_a, slip_b, drag_a, drag_b
                     )
@@ -109,6 +119,9 @@ def clip(
                 stiffness += load_at(group.gap, group.weight, b)[1] - load_at(group.gap, group.weight, a)[1]
                 if b == high:
                     made_at = stack[j, MADE_AT]
+            if count > 1 and b - a <= TIE * d:
+                # cut off by rounding alone
+                new_slope = clipped[count - 1, SLOPE]
             if count > 1 and clipped[count - 1, SLOPE] == new_slope:
                 count -= 1
             force = clipped[count - 1, TANGENTIAL] + new_slope * (load - clipped[count - 1, NORMAL])
@@ -127,9 +140,6 @@ def move_steep_group(
     energy = 0.0
     if d1 < d0:
         energy = withdrawal_energy(group, depth, len(stack) - 1, d0, v0, d1, v1)
-    up, down = (v1 - v0) - friction * (d1 - d0), (v0 - v1) - friction * (d1 - d0)
-    lag_up = 0.5 * friction * (d1 - d0) / up if up > 0.0 else 0.0
-    lag_down = 0.5 * friction * (d1 - d0) / down if down > 0.0 else 0.0
-    clipped, _, slipped = clip(group, stack, d1, v1, friction, lag_down, lag_up, depth > 0)
+    clipped, _, slipped = clip(group, stack, d1, v1, friction, v1 - v0, friction * (d1 - d0), 0.0, depth > 0)
     copy_vertices(clipped, group.stack, len(clipped))
     return len(clipped), energy + slipped

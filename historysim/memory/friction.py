@@ -1,51 +1,141 @@
-"""A change of the friction coefficients at rest."""
+"""A change of the friction coefficients at rest.
 
-from historysim.memory.clipping import clip, is_steep
+Where a coefficient falls, springs beyond the new limit slip. Under a tangential load, or behind an instrument,
+the displacement follows while it falls, so that a jump is what many small falls are: the coefficients go straight from
+the old values to the new ones. Where friction no longer holds the load, everything slides and the displacement stays.
+"""
+
+import numpy as np
+
+from historysim.memory.clipping import carried, clip, is_steep
 from historysim.memory.compiled import compiled
-from historysim.memory.groups import total_force
+from historysim.memory.energy import stored_energy
+from historysim.memory.groups import friction_limit, total_force
 from historysim.memory.layout import (
     APPROACH,
     DISPLACEMENT,
     DISSIPATED,
     LABEL,
     NORMAL,
+    NORMAL_LOAD,
     SLOPE,
     TANGENTIAL,
     TANGENTIAL_LOAD,
     Contact,
     Floats,
     Memory,
+    copied,
     copy_vertices,
     group_of,
     grown,
 )
 from historysim.memory.normal import load_at
+from historysim.memory.polyline import Aim, to_displacement
+from historysim.memory.search import found_displacement
+
+MOST_PARTS = 1 << 10
 
 
 @compiled
-def change_friction(contact: Contact, memory: Memory, friction: Floats) -> Memory:
-    """Replace the groups' friction coefficients at rest; springs that the new limit cannot hold slip.
+def change_friction(contact: Contact, memory: Memory, friction: Floats, aim: Aim, tolerance: float) -> Memory:
+    """Replace the groups' friction coefficients while the tangential channel holds what it aims at.
 
-    The elastic energy that they lose is dissipated.
+    A load beyond the new limit stays with the memory as what is asked for.
     """
     now = memory.now
-    d, v = now[APPROACH], now[DISPLACEMENT]
+    slips = False
     for index in range(friction.size):
-        depth = memory.depth[index]
-        if depth == 0:
+        if memory.depth[index] > 0:
+            slips = slips or friction[index] < contact.friction[index]
+            memory.steep[index] = is_steep(memory.vertices[index], memory.depth[index], friction[index])
+    if not slips:
+        return memory
+    held, force = 1.0, now[TANGENTIAL_LOAD]
+    if aim.rigid == 0.0:
+        before = friction_limit(contact, now[APPROACH], now[NORMAL_LOAD])
+        after = friction_limit(with_coefficients(contact, friction), now[APPROACH], now[NORMAL_LOAD])
+        if abs(force) > after:
+            held = min(max((before - abs(force)) / (before - after), 0.0), 1.0)
+    start, first = contact, contact.friction
+    if aim.compliance > 0.0 and held > 0.0:
+        memory = fall_in_parts(contact, memory, first + held * (friction - first), aim, tolerance)
+        start = with_coefficients(contact, first + held * (friction - first))
+    if aim.compliance == 0.0 or held < 1.0:
+        memory = fall(start, memory, friction, to_displacement(memory.now[DISPLACEMENT]))
+    for index in range(friction.size):
+        memory.steep[index] = is_steep(memory.vertices[index], memory.depth[index], friction[index])
+    memory.now[TANGENTIAL_LOAD] = force if aim.rigid == 0.0 else total_force(contact, memory)
+    return memory
+
+
+@compiled
+def with_coefficients(contact: Contact, friction: Floats) -> Contact:
+    """Return the contact with other coefficients."""
+    return Contact(contact.gap, contact.weight, contact.first, friction, contact.sorted_gap, contact.sorted_weight)
+
+
+@compiled
+def fall_in_parts(contact: Contact, memory: Memory, friction: Floats, aim: Aim, tolerance: float) -> Memory:
+    """Change the coefficients in equal parts, more of them each time, until it makes no difference.
+
+    What is dissipated is the work of the tangential load, less what is stored, which is exact; the parts say how
+    the asperities share it.
+    """
+    now, first = memory.now, contact.friction
+    unused = np.zeros(memory.dissipated.size)
+    before, lost = stored_energy(contact, memory, unused), now[DISSIPATED]
+    reach = first.max() * now[APPROACH]
+    parts, reached = 4, np.inf
+    while True:
+        fine = copied(memory)
+        for k in range(parts):
+            part = with_coefficients(contact, first + (k / parts) * (friction - first))
+            fine = fall(part, fine, first + ((k + 1) / parts) * (friction - first), aim)
+        moved = fine.now[DISPLACEMENT] - now[DISPLACEMENT]
+        work = 0.5 * (now[TANGENTIAL_LOAD] + total_force(contact, fine)) * moved
+        balance = work + before - stored_energy(contact, fine, unused)
+        told = fine.now[DISSIPATED] - lost
+        settled = abs(fine.now[DISPLACEMENT] - reached) <= tolerance * reach
+        if parts >= MOST_PARTS or (settled and abs(told - balance) <= 1e-3 * told + tolerance * tolerance * before):
+            break
+        reached = fine.now[DISPLACEMENT]
+        parts *= 2
+    share = max(balance, 0.0) / told if told > 0.0 else 1.0
+    for i in range(memory.dissipated.size):
+        fine.dissipated[i] = memory.dissipated[i] + share * (fine.dissipated[i] - memory.dissipated[i])
+    fine.now[DISSIPATED] = lost + share * told
+    return fine
+
+
+@compiled
+def fall(contact: Contact, memory: Memory, friction: Floats, aim: Aim) -> Memory:
+    """Change the coefficients, and the displacement to where it aims, straight together."""
+    now = memory.now
+    d, v0 = now[APPROACH], now[DISPLACEMENT]
+    after = with_coefficients(contact, friction)
+    # the very loads that the edges have
+    shares = np.empty(np.count_nonzero(memory.depth))
+    for index in range(shares.size):
+        shares[index] = memory.vertices[index, memory.depth[index] - 1, NORMAL]
+    v1 = aim.value
+    if aim.compliance > 0.0:
+        # any cone may cut any polyline
+        memory.steep[:] = True
+        v1 = found_displacement(after, memory, shares, d, aim)
+    for index in range(shares.size):
+        depth, gain = memory.depth[index], friction[index] - contact.friction[index]
+        if v1 == v0 and gain >= 0.0:
             continue
-        if friction[index] < contact.friction[index]:
-            group, stack = group_of(contact, memory, index), memory.vertices[index, :depth]
-            # |v| falls to the limit straight, so the mean drag is half-way between
-            clipped, _, energy = clip(group, stack, d, v, friction[index], -0.5, -0.5, depth > 0)
-            now[DISSIPATED] += energy
-            depth = len(clipped)
-            if depth > memory.vertices.shape[1]:
-                memory = grown(memory, 2 * depth)
-            copy_vertices(clipped, memory.vertices[index], depth)
-            memory.depth[index] = depth
-        memory.steep[index] = is_steep(memory.vertices[index], depth, friction[index])
-    now[TANGENTIAL_LOAD] = total_force(contact, memory)
+        group = group_of(after, memory, index)
+        stack = carried(group, depth, d, v1, shares[index])
+        clipped, _, energy = clip(group, stack, d, v1, friction[index], v1 - v0, 0.0, gain, depth > 0)
+        now[DISSIPATED] += energy
+        if len(clipped) > memory.vertices.shape[1]:
+            memory = grown(memory, 2 * len(clipped))
+        copy_vertices(clipped, memory.vertices[index], len(clipped))
+        memory.depth[index] = len(clipped)
+    now[DISPLACEMENT] = v1
+    now[TANGENTIAL_LOAD] = total_force(after, memory)
     return memory
 
 

@@ -13,14 +13,23 @@ def friction_limit(contact: Contact, approach: float, load: float) -> float:
     """Σ μ P(a): the largest tangential load that the contact carries, where it carries the normal load ``load``."""
     if contact.friction.size == 1:
         return contact.friction[0] * load
-    limit = 0.0
+    return limit_and_slopes(contact, approach)[0]
+
+
+@compiled
+def limit_and_slopes(contact: Contact, approach: float) -> tuple[float, float, float]:
+    """Return the friction limit at an approach, and the slopes in the approach of the limit and of the normal load."""
+    limit, limit_slope, load_slope = 0.0, 0.0, 0.0
     for index in range(contact.friction.size):
         start, stop = contact.first[index], contact.first[index + 1]
         gap = uncounted(contact.gap)[start:stop]
         if gap[0] >= approach:
             break
-        limit += contact.friction[index] * load_at(gap, uncounted(contact.weight)[start:stop], approach)[0]
-    return limit
+        load, slope = load_at(gap, uncounted(contact.weight)[start:stop], approach)
+        limit += contact.friction[index] * load
+        limit_slope += contact.friction[index] * slope
+        load_slope += slope
+    return limit, limit_slope, load_slope
 
 
 @compiled

@@ -16,8 +16,8 @@ Flags = npt.NDArray[np.bool_]
 # was made, load of the group at the label, tangential load of everything deeper
 LABEL, ANCHOR, SLOPE, MADE_AT, NORMAL, TANGENTIAL = range(6)
 
-# columns of Memory.now; request and limit are set where a ramp asks for more than friction can hold
-APPROACH, DISPLACEMENT, NORMAL_LOAD, TANGENTIAL_LOAD, DISSIPATED, REQUEST, LIMIT = range(7)
+# columns of Memory.now; the excess is what a held tangential load asks for beyond the friction limit, with its sign
+APPROACH, DISPLACEMENT, NORMAL_LOAD, TANGENTIAL_LOAD, DISSIPATED, EXCESS = range(6)
 
 
 class Contact(NamedTuple):

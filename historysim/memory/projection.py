@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from historysim.memory.compiled import compiled, inlined, reordered, uncounted
+from historysim.memory.compiled import compiled, reordered, uncounted
 from historysim.memory.layout import (
     APPROACH,
     DISPLACEMENT,
@@ -21,7 +21,7 @@ from historysim.memory.layout import (
     Units,
     group_of,
 )
-from historysim.memory.normal import load_at, touching
+from historysim.memory.normal import touching
 from historysim.memory.rows import (
     FULL_STICK,
     GROSS_SLIP,
@@ -36,16 +36,11 @@ from historysim.memory.rows import (
     ROW_SATURATED,
     ROW_STIFFNESS,
     ROW_TANGENTIAL,
+    ROW_TRACTION_RATIO,
     SEPARATED,
     Rows,
 )
-
-
-@inlined
-def stick_boundary(stack: Floats, depth: int, friction: float) -> float:
-    """Label where the slip annulus ends: the edge where nothing slips."""
-    slips = abs(stack[depth - 1, SLOPE]) == friction
-    return stack[depth - 2, LABEL] if slips else stack[depth - 1, LABEL]
+from historysim.memory.slip import largest_traction_ratio, slip_zones, sticking_stiffness
 
 
 @reordered
@@ -63,13 +58,14 @@ def record_totals(contact: Contact, memory: Memory, totals: Floats, units: Units
     now = memory.now
     approach = now[APPROACH]
     count = touching(contact.sorted_gap, approach)
-    stiffness, limit = 0.0, 0.0
+    limit, traction_ratio = 0.0, 1.0
     for index in range(contact.friction.size):
         if memory.depth[index] == 0:
             break
         group = group_of(contact, memory, index)
-        boundary = stick_boundary(group.stack, memory.depth[index], group.friction)
-        stiffness += load_at(group.gap, group.weight, boundary)[1]
+        if memory.steep[index]:
+            largest = largest_traction_ratio(group.stack, memory.depth[index], group.friction)
+            traction_ratio = max(traction_ratio, largest)
         limit += group.friction * group.stack[memory.depth[index] - 1, NORMAL]
     totals[ROW_NORMAL] = now[NORMAL_LOAD] * units.load
     totals[ROW_TANGENTIAL] = now[TANGENTIAL_LOAD] * units.load
@@ -77,10 +73,11 @@ def record_totals(contact: Contact, memory: Memory, totals: Floats, units: Units
     totals[ROW_DISPLACEMENT] = now[DISPLACEMENT] * units.displacement
     totals[ROW_COUNT] = count
     totals[ROW_AREA] = real_area(contact.sorted_gap, contact.sorted_weight, count, approach) * units.area
-    totals[ROW_STIFFNESS] = stiffness * units.stiffness
+    totals[ROW_STIFFNESS] = sticking_stiffness(contact, memory, 0.0) * units.stiffness
     totals[ROW_DISSIPATED] = now[DISSIPATED] * units.energy
     totals[ROW_LIMIT] = limit * units.load
     totals[ROW_SATURATED] = 1.0 if saturated else 0.0
+    totals[ROW_TRACTION_RATIO] = traction_ratio
 
 
 @reordered
@@ -97,6 +94,7 @@ def project(
     weight: Floats,
     approach: float,
     boundary: float,
+    outermost: float,
     friction: float,
     slope: float,
     force: Floats,
@@ -107,6 +105,7 @@ def project(
 ) -> None:
     """Fill in loads, radii and slip state of touching asperities.
 
+    The slip annulus at the edge ends at the label ``boundary``; the outermost spring that slides has ``outermost``.
     ``force`` holds the share of the tangential load that the inner vertices have, and gets that of the edge,
     whose slope is given; rounding does not carry it beyond the limit.
     """
@@ -120,7 +119,7 @@ def project(
         normal[i] = load
         radius[i] = weight[i] * x
         stick[i] = weight[i] * math.sqrt(max(boundary - gap[i], 0.0))
-        state[i] = 1.0 * FULL_STICK if boundary == approach else slip
+        state[i] = slip if outermost > gap[i] else 1.0 * FULL_STICK
 
 
 @compiled
@@ -141,12 +140,14 @@ def record_asperities(
             force[i] = 0.0
         for j in range(1, depth - 1):
             superpose(gap, weight, stack[j, LABEL], stack[j, SLOPE] - stack[j + 1, SLOPE], force)
-        boundary = stick_boundary(stack, depth, group.friction)
+        displacement = memory.now[DISPLACEMENT]
+        boundary, outermost = slip_zones(stack, depth, displacement, group.friction, memory.steep[index])
         project(
             gap,
             weight,
             approach,
             boundary,
+            outermost,
             group.friction,
             stack[depth - 1, SLOPE],
             force,
@@ -164,3 +165,20 @@ def record_asperities(
         rows.contact_radius[row, c] = work[2, i] * units.radius if touches else 0.0
         rows.stick_radius[row, c] = work[3, i] * units.radius if touches else 0.0
         rows.slip_state[row, c] = np.int8(work[4, i]) if touches else SEPARATED
+
+
+@compiled
+def record_row(
+    contact: Contact,
+    memory: Memory,
+    rows: Rows,
+    row: int,
+    columns: Integers,
+    units: Units,
+    saturated: bool,
+    work: Floats,
+) -> None:
+    """Project the state onto one row."""
+    record_totals(contact, memory, rows.totals[row], units, saturated)
+    if columns.size > 0:
+        record_asperities(contact, memory, rows, row, columns, units, work)

@@ -1,7 +1,5 @@
 """Straight ramps in (N, T), walked in straight paths in (d, V)."""
 
-import math
-
 import numpy as np
 
 from historysim.memory.compiled import compiled, inlined
@@ -18,7 +16,6 @@ from historysim.memory.layout import (
 )
 from historysim.memory.move import move
 from historysim.memory.polyline import to_load
-from historysim.memory.tolerances import LIMIT_SLACK
 
 MOST_CHORDS = 1 << 14
 
@@ -82,32 +79,3 @@ def ramp(contact: Contact, memory: Memory, load: float, force: float, tolerance:
     extrapolated = fine.now[DISSIPATED] + weight * (fine.now[DISSIPATED] - coarse.now[DISSIPATED])
     kept.now[DISSIPATED] = max(extrapolated, dissipated0)
     return kept
-
-
-@compiled
-def ramp_part(
-    contact: Contact,
-    memory: Memory,
-    loads: tuple[float, float],
-    forces: tuple[float, float],
-    limits: tuple[float, float],
-    before: float,
-    share: float,
-    tolerance: float,
-) -> tuple[Memory, bool]:
-    """Walk from one share of a straight path in both loads to another, holding the tangential load within the limit.
-
-    Loads, tangential loads asked for and friction limits are those at both ends of the whole path.
-    Returns whether the load is held at the limit at the end.
-    """
-    aim, limit = toward(forces[0], forces[1], share), toward(limits[0], limits[1], share)
-    held = abs(aim) > limit * (1.0 + LIMIT_SLACK)
-    if held:
-        sign = math.copysign(1.0, forces[1])
-        short, over = sign * forces[0] - limits[0], sign * forces[1] - limits[1]
-        bend = short / (short - over) if short < 0.0 < over else 0.0
-        if before < bend < share:
-            met = toward(forces[0], forces[1], bend)
-            memory = ramp(contact, memory, toward(loads[0], loads[1], bend), met, tolerance)
-    aim = min(max(aim, -limit), limit)
-    return ramp(contact, memory, toward(loads[0], loads[1], share), aim, tolerance), held

@@ -9,6 +9,7 @@ from historysim.memory.layout import Bytes, Floats
 SEPARATED, FULL_STICK, PARTIAL_SLIP, GROSS_SLIP = range(4)
 
 # columns of Rows.totals
+TOTALS_OF_ROW = 11
 (
     ROW_NORMAL,
     ROW_TANGENTIAL,
@@ -20,8 +21,8 @@ SEPARATED, FULL_STICK, PARTIAL_SLIP, GROSS_SLIP = range(4)
     ROW_DISSIPATED,
     ROW_LIMIT,
     ROW_SATURATED,
-) = range(10)
-TOTALS_OF_ROW = 10
+    ROW_TRACTION_RATIO,
+) = range(TOTALS_OF_ROW)
 
 
 class Rows(NamedTuple):

@@ -11,8 +11,7 @@ from historysim.memory.layout import (
     ANCHOR,
     APPROACH,
     DISPLACEMENT,
-    LIMIT,
-    REQUEST,
+    LABEL,
     TANGENTIAL,
     TANGENTIAL_LOAD,
     Contact,
@@ -21,7 +20,7 @@ from historysim.memory.layout import (
     group_of,
 )
 from historysim.memory.polyline import Aim, force_of_group
-from historysim.memory.tolerances import EPSILON, LIMIT_SLACK, TIE
+from historysim.memory.tolerances import EPSILON, TIE
 
 
 @compiled
@@ -33,7 +32,7 @@ def force_at(contact: Contact, memory: Memory, shares: Floats, d1: float, v1: fl
         group, depth = group_of(contact, memory, index), memory.depth[index]
         if memory.steep[index] and depth > 0:
             stack = carried(group, depth, d1, v1, shares[index])
-            clipped, slope, _ = clip(group, stack, d1, v1, group.friction, 0.0, 0.0, depth < 0)
+            clipped, slope, _ = clip(group, stack, d1, v1, group.friction, 0.0, 0.0, 0.0, depth < 0)
             part, bend = clipped[len(clipped) - 1, TANGENTIAL], 0.0
         else:
             part, slope, bend = force_of_group(group, depth, d0, v0, d1, v1, shares[index])
@@ -41,6 +40,23 @@ def force_at(contact: Contact, memory: Memory, shares: Floats, d1: float, v1: fl
         stiffness += slope
         curvature += bend
     return force, stiffness, curvature
+
+
+@compiled
+def sliding_displacement(contact: Contact, memory: Memory, shares: Floats, d1: float, side: float) -> float:
+    """Displacement nearest to the present one at which, on a straight path to approach d1, every spring slides."""
+    d0, v0 = memory.now[APPROACH], memory.now[DISPLACEMENT]
+    reach = -np.inf
+    for index in range(shares.size):
+        friction = contact.friction[index]
+        if d1 > d0:
+            reach = max(reach, side * v0 + friction * (d1 - d0))
+        for j in range(memory.depth[index]):
+            label = memory.vertices[index, j, LABEL]
+            if label > d1 or (j > 0 and not memory.steep[index]):
+                break
+            reach = max(reach, side * memory.vertices[index, j, ANCHOR] + friction * (d1 - label))
+    return side * reach
 
 
 @compiled
@@ -65,8 +81,7 @@ def displacement_at(contact: Contact, memory: Memory, shares: Floats, d1: float,
     """Displacement at which a straight path in (d, V) to approach d1 ends where it aims.
 
     Where nothing touches at d1, a load leaves V at the anchor of the last spring to leave, which is one of the
-    highest summit. A load at the friction limit is met by the least displacement, to rounding, at which all groups
-    slide; a request beyond the limit is noted in ``memory.now``.
+    highest summit.
     """
     now = memory.now
     goal, rigid, compliance = aim
@@ -74,23 +89,42 @@ def displacement_at(contact: Contact, memory: Memory, shares: Floats, d1: float,
         return goal
     if shares.size == 0:
         return memory.vertices[0, 0, ANCHOR] if memory.depth[0] > 0 else now[DISPLACEMENT]
+    if d1 == now[APPROACH]:
+        v = now[DISPLACEMENT]
+        missing = goal - rigid * v - compliance * total_force(contact, memory)
+        if abs(missing) <= TIE * (rigid * abs(goal) + compliance * limit_of(contact, shares)):
+            # held: rounding is no reason to move
+            return v
+    return found_displacement(contact, memory, shares, d1, aim)
+
+
+@compiled
+def limit_of(contact: Contact, shares: Floats) -> float:
+    """Friction limit of the groups that touch, which carry these normal loads."""
     limit = 0.0
     for index in range(shares.size):
         limit += contact.friction[index] * shares[index]
+    return limit
+
+
+@compiled
+def found_displacement(contact: Contact, memory: Memory, shares: Floats, d1: float, aim: Aim) -> float:
+    """`displacement_at` where something touches at d1, whatever the contact carries now.
+
+    A load at the friction limit is met by the displacement at which the last spring begins to slide.
+    """
+    now = memory.now
+    goal, rigid, compliance = aim
+    limit = limit_of(contact, shares)
     reach, stride = contact.friction.max() * d1, np.inf
     if rigid == 0.0:
-        if abs(goal) > limit * (1.0 + LIMIT_SLACK):
-            now[REQUEST], now[LIMIT] = goal, limit
-        goal = min(max(goal, -limit), limit)
+        if abs(goal) >= (1.0 - TIE) * limit:
+            return sliding_displacement(contact, memory, shares, d1, math.copysign(1.0, goal))
         # what slides has no stiffness to tell how far
         stride = reach
-    scale = rigid * abs(goal) + compliance * limit
-    accuracy = 4.0 * EPSILON * scale
+    accuracy = 4.0 * EPSILON * (rigid * abs(goal) + compliance * limit)
     low, high = -np.inf, np.inf
     v = now[DISPLACEMENT]
-    if d1 == now[APPROACH] and abs(goal - rigid * v - compliance * total_force(contact, memory)) <= TIE * scale:
-        # held: rounding is no reason to move
-        return v
     change = goal - rigid * v - compliance * now[TANGENTIAL_LOAD]
     if change != 0.0:
         # a little on the way, so that the first stiffness is that of the direction in which it goes

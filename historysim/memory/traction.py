@@ -11,6 +11,7 @@ from historysim.memory.energy import stored_energy
 from historysim.memory.layout import ANCHOR, APPROACH, LABEL, MADE_AT, SLOPE, Contact, Memory, Units
 from historysim.memory.projection import record_asperities
 from historysim.memory.rows import Rows, blank_rows
+from historysim.memory.slip import sticking_stiffness
 from historysim.memory.tolerances import TIE
 
 Floats = npt.NDArray[np.float64]
@@ -78,6 +79,11 @@ class TractionMemory:
     def stored_energy(self) -> float:
         """Tangential elastic energy [J]."""
         return float(stored_energy(self.contact, self.memory, np.zeros(1))) * self.units.energy
+
+    @property
+    def tangential_stiffness(self) -> float:
+        """dT/dU of the springs that stick [N/m]."""
+        return float(sticking_stiffness(self.contact, self.memory, 0.0)) * self.units.stiffness
 
     @cached_property
     def recorded(self) -> Rows:

@@ -96,6 +96,7 @@ def recording(
     attributes: Mapping[str, Any],
     instrument: Instrument = RIGID,
     *,
+    friction_changes: bool = False,
     compression: str = "none",
     unfinished: Path | None = None,
 ) -> Iterator[FileRecorder]:
@@ -105,7 +106,7 @@ def recording(
     ----------
     path : Path
         An existing file is replaced, at the end.
-    ensemble, asperities, steps, attributes, instrument
+    ensemble, asperities, steps, attributes, instrument, friction_changes
         See `Recorder`.
     compression : {"none", "zlib", "zstd"}
     unfinished : Path, optional
@@ -124,7 +125,9 @@ def recording(
     place = (ensemble, asperities, steps)
     try:
         with replacing(path, unfinished) as name, netCDF4.Dataset(name, "w", format="NETCDF4") as file:
-            yield FileRecorder(*place, attributes, file, compression, instrument=instrument)
+            yield FileRecorder(
+                *place, attributes, file, compression, instrument=instrument, friction_changes=friction_changes
+            )
             file.setncattr("complete", np.int8(1))
     except RuntimeError as error:
         # the only type of error that the netCDF library has for whatever the system refuses

@@ -22,7 +22,7 @@ import numpy.typing as npt
 from historysim.basics.files import replacing, sync_folder
 from historysim.basics.lock import WriterLock
 from historysim.errors import InputError
-from historysim.memory.rows import Rows, blank_rows
+from historysim.memory.rows import TOTALS_OF_ROW, Rows, blank_rows
 from historysim.recording import recorder
 
 Array = npt.NDArray[Any]
@@ -96,7 +96,7 @@ class Parts:
                 rows = Rows._make(file[name] for name in Rows._fields)
         except DAMAGE as error:
             raise InputError(f"{self._path(first)}: is missing or damaged ({error})") from error
-        if rows.totals.shape[0] != times.size or rows.normal_load.shape != (times.size, self._columns):
+        if rows.totals.shape != (times.size, TOTALS_OF_ROW) or rows.normal_load.shape != (times.size, self._columns):
             raise InputError(f"{self._path(first)}: holds other rows than expected")
         return times, rows
 

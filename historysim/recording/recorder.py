@@ -24,10 +24,19 @@ from historysim.memory.rows import (
     ROW_SATURATED,
     ROW_STIFFNESS,
     ROW_TANGENTIAL,
+    ROW_TRACTION_RATIO,
     Rows,
     blank_rows,
 )
-from historysim.recording.variables import BEHIND_A_SPRING, COORDINATES, PER_ASPERITY, PER_PATCH, TOTALS, Variable
+from historysim.recording.variables import (
+    BEHIND_A_SPRING,
+    COORDINATES,
+    PER_ASPERITY,
+    PER_PATCH,
+    TOTALS,
+    WHERE_FRICTION_CHANGES,
+    Variable,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -103,12 +112,15 @@ class Recorder(abc.ABC):
         Rows that the whole history records.
     instrument : Instrument, optional
         In series with the contact.
+    friction_changes : bool
+        Whether an event changes friction.
     """
 
     ensemble: Ensemble
     asperities: npt.NDArray[np.int64] | None
     steps: int
     instrument: Instrument = attrs.field(default=RIGID, kw_only=True)
+    friction_changes: bool = attrs.field(default=False, kw_only=True)
     _filled: int = attrs.field(default=0, init=False)
 
     @property
@@ -119,7 +131,8 @@ class Recorder(abc.ABC):
     @property
     def totals(self) -> tuple[Variable, ...]:
         """Variables along ``step`` alone."""
-        totals = TOTALS if self.instrument.rigid else (*TOTALS, *BEHIND_A_SPRING)
+        behind = () if self.instrument.rigid else BEHIND_A_SPRING
+        totals = (*TOTALS, *behind, *(WHERE_FRICTION_CHANGES if self.friction_changes else ()))
         return totals if self._has_areas else tuple(total for total in totals if total.name != "real_contact_area")
 
     @property
@@ -158,6 +171,7 @@ class Recorder(abc.ABC):
             "total_dissipated_energy": totals[:, ROW_DISSIPATED],
             "friction_limit": totals[:, ROW_LIMIT],
             "saturated": totals[:, ROW_SATURATED],
+            "largest_traction_ratio": totals[:, ROW_TRACTION_RATIO],
             "drive_displacement": self.instrument.drive_displacement(displacement, load),
         }
         projected = [(variable, values[variable.name].astype(variable.dtype)) for variable in self.totals]

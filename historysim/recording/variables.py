@@ -51,6 +51,10 @@ _SATURATION_FLAGS = {
     "flag_meanings": "within_limit held_at_limit",
 }
 
+_DIRECTION = {
+    "comment": "dT/dU where the displacement goes on as it does; where it turns round, what slides now sticks, too"
+}
+
 COORDINATES = (
     Variable("time", _STEP, "s", "elapsed time"),
     Variable("asperity", _ASPERITY, "1", "index of the asperity in the ensemble", "int64"),
@@ -68,7 +72,7 @@ TOTALS = (
     Variable("tangential_displacement", _STEP, "m", "rigid tangential displacement"),
     Variable("contact_count", _STEP, "1", "number of asperities in contact", "int64"),
     Variable("real_contact_area", _STEP, "m2", "real contact area"),
-    Variable("tangential_stiffness", _STEP, "N m-1", "tangential stiffness of the stick zones"),
+    Variable("tangential_stiffness", _STEP, "N m-1", "tangential stiffness of the stick zones", extra=_DIRECTION),
     Variable("total_dissipated_energy", _STEP, "J", "energy dissipated by friction since the start, all asperities"),
     Variable("friction_limit", _STEP, "N", "largest tangential load that friction holds"),
     Variable(
@@ -80,6 +84,20 @@ BEHIND_A_SPRING = (
     Variable("drive_displacement", _STEP, "m", "tangential displacement of the drive of the instrument"),
 )
 """Totals that there are with an instrument in series."""
+
+WHERE_FRICTION_CHANGES = (
+    Variable(
+        "largest_traction_ratio",
+        _STEP,
+        "1",
+        "largest ratio of tangential traction to friction limit, |τ|/(μp), in the contact",
+        extra={
+            "comment": "1 where Coulomb's law holds at every point; more where a fall of friction has left springs "
+            "strained beyond it, which is the error of the model there"
+        },
+    ),
+)
+"""Totals that there are where an event changes friction."""
 
 PER_ASPERITY = (
     Variable("normal_load", _BOTH, "N", "normal load of the asperity"),

@@ -132,6 +132,10 @@ def friction_loops(
     return loops_of_history(history, dead_band=dead_band, skip=skip, definitions=definitions)
 
 
+WORTH_TELLING = 1.05
+"""Ratio of traction to friction limit from which a summary tells it."""
+
+
 def summary(history: xr.Dataset) -> list[tuple[str, str]]:
     """Return in a few lines what happened.
 
@@ -166,6 +170,13 @@ def summary(history: xr.Dataset) -> list[tuple[str, str]]:
     lines.append(("dissipated energy", quantity_text(history["total_dissipated_energy"].values[-1], "J")))
     if held := int(history["saturated"].sum()):
         lines.append(("held at the limit", f"{held:,} steps"))
+    if (
+        "largest_traction_ratio" in history
+        and (largest := history["largest_traction_ratio"].values.max()) > WORTH_TELLING
+    ):
+        lines.append(
+            ("traction", f"up to {largest:.2f} μp where friction fell: the model is that far from Coulomb's law")
+        )
     return lines
 
 

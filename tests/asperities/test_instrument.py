@@ -428,10 +428,13 @@ class DrivenRow(SpringRow):
             displacement = brentq(excess, self.drive - bent, self.drive + bent, xtol=1e-15 * bent, rtol=4 * EPS)
         super().apply(("displacement", end), ("displacement", displacement), 1)
 
-    def friction_change(self, friction):
-        super().friction_change(friction)
+    def friction_change(self, friction, missing=None):
         if self.drive is not None:
-            self.apply(("displacement", self.approach), ("displacement", self.drive))
+
+            def missing(displacement, load):
+                return displacement + load / self.lateral_stiffness - self.drive
+
+        super().friction_change(friction, missing)
 
 
 def rows_of(contact, moves, largest_load, stiffness, springs, substeps):

@@ -21,12 +21,23 @@ def before(tmp_path):
     return tmp_path / "before.nc"
 
 
-def test_what_was_written_before_opens_and_verifies(before):
+@pytest.fixture
+def again(before):
+    """The result of the old log, made by this version."""
+    hs.run(before.with_suffix(".history"), before).close()
+    return before
+
+
+# version 0.1.0 lost energy where friction fell in one jump behind an instrument, as it does in this log
+ENERGIES = {"dissipated_energy", "total_dissipated_energy"}
+
+
+def test_what_was_written_before_opens_and_verifies_but_for_the_energy_that_was_lost(before):
     found = hs.verify(before)
-    assert found
     assert (found.events, found.path) == (8, before)
-    # another processor may round otherwise, and then says so
-    assert found.differences == () or found.made_elsewhere
+    beyond = [difference for difference in found.differences if not difference.rounding]
+    assert {difference.name for difference in beyond} == ENERGIES
+    assert all(difference.step == 12 and difference.largest < 1e-3 * difference.scale for difference in beyond)
     log = hs.verify(before.with_suffix(".history"))
     assert (bool(log), log.events, log.digest) == (True, found.events, found.digest)
 
@@ -34,22 +45,23 @@ def test_what_was_written_before_opens_and_verifies(before):
 def test_a_log_written_before_makes_its_result_again(before):
     with hs.EventLog(before.with_suffix(".history")) as log, xr.open_dataset(before, decode_times=False) as result:
         again = log.replay()
-        assert set(again.variables) == set(result.variables)
+        assert set(again.variables) == {*result.variables, "largest_traction_ratio"}
         for name, values in result.variables.items():
             scale = np.abs(values.values).max(initial=0.0)
-            assert again[name].values == pytest.approx(values.values, rel=1e-12, abs=1e-12 * float(scale)), name
+            error = 1e-3 if name in ENERGIES else 1e-12
+            assert again[name].values == pytest.approx(values.values, rel=error, abs=error * float(scale)), name
         log.append(hs.NormalLoad(4.0, 0.01))
         assert log.state().normal_load == pytest.approx(0.01)
     with hs.EventLog(before.with_suffix(".history")) as log, log.fork(1.3, before.with_name("fork.history")) as fork:
         assert len(fork) > 0
 
 
-def test_rounding_elsewhere_is_told_and_is_no_failure(before):
-    with netCDF4.Dataset(before, "a") as result:
+def test_rounding_elsewhere_is_told_and_is_no_failure(again):
+    with netCDF4.Dataset(again, "a") as result:
         result.made_with = "another processor"
         result["separation"][:] = np.nextafter(result["separation"][:], 1.0)
     told = []
-    found = hs.verify(before, tell=told.append)
+    found = hs.verify(again, tell=told.append)
     assert found
     assert [difference.name for difference in found.differences] == ["separation"]
     assert found.differences[0].largest < 1e-15
@@ -57,11 +69,11 @@ def test_rounding_elsewhere_is_told_and_is_no_failure(before):
 
 
 @pytest.mark.parametrize(("name", "change"), [("separation", 1e-6), ("slip_state", 1), ("contact_count", 1)])
-def test_more_than_rounding_is_a_failure_wherever_it_was_made(before, name, change):
-    with netCDF4.Dataset(before, "a") as result:
+def test_more_than_rounding_is_a_failure_wherever_it_was_made(again, name, change):
+    with netCDF4.Dataset(again, "a") as result:
         result.made_with = "another processor"
         result[name][3] += change
-    found = hs.verify(before)
+    found = hs.verify(again)
     assert not found
     assert not found.differences[0].rounding
 

@@ -570,6 +570,7 @@ def test_holding_changes_nothing(several):
 
 # exponents of two that a unit of each variable carries: of length, of force
 SCALED = {
+    "largest_traction_ratio": (0, 0),
     "total_normal_load": (0, 1),
     "total_tangential_load": (0, 1),
     "friction_limit": (0, 1),
@@ -711,9 +712,7 @@ def test_a_fall_of_friction_cuts_polylines_steeper_than_the_new_limit(factor, by
     compare(state)
     held = row.total_tangential_load
     state = ensemble.advance(state, friction=factor * contact.friction)
-    row.friction_change(factor * contact.friction)
-    if by_load:
-        row.apply(("displacement", row.approach), ("load", held), substeps=1)
+    row.friction_change(factor * contact.friction, (lambda _, load: load - held) if by_load else None)
     compare(state)
     assert state.memory.steep.any()
     for target, depth in ((0.1, 1.0), (-0.05, 0.9), (0.05, 0.6), (0.3, 1.0), (-0.4, 0.8), (0.5, 1.0)):
@@ -737,9 +736,7 @@ def test_one_coefficient_per_asperity_splits_the_group(by_load):
         row.apply(("displacement", approach), (kind, turn * unit), substeps=1)
     held = row.total_tangential_load
     state = ensemble.advance(state, friction=factors * contact.friction)
-    row.friction_change(factors * contact.friction)
-    if by_load:
-        row.apply(("displacement", approach), ("load", held), substeps=1)
+    row.friction_change(factors * contact.friction, (lambda _, load: load - held) if by_load else None)
     assert state.contact.friction.size == 9
     for depth, turn in ((approach, 0.4), (approach / 2, 0.0), (approach, 0.3), (approach, -0.5)):
         state = ensemble.advance(state, normal_displacement=depth, **{f"tangential_{kind}": turn * unit})

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from historysim.asperities.asperity import SlipState
-from historysim.recording.variables import BEHIND_A_SPRING, COORDINATES, PER_ASPERITY, TOTALS
+from historysim.recording.variables import BEHIND_A_SPRING, COORDINATES, PER_ASPERITY, TOTALS, WHERE_FRICTION_CHANGES
 
 STEP, ASPERITY, BOTH = ("step",), ("asperity",), ("step", "asperity")
 
@@ -43,6 +43,7 @@ EXTENSIONS = {
     "coordinates": {"friction": (ASPERITY, "1")},
     "totals": {"friction_limit": (STEP, "N"), "saturated": (STEP, "")},
     "behind a spring": {"drive_displacement": (STEP, "m")},
+    "where friction changes": {"largest_traction_ratio": (STEP, "1")},
     "per asperity": {},
 }
 
@@ -50,9 +51,10 @@ TABLES = {
     "coordinates": COORDINATES,
     "totals": TOTALS,
     "behind a spring": BEHIND_A_SPRING,
+    "where friction changes": WHERE_FRICTION_CHANGES,
     "per asperity": PER_ASPERITY,
 }
-VARIABLES = [*COORDINATES, *TOTALS, *BEHIND_A_SPRING, *PER_ASPERITY]
+VARIABLES = [*COORDINATES, *TOTALS, *BEHIND_A_SPRING, *WHERE_FRICTION_CHANGES, *PER_ASPERITY]
 FLAGS = [variable for variable in VARIABLES if "flag_values" in variable.attributes]
 
 each = pytest.mark.parametrize("variable", VARIABLES, ids=lambda variable: variable.name)

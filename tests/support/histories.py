@@ -196,8 +196,7 @@ def follow(row, moves, substeps=400):
         row.apply((move.normal_kind, move.normal_value), (move.tangential_kind, move.tangential_value), substeps)
         yield row
         if move.friction is not None:
-            row.friction_change(move.friction)
-            if move.tangential_kind == "load":
-                # the coefficients are new, the loads are not: U jumps at a fixed approach
-                row.apply(("displacement", row.approach), ("load", move.tangential_value), substeps)
+            # the coefficients are new, the loads are not: U follows at a fixed approach
+            held = move.tangential_value if move.tangential_kind == "load" else None
+            row.friction_change(move.friction, None if held is None else lambda _, load, held=held: load - held)
             yield row

@@ -256,13 +256,38 @@ class SpringRow:
         self.approach = end
         self.tangential_displacement += shift
 
-    def friction_change(self, friction):
-        """Replace the coefficients at fixed approach and U; what the springs cannot hold any longer is dissipated."""
-        self.contact = self.contact._replace(friction=np.broadcast_to(friction, self._lag.shape).astype(float))
+    def friction_change(self, friction, missing=None, parts=50):
+        """Replace the coefficients at a fixed approach, going straight to the new ones in equal parts.
+
+        U is fixed; or it follows so that ``missing``, a function of U and the tangential load, rising in both, stays 0.
+        """
+        first = self.contact.friction
+        last = np.broadcast_to(friction, self._lag.shape).astype(float)
+        for k in range(1, parts + 1 if missing else 2):
+            limit = self._spring_limits()
+            self.contact = self.contact._replace(friction=first + (last - first) * (k / parts if missing else 1.0))
+            shift = 0.0
+            if missing and self.approach > 0:
+                reach = 2.002 * self._slope.max() * self.approach
+                shift = brentq(lambda s: self._missing_after(missing, s), -reach, reach, xtol=1e-15 * reach, rtol=1e-15)
+            self._follow_limits(limit, shift)
+
+    def _missing_after(self, missing, shift):
         limit = self._spring_limits()
-        clipped = np.clip(self._deflection, -limit, limit)
-        self._lost += (self._deflection**2 - clipped**2) / 2
-        self._deflection = clipped
+        load = (self._weight * np.clip(self._deflection + shift, -limit, limit).sum(axis=1)).sum()
+        return missing(self.tangential_displacement + shift, load)
+
+    def _follow_limits(self, before, shift):
+        """Move all springs straight by a shift while their limits go straight from those before to the present ones."""
+        limit = self._spring_limits()
+        trial = self._deflection + shift
+        side = np.where(trial < 0, -1.0, 1.0)
+        sliding = np.maximum(np.abs(trial) - limit, 0.0)
+        reserve = np.maximum(before - side * self._deflection, 0.0)
+        onset = np.divide(reserve, reserve + sliding, out=np.ones_like(limit), where=sliding > 0)
+        self._lost += sliding * (before + onset * (limit - before) + limit) / 2
+        self._deflection = trial - side * sliding
+        self.tangential_displacement += shift
 
     @property
     def normal_load(self):

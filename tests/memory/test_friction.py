@@ -1,0 +1,140 @@
+"""A change of friction: a jump is what many small falls are, and how far the springs then are from Coulomb's law."""
+
+import numpy as np
+import pytest
+from polylines import Polylines
+from rings import Rings
+
+import historysim as hs
+from historysim.results import analysis
+
+UNIT = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
+FRICTION = 0.5
+LIMIT = FRICTION * 4 / 3
+SPHERE = hs.Ensemble(UNIT, 0.0, 1.0, FRICTION)
+
+# turning points of T/(μN), the factor by which μ then falls at a fixed displacement, and what T/(μN) becomes: of the
+# rings, and of the springs
+FALLS = [
+    ((0.9, -0.3, 0.6), 0.8, 0.7371, 0.7371, 1.0),
+    ((0.9, -0.6, 0.4), 0.5, 0.7181, 0.7182, 1.096),
+    ((0.95, -0.4, 0.7, 0.3), 0.3, 0.8848, 0.8518, 1.94),
+    ((0.9, 0.0), 0.1, 0.3216, 0.5479, 3.690),
+]
+
+
+def turned(turns, ensemble=SPHERE, limit=LIMIT):
+    state = ensemble.advance(ensemble.initial_state(), normal_displacement=1.0, tangential_load=0.0)
+    for turn in turns:
+        state = ensemble.advance(state, tangential_load=turn * limit)
+    return state
+
+
+def fallen(turns, factor):
+    """The state after a fall of friction at a fixed displacement."""
+    state = turned(turns)
+    state = SPHERE.advance(state, tangential_displacement=state.tangential_displacement)
+    return SPHERE.advance(state, friction=factor * FRICTION)
+
+
+@pytest.mark.parametrize(("turns", "factor", "by_rings", "by_springs", "ratio"), FALLS)
+def test_the_springs_are_as_far_from_coulombs_law_as_is_told(turns, factor, by_rings, by_springs, ratio):
+    rings = Rings(FRICTION)
+    for turn in turns:
+        rings.to(load=turn * LIMIT)
+    before = turned(turns)
+    # up to the fall there is one answer
+    assert rings.displacement == pytest.approx(before.tangential_displacement, abs=1e-4)
+    rings.to(friction=factor * FRICTION)
+    assert np.all(np.abs(rings.traction) <= factor * FRICTION * rings.pressure * (1 + 1e-9))
+    state = fallen(turns, factor)
+    share = factor * LIMIT
+    assert rings.tangential_load / share == pytest.approx(by_rings, abs=2e-3)
+    assert state.tangential_load / share == pytest.approx(by_springs, abs=1e-4)
+    asperity = SPHERE.asperity(0, state)
+    radius = np.sin(np.linspace(0.0, np.pi / 2, 20_001))[:-1]
+    largest = np.abs(asperity.traction(radius) / (factor * FRICTION * asperity.pressure(radius))).max()
+    assert largest == pytest.approx(ratio, rel=2e-3)
+    events = [hs.NormalDisplacement(0.0, 1.0), *(hs.TangentialLoad(1.0 + k, t * LIMIT) for k, t in enumerate(turns))]
+    events += [hs.TangentialDisplacement(8.0, before.tangential_displacement)]
+    events += [hs.FrictionChange(9.0, factor * FRICTION)]
+    history = hs.replay(SPHERE, events)
+    told = history.largest_traction_ratio.values
+    assert told[:-1] == pytest.approx(1.0)
+    assert told[-1] == pytest.approx(largest, rel=1e-3)
+    lines = dict(analysis.summary(history))
+    assert ("traction" in lines) == (largest > 1.05)
+    assert "traction" not in lines or f"{largest:.2f}" in lines["traction"]
+
+
+def test_without_a_change_of_friction_no_ratio_is_recorded():
+    assert "largest_traction_ratio" not in hs.replay(SPHERE, [hs.NormalLoad(0.0, 1.0)])
+
+
+@pytest.mark.parametrize(("turns", "factor"), [(fall[0], fall[1]) for fall in FALLS])
+@pytest.mark.parametrize("direction", [1, -1])
+def test_stiffness_is_that_of_the_side_it_is_asked_for(turns, factor, direction):
+    for state in (turned(turns), fallen(turns, factor)):
+        step = 1e-7 * direction
+        moved = SPHERE.advance(state, tangential_displacement=state.tangential_displacement + step)
+        slope = (moved.tangential_load - state.tangential_load) / step
+        assert state.stiffness(direction) == pytest.approx(slope, rel=1e-5)
+
+
+def test_a_disc_that_slides_inside_is_partial_slip_and_takes_no_part_in_the_stiffness():
+    # the springs that touch later are not strained, so that the edge sticks when friction falls
+    events = [hs.NormalDisplacement(0.0, 0.5), hs.TangentialDisplacement(0.0, 0.0), hs.TangentialDisplacement(1.0, 0.2)]
+    events += [hs.NormalDisplacement(1.0, 0.5), hs.NormalDisplacement(2.0, 1.0), hs.FrictionChange(3.0, 0.1 * FRICTION)]
+    history = hs.replay(SPHERE, events)
+    row, state = history.isel(step=-1), hs.Replay(SPHERE, events).state()
+    assert row.slip_state == hs.SlipState.PARTIAL_SLIP
+    assert row.stick_radius == row.contact_radius
+    moved = SPHERE.advance(state, tangential_displacement=state.tangential_displacement + 1e-8)
+    slope = (moved.tangential_load - state.tangential_load) / 1e-8
+    assert slope < 1.5
+    assert row.tangential_stiffness == pytest.approx(slope, rel=1e-5)
+    assert state.stiffness(1) == pytest.approx(slope, rel=1e-5)
+    # 8 G* a
+    assert state.stiffness(-1) == pytest.approx(2.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("direction", [0, 2, True, 0.5, None, "up"])
+def test_another_direction_is_refused(direction):
+    with pytest.raises(hs.InputError, match="expected 1"):
+        SPHERE.initial_state().stiffness(direction)
+
+
+@pytest.mark.parametrize("friction", [[0.5], [0.5, 0.4]])
+@pytest.mark.parametrize(
+    ("turns", "factor"), [((0.4,), 0.5), ((0.9, -0.3), 0.35), ((0.9, -0.8, 0.45), 0.5), ((0.9, -0.8, 0.6, 0.1), 0.3)]
+)
+def test_a_jump_of_friction_under_a_load_is_what_many_small_falls_are(friction, turns, factor):
+    friction = np.array(friction)
+    ensemble, limit = hs.Ensemble(UNIT, np.zeros(friction.size), 1.0, friction), friction.sum() * 4 / 3
+    start = turned(turns, ensemble, limit)
+    jumped = ensemble.advance(start, friction=factor * friction)
+    oracle = Polylines(np.zeros(friction.size), 1.0, friction)
+    for turn in (0.0, *turns):
+        oracle.to(("displacement", 1.0), ("load", turn * limit), steps=1)
+    lost = oracle.dissipated
+    oracle.change_friction([factor] * friction.size, steps=200)
+    assert jumped.tangential_load == pytest.approx(start.tangential_load, abs=1e-14)
+    assert jumped.tangential_displacement == pytest.approx(oracle.displacement, abs=1e-5)
+    spent = jumped.dissipated_energy - start.dissipated_energy
+    assert spent == pytest.approx(oracle.dissipated - lost, rel=1e-4)
+    work = start.tangential_load * (jumped.tangential_displacement - start.tangential_displacement)
+    assert work == pytest.approx(spent + jumped.stored_energy - start.stored_energy, abs=1e-10 * spent)
+    shares = sum(ensemble.asperity(i, jumped).dissipated_energy for i in range(friction.size))
+    assert shares == pytest.approx(jumped.dissipated_energy, rel=1e-12)
+
+
+def test_where_friction_no_longer_holds_a_load_the_contact_slides_from_where_it_fails():
+    start = turned((0.6,))
+    with pytest.raises(hs.FrictionLimitError):
+        SPHERE.advance(start, friction=0.5 * FRICTION)
+    held = SPHERE.advance(start, friction=0.5 * FRICTION, saturate=True)
+    # everything slides once μN is T, as in virgin loading to the limit
+    assert held.tangential_displacement == pytest.approx(0.6 * FRICTION, rel=1e-9)
+    assert held.tangential_load == pytest.approx(0.5 * LIMIT)
+    again = SPHERE.advance(held, friction=FRICTION, saturate=True)
+    assert again.tangential_load == pytest.approx(0.6 * LIMIT)

@@ -1,0 +1,236 @@
+"""At the friction limit: where a load meets it, how the contact slides along it, and what is told of it."""
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from polylines import Polylines
+
+import historysim as hs
+
+UNIT = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
+TWO = hs.Ensemble(UNIT, [0.0, -0.3], 1.0, [0.18, 0.8])
+RUNAWAY = [(0.45, 0.0), (0.87, 1.74), (0.13, 0.3), (0.93, 0.41)]
+
+
+def ramps(targets):
+    """Events of joint ramps of both loads."""
+    return [kind(float(k), value) for k, pair in enumerate(targets) for kind, value in zip(LOADS, pair, strict=True)]
+
+
+LOADS = (hs.NormalLoad, hs.TangentialLoad)
+KINDS = {
+    ("normal", "load"): hs.NormalLoad,
+    ("normal", "displacement"): hs.NormalDisplacement,
+    ("tangential", "load"): hs.TangentialLoad,
+    ("tangential", "displacement"): hs.TangentialDisplacement,
+}
+
+
+def events_of(moves):
+    """Events of moves, each of the targets of both channels as (kind, value)."""
+    return [
+        KINDS[channel, kind](float(k), value)
+        for k, move in enumerate(moves)
+        for channel, (kind, value) in zip(("normal", "tangential"), move, strict=True)
+    ]
+
+
+def at_events(history, substeps):
+    return history.isel(step=slice(None, None, substeps))
+
+
+def assert_sound(history):
+    """T = Σ T_i, |T| ≤ limit, and whether it is held, on every row."""
+    total, limit = history.total_tangential_load.values, history.friction_limit.values
+    peak = max(limit.max(), 1e-300)
+    assert history.tangential_load.values.sum(axis=1) == pytest.approx(total, abs=1e-12 * peak)
+    assert np.all(np.abs(total) <= limit * (1 + 1e-12))
+    held = history.saturated.values == 1
+    assert np.abs(total[held]) == pytest.approx(limit[held], rel=1e-12)
+    assert np.all(np.diff(history.total_dissipated_energy.values) >= 0)
+
+
+# -- several coefficients: the limit is straight in neither load nor approach
+
+
+@pytest.mark.parametrize("substeps", [1, 2, 7])
+def test_a_request_beyond_the_limit_does_not_run_away(substeps):
+    history = at_events(hs.replay(TWO, ramps(RUNAWAY), saturate=True, substeps=substeps, record="all"), substeps)
+    oracle = Polylines([0.0, -0.3], 1.0, [0.18, 0.8])
+    for step, (normal, tangential) in enumerate(RUNAWAY):
+        oracle.to(("load", normal), ("load", tangential), steps=400)
+        row = history.isel(step=step)
+        assert row.tangential_displacement == pytest.approx(oracle.displacement, abs=1e-3)
+        assert row.total_tangential_load == pytest.approx(oracle.tangential_load, abs=1e-9)
+        assert row.total_dissipated_energy == pytest.approx(oracle.dissipated, rel=2e-3)
+    assert history.tangential_displacement[-1] < 0.6
+    assert history.total_dissipated_energy[-1] - history.total_dissipated_energy[-2] < 0.02
+
+
+def test_a_request_beyond_the_limit_amid_a_ramp_is_refused_and_held():
+    # within the limit at both ends, where the low asperity with the large coefficient holds more and more of it
+    heights, friction = [0.0, -0.5], [0.1, 1.0]
+    ensemble, oracle = hs.Ensemble(UNIT, heights, 1.0, friction), Polylines(heights, 1.0, friction)
+    first, last = (0.99 * oracle.limit_at(oracle.approach_at(load)) for load in (0.6, 6.0))
+    targets = [(0.6, 0.0), (0.6, first), (6.0, last)]
+    with pytest.raises(hs.LoadError, match=r"event 5 at t = 2 s: .*beyond the friction limit"):
+        hs.replay(ensemble, ramps(targets))
+    history = hs.replay(ensemble, ramps(targets), saturate=True, substeps=20, record="all")
+    held = history.saturated.values
+    assert held[-1] == 0
+    assert held.sum() > 3
+    assert_sound(history)
+
+
+# -- sliding along the limit
+
+
+@pytest.mark.parametrize("friction", [[0.4], [0.4, 0.4], [0.4, 0.4 + 1e-12]])
+@pytest.mark.parametrize("share", [1.0, 2.0, 1.0 - 1e-15])
+@pytest.mark.parametrize("substeps", [1, 2, 10])
+def test_with_the_approach_falling_while_everything_slides_the_displacement_stays(friction, share, substeps):
+    count = len(friction)
+    ensemble = hs.Ensemble(UNIT, np.zeros(count), 1.0, friction)
+    force, later = share * 0.4 * count * 4 / 3, 0.01 * count
+    moves = [(("displacement", d), tangential) for d, tangential in (
+        (1.0, ("displacement", 0.0)), (1.0, ("displacement", 0.5)), (0.2, ("load", force)), (0.2, ("load", later)),
+        (0.2, ("load", -later)),
+    )]  # fmt: skip
+    history = at_events(hs.replay(ensemble, events_of(moves), saturate=True, substeps=substeps, record="all"), substeps)
+    assert history.tangential_displacement.values[:3] == pytest.approx([0.0, 0.5, 0.5], abs=1e-12)
+    assert history.saturated.values.tolist() == [0, 0, 1, 0, 0]
+    # all springs slide with V fixed, while their limits fall: the stored energy of d = 1 less that of d = 0.2
+    spent = history.total_dissipated_energy.values
+    assert spent[2] - spent[1] == pytest.approx(count * 0.4**2 * 8 / 15 * (1 - 0.2**2.5), rel=1e-9)
+    assert spent[-1] == pytest.approx(count * 0.17991449, rel=1e-7)
+    assert_sound(history)
+
+
+def test_a_rising_normal_load_carries_a_held_load_until_friction_holds_it():
+    ensemble = hs.Ensemble(UNIT, 0.0, 1.0, 0.4)
+    targets = [(1.0, 0.0), (1.0, 1.0), (4.0, 1.0), (2.0, 1.0)]
+    history = hs.replay(ensemble, ramps(targets), saturate=True)
+    approach = lambda load: (0.75 * load) ** (2 / 3)  # noqa: E731
+    # virgin at every moment: sliding until μN = 1, then N rises at constant T
+    assert history.tangential_displacement.values[1:3] == pytest.approx([0.4 * approach(1.0), 0.4 * approach(2.5)])
+    assert history.total_tangential_load.values == pytest.approx([0.0, 0.4, 1.0, 0.8])
+    assert history.saturated.values.tolist() == [0, 1, 0, 1]
+
+
+def test_what_a_held_load_asks_for_is_remembered():
+    """A channel runs straight between its own waypoints, also while it is held at the limit."""
+    ensemble = hs.Ensemble(UNIT, 0.0, 1.0, 0.4)
+    whole = [
+        hs.NormalLoad(0.0, 1.0),
+        hs.NormalLoad(10.0, 6.0),
+        hs.TangentialLoad(0.0, 0.0),
+        hs.TangentialLoad(2.0, 4.0),
+    ]
+    whole += [hs.TangentialLoad(10.0, 0.0)]
+    order = lambda event: event.time  # noqa: E731
+    once = hs.replay(ensemble, sorted(whole, key=order), saturate=True)
+    split = [*whole, *(hs.NormalLoad(t, 1.0 + 0.5 * t) for t in (1.0, 3.0, 4.0, 5.5, 7.0, 9.0))]
+    twice = hs.replay(ensemble, sorted(split, key=order), saturate=True)
+    common = twice.sel(step=np.isin(twice.time.values, once.time.values))
+    for name in ("total_tangential_load", "tangential_displacement", "total_dissipated_energy", "saturated"):
+        assert common[name].values == pytest.approx(once[name].values, rel=1e-6), name
+
+
+def test_the_limit_at_lift_off_and_at_first_touch():
+    history = hs.replay(TWO, ramps([(0.5, 0.2), (0.0, 0.2), (0.5, 0.2)]), saturate=True, record="all", substeps=3)
+    assert_sound(history)
+    assert history.total_tangential_load.values[3] == 0
+    assert history.total_tangential_load.values[-1] == pytest.approx(min(0.2, history.friction_limit.values[-1]))
+
+
+# -- histories that reach the limit often
+
+
+@st.composite
+def restless(draw, count):
+    """Draw moves whose tangential loads are often at the limit or beyond it."""
+    moves, approach = [], 0.5
+    for _ in range(draw(st.integers(2, 5))):
+        d = draw(st.sampled_from([approach, 0.05, 0.2, 0.35, 0.6, 1.0]))
+        approach = d
+        by_load = draw(st.booleans())
+        gaps = np.linspace(0.0, 0.3, count)
+        load = float((4 / 3 * np.clip(d - gaps, 0, None) ** 1.5).sum())
+        normal = ("load", load) if by_load else ("displacement", d)
+        share = draw(st.sampled_from([-3.0, -1.0, -0.6, 0.0, 0.3, 0.9, 1.0, 1.5]))
+        if draw(st.integers(0, 3)):
+            limit = float((FRICTION[:count] * 4 / 3 * np.clip(d - gaps, 0, None) ** 1.5).sum())
+            tangential = ("load", share * limit)
+        else:
+            tangential = ("displacement", 0.3 * share)
+        moves.append((normal, tangential))
+    return moves
+
+
+FRICTION = np.array([0.25, 0.6, 0.4])
+
+
+def ensemble_of(count):
+    return hs.Ensemble(UNIT, -np.linspace(0.0, 0.3, count), 1.0, FRICTION[:count])
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(1, 3).flatmap(lambda count: st.tuples(st.just(count), restless(count))))
+def test_histories_at_the_limit_do_not_depend_on_substeps_and_agree_with_the_oracle(drawn):
+    count, moves = drawn
+    ensemble, events = ensemble_of(count), events_of(moves)
+    once = hs.replay(ensemble, events, saturate=True, record="all")
+    assert_sound(once)
+    finer = hs.replay(ensemble, events, saturate=True, record="all", substeps=4)
+    assert_sound(finer)
+    finer = at_events(finer, 4)
+    oracle = Polylines(-np.linspace(0.0, 0.3, count), 1.0, FRICTION[:count])
+    for step, (normal, tangential) in enumerate(moves):
+        oracle.to(normal, tangential, steps=60)
+        row = once.isel(step=step)
+        reach = max(0.6, abs(oracle.displacement))
+        assert row.tangential_displacement == pytest.approx(oracle.displacement, abs=0.03 * reach)
+        assert row.total_tangential_load == pytest.approx(oracle.tangential_load, abs=0.01)
+        assert row.total_dissipated_energy == pytest.approx(oracle.dissipated, abs=5e-3)
+    rounding = 1e-9 if count == 1 else 1e-4
+    assert finer.tangential_displacement.values == pytest.approx(once.tangential_displacement.values, abs=rounding)
+    assert finer.total_dissipated_energy.values == pytest.approx(once.total_dissipated_energy.values, abs=1e-4)
+    assert np.array_equal(finer.saturated.values, once.saturated.values)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(1, 2).flatmap(lambda count: st.tuples(st.just(count), restless(count))), st.floats(0.05, 0.95))
+def test_a_state_between_events_is_that_of_the_row_there(drawn, share):
+    count, moves = drawn
+    events = events_of(moves)
+    job = hs.Replay(ensemble_of(count), events, saturate=True)
+    time = len(moves) - 2 + share
+    state = job.state(time)
+    row = hs.Replay(ensemble_of(count), events, saturate=True).dataset(until=time).isel(step=-1)
+    assert state.tangential_load == row.total_tangential_load
+    assert state.tangential_displacement == row.tangential_displacement
+    tenths = hs.replay(ensemble_of(count), events, saturate=True, substeps=10)
+    place = round(10 * (len(moves) - 2)) + 5
+    halfway = job.state(len(moves) - 1.5)
+    assert halfway.tangential_load == pytest.approx(tenths.total_tangential_load.values[place], abs=1e-5)
+    assert halfway.tangential_displacement == pytest.approx(tenths.tangential_displacement.values[place], abs=1e-4)
+
+
+@pytest.mark.parametrize(("count", "split"), list(itertools.product([1, 2, 3], [2, 5])))
+def test_ramps_that_are_split_are_the_same_ramps(count, split):
+    rng = np.random.default_rng(count)
+    ensemble = ensemble_of(count)
+    targets = [(0.5, 0.0)] + [(rng.uniform(0.1, 1.5), rng.uniform(-1.0, 1.0)) for _ in range(12)]
+    finer = [targets[0]]
+    for a, b in itertools.pairwise(np.array(targets)):
+        finer += [tuple(a + (b - a) * k / split) for k in range(1, split + 1)]
+    once = hs.replay(ensemble, ramps(targets), saturate=True, record="all")
+    more = hs.replay(ensemble, ramps(finer), saturate=True, record="all").isel(step=slice(None, None, split))
+    assert_sound(once)
+    assert once.saturated.values.sum() > 2
+    for name, error in (("total_tangential_load", 1e-9), ("tangential_displacement", 1e-5)):
+        assert more[name].values == pytest.approx(once[name].values, abs=error), name
+    assert more.total_dissipated_energy.values == pytest.approx(once.total_dissipated_energy.values, rel=1e-4)
