@@ -110,7 +110,7 @@ def _loaded(path: Path, *targets: Path) -> "Scenario":
 
     loaded = load(path)
     for target in targets:
-        check_target(target, loaded.measured_file)
+        check_target(target, *loaded.measured_files)
     return loaded
 
 

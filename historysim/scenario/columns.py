@@ -8,19 +8,29 @@ from cattrs import Converter
 from cattrs.gen import override
 
 from historysim.basics.files import is_file
-from historysim.basics.places import misfit
+from historysim.basics.places import at, misfit
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
 from historysim.scenario.schema import table_hook, text
-from historysim.tables import Column, Format, Table, read_table
+from historysim.tables import Column, Format, Table, join_tables, read_table
 
 
 # a section that names a file inherits this beside others, and two bases with slots do not mix
 @attrs.frozen(kw_only=True, slots=False)
 class NumbersFile(Format):
-    """A file of numbers, and how it is written."""
+    """A file of numbers, or several that go on one after the other, and how they are written."""
 
-    file: str
+    file: str | tuple[str, ...]
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The paths, as they are given."""
+        return self.file if isinstance(self.file, tuple) else (self.file,)
+
+    @property
+    def name(self) -> str:
+        """What a message calls it."""
+        return ", ".join(Path(file).name for file in self.files)
 
     def table(
         self,
@@ -31,7 +41,21 @@ class NumbersFile(Format):
         missing: bool = False,
     ) -> Table:
         """Return columns of it, as `historysim.tables.read_table` does; its path is relative to the folder."""
-        path = folder / self.file
+        tables = [self._table(folder / file, columns, units, missing=missing) for file in self.files]
+        if len(tables) == 1:
+            return tables[0]
+        several = [_of_file(table, file) for table, file in zip(tables, self.files, strict=True)]
+        with at("file"):
+            return join_tables(several)
+
+    def _table(
+        self,
+        path: Path,
+        columns: Mapping[str, Column],
+        units: Mapping[str, str | tuple[str, ...]],
+        *,
+        missing: bool,
+    ) -> Table:
         if not is_file(path):
             problem = f"there is no such file in {path.parent}; expected a path relative to the scenario"
             raise misfit(f"{path.name}: {problem}", "file")
@@ -41,6 +65,14 @@ class NumbersFile(Format):
             # what is wrong with no value of the scenario is wrong with the file
             error.place = error.place or ("file",)
             raise
+
+
+def _of_file(table: Table, file: str) -> Table:
+    """Return a table whose parts and notices name its file, and not its lines, which others have, too."""
+    name = Path(file).name
+    parts = tuple(attrs.evolve(part, label=f"{name}: {part.label}") for part in table.parts)
+    notices = tuple(f"{name}: {notice}" for notice in table.notices)
+    return attrs.evolve(table, lines=None, parts=parts, notices=notices)
 
 
 def column_from_toml(value: object, _: object = Column) -> Column:
@@ -74,16 +106,27 @@ def _says_how_a_file_is_written(kind: object) -> bool:
 
 def _format_hook(kind: type, converter: Converter) -> Callable[[object, object], object]:
     as_it_stands = override(struct_hook=_characters)
+    # sections of other formats name one file, as a text
+    files = {"file": override(struct_hook=_files)} if issubclass(kind, NumbersFile) else {}
     as_given = override(struct_hook=_as_given)
     return table_hook(
         kind,
         converter,
+        **files,
         delimiter=as_it_stands,
         comment=as_it_stands,
-        blocks=as_given,
+        block=as_given,
         sheet=as_given,
         broken=as_it_stands,
     )
+
+
+def _files(value: object, _: object) -> str | tuple[str, ...]:
+    if not isinstance(value, list):
+        return text(value)
+    if not value:
+        raise InputError("an array of none; expected the path of a file, or of several that follow one another")
+    return tuple(text(each) for each in value)
 
 
 def _as_given(value: object, _: object) -> object:

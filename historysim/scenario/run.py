@@ -104,7 +104,7 @@ def head_of(loaded: scenario.Scenario, tell: Teller = silent) -> tuple[Head, lis
         surface={str(name): variable.values for name, variable in shown.variables.items()},
         surface_attributes=shown.attrs,
     )
-    return head, loaded.events()
+    return head, loaded.events(tell)
 
 
 def _in_memory(path: Path, *, progress: bool, tell: Teller) -> "xr.Dataset":

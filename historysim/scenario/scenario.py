@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import attrs
 
 from historysim.asperities.instrument import RIGID, Instrument
+from historysim.basics.notices import Teller, silent
 from historysim.basics.places import at, misfit
 from historysim.basics.wording import counted, shown
 from historysim.errors import InputError
@@ -146,8 +147,8 @@ class Scenario:
             )
         return attrs.evolve(ground, solutions=found)
 
-    def events(self) -> list[Event]:
-        """Return the events, in time order.
+    def events(self, tell: Teller = silent) -> list[Event]:
+        """Return the events, in time order; what is to be known of how a file was read is told.
 
         Raises
         ------
@@ -155,7 +156,9 @@ class Scenario:
             Loads that cannot be used; the message names file and field, or line and column.
         """
         with reported(self.path.name):
-            events = self.sections.loading.events(self.path.parent)
+            loading = self.sections.loading
+            folder = self.path.parent
+            events = loading.events(folder, tell) if isinstance(loading, MeasuredLoading) else loading.events(folder)
             if not events:
                 raise misfit("no waypoints; expected one or more", "loading")
             steps = len(events) * self.substeps
@@ -190,15 +193,15 @@ class Scenario:
             )
 
     @property
-    def measured_file(self) -> Path:
-        """The file that the scenario replays.
+    def measured_files(self) -> tuple[Path, ...]:
+        """The files that the scenario replays.
 
         Raises
         ------
         InputError
             A scenario whose loading is not measured.
         """
-        return self.path.parent / self._measured_loading().file
+        return tuple(self.path.parent / file for file in self._measured_loading().files)
 
     def measurement(self) -> "Measurement":
         """Return what was measured, from the file that the scenario replays.
@@ -232,7 +235,7 @@ class Scenario:
             instrument=self.instrument,
         )
 
-    def checked(self, ground: Ground | None = None) -> "tuple[Ensemble, list[Event]]":
+    def checked(self, ground: Ground | None = None, tell: Teller = silent) -> "tuple[Ensemble, list[Event]]":
         """Return ensemble and events, the one checked against the other; parameters as for `ensemble`.
 
         Raises
@@ -240,7 +243,7 @@ class Scenario:
         InputError
             As for either, or a change of friction with a wrong number of coefficients.
         """
-        ensemble, events = self.ensemble(ground), self.events()
+        ensemble, events = self.ensemble(ground), self.events(tell)
         for event in events:
             if isinstance(event, FrictionChange) and isinstance(event.friction, tuple):
                 given, expected = len(event.friction), len(ensemble)

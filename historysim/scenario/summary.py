@@ -23,7 +23,8 @@ def summary(scenario: Scenario) -> list[tuple[str, str]]:
         The scenario, or a file that it names, cannot be used as it is.
     """
     ground = scenario.ground()
-    ensemble, events = scenario.checked(ground)
+    notices = list(ground.notices)
+    ensemble, events = scenario.checked(ground, notices.append)
     contact = scenario.adhering(ensemble, events)
     recorded = scenario.record if isinstance(scenario.record, str) else f"{len(scenario.record):,} chosen"
     return [
@@ -33,5 +34,5 @@ def summary(scenario: Scenario) -> list[tuple[str, str]]:
         ("substeps", str(scenario.substeps)),
         ("recorded asperities", recorded),
         *(contact.summary() if contact else []),
-        *(("note", notice) for notice in ground.notices),
+        *(("note", notice) for notice in notices),
     ]

@@ -7,6 +7,8 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import attrs
+
 from historysim.basics.file_kinds import is_log, is_netcdf
 from historysim.basics.files import is_file, is_folder
 from historysim.basics.places import at
@@ -30,6 +32,7 @@ __all__ = [
     "Part",
     "Table",
     "describe",
+    "join_tables",
     "opened_rows",
     "read_table",
 ]
@@ -104,7 +107,9 @@ def read_table(
                 for found, unit in told
                 if unit is not None
             )
-    return _joined(path, tables, tuple(notices))
+    with _file(path):
+        joined = join_tables(tables)
+    return attrs.evolve(joined, notices=tuple(notices))
 
 
 def _table(path: Path, columns: Mapping[str, Column], piece: Piece, wanted: Mapping[str, tuple[str, ...]]) -> Table:
@@ -116,23 +121,45 @@ def _table(path: Path, columns: Mapping[str, Column], piece: Piece, wanted: Mapp
     return table
 
 
-def _joined(path: Path, tables: Sequence[Table], notices: tuple[str, ...]) -> Table:
-    """Return one table out of those of several blocks."""
+def join_tables(tables: Sequence[Table]) -> Table:
+    """Return one table out of several, one below the other.
+
+    Parameters
+    ----------
+    tables : sequence of Table
+        Tables of the same quantities.
+
+    Returns
+    -------
+    Table
+        All their rows, in order.
+
+    Raises
+    ------
+    InputError
+        A quantity in two SI units.
+    """
     first = tables[0]
     if len(tables) == 1:
-        return Table(first.columns, first.units, first.lines, first.parts, notices)
+        return first
     import numpy as np
 
     for table in tables[1:]:
         for key, unit in table.units.items():
             if unit != first.units[key]:
+                one, other = first.parts[0].label, table.parts[0].label
                 raise InputError(
-                    f"{path.name}: {key} is in {first.units[key]} in {first.parts[0].label} and in {unit} in "
-                    f"{table.parts[0].label}; expected blocks of the same quantities"
+                    f"{key} is in {first.units[key]} in {one} and in {unit} in {other}; expected one quantity in all"
                 )
-    columns = {key: np.concatenate([table.columns[key] for table in tables]) for key in first.columns}
-    lines = np.concatenate([table.lines for table in tables if table.lines is not None])
-    return Table(columns, first.units, lines, tuple(part for table in tables for part in table.parts), notices)
+    return Table(
+        {key: np.concatenate([table.columns[key] for table in tables]) for key in first.columns},
+        first.units,
+        np.concatenate([table.lines for table in tables if table.lines is not None])
+        if all(table.lines is not None for table in tables)
+        else None,
+        tuple(part for table in tables for part in table.parts),
+        tuple(dict.fromkeys(notice for table in tables for notice in table.notices)),
+    )
 
 
 def describe(path: str | PathLike[str], format: Format | None = None) -> list[Listing]:  # noqa: A002 - as above

@@ -150,7 +150,7 @@ class Format:
     transposed : bool, optional
         Whether the rows of a matrix are what is recorded, and its columns the samples. When not given, a matrix with
         more rows than columns has a sample in each row; any other is refused.
-    blocks : int, tuple of int or "all", optional
+    block : int, tuple of int or "all", optional
         Which of the tables that stand one below the other in a text, counted from 1; several are joined in their order.
         When not given, there must be one alone that has the columns.
     broken : str
@@ -171,7 +171,7 @@ class Format:
     encoding: str = attrs.field(default="utf-8", validator=_check_encoding)
     comment: str = attrs.field(default="#", validator=_check_comment)
     transposed: bool | None = attrs.field(default=None, validator=_check_transposed)
-    blocks: Blocks = attrs.field(default=None, validator=_check_blocks)
+    block: Blocks = attrs.field(default=None, validator=_check_blocks)
     broken: str = attrs.field(default="refuse", validator=_check_broken)
     sheet: str | int | None = attrs.field(default=None, validator=_check_sheet)
 

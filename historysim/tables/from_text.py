@@ -45,7 +45,7 @@ def read_lines(
 ) -> tuple[list[Piece], list[str]]:
     """Return columns of the tables in lines that can be opened again, and notices; as `read`."""
     reading = _Reading(columns, layout, missing, most_rows)
-    if layout.blocks is None and layout.broken == "refuse":
+    if layout.block is None and layout.broken == "refuse":
         try:
             with opened() as stream:
                 return [reading.piece(stream, Head.of(stream, layout), "the table")], []
@@ -80,15 +80,15 @@ def _chosen_blocks(found: Survey, reading: "_Reading", bad: "_BadRowError | None
         It is not clear which, or one that there is not.
     """
     layout, count = reading.layout, len(found.blocks)
-    if layout.header and (layout.blocks is None or count == 1):
+    if layout.header and (layout.block is None or count == 1):
         # whoever gives the header has chosen the table below it
         below = [index for index, block in enumerate(found.blocks) if block.first > layout.header]
         return [(below[0], layout.header)] if below else [(count - 1, layout.header)]
     none = 0 if layout.header == 0 else None
-    if layout.blocks == "all":
+    if layout.block == "all":
         return [(index, none) for index in range(count)]
-    if layout.blocks is not None:
-        numbers = layout.blocks if isinstance(layout.blocks, tuple) else (layout.blocks,)
+    if layout.block is not None:
+        numbers = layout.block if isinstance(layout.block, tuple) else (layout.block,)
         for number in numbers:
             if not isinstance(number, int) or number > count:
                 raise InputError(f"there is no block {number}; {seen(found)}")
@@ -96,7 +96,7 @@ def _chosen_blocks(found: Survey, reading: "_Reading", bad: "_BadRowError | None
     fitting = [index for index, block in enumerate(found.blocks) if reading.fits(block)]
     if count > 1 and len(fitting) != 1:
         raise InputError(
-            f'has {count} blocks; say which, as in blocks = 2, blocks = [1, 2], or blocks = "all" to join them; '
+            f'has {count} blocks; say which, as in block = 2, block = [1, 2], or block = "all" to join them; '
             f"{seen(found)}"
         ) from bad
     return [((fitting or [0])[0], none)]
@@ -140,7 +140,7 @@ def describe_lines(opened: Opened, layout: Format) -> list[Listing]:
     """Return what columns there are in lines that can be opened again; as `describe`."""
     with opened() as stream:
         found = survey(stream, layout)
-    block = found.blocks[min(layout.blocks, len(found.blocks)) - 1 if isinstance(layout.blocks, int) else 0]
+    block = found.blocks[min(layout.block, len(found.blocks)) - 1 if isinstance(layout.block, int) else 0]
     heading = block.heading
     rows = str(block.rows)
     return [

@@ -16,9 +16,17 @@ from historysim.errors import InputError
 from historysim.measured import correction, reduction
 from historysim.measured.measurement import Measurement
 from historysim.measured.reduction import check_order
-from historysim.scenario.loading_kinds.channels import Channel, ForceChannel, LengthChannel, MeasuredFile
+from historysim.scenario.loading_kinds.channels import (
+    COMBINED,
+    FILE_REMARK,
+    Channel,
+    ForceChannel,
+    LengthChannel,
+    MeasuredFile,
+)
 from historysim.scenario.schema import given
 from historysim.tables import Column, MissingValueError, Table
+from historysim.tables.clock import one_clock
 from historysim.tables.settled import fitting
 
 Floats = npt.NDArray[np.float64]
@@ -41,7 +49,7 @@ def assembled(folder: Path, section: MeasuredFile) -> Measurement:
     channels = dict(_channels(section))
     _check_units(channels)
     clocked = _on_one_clock(folder, section, channels, remarks)
-    name = Path(section.file).name
+    name = section.name
     with at("file"), _named(name):
         clocked = _within(section, clocked, remarks)
         clocked = _without_missing(section, clocked, remarks)
@@ -98,9 +106,14 @@ def _check_units(channels: Mapping[tuple[str, str], Channel]) -> None:
     """Check the units that the scenario gives, before the file is read: here it is known whose they are."""
     for (group, key), channel in channels.items():
         with at(group, key):
-            if channel.source is not None and channel.unit is not None:
+            if channel.unit is not None:
                 with at("unit"):
                     fitting(channel.unit, (_unit(channel),))
+            for way in COMBINED:
+                for index, column in enumerate(getattr(channel, way) or ()):
+                    if column.unit is not None:
+                        with at(way, index, "unit"):
+                            fitting(column.unit, (_unit(channel),))
             if channel.time is not None and channel.time.unit is not None:
                 with at("time", "unit"):
                     fitting(channel.time.unit, ("s",))
@@ -119,7 +132,7 @@ def _area(channel: Channel) -> float | None:
 def _on_one_clock(
     folder: Path, section: MeasuredFile, channels: Mapping[tuple[str, str], Channel], remarks: Remarks
 ) -> _Clocked:
-    measured = {place: channel for place, channel in channels.items() if channel.source is not None}
+    measured = {place: channel for place, channel in channels.items() if channel.sources}
     # channels of one clock are read together; clocks may have samples of their own number
     tables = {
         clock: _read(
@@ -131,15 +144,17 @@ def _on_one_clock(
         for clock in dict.fromkeys([None, *(channel.time for channel in measured.values())])
     }
     told = dict.fromkeys(notice for table in tables.values() for notice in table.notices)
-    remarks += [("file", notice) for notice in told]
+    remarks += [(FILE_REMARK, notice) for notice in told]
+    if section.columns.time is None:
+        remarks.append(("clock", "no column for time: the number of the row, from 0 s"))
     main = tables[None]
     time = main.columns["time"]
     values, inside = {}, np.ones(time.size, dtype=np.bool_)
     for (group, key), channel in measured.items():
         own = tables[channel.time]
-        column = own.columns[key]
+        column = channel.combined([own.columns[name] for name in _names(key, channel)])
         if channel.time is not None or channel.shift != 0:
-            with at(group, key, "shift" if channel.time is None else "time"), _named(Path(section.file).name):
+            with at(group, key, "shift" if channel.time is None else "time"), _named(section.name):
                 column = _onto(time, own, column, channel.shift, section.max_gap)
             shifted = own.columns["time"] + channel.shift
             inside &= np.isnan(time) | ((time >= np.nanmin(shifted)) & (time <= np.nanmax(shifted)))
@@ -147,15 +162,29 @@ def _on_one_clock(
     return _Clocked(time, values, main.lines, inside)
 
 
-def _read(folder: Path, section: MeasuredFile, clock: Column, channels: Mapping[str, Channel]) -> Table:
-    columns, units = {"time": clock}, {"time": "s"}
+def _names(key: str, channel: Channel) -> list[str]:
+    """Return what the columns of a channel are called in a table."""
+    several = len(channel.sources) > 1
+    return [f"{key} {index}" if several else key for index in range(1, len(channel.sources) + 1)]
+
+
+def _read(folder: Path, section: MeasuredFile, clock: Column | None, channels: Mapping[str, Channel]) -> Table:
+    columns: dict[str, Column] = {} if clock is None else {"time": clock}
+    units = {"time": "s"}
     for key, channel in channels.items():
-        if channel.source is not None:
-            columns[key], units[key] = channel.source, _unit(channel)
+        for name, source in zip(_names(key, channel), channel.sources, strict=True):
+            columns[name], units[name] = source, _unit(channel)
     try:
-        return section.table(folder, columns, units, missing=section.missing == "drop")
+        table = section.table(folder, columns, units, missing=section.missing == "drop")
     except MissingValueError as error:
         raise misfit(f'{error.args[0]}; missing = "drop" leaves out such samples', *error.place) from error
+    if clock is None:
+        rows = sum(part.rows for part in table.parts)
+        return attrs.evolve(table, columns={**table.columns, "time": np.arange(rows, dtype=np.float64)})
+    if len(table.parts) == 1:
+        return table
+    time, told = one_clock(table.columns["time"], table.parts)
+    return attrs.evolve(table, columns={**table.columns, "time": time}, notices=(*table.notices, *told))
 
 
 def _onto(time: Floats, own: Table, column: Floats, shift: float, max_gap: float | None) -> Floats:

@@ -1,7 +1,7 @@
 """A measured record in a scenario: which column is which channel, and what is done to it before it is replayed."""
 
-from collections.abc import Mapping
-from typing import Annotated, Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any
 
 import attrs
 from cattrs import Converter
@@ -15,17 +15,29 @@ from historysim.scenario.loading_kinds.base import one_of_each
 from historysim.scenario.schema import Force, Length, Number, Quantity, Time, given
 from historysim.tables import Column
 
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+# ways to make one channel of several columns
+COMBINED = ("sum", "mean", "difference")
+# the label of remarks on how a file was read
+FILE_REMARK = "file"
+
 Area = Annotated[float, Quantity("m2")]
 
 
 @attrs.frozen(kw_only=True)
 class Channel:
-    """A column, or a constant, and how it becomes a channel in SI: scale times the column, plus the offset."""
+    """A column, or several, or a constant, and how it becomes a channel in SI: scale times it, plus the offset."""
 
     column: str | int | None = None
     unit: str | None = None
     occurrence: int | None = None
     index: int | None = None
+    sum: tuple[Column, ...] | None = None
+    mean: tuple[Column, ...] | None = None
+    difference: tuple[Column, ...] | None = None
     scale: Number = 1.0
     time: Column | None = None
     shift: Time = 0.0
@@ -36,23 +48,50 @@ class Channel:
         """Check that it is a column or a constant."""
         keys = given(self)
         told = {key for key, value in keys.items() if value != attrs.fields_dict(type(self))[key].default}
-        if ("column" in told) == ("constant" in told):
+        ways = [way for way in ("column", *COMBINED, "constant") if way in told]
+        if len(ways) != 1:
             raise InputError(
-                "column and constant together; expected one of them"
-                if "column" in told
-                else "neither column nor constant; expected one of them"
+                f"{' and '.join(ways)} together; expected one of them"
+                if ways
+                else "neither column nor constant; expected one of them, or several columns as sum, mean or difference"
             )
         if "constant" in told and len(told) > 1:
             raise misfit("goes with a column; a constant stands alone", min(told - {"constant"}))
         if self.scale == 0:
             raise misfit("0; expected another number, since nothing would be left of the channel", "scale")
+        self._check_combined(ways[0], told)
         # a name, position or index that cannot be one is refused here, where it is known which channel it is of
-        _ = self.source
+        _ = self.sources
+
+    def _check_combined(self, way: str, told: set[str]) -> None:
+        if way not in COMBINED:
+            return
+        count = len(getattr(self, way))
+        if count < 2 or (way == "difference" and count > 2):
+            expected = (
+                "two columns, of which the second is taken from the first" if way == "difference" else "two or more"
+            )
+            raise misfit(f"{count} given; expected {expected}", way)
+        if alone := told & {"occurrence", "index"}:
+            raise misfit(f"goes with one column; say it of one of those in {way}", min(alone))
 
     @property
-    def source(self) -> Column | None:
-        """The column, or None for a constant."""
-        return None if self.column is None else Column(self.column, self.unit, self.occurrence, self.index)
+    def sources(self) -> tuple[Column, ...]:
+        """The columns that it is made of; none for a constant. The unit of the channel is that of those without."""
+        if self.column is not None:
+            return (Column(self.column, self.unit, self.occurrence, self.index),)
+        columns = self.sum or self.mean or self.difference or ()
+        return tuple(column if column.unit else attrs.evolve(column, unit=self.unit) for column in columns)
+
+    def combined(self, values: "Sequence[npt.NDArray[np.float64]]") -> "npt.NDArray[np.float64]":
+        """Return what its columns make together, (row,)."""
+        first, *others = values
+        if self.difference:
+            return first - others[0]
+        total = first
+        for other in others:
+            total = total + other
+        return total / len(values) if self.mean else total
 
 
 @attrs.frozen(kw_only=True)
@@ -111,16 +150,18 @@ class Channels:
 
 @attrs.frozen(kw_only=True)
 class LoadColumns(Channels):
-    """``loading.columns``: what is replayed."""
+    """``loading.columns``: what is replayed; without time, the number of the row is the clock, from 0 s."""
 
-    time: Column
+    time: Column | None = None
 
     def __attrs_post_init__(self) -> None:
         """Check that there is a load."""
         super().__attrs_post_init__()
         one_of_each(self)
         if not any(getattr(self, key) for key in LOAD_KINDS):
-            raise InputError(f"only time; expected one or more of {', '.join(LOAD_KINDS)}")
+            raise InputError(
+                f"{'only time' if self.time else 'nothing'}; expected one or more of {', '.join(LOAD_KINDS)}"
+            )
 
 
 @attrs.frozen(kw_only=True)
@@ -173,9 +214,21 @@ class MeasuredFile(NumbersFile):
                 raise misfit("is replayed, by columns; expected what was measured beside it", "response", key)
             channels[key] = channel
         self._check_free_play(channels)
+        self._check_clock(channels)
         for key in LOAD_KINDS:
             if getattr(self.dead_band, key) and key not in channels:
                 raise misfit("has no effect, since neither columns nor response has this channel", "dead_band", key)
+
+    def _check_clock(self, channels: Mapping[str, Any]) -> None:
+        if self.columns.time is not None:
+            return
+        for key, channel in channels.items():
+            if channel.time is not None or channel.shift != 0:
+                group = "columns" if getattr(self.columns, key) else "response"
+                problem = "needs the times of the record; expected a column for loading.columns.time"
+                raise misfit(problem, group, key, "shift" if channel.time is None else "time")
+        if not any(channel.sources for channel in channels.values()):
+            raise misfit("constants alone, and no time; expected a column", "columns")
 
     def _check_free_play(self, channels: Mapping[str, Any]) -> None:
         moved = channels.get("tangential_displacement")

@@ -5,11 +5,12 @@ from typing import TYPE_CHECKING
 
 import attrs
 
+from historysim.basics.notices import Teller, silent
 from historysim.basics.places import at
 from historysim.errors import InputError
 from historysim.loads.events import Event
 from historysim.scenario.loading_kinds.base import Loading
-from historysim.scenario.loading_kinds.channels import MeasuredFile
+from historysim.scenario.loading_kinds.channels import FILE_REMARK, MeasuredFile
 
 if TYPE_CHECKING:
     from historysim.measured.measurement import Measurement
@@ -37,11 +38,14 @@ class MeasuredLoading(MeasuredFile, Loading):
         with at("loading"):
             return assembled(folder, self)
 
-    def events(self, folder: Path) -> list[Event]:
-        """Return the events of the file."""
+    def events(self, folder: Path, tell: Teller = silent) -> list[Event]:
+        """Return the events of the file, and tell how it was read where that is not what it says."""
         measurement = self.measurement(folder)
+        for label, notice in measurement.remarks:
+            if label == FILE_REMARK:
+                tell(f"{self.name}: {notice}")
         with at("loading", "file"):
             try:
                 return measurement.events()
             except InputError as error:
-                raise InputError(f"{Path(self.file).name}: {error}") from error
+                raise InputError(f"{self.name}: {error}") from error

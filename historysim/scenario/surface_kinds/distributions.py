@@ -114,4 +114,4 @@ class DistributionTable(NumbersFile, DistributedSummits):
         try:
             return _tabulated(found.get("height"), found.get("gap"), found["density"])
         except InputError as error:
-            raise misfit(f"{self.file}: {error}", "file") from error
+            raise misfit(f"{self.name}: {error}", "file") from error

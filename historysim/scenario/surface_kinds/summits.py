@@ -76,7 +76,7 @@ class SummitTable(NumbersFile):
             for row, value in enumerate(found.get(key, ())):
                 if value < 0 or (value == 0 and key == "radius"):
                     problem = f"{rows.place(row)}: {key} is {value:g}; expected {expected}, in SI"
-                    raise misfit(f"{self.file}: {problem}", "file")
+                    raise misfit(f"{self.name}: {problem}", "file")
         summits = Summits(found["height"], found["radius"], found.get("x"), found.get("y"))
         return Ground(summits, friction=found.get("friction"))
 

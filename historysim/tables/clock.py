@@ -1,0 +1,69 @@
+"""One clock out of those of several tables, each of which may start again."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from historysim.tables.columns import Part
+
+Floats = npt.NDArray[np.float64]
+
+
+def one_clock(time: Floats, parts: Sequence[Part]) -> tuple[Floats, list[str]]:
+    """Return the times of joined tables on the clock of the first, and what was done to them.
+
+    Parameters
+    ----------
+    time : array (row)
+        The times of all tables, one below the other [s]; NaN where missing.
+    parts : sequence of Part
+        The tables.
+
+    Returns
+    -------
+    array (row)
+        Times [s]. A table whose clock goes on stays as it is. One whose clock starts again begins when the file says
+        that it was started, or else one sample after the end of the table before it.
+    list of str
+        What a user has to know of it.
+    """
+    joined = time.copy()
+    begin, offset = 0, 0.0
+    end = raw_end = None
+    step = 0.0
+    by_start: list[str] = []
+    after: list[str] = []
+    for part in parts:
+        rows = slice(begin, begin + part.rows)
+        begin += part.rows
+        known = time[rows][~np.isnan(time[rows])]
+        if not known.size:
+            continue
+        step = float(np.median(np.diff(known))) if known.size > 1 else step
+        if end is not None and raw_end is not None and known[0] < raw_end:
+            started = _started(part, parts[0])
+            if started is not None and started + known[0] >= end:
+                offset = started
+                by_start.append(part.label)
+            else:
+                offset = end + max(step, 0.0) - float(known[0])
+                after.append(part.label)
+        joined[rows] = time[rows] + offset if offset else time[rows]
+        raw_end, end = float(known[-1]), float(known[-1]) + offset
+    told = []
+    if by_start:
+        told.append(f"the clock starts again: {_few(by_start)} put at the start times of the file")
+    if after:
+        told.append(
+            f"the clock starts again, without a start time that fits: {_few(after)} put one sample after the end before"
+        )
+    return joined, told
+
+
+def _started(part: Part, first: Part) -> float | None:
+    return None if part.start is None or first.start is None else part.start - first.start
+
+
+def _few(labels: Sequence[str]) -> str:
+    return ", ".join(labels[:5]) + (", …" if len(labels) > 5 else "")

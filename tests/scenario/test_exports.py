@@ -1,0 +1,111 @@
+"""What a scenario says of an export: several columns, several files and blocks, no clock."""
+
+import exports
+import numpy as np
+import pytest
+
+from historysim.errors import InputError
+from historysim.scenario.scenario import load
+from historysim.scenario.summary import summary
+
+HEAD = """
+[materials]
+first = "silicon"
+second = "float glass"
+[surface]
+kind = "sphere"
+radius = "2.5 mm"
+[friction]
+coefficient = 0.2
+[loading]
+"""
+STEPS = exports.step(1) + exports.step(2)
+TWO = "time = 'Time'\nnormal_load = 'Fz'\ntangential_displacement = 'X'"
+
+
+def scenario(folder, content, loading, columns):
+    (folder / "a.txt").write_text(content, encoding="utf-8")
+    path = folder / "s.toml"
+    path.write_text(f"{HEAD}{loading}\n[loading.columns]\n{columns}\n", encoding="utf-8")
+    return load(path)
+
+
+@pytest.mark.parametrize(
+    ("load_of", "expected"),
+    [
+        ("{ sum = ['Fz', 'Fx'] }", np.add(exports.NORMAL, exports.FRICTION) * 1e-3),
+        ("{ mean = ['Fz', 'Fx'] }", np.add(exports.NORMAL, exports.FRICTION) * 0.5e-3),
+        ("{ difference = ['Fz', 'Fx'] }", np.subtract(exports.NORMAL, exports.FRICTION) * 1e-3),
+        ("{ sum = ['Fz', { column = 'Fx', unit = 'N' }] }", np.multiply(exports.NORMAL, 1e-3) + exports.FRICTION),
+        ("{ sum = ['Fz', 'Fz'], unit = 'gf', scale = 0.5 }", np.multiply(exports.NORMAL, 9.80665e-3)),
+    ],
+)
+def test_a_load_of_several_columns(tmp_path, load_of, expected):
+    columns = f"time = 'Time'\nnormal_load = {load_of}"
+    measured = scenario(tmp_path, exports.step(1), "file = 'a.txt'", columns).measurement()
+    np.testing.assert_allclose(measured["normal_load"], expected, rtol=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("columns", "said"),
+    [
+        ("normal_load = { sum = ['Fz'] }", "normal_load.sum: 1 given; expected two or more"),
+        ("normal_load = { difference = ['Fz', 'Fx', 'X'] }", "normal_load.difference: 3 given; expected two columns"),
+        ("normal_load = { sum = ['Fz', 'Fx'], column = 'Fz' }", "normal_load: column and sum together; expected one"),
+        ("normal_load = { sum = ['Fz', 'Fx'], index = 2 }", "normal_load.index: goes with one column"),
+        ("normal_load = { sum = ['Fz', { column = 'Fx', unit = 'mm' }] }", "normal_load.sum[1].unit: 'mm' is not a"),
+        ("normal_load = { column = 'Fz', shift = 1 }", "normal_load.shift: needs the times of the record"),
+        ("normal_load = { constant = 1 }", "loading.columns: constants alone, and no time; expected a column"),
+        ("normal_load = 'Fy'", "there is no column 'Fy'; expected one of Time, Fz, Fx, X"),
+    ],
+)
+def test_what_cannot_be_combined(tmp_path, columns, said):
+    with pytest.raises(InputError) as refused:
+        scenario(tmp_path, exports.step(1), "file = 'a.txt'", columns).measurement()
+    assert said in str(refused.value)
+
+
+def test_without_a_clock_the_row_is_the_time(tmp_path):
+    columns = "normal_load = 'Fz'\ntangential_displacement = 'X'"
+    measured = scenario(tmp_path, STEPS, "file = 'a.txt'\nblock = 'all'", columns).measurement()
+    assert measured.time.tolist() == [0.0, 1, 2, 3, 4, 5, 6, 7]
+    np.testing.assert_allclose(measured["tangential_displacement"], np.multiply(exports.STROKE * 2, 1e-6))
+    assert ("clock", "no column for time: the number of the row, from 0 s") in measured.remarks
+
+
+def test_blocks_follow_one_another_at_their_start_times(tmp_path):
+    content = exports.step(1, above="Start time = 3 s\n") + exports.step(2, above="Start time = 13 s\n")
+    measured = scenario(tmp_path, content, "file = 'a.txt'\nblock = [1, 2]", TWO).measurement()
+    assert measured.time.tolist() == [0.0, 0.5, 1, 1.5, 10, 10.5, 11, 11.5]
+    measured = scenario(tmp_path, STEPS, "file = 'a.txt'\nblock = 'all'", TWO).measurement()
+    assert measured.time.tolist() == [0.0, 0.5, 1, 1.5, 2, 2.5, 3, 3.5]
+
+
+def test_files_follow_one_another(tmp_path):
+    (tmp_path / "b.txt").write_text(exports.step(9), encoding="utf-8")
+    loaded = scenario(tmp_path, exports.step(1), "file = ['a.txt', 'b.txt']", TWO)
+    measured = loaded.measurement()
+    assert measured.time.tolist() == [0.0, 0.5, 1, 1.5, 2, 2.5, 3, 3.5]
+    np.testing.assert_allclose(measured["normal_load"], np.multiply(exports.NORMAL * 2, 1e-3))
+    assert [path.name for path in loaded.measured_files] == ["a.txt", "b.txt"]
+    with pytest.raises(InputError, match=r"loading.file: c.txt: there is no such file"):
+        scenario(tmp_path, exports.step(1), "file = ['a.txt', 'c.txt']", TWO).measurement()
+    with pytest.raises(InputError, match=r"loading.file: an array of none"):
+        scenario(tmp_path, exports.step(1), "file = []", TWO)
+
+
+def test_what_was_made_of_a_file_is_told(tmp_path):
+    columns = "time = 'Time'\nnormal_load = { column = 'Fz', unit = 'gf' }"
+    loaded = scenario(tmp_path, exports.step(1), "file = 'a.txt'", columns)
+    told = []
+    loaded.events(told.append)
+    assert told == ["a.txt: column 'Fz': 'mN' in the file, taken as 'gf', as unit says"]
+    assert ("note", told[0]) in summary(loaded)
+
+
+def test_an_empty_cell_names_the_key_that_leaves_it_out(tmp_path):
+    content = "Time,Fz,X\n0,1,1\n1,,2\n2,3,3\n"
+    with pytest.raises(InputError, match=r"line 3, column 'Fz': ''; expected a finite number; missing = \"drop\""):
+        scenario(tmp_path, content, "file = 'a.txt'", TWO).measurement()
+    dropped = scenario(tmp_path, content, "file = 'a.txt'\nmissing = 'drop'", TWO).measurement()
+    assert dropped["normal_load"].tolist() == [1.0, 3.0]

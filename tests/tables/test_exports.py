@@ -1,0 +1,159 @@
+"""Exports of instruments, unedited: the right numbers, or a message that names what is missing."""
+
+import exports
+import numpy as np
+import pytest
+
+from historysim.errors import InputError
+from historysim.tables import Column, Format, describe, read_table
+from historysim.tables.blocks import start_time
+from historysim.tables.clock import one_clock
+from historysim.tables.columns import Part
+
+UNITS = {"time": "s", "normal": "N", "friction": "N", "stroke": "m"}
+
+
+@pytest.fixture
+def file(tmp_path):
+    return tmp_path / "export.txt"
+
+
+def read(file, content, columns, units=None, **layout):
+    file.write_text(content, encoding="utf-8")
+    wanted = {key: name if isinstance(name, Column) else Column(name) for key, name in columns.items()}
+    return read_table(file, wanted, units or {key: UNITS[key] for key in columns}, Format(**layout))
+
+
+@pytest.mark.parametrize("name", exports.EXPORTS)
+def test_every_export_gives_its_numbers(file, name):
+    content, columns, layout = exports.EXPORTS[name]
+    found = read(file, content, columns, **layout).columns
+    expected = {"time": exports.TIME, "normal": exports.NORMAL, "friction": exports.FRICTION, "stroke": exports.STROKE}
+    for key, factor in (("time", 1.0), ("normal", 1e-3), ("friction", 1e-3), ("stroke", 1e-6)):
+        np.testing.assert_allclose(found[key], np.multiply(expected[key], factor), rtol=1e-15)
+
+
+@pytest.mark.parametrize("name", exports.EXPORTS)
+def test_every_export_is_listed_with_its_units(file, name):
+    content, _, layout = exports.EXPORTS[name]
+    file.write_text(content, encoding="utf-8")
+    block = 2 if name == "a summary table above" else None
+    listings = describe(file, Format(block=block, **{key: value for key, value in layout.items() if key != "block"}))
+    assert [listing.unit for listing in listings] == ["s", "mN", "mN", "µm"]
+
+
+STEPS = exports.step(1) + exports.step(2)
+COLUMNS = {"time": "Time", "normal": "Fz"}
+
+
+def test_several_blocks_are_refused_with_what_they_are(file):
+    with pytest.raises(InputError) as refused:
+        read(file, STEPS, COLUMNS)
+    message = str(refused.value)
+    assert 'has 2 blocks; say which, as in block = 2, block = [1, 2], or block = "all"' in message
+    assert "block 2 in lines 13 to 16: Time [s], Fz [mN], Fx [mN], X [µm] (first row: 0, 10, 0, 0)" in message
+    with pytest.raises(InputError, match="there is no block 3; seen: block 1 in lines 5 to 8"):
+        read(file, STEPS, COLUMNS, block=3)
+
+
+@pytest.mark.parametrize("block", ["all", (1, 2), (2, 1)])
+def test_blocks_are_joined(file, block):
+    table = read(file, STEPS.replace("Step No. 2", "Step No. 2 begins"), COLUMNS, block=block)
+    numbers = (1, 2) if block == "all" else block
+    assert [part.label for part in table.parts] == [f"block {number}" for number in numbers]
+    assert table.columns["normal"].size == 8
+    first = {1: [5, 6, 7, 8], 2: [13, 14, 15, 16]}
+    assert table.lines.tolist() == [line for number in numbers for line in first[number]]
+
+
+def test_each_block_has_its_own_units(file):
+    other = exports.step(2).replace("s\tmN\tmN\tµm", "ms\tN\tmN\tµm")
+    table = read(file, exports.step(1) + other, COLUMNS, block="all")
+    np.testing.assert_allclose(table.columns["normal"], np.r_[exports.NORMAL, np.multiply(exports.NORMAL, 1e3)] * 1e-3)
+    np.testing.assert_allclose(table.columns["time"], np.r_[exports.TIME, np.multiply(exports.TIME, 1e-3)])
+
+
+def test_a_broken_row_is_named_or_left_out(file):
+    content = "t [s],Fn [mN]\n0,1\n1\n2,3\n3,x\n4,5\n"
+    columns = {"time": "t", "normal": "Fn"}
+    with pytest.raises(InputError, match=r"line 3: 1 value where .*; broken = \"drop\" leaves such rows out"):
+        read(file, content, columns)
+    table = read(file, content, columns, broken="drop")
+    np.testing.assert_allclose(table.columns["normal"], [1e-3, 3e-3, 5e-3])
+    assert table.notices == ("2 broken rows left out (line 3, 5)",)
+    with pytest.raises(InputError, match="if it has a decimal comma"):
+        read(file, content.replace(",", ";").replace("x", "1,5"), columns, broken="drop")
+
+
+def test_a_row_of_statistics_is_no_sample(file):
+    content = "t [s],Fn [mN],x\n0,1,1\n1,2,1\nMean,1.5,1\n"
+    with pytest.raises(InputError, match=r"line 4, column 't \[s\]': 'Mean' where the rows begin with numbers"):
+        read(file, content, {"normal": "Fn"})
+
+
+def test_what_stands_below_the_table_is_told(file):
+    table = read(file, exports.step(1) + "TotalTime\n00:13:39\n", COLUMNS)
+    assert table.notices == ("what stands below the table is no row, and left out: 'TotalTime'",)
+
+
+def test_grams_are_forces_when_it_is_said(file):
+    content = "t;F\ns;g\n0;1\n1;2\n"
+    columns = {"time": "t", "normal": "F"}
+    with pytest.raises(InputError, match=r"'g' is not a unit of a force.*say unit = \"gf\""):
+        read(file, content, columns)
+    table = read(file, content, columns | {"normal": Column("F", "gf")})
+    np.testing.assert_allclose(table.columns["normal"], [9.80665e-3, 2 * 9.80665e-3], rtol=1e-15)
+    assert table.notices == ("column 'F': 'g' in the file, taken as 'gf', as unit says",)
+
+
+@pytest.mark.parametrize(
+    ("header", "wanted", "said"),
+    [
+        ("Zeit [s],F", "zeit", "did you mean 'Zeit [s]'?"),
+        ("Zeit [s],F", "Time", "expected one of Zeit [s], F"),
+        ("F [N],F [V]", "F", "'F' may be any of the columns 'F [N]', 'F [V]'; expected the whole name of one"),
+    ],
+)
+def test_a_name_that_is_not_there_or_not_alone(file, header, wanted, said):
+    with pytest.raises(InputError) as refused:
+        read(file, f"{header}\n0,1\n1,2\n", {"time": wanted})
+    assert said in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("Start time = 2.5 s", 2.5),
+        ("Start time [ms]: 2500", 2.5),
+        ("start;12", 12.0),
+        ("Started at 10:32:05.5", 37925.5),
+        ("Start Time\t14.09.2022 11:37", 41820.0),
+        ("Duration = 2.12", None),
+        ("Start position = 3 mm", None),
+        ("Start time = 3 mm", None),
+    ],
+)
+def test_start_times(line, expected):
+    assert start_time(line) == expected
+
+
+@pytest.mark.parametrize(
+    ("starts", "expected"),
+    [
+        ((None, None), [0, 1, 2, 3, 4, 5]),
+        ((100.0, 110.0), [0, 1, 2, 10, 11, 12]),
+        ((100.0, 101.0), [0, 1, 2, 3, 4, 5]),
+    ],
+)
+def test_a_clock_that_starts_again(starts, expected):
+    time, told = one_clock(np.array([0.0, 1, 2, 0, 1, 2]), [Part("a", 3, starts[0]), Part("b", 3, starts[1])])
+    assert time.tolist() == expected
+    assert len(told) == 1
+    assert "b" in told[0]
+
+
+def test_a_clock_that_goes_on_stays():
+    time = np.array([0.0, 1, np.nan, 2, 3, 9])
+    joined, told = one_clock(time, [Part("a", 3), Part("b", 3)])
+    np.testing.assert_array_equal(joined, time)
+    assert told == []
