@@ -144,6 +144,8 @@ class Ensemble:
         Coulomb coefficients μ ≥ 0, one for all or one per asperity.
     x, y : array_like, optional
         Positions of the summits [m]; carried along, without influence.
+    nominal_area : float, optional
+        Area that the asperities stand on [m²], > 0; carried along, without influence.
     tolerance : float
         Relative change of displacement and energy at which a ramp of both loads that has to be
         refined is taken as settled (see `ramp`).
@@ -165,6 +167,7 @@ class Ensemble:
     y: Floats | None
     tolerance: float
     curves: NormalCurves | None
+    nominal_area: float | None
 
     def __init__(
         self,
@@ -175,6 +178,7 @@ class Ensemble:
         *,
         x: "npt.ArrayLike | None" = None,
         y: "npt.ArrayLike | None" = None,
+        nominal_area: float | None = None,
         tolerance: float = 1e-6,
         curves: NormalCurves | None = None,
     ) -> None:
@@ -197,12 +201,14 @@ class Ensemble:
             y=None if y is None else each("y", y, count),
             tolerance=float(checked("tolerance", tolerance, above=0)),
             curves=curves,
+            nominal_area=None if nominal_area is None else scalar("nominal_area", nominal_area, above=0),
         )
 
     @classmethod
     def from_summits(cls, pair: MaterialPair, summits: Any, friction: "npt.ArrayLike", **options: Any) -> Self:
         """Make an ensemble of summits, which have ``height``, ``radius``, ``x`` and ``y`` [m]."""
-        return cls(pair, summits.height, summits.radius, friction, x=summits.x, y=summits.y, **options)
+        options = {"x": summits.x, "y": summits.y, "nominal_area": getattr(summits, "nominal_area", None)} | options
+        return cls(pair, summits.height, summits.radius, friction, **options)
 
     @classmethod
     def from_normal_curves(

@@ -1,6 +1,7 @@
 """The instrument that moves the contact: a drive, and the spring between it and the contact."""
 
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import attrs
@@ -26,6 +27,17 @@ def _stiff(instrument: object, attribute: "attrs.Attribute[float]", value: float
         )
 
 
+def _resolution(unit: str) -> Callable[[object, "attrs.Attribute[float]", float], None]:
+    def check(instrument: object, attribute: "attrs.Attribute[float]", value: float) -> None:
+        if not (is_number(value) and 0 <= value < math.inf):
+            raise InputError(
+                f"{type(instrument).__name__}: {attribute.name} is {value!r}; expected a finite number, 0 or more, "
+                f"in {unit}"
+            )
+
+    return check
+
+
 @attrs.frozen
 class Instrument:
     """A tribometer, which measures the displacement of its drive (or sensor), not of the contact.
@@ -38,14 +50,20 @@ class Instrument:
     ----------
     lateral_stiffness : float
         k_s [N/m], > 0. Infinite, by default: the drive's displacement is the contact's.
+    displacement_resolution, load_resolution : float
+        Smallest tangential displacement [m] and load [N] that it tells from none, ≥ 0; 0 where that is not known. They
+        change nothing: what is below them is told (`asperities.validity`).
 
     Raises
     ------
     InputError
-        A stiffness that is not a number, not positive, or below 1e-100 N/m.
+        A stiffness that is not a number, not positive, or below 1e-100 N/m; a resolution that is not a finite number, 0
+        or more.
     """
 
     lateral_stiffness: float = attrs.field(default=math.inf, converter=as_float, validator=_stiff)
+    displacement_resolution: float = attrs.field(default=0.0, converter=as_float, validator=_resolution("m"))
+    load_resolution: float = attrs.field(default=0.0, converter=as_float, validator=_resolution("N"))
 
     @property
     def rigid(self) -> bool:

@@ -55,6 +55,7 @@ def _range(owner: object, attribute: "attrs.Attribute[tuple[float, float]]", val
 
 
 _ISOTROPIC: Any = None
+_PRESSURE = attrs.validators.optional(_positive("Pa"))
 
 
 @attrs.frozen(repr=False)
@@ -80,6 +81,8 @@ class Material:
         Radius of the sample ball [m], > 0; None for a flat.
     source : str, optional
         Where the numbers come from; two materials that differ in nothing else are equal.
+    hardness, yield_stress : float, optional
+        Indentation hardness H and yield stress in tension Y [Pa], > 0: what tells whether the asperities are elastic.
 
     Raises
     ------
@@ -107,6 +110,16 @@ class Material:
         default=None, converter=attrs.converters.optional(as_float), validator=attrs.validators.optional(_positive("m"))
     )
     source: str = attrs.field(default="", validator=_text, eq=False, repr=False)
+    hardness: float | None = attrs.field(
+        default=None,
+        converter=attrs.converters.optional(as_float),
+        validator=attrs.validators.optional(_positive("Pa")),
+    )
+    yield_stress: float | None = attrs.field(
+        default=None,
+        converter=attrs.converters.optional(as_float),
+        validator=attrs.validators.optional(_positive("Pa")),
+    )
 
     def __repr__(self) -> str:
         if MATERIALS.get(self.name) == self:
@@ -163,6 +176,10 @@ def material(name: str) -> Material:
     )
 
 
+def _softer(*values: float | None) -> float | None:
+    return min((value for value in values if value is not None), default=None)
+
+
 @attrs.frozen(init=False, repr=False)
 class MaterialPair:
     """The elastic constants of two materials in contact.
@@ -183,6 +200,10 @@ class MaterialPair:
     shear_modulus : float
         G* [Pa], > 0, with 1/G* = (2 - ν1)/G1 + (2 - ν2)/G2: the convention in which the tangential stiffness of a
         circle of radius a is 8 G* a.
+    hardness, yield_stress : float or None
+        H and Y [Pa] of the softer material, as far as they are known.
+    work_of_adhesion : float or None
+        W = 2√(γ1 γ2) [J/m²] (Girifalco and Good); None where a surface energy is not known. The replay has no adhesion.
 
     Raises
     ------
@@ -199,6 +220,21 @@ class MaterialPair:
     second: Material | None
     contact_modulus: float = attrs.field(converter=as_float, validator=_positive("Pa"))
     shear_modulus: float = attrs.field(converter=as_float, validator=_positive("Pa"))
+    hardness: float | None = attrs.field(
+        default=None,
+        converter=attrs.converters.optional(as_float),
+        validator=attrs.validators.optional(_positive("Pa")),
+    )
+    yield_stress: float | None = attrs.field(
+        default=None,
+        converter=attrs.converters.optional(as_float),
+        validator=attrs.validators.optional(_positive("Pa")),
+    )
+    work_of_adhesion: float | None = attrs.field(
+        default=None,
+        converter=attrs.converters.optional(as_float),
+        validator=attrs.validators.optional(_positive("J/m²")),
+    )
 
     def __init__(self, first: Material, second: Material) -> None:
         for name, value in (("first", first), ("second", second)):
@@ -213,10 +249,23 @@ class MaterialPair:
             second,
             1 / sum((1 - one.poissons_ratio**2) / one.youngs_modulus for one in pair),
             1 / sum((2 - one.poissons_ratio) / one.shear_modulus for one in pair),
+            _softer(first.hardness, second.hardness),
+            _softer(first.yield_stress, second.yield_stress),
+            None
+            if first.surface_energy is None or second.surface_energy is None
+            else 2 * math.sqrt(first.surface_energy * second.surface_energy),
         )
 
     @classmethod
-    def from_moduli(cls, *, contact_modulus: float, shear_modulus: float) -> Self:
+    def from_moduli(
+        cls,
+        *,
+        contact_modulus: float,
+        shear_modulus: float,
+        hardness: float | None = None,
+        yield_stress: float | None = None,
+        work_of_adhesion: float | None = None,
+    ) -> Self:
         """Return the pair that has these moduli.
 
         Parameters
@@ -225,15 +274,32 @@ class MaterialPair:
             E* [Pa], > 0.
         shear_modulus : float
             G* [Pa], > 0, in the convention k_t = 8 G* a.
+        hardness, yield_stress : float, optional
+            H and Y [Pa], > 0, of the softer material.
+        work_of_adhesion : float, optional
+            W [J/m²], > 0.
 
         Raises
         ------
         InputError
-            A modulus that is not finite and positive.
+            A number that is not finite and positive.
         """
         pair = cls.__new__(cls)
-        pair.__attrs_init__(None, None, contact_modulus, shear_modulus)
+        pair.__attrs_init__(None, None, contact_modulus, shear_modulus, hardness, yield_stress, work_of_adhesion)
         return pair
+
+    def with_work_of_adhesion(self, work_of_adhesion: float) -> Self:
+        """Return the pair with a measured work of adhesion W [J/m²], > 0, in place of that of the surface energies."""
+        known = (self.hardness, self.yield_stress, work_of_adhesion)
+        pair = type(self).__new__(type(self))
+        pair.__attrs_init__(self.first, self.second, self.contact_modulus, self.shear_modulus, *known)
+        return pair
+
+    @property
+    def limits(self) -> dict[str, float]:
+        """Those of `hardness`, `yield_stress` [Pa] and `work_of_adhesion` [J/m²] that are known, by their names."""
+        known = {name: getattr(self, name) for name in ("hardness", "yield_stress", "work_of_adhesion")}
+        return {name: value for name, value in known.items() if value is not None}
 
     @property
     def displacement_ratio(self) -> float:
@@ -268,8 +334,6 @@ class MaterialPair:
 
     def __repr__(self) -> str:
         if self.first is None:
-            return (
-                f"{type(self).__name__}.from_moduli(contact_modulus={self.contact_modulus!r}, "
-                f"shear_modulus={self.shear_modulus!r})"
-            )
+            known = {"contact_modulus": self.contact_modulus, "shear_modulus": self.shear_modulus, **self.limits}
+            return f"{type(self).__name__}.from_moduli({', '.join(f'{key}={value!r}' for key, value in known.items())})"
         return f"{type(self).__name__}({self.first!r}, {self.second!r})"

@@ -28,6 +28,8 @@ FORMAT_OF_CURVES = 2
 """Form of a log whose asperities are patches of normal curves, which earlier versions would take for summits."""
 OF_THE_ENSEMBLE = ("summit_height", "summit_radius", "friction", "x", "y")
 SURFACE, CURVES = "surface.", "curves."
+OF_THE_PAIR = ("contact_modulus", "shear_modulus", "hardness", "yield_stress", "work_of_adhesion")
+RESOLUTIONS = ("displacement_resolution", "load_resolution")
 
 
 # slots would leave no room for what is computed once
@@ -40,7 +42,8 @@ class Head:
     settings : dict
         Numbers and texts that can stand in JSON: versions, the scenario as TOML text with its title and seed (a list
         of several; None where nothing is drawn by chance), the moduli [Pa], the tolerance of the ensemble, the lateral
-        stiffness of the instrument [N/m] (None where rigid), substeps, saturate, and what is recorded.
+        stiffness of the instrument [N/m] (None where rigid), substeps, saturate, and what is recorded; as far as they
+        are known, the limits of the pair, the nominal area [m²] and the resolutions of the instrument.
     arrays : dict
         Of the ensemble, and what the result shows of the surface under names that begin with ``surface.``.
     """
@@ -79,6 +82,7 @@ class Head:
             "shear_modulus": ensemble.pair.shear_modulus,
             "tolerance": ensemble.tolerance,
             "lateral_stiffness": None if instrument.rigid else instrument.lateral_stiffness,
+            **_known(ensemble, instrument),
             "substeps": substeps,
             "saturate": bool(saturate),
             "record": record if isinstance(record, str) else [int(index) for index in record],
@@ -105,19 +109,19 @@ class Head:
     @functools.cached_property
     def ensemble(self) -> Ensemble:
         """The ensemble, whole."""
-        own = {name: self.arrays[name] for name in OF_THE_ENSEMBLE if name in self.arrays}
-        pair = MaterialPair.from_moduli(
-            contact_modulus=self.settings["contact_modulus"], shear_modulus=self.settings["shear_modulus"]
-        )
+        own: dict[str, Any] = {name: self.arrays[name] for name in OF_THE_ENSEMBLE if name in self.arrays}
+        pair = MaterialPair.from_moduli(**{name: self.settings[name] for name in OF_THE_PAIR if name in self.settings})
         given = {name.removeprefix(CURVES): values for name, values in self.arrays.items() if name.startswith(CURVES)}
         curves = NormalCurves(**given) if given else None
-        return Ensemble(pair, **own, tolerance=self.settings["tolerance"], curves=curves)
+        area = self.settings.get("nominal_area")
+        return Ensemble(pair, **own, nominal_area=area, tolerance=self.settings["tolerance"], curves=curves)
 
     @property
     def instrument(self) -> Instrument:
         """The instrument in series with the contact."""
         stiffness = self.settings["lateral_stiffness"]
-        return Instrument(math.inf if stiffness is None else stiffness)
+        resolutions = {name: self.settings[name] for name in RESOLUTIONS if name in self.settings}
+        return Instrument(math.inf if stiffness is None else stiffness, **resolutions)
 
     @property
     def substeps(self) -> int:
@@ -150,6 +154,13 @@ class Head:
     def surface(self) -> dict[str, Array]:
         """Arrays of the surface group of the result."""
         return {name.removeprefix(SURFACE): values for name, values in self.arrays.items() if name.startswith(SURFACE)}
+
+
+def _known(ensemble: Ensemble, instrument: Instrument) -> dict[str, float]:
+    """Return what only the checks of the model need, as far as it is known."""
+    area = {} if ensemble.nominal_area is None else {"nominal_area": ensemble.nominal_area}
+    resolutions = {name: getattr(instrument, name) for name in RESOLUTIONS}
+    return area | ensemble.pair.limits | {name: value for name, value in resolutions.items() if value > 0}
 
 
 def head_from(text: str, arrays: Mapping[str, Array]) -> Head:

@@ -9,8 +9,10 @@ import numpy as np
 from historysim._version import __version__
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import Instrument
+from historysim.basics import findings
 from historysim.basics.wording import counted
 from historysim.loads.events import Event, digest
+from historysim.recording import validity
 
 
 def made_with() -> str:
@@ -27,6 +29,7 @@ def made_with() -> str:
 
 def attributes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrument) -> dict[str, Any]:
     """Return the attributes of a history of these events."""
+    found = validity.findings(ensemble, events, instrument)
     in_series = {} if instrument.rigid else {"lateral_stiffness": instrument.lateral_stiffness}
     return {
         "Conventions": "CF-1.11",
@@ -41,4 +44,5 @@ def attributes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrume
         "number_of_asperities": len(ensemble),
         "number_of_events": len(events),
         "event_digest": f"sha256:{digest(events)}",
+        validity.ATTRIBUTE: findings.written(found),
     }

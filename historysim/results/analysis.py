@@ -4,6 +4,8 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from historysim.basics import findings
+from historysim.basics.findings import Finding
 from historysim.basics.units import duration_text, quantity_text
 from historysim.errors import InputError
 from historysim.measured.definitions import DEFAULT, Definitions
@@ -101,6 +103,22 @@ def drift(history: xr.Dataset, first: int, second: int) -> float:
     return float(abs(capacity[second] - capacity[first]))
 
 
+def validity(history: xr.Dataset) -> tuple[Finding, ...]:
+    """Return which assumptions of the model did not hold where the asperities were pressed most.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+
+    Returns
+    -------
+    tuple of Finding
+        Name, value, limit and text of each; see `historysim.asperities.validity.findings`. None of a history of a
+        version that did not check them.
+    """
+    return findings.read(history.attrs.get("validity", "[]"))
+
+
 def friction_loops(
     history: xr.Dataset, *, dead_band: float | None = None, skip: int = 0, definitions: Definitions = DEFAULT
 ) -> Loops:
@@ -147,7 +165,8 @@ def summary(history: xr.Dataset) -> list[tuple[str, str]]:
     -------
     list of (label, text)
         Steps and duration, asperities touched, peak loads, preliminary displacement and critical asperity at
-        the peak normal load, dissipated energy, and steps at which the tangential load was held at the limit.
+        the peak normal load, dissipated energy, steps at which the tangential load was held at the limit, and a warning
+        for each assumption of the model that does not hold.
     """
     normal, tangential = history["total_normal_load"].values, history["total_tangential_load"].values
     peak = int(normal.argmax())
@@ -177,7 +196,7 @@ def summary(history: xr.Dataset) -> list[tuple[str, str]]:
         lines.append(
             ("traction", f"up to {largest:.2f} μp where friction fell: the model is that far from Coulomb's law")
         )
-    return lines
+    return [*lines, *(("warning", finding.text) for finding in validity(history))]
 
 
 def is_complete(history: xr.Dataset) -> bool:

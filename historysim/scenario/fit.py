@@ -51,7 +51,9 @@ def model_of(scenario: Scenario) -> tuple[FitSection, Model, dict[str, float]]:
     def model(values: Mapping[str, float]) -> tuple[Ensemble, Instrument]:
         pair = ensemble.pair
         if "shear_modulus" in values:
-            pair = MaterialPair.from_moduli(contact_modulus=pair.contact_modulus, shear_modulus=values["shear_modulus"])
+            pair = MaterialPair.from_moduli(
+                contact_modulus=pair.contact_modulus, shear_modulus=values["shear_modulus"], **pair.limits
+            )
         return (
             Ensemble(
                 pair,
@@ -61,7 +63,7 @@ def model_of(scenario: Scenario) -> tuple[FitSection, Model, dict[str, float]]:
                 tolerance=ensemble.tolerance,
                 curves=ensemble.curves,
             ),
-            Instrument(values.get("lateral_stiffness", instrument.lateral_stiffness)),
+            attrs.evolve(instrument, lateral_stiffness=values.get("lateral_stiffness", instrument.lateral_stiffness)),
         )
 
     return section, model, start

@@ -107,6 +107,9 @@ class Scenario:
         ground = self.solved(ground or self.ground())
         with reported(self.path.name):
             pair = self.sections.materials.pair()
+            if self.sections.adhesion and self.sections.adhesion.work_of_adhesion is not None:
+                with at("adhesion"):
+                    pair = pair.with_work_of_adhesion(self.sections.adhesion.work_of_adhesion)
             friction = self._friction(ground.friction is not None)
             coefficients: Any = ground.friction if friction is None else friction
             if ground.curve is not None:

@@ -25,6 +25,8 @@ class MaterialTable:
     poissons_ratio: Number
     shear_modulus: Pressure | None = None
     surface_energy: SurfaceEnergy | None = None
+    hardness: Pressure | None = None
+    yield_stress: Pressure | None = None
 
 
 MaterialEntry = str | MaterialTable
@@ -38,10 +40,15 @@ class MaterialsSection:
     second: MaterialEntry | None = None
     contact_modulus: Pressure | None = None
     shear_modulus: Pressure | None = None
+    hardness: Pressure | None = None
+    yield_stress: Pressure | None = None
 
     def __attrs_post_init__(self) -> None:
         """Check that the pair is given in one way, and fully."""
-        keys = list(given(self))
+        limits = {"hardness", "yield_stress"} & set(given(self))
+        keys = [key for key in given(self) if key not in limits]
+        if self.first is not None and limits:
+            raise misfit("belongs to one material; expected it in first or second", min(limits))
         if keys not in (["first", "second"], ["contact_modulus", "shear_modulus"]):
             raise InputError(
                 f"{' and '.join(keys) or 'nothing'} given; expected either first and second, or contact_modulus and "
@@ -52,9 +59,9 @@ class MaterialsSection:
         """Return the material pair."""
         from historysim.contact.materials import MaterialPair
 
-        if self.contact_modulus is not None and self.shear_modulus is not None:
+        if self.contact_modulus is not None:
             with at("materials"):
-                return MaterialPair.from_moduli(contact_modulus=self.contact_modulus, shear_modulus=self.shear_modulus)
+                return MaterialPair.from_moduli(**given(self))
         first, second = _material("first", self.first), _material("second", self.second)
         with at("materials"):
             return MaterialPair(first, second)
@@ -78,17 +85,21 @@ class FrictionSection:
 
 @attrs.frozen
 class InstrumentSection:
-    """``[instrument]``: what stands between the drive and the contact."""
+    """``[instrument]``: what stands between the drive and the contact, and what it resolves."""
 
-    lateral_stiffness: Stiffness
+    lateral_stiffness: Stiffness | None = None
+    displacement_resolution: Length | None = None
+    load_resolution: Force | None = None
 
     def __attrs_post_init__(self) -> None:
         """Check that it can be an instrument."""
+        if not given(self):
+            raise misfit("missing; expected a value", "lateral_stiffness")
         self.instrument()
 
     def instrument(self) -> Instrument:
         """Return the instrument."""
-        return Instrument(self.lateral_stiffness)
+        return Instrument(**given(self))
 
 
 @attrs.frozen

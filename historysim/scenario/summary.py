@@ -1,6 +1,7 @@
 """A scenario in a few lines."""
 
 from historysim.basics.units import duration_text
+from historysim.recording import validity
 from historysim.scenario.scenario import Scenario
 
 
@@ -15,7 +16,8 @@ def summary(scenario: Scenario) -> list[tuple[str, str]]:
     -------
     list of (label, text)
         Title, asperities, events and how long they last, substeps, what is recorded, with ``[adhesion]`` how
-        adhesive the asperities are, and what is to be known about how the surface was made.
+        adhesive the asperities are, what is to be known about how the surface was made, and a warning for each
+        assumption of the model that does not hold at the greatest load.
 
     Raises
     ------
@@ -35,4 +37,5 @@ def summary(scenario: Scenario) -> list[tuple[str, str]]:
         ("recorded asperities", recorded),
         *(contact.summary() if contact else []),
         *(("note", notice) for notice in notices),
+        *(("warning", finding.text) for finding in validity.findings(ensemble, events, scenario.instrument)),
     ]

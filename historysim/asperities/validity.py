@@ -1,0 +1,273 @@
+"""Whether the model may be used for a contact: what does not hold of its assumptions, where the load is greatest.
+
+The asperities are paraboloids (a small beside R), elastic, without adhesion, and independent of each other. Each check
+is a pass over the asperities that touch; none changes what is computed.
+"""
+
+import math
+from collections.abc import Iterator
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+
+from historysim.asperities.ensemble import Ensemble
+from historysim.asperities.instrument import RIGID, Instrument
+from historysim.basics.findings import Finding
+from historysim.basics.units import quantity_text
+from historysim.basics.wording import counted
+from historysim.contact import hertz
+from historysim.surfaces.detached import detached_summits
+
+Floats = npt.NDArray[np.float64]
+
+STEEP = 0.3
+"""a/R up to which the paraboloid stands for the sphere, and Hertz' theory for small strains."""
+MOST_LOAD = 0.1
+"""Share of the normal load that may stand on asperities beyond a limit, and that adhesion may add to it."""
+MOST_OVERLAP = 0.2
+"""Share of the normal load that may stand on asperities whose contact circles overlap."""
+MOST_AREA = 0.05
+"""Contact area over nominal area up to which asperities are taken to be independent."""
+HALF = 0.5
+"""Share of the normal load that a handful of outliers may carry."""
+ONSET_OF_HARDNESS, ONSET_OF_YIELD = 0.4, 1.07
+"""Mean pressure at which a sphere begins to flow, over the hardness (Greenwood and Williamson 1966: peak pressure
+0.6 H) and over the yield stress (Johnson 1985, section 6.1: peak pressure 1.6 Y for ν = 0.3)."""
+HARDNESS_OF_YIELD = 2.8
+"""Hardness over yield stress (Tabor)."""
+
+
+@attrs.frozen
+class _Touching:
+    """The asperities that touch: summit radius R, approach δ, contact radius a [m], and normal load N [N]."""
+
+    index: npt.NDArray[np.int64]
+    summit_radius: Floats
+    approach: Floats
+    contact_radius: Floats
+    normal_load: Floats
+
+    @property
+    def area(self) -> float:
+        return float(np.pi * (self.contact_radius**2).sum())
+
+    def share(self, which: npt.NDArray[np.bool_]) -> float:
+        """Return the share of the normal load that stands on some of them."""
+        return float(self.normal_load[which].sum() / self.normal_load.sum())
+
+
+def findings(ensemble: Ensemble, approach: float, instrument: Instrument = RIGID) -> tuple[Finding, ...]:
+    """Return which assumptions of the model do not hold at an approach, with what can be done.
+
+    Parameters
+    ----------
+    ensemble : Ensemble
+        What is not known of it (hardness, yield stress and surface energies of its materials, positions, nominal area)
+        is not checked.
+    approach : float
+        Approach of the highest summit from first touch [m]; take the greatest of a history.
+    instrument : Instrument, optional
+        Whose resolution of the displacement the preliminary displacement is compared with.
+
+    Returns
+    -------
+    tuple of Finding
+        Of these, those that do not hold; none where nothing touches, or of patches with normal curves:
+
+        ``steep``
+            Share of the load on asperities with a/R > 0.3, at most 0.1.
+        ``yield``
+            Share of the load on asperities whose mean pressure is beyond the onset of yield, at most 0.1.
+        ``area``
+            Contact area over nominal area, at most 0.05.
+        ``overlap``
+            Share of the load on asperities whose contact circles overlap, at most 0.2.
+        ``adhesion``
+            JKR pull-off loads of all that touch, over the normal load, at most 0.1.
+        ``outliers``
+            Share of the load on a handful of summits that stand apart (`detached_summits`), at most 0.5.
+        ``resolution``
+            Preliminary displacement [m], at least the resolution of the instrument.
+
+    Raises
+    ------
+    InputError
+        An approach that is not a finite number.
+    """
+    # patches with normal curves may press on one another, and are no spheres
+    if ensemble.curves is not None:
+        return ()
+    depth = ensemble.summit_height - (ensemble.highest_summit - approach)
+    index = np.flatnonzero(depth > 0)
+    if not index.size:
+        return ()
+    radius, depth = ensemble.summit_radius[index], depth[index]
+    load = hertz.normal_load(depth, summit_radius=radius, contact_modulus=ensemble.pair.contact_modulus)
+    # an approach that is next to nothing underflows
+    if not load.sum() > 0:
+        return ()
+    touching = _Touching(index, radius, depth, hertz.contact_radius(depth, summit_radius=radius), load)
+    return tuple(_found(ensemble, touching, instrument))
+
+
+def _found(ensemble: Ensemble, touching: _Touching, instrument: Instrument) -> Iterator[Finding]:
+    yield from _outliers(ensemble, touching)
+    yield from _steep(touching)
+    yield from _yielding(ensemble, touching)
+    yield from _area(ensemble, touching)
+    yield from _overlapping(ensemble, touching)
+    yield from _adhering(ensemble, touching)
+    yield from _unresolved(ensemble, touching, instrument)
+
+
+def _outliers(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:
+    count = detached_summits(ensemble.summit_height)
+    if not count:
+        return
+    highest = np.sort(ensemble.summit_height)[-count]
+    share = touching.share(ensemble.summit_height[touching.index] >= highest)
+    if share > HALF:
+        stand = "stands" if count == 1 else "stand"
+        yield Finding(
+            "outliers",
+            share,
+            HALF,
+            f"{counted(count, 'summit', 'summits')} of {len(ensemble):,}, which {stand} apart above all others, "
+            f"{'carries' if count == 1 else 'carry'} {_percent(share)} of the normal load: see whether they are spikes "
+            "or dirt; of a map, take them off with spikes or outliers, or crop it",
+        )
+
+
+def _steep(touching: _Touching) -> Iterator[Finding]:
+    share = touching.share(touching.contact_radius > STEEP * touching.summit_radius)
+    if share > MOST_LOAD:
+        pressure = quantity_text(touching.normal_load.sum() / touching.area, "Pa", 3)
+        yield Finding(
+            "steep",
+            share,
+            MOST_LOAD,
+            f"{_percent(share)} of the normal load stands on asperities with a/R > {STEEP} (mean pressure {pressure}), "
+            "where Hertz' theory does not hold: the summits are sharper than the map can tell; filter it (s_filter) "
+            "to what its resolution supports, or press less",
+        )
+
+
+def _yielding(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:
+    pair = ensemble.pair
+    if pair.yield_stress is not None:
+        onset, hardness = ONSET_OF_YIELD * pair.yield_stress, HARDNESS_OF_YIELD * pair.yield_stress
+    elif pair.hardness is not None:
+        onset, hardness = ONSET_OF_HARDNESS * pair.hardness, pair.hardness
+    else:
+        return
+    hardness = pair.hardness or hardness
+    pressure = hertz.mean_pressure(touching.normal_load, contact_radius=touching.contact_radius)
+    share = touching.share(pressure > onset)
+    if share > MOST_LOAD:
+        mean = touching.normal_load.sum() / touching.area
+        spread = float(ensemble.summit_height.std())
+        index = pair.contact_modulus / hardness * math.sqrt(spread / ensemble.summit_radius.mean())
+        plasticity = f", plasticity index {index:.2g}" if spread else ""
+        yield Finding(
+            "yield",
+            share,
+            MOST_LOAD,
+            f"{_percent(share)} of the normal load stands on asperities that yield (mean pressure "
+            f"{quantity_text(mean, 'Pa', 3)}, onset at {quantity_text(onset, 'Pa', 3)}{plasticity}), and the model is "
+            "elastic: press less, or use the surface as it is after running in",
+        )
+
+
+def _area(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:
+    if ensemble.nominal_area is None:
+        return
+    share = touching.area / ensemble.nominal_area
+    if share > MOST_AREA:
+        yield Finding(
+            "area",
+            share,
+            MOST_AREA,
+            f"the contact area is {_percent(share)} of the nominal area, and asperities are independent only up to "
+            f"some {_percent(MOST_AREA)}: real contacts are stiffer; press less, or take a larger nominal area",
+        )
+
+
+def _overlapping(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:
+    if ensemble.x is None or ensemble.y is None or touching.index.size < 2:
+        return
+    place = np.stack([ensemble.x[touching.index], ensemble.y[touching.index]], axis=1)
+    overlaps = overlapping(place, touching.contact_radius)
+    share = touching.share(overlaps)
+    if share > MOST_OVERLAP:
+        yield Finding(
+            "overlap",
+            share,
+            MOST_OVERLAP,
+            f"{_percent(share)} of the normal load stands on {int(overlaps.sum()):,} asperities whose contacts "
+            "overlap, which the model takes as independent: filter the map (s_filter), prune its summits (prune), or "
+            "press less",
+        )
+
+
+def overlapping(place: Floats, radius: Floats) -> npt.NDArray[np.bool_]:
+    """Return which circles overlap another one.
+
+    Parameters
+    ----------
+    place : array (circle, 2)
+        Centres [m].
+    radius : array (circle)
+        Radii a [m].
+
+    Returns
+    -------
+    array (circle) of bool
+    """
+    from scipy.spatial import cKDTree
+
+    tree = cKDTree(place)
+    # of two circles that overlap, the smaller one has its centre within twice the radius of the larger one
+    near = tree.query_ball_point(place, 2 * radius)
+    one = np.repeat(np.arange(radius.size), [len(others) for others in near])
+    other = np.concatenate([np.asarray(others, dtype=np.int64) for others in near])
+    distance = np.hypot(*(place[one] - place[other]).T)
+    both = (one != other) & (distance < radius[one] + radius[other])
+    result = np.zeros(radius.size, dtype=bool)
+    result[one[both]] = result[other[both]] = True
+    return result
+
+
+def _adhering(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:
+    work = ensemble.pair.work_of_adhesion
+    if work is None:
+        return
+    unit = np.pi * work * touching.summit_radius
+    share = float(1.5 * unit.sum() / touching.normal_load.sum())
+    if share > MOST_LOAD:
+        lightest = float(np.quantile(touching.normal_load / unit, 0.1))
+        yield Finding(
+            "adhesion",
+            share,
+            MOST_LOAD,
+            f"adhesion, which is left out, could pull with {_percent(share)} of the normal load (JKR; N/(πWR) is "
+            f"{lightest:.2g} or less at the tenth of the contacts that is loaded least): press more, or see [adhesion]",
+        )
+
+
+def _unresolved(ensemble: Ensemble, touching: _Touching, instrument: Instrument) -> Iterator[Finding]:
+    most = float((ensemble.friction[touching.index] * touching.approach).max())
+    displacement = ensemble.pair.displacement_ratio * most
+    if 0 < displacement < instrument.displacement_resolution:
+        resolution = quantity_text(instrument.displacement_resolution, "m")
+        yield Finding(
+            "resolution",
+            displacement,
+            instrument.displacement_resolution,
+            f"the preliminary displacement, {quantity_text(displacement, 'm', 3)}, is below what the instrument "
+            f"resolves, {resolution}: press more, or use a finer instrument",
+        )
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"

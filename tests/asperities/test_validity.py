@@ -1,0 +1,158 @@
+import math
+
+import numpy as np
+import pytest
+
+import historysim as hs
+from historysim.asperities.instrument import Instrument
+from historysim.asperities.validity import findings, overlapping
+from historysim.contact import adhesion, hertz
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=50e9, shear_modulus=12e9)
+
+
+def names(found):
+    return [finding.name for finding in found]
+
+
+def rough(rms_height, seed=1, shape=(256, 256)):
+    surface = hs.random_surface(shape, 1e-6, rms_height, 20e-6, seed=seed)
+    pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+    return hs.Ensemble.from_summits(pair, surface.summits(9), 0.2)
+
+
+def sphere(approach_over_radius, pair=PAIR, **options):
+    ensemble = hs.Ensemble(pair, 0.0, 1e-3, 0.2)
+    return findings(ensemble, approach_over_radius * 1e-3, **options)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_the_rough_surface_of_the_source_is_told_once_and_the_smooth_one_not(seed):
+    coarse = rough(1e-6, seed)
+    found = findings(coarse, coarse.approach_at(50e-3))
+    assert names(found) == ["steep"]
+    # by Hertz, one by one
+    depth = coarse.summit_height - coarse.highest_summit + coarse.approach_at(50e-3)
+    loads = [
+        hertz.normal_load(d, summit_radius=r, contact_modulus=coarse.pair.contact_modulus)
+        for d, r in zip(depth, coarse.summit_radius, strict=True)
+    ]
+    steep = [load for load, d, r in zip(loads, depth, coarse.summit_radius, strict=True) if d > 0.09 * r]
+    assert found[0].value == pytest.approx(sum(steep) / 50e-3, rel=1e-9)
+    assert found[0].value > 0.9
+    assert "\n" not in found[0].text
+    assert "s_filter" in found[0].text
+    smooth = rough(24e-9, seed)
+    assert findings(smooth, smooth.approach_at(50e-3)) == ()
+
+
+def test_a_sphere_is_steep_from_a_ratio_on():
+    assert names(sphere(0.29**2)) == []
+    assert names(sphere(0.31**2)) == ["steep"]
+
+
+def test_nothing_is_found_where_nothing_touches():
+    assert findings(rough(1e-6), 0.0) == ()
+    assert sphere(-1.0) == ()
+    # the load of an approach that is next to nothing underflows
+    assert sphere(1e-300) == ()
+
+
+def test_yield_begins_where_hertz_pressure_says_so():
+    # mean pressure 4 E* a / (3π R)
+    ratio = 0.1
+    mean = 4 * 50e9 * ratio / (3 * math.pi)
+    moduli = {"contact_modulus": 50e9, "shear_modulus": 12e9}
+    for limits, expected in (
+        ({}, []),
+        ({"yield_stress": mean / 1.06}, []),
+        ({"yield_stress": mean / 1.08}, ["yield"]),
+        ({"hardness": mean / 0.39}, []),
+        ({"hardness": mean / 0.41}, ["yield"]),
+    ):
+        pair = hs.MaterialPair.from_moduli(**moduli, **limits)
+        assert names(sphere(ratio**2, pair)) == expected, limits
+
+
+def test_the_plasticity_index_is_that_of_greenwood_and_williamson():
+    pair = hs.MaterialPair.from_moduli(contact_modulus=50e9, shear_modulus=12e9, hardness=1e9)
+    height = np.array([0.0, -1e-9, -3e-9, -4e-9])
+    ensemble = hs.Ensemble(pair, height, 1e-6, 0.2)
+    index = 50 * math.sqrt(np.std(height) / 1e-6)
+    (found,) = findings(ensemble, 5e-9)
+    assert f"plasticity index {index:.2g}" in found.text
+
+
+def test_the_softer_material_yields():
+    hard = hs.Material("hard", 400e9, 0.2, hardness=20e9, yield_stress=7e9)
+    soft = hs.Material("soft", 70e9, 0.3, hardness=1e9)
+    assert hs.MaterialPair(hard, soft).hardness == 1e9
+    assert hs.MaterialPair(soft, hard).yield_stress == 7e9
+    assert hs.MaterialPair(soft, hs.material("silica")).yield_stress is None
+
+
+def test_the_contact_area_is_compared_with_the_nominal_one():
+    area = math.pi * 1e-3 * 1e-6
+    for nominal, expected in ((area / 0.04, []), (area / 0.06, ["area"]), (None, [])):
+        ensemble = hs.Ensemble(PAIR, 0.0, 1e-3, 0.2, nominal_area=nominal)
+        assert names(findings(ensemble, 1e-6)) == expected
+
+
+def test_circles_that_overlap_are_those_that_a_search_of_all_pairs_finds():
+    rng = np.random.default_rng(1)
+    for _ in range(20):
+        place = rng.uniform(0, 1, (60, 2))
+        radius = rng.lognormal(-4, 1, 60)
+        apart = np.hypot(*(place[:, None] - place[None]).T)
+        pairs = (apart < radius[:, None] + radius[None]) & ~np.eye(60, dtype=bool)
+        assert np.array_equal(overlapping(place, radius), pairs.any(axis=0))
+
+
+def test_asperities_that_overlap_are_told():
+    contact_radius = math.sqrt(1e-3 * 1e-6)
+    for distance, expected in ((1.9, ["overlap"]), (2.1, [])):
+        place = {"x": [0.0, distance * contact_radius], "y": [0.0, 0.0]}
+        ensemble = hs.Ensemble(PAIR, [0.0, 0.0], 1e-3, 0.2, **place)
+        assert names(findings(ensemble, 1e-6)) == expected
+    assert names(findings(hs.Ensemble(PAIR, [0.0, 0.0], 1e-3, 0.2), 1e-6)) == []
+
+
+def test_adhesion_is_told_from_the_pull_off_load_of_jkr():
+    work, radius = 0.1, 1e-3
+    pull_off = -float(adhesion.jkr_pull_off_load(summit_radius=radius, work_of_adhesion=work))
+    moduli = {"contact_modulus": 50e9, "shear_modulus": 12e9}
+    ensemble = hs.Ensemble(hs.MaterialPair.from_moduli(**moduli, work_of_adhesion=work), 0.0, radius, 0.2)
+    (found,) = findings(ensemble, ensemble.approach_at(9 * pull_off))
+    assert found.name == "adhesion"
+    assert found.value == pytest.approx(1 / 9)
+    # 9 pull-offs of 1.5 πWR
+    assert "N/(πWR) is 14 or less" in found.text
+    assert findings(ensemble, ensemble.approach_at(11 * pull_off)) == ()
+
+
+def test_what_the_instrument_does_not_resolve_is_told():
+    displacement = PAIR.displacement_ratio * 0.2 * 1e-9
+    ensemble = hs.Ensemble(PAIR, 0.0, 1e-3, 0.2)
+    (found,) = findings(ensemble, 1e-9, Instrument(displacement_resolution=1.01 * displacement))
+    assert (found.name, found.value) == ("resolution", pytest.approx(displacement))
+    assert findings(ensemble, 1e-9, Instrument(displacement_resolution=0.99 * displacement)) == ()
+
+
+def test_two_spikes_that_carry_all_are_told():
+    rng = np.random.default_rng(1)
+    height = rng.normal(0, 100e-9, 5000)
+    for spikes, expected in ((0.0, []), (3e-6, ["outliers"])):
+        spiked = height.copy()
+        spiked[[10, 20]] = spikes or spiked[[10, 20]]
+        ensemble = hs.Ensemble(PAIR, spiked, 10e-6, 0.2)
+        found = findings(ensemble, 100e-9)
+        assert names(found) == expected
+        if found:
+            assert found[0].value == 1.0
+            assert "2 summits of 5,000" in found[0].text
+
+
+@pytest.mark.parametrize("wrong", [{"displacement_resolution": -1e-9}, {"load_resolution": math.inf}])
+def test_a_resolution_is_a_number(wrong):
+    with pytest.raises(hs.InputError, match=f"{next(iter(wrong))} is .*expected a finite number, 0 or more"):
+        Instrument(**wrong)
