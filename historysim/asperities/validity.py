@@ -148,8 +148,8 @@ def _steep(touching: _Touching) -> Iterator[Finding]:
             share,
             MOST_LOAD,
             f"{_percent(share)} of the normal load stands on asperities with a/R > {STEEP} (mean pressure {pressure}), "
-            "where Hertz' theory does not hold: the summits are sharper than the map can tell; filter it (s_filter) "
-            "to what its resolution supports, or press less",
+            "where Hertz' theory does not hold: filter the map (s_filter) to what its resolution supports, if the "
+            "radii come from one, or press less",
         )
 
 

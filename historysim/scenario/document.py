@@ -19,6 +19,7 @@ from historysim.scenario.surface_kinds import (
     SurfaceKind,
     channel_from_toml,
     map_from_toml,
+    prune_from_toml,
     surface_from_toml,
 )
 
@@ -48,6 +49,7 @@ def _converter() -> Converter:
         (SurfaceKind, surface_from_toml),
         (MapKind, map_from_toml),
         (int | str | None, channel_from_toml),
+        (bool | float | None, prune_from_toml),
         (AnyLoading, loading_from_toml),
         (str | tuple[int, ...], _record),
     ):

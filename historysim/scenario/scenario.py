@@ -22,6 +22,7 @@ from historysim.scenario.loading_kinds import MOST_STEPS, MeasuredLoading
 from historysim.scenario.schema import given, reported
 from historysim.scenario.sections import Sections
 from historysim.scenario.surface_kinds import Ground
+from historysim.scenario.surface_kinds.maps import HeightMap
 
 if TYPE_CHECKING:
     from historysim.asperities.adhering import AdheringAsperities
@@ -88,6 +89,19 @@ class Scenario:
         """
         with reported(self.path.name), at("surface"):
             return self.sections.surface.ground(self.path.parent)
+
+    def unprepared_ground(self) -> Ground | None:
+        """Make the surface as it comes, without filters and what else prepares a map; None where nothing does.
+
+        Raises
+        ------
+        InputError
+            As for `ground`.
+        """
+        kind = self.sections.surface
+        plain = kind.unprepared() if isinstance(kind, HeightMap) else None
+        with reported(self.path.name), at("surface"):
+            return plain.ground(self.path.parent) if plain else None
 
     def ensemble(self, ground: Ground | None = None) -> "Ensemble":
         """Return the ensemble.

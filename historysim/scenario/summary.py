@@ -1,8 +1,11 @@
 """A scenario in a few lines."""
 
-from historysim.basics.units import duration_text
+import numpy as np
+
+from historysim.basics.units import duration_text, quantity_text
 from historysim.recording import validity
 from historysim.scenario.scenario import Scenario
+from historysim.scenario.surface_kinds import Ground
 
 
 def summary(scenario: Scenario) -> list[tuple[str, str]]:
@@ -15,7 +18,8 @@ def summary(scenario: Scenario) -> list[tuple[str, str]]:
     Returns
     -------
     list of (label, text)
-        Title, asperities, events and how long they last, substeps, what is recorded, with ``[adhesion]`` how
+        Title, asperities, events and how long they last, substeps, what is recorded, of a map that is filtered or
+        otherwise prepared its statistics before and after, with ``[adhesion]`` how
         adhesive the asperities are, what is to be known about how the surface was made, and a warning for each
         assumption of the model that does not hold at the greatest load.
 
@@ -29,13 +33,29 @@ def summary(scenario: Scenario) -> list[tuple[str, str]]:
     ensemble, events = scenario.checked(ground, notices.append)
     contact = scenario.adhering(ensemble, events)
     recorded = scenario.record if isinstance(scenario.record, str) else f"{len(scenario.record):,} chosen"
+    before = scenario.unprepared_ground()
     return [
         ("title", " ".join(scenario.title.split()) or scenario.path.stem),
         ("asperities", f"{len(ensemble):,}"),
         ("events", f"{len(events):,} over {duration_text(events[-1].time - events[0].time)}"),
         ("substeps", str(scenario.substeps)),
         ("recorded asperities", recorded),
+        *([("map as it comes", _map_line(before)), ("map as prepared", _map_line(ground))] if before else []),
         *(contact.summary() if contact else []),
         *(("note", notice) for notice in notices),
         *(("warning", finding.text) for finding in validity.findings(ensemble, events, scenario.instrument)),
     ]
+
+
+def _map_line(ground: Ground) -> str:
+    """Return in a line what the map and the summits of a surface are like."""
+    surface, summits = ground.surface, ground.summits
+    if surface is None:
+        return f"{len(summits):,} summits"
+    found = surface.statistics()
+    heights = f"Rq {quantity_text(found.rms_height, 'm')}, Rz {quantity_text(found.height_range, 'm')}"
+    points = " × ".join(map(str, surface.shape))
+    radius = quantity_text(float(np.median(summits.radius)), "m")
+    return (
+        f"{points} points, {heights}, rms slope {found.rms_slope:.3g}, {len(summits):,} summits, median radius {radius}"
+    )

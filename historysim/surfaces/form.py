@@ -12,7 +12,10 @@ from historysim.errors import InputError
 Floats = npt.NDArray[np.float64]
 
 _DEGREE: Mapping[str, int] = {"mean": 0, "plane": 1, "quadratic": 2}
-FORMS = (*_DEGREE, "sphere")
+FORMS = (*_DEGREE, "polynomial", "sphere")
+
+HIGHEST_DEGREE = 12
+"""Of a polynomial; higher ones follow the roughness."""
 
 NO_CURVATURE = 1e-12
 """Curvature over height, both in half diagonals, below which a fitted sphere would be rounding of the heights."""
@@ -39,7 +42,7 @@ class Form:
     radius: float | None = None
 
 
-def fit_form(heights: Floats, pixel_size: tuple[float, float], kind: str) -> Form:
+def fit_form(heights: Floats, pixel_size: tuple[float, float], kind: str, degree: int | None = None) -> Form:
     """Return the form of a surface: least squares of the height over the points that are not missing.
 
     Parameters
@@ -48,25 +51,36 @@ def fit_form(heights: Floats, pixel_size: tuple[float, float], kind: str) -> For
         Heights [m]; NaN where missing.
     pixel_size : (float, float)
         Distance between the points along x and y [m].
-    kind : {"mean", "plane", "quadratic", "sphere"}
-        "quadratic" has all six terms up to second order; "sphere" has a free centre and radius, so that a tilted ball
-        needs no levelling first. On a profile the last three are a line, a parabola and a circle.
+    kind : {"mean", "plane", "quadratic", "polynomial", "sphere"}
+        "quadratic" has all six terms up to second order, "polynomial" all up to its degree; "sphere" has a free centre
+        and radius, so that a tilted ball needs no levelling first. On a profile "plane", "quadratic" and "sphere" are a
+        line, a parabola and a circle.
+    degree : int, optional
+        Of a polynomial, 0 to 12; of no other form.
 
     Raises
     ------
     InputError
-        Another form, too few points for it, or a surface that no sphere fits.
+        Another form, a degree out of range or of another form, too few points for it, or a surface that no sphere fits.
     """
     if kind not in FORMS:
         raise InputError(f"form is {kind!r}; expected one of {', '.join(FORMS)}")
+    if (kind == "polynomial") != (degree is not None):
+        came = "no degree" if degree is None else f"degree {degree!r}"
+        raise InputError(f"{came} for the form {kind}; expected a degree of a polynomial, and of nothing else")
+    if degree is None:
+        degree = _DEGREE.get(kind, 0)
+    elif isinstance(degree, bool) or not isinstance(degree, int) or not 0 <= degree <= HIGHEST_DEGREE:
+        raise InputError(f"degree is {degree!r}; expected a whole number from 0 to {HIGHEST_DEGREE}")
     narrow = 1 in heights.shape
-    unknowns = {"mean": 1, "plane": 2 if narrow else 3, "quadratic": 3 if narrow else 6, "sphere": 3 if narrow else 4}
+    terms = degree + 1 if narrow else (degree + 1) * (degree + 2) // 2
+    unknowns = (3 if narrow else 4) if kind == "sphere" else terms
     present = int(np.count_nonzero(np.isfinite(heights)))
-    if present < unknowns[kind]:
-        raise InputError(f"{present} points for a form, {kind}, of {unknowns[kind]} unknowns; expected more points")
+    if present < unknowns:
+        raise InputError(f"{present} points for a form, {kind}, of {unknowns} unknowns; expected more points")
     if kind == "sphere":
         return _sphere(heights, pixel_size)
-    return Form(kind, _polynomial(heights, _DEGREE[kind]))
+    return Form(kind, _polynomial(heights, degree))
 
 
 def _polynomial(heights: Floats, degree: int) -> Floats:

@@ -7,10 +7,12 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import per_axis, scalar
+from historysim.basics.arguments import checked, per_axis, scalar
 from historysim.basics.units import quantity_text, range_text
 from historysim.errors import InputError
 from historysim.surfaces.form import Form, fit_form
+from historysim.surfaces.gaussian_filter import gaussian_mean
+from historysim.surfaces.raw_map import MOST_POINTS
 from historysim.surfaces.resampling import COINCIDENT, Interpolation, resampled
 from historysim.surfaces.statistics import (
     Autocorrelation,
@@ -118,9 +120,9 @@ class Surface:
         """Where heights are missing (nx, ny)."""
         return np.isnan(self.heights)
 
-    def summits(self, rule: int = 9) -> Summits:
-        """Return the summits by the 3-, 5- or 9-point rule; see `find_summits`."""
-        return find_summits(self.heights, self.pixel_size, rule, periodic=self.periodic)
+    def summits(self, rule: int = 9, *, prominence: float = 0.0) -> Summits:
+        """Return the summits by the 3-, 5- or 9-point rule, of least prominence [m]; see `find_summits`."""
+        return find_summits(self.heights, self.pixel_size, rule, periodic=self.periodic, prominence=prominence)
 
     def statistics(self) -> HeightStatistics:
         """Return rms height, slopes, curvatures, …; see `height_statistics`."""
@@ -134,12 +136,12 @@ class Surface:
         """Return the power spectral density; see `statistics.power_spectral_density`."""
         return power_spectral_density(self.heights, self.pixel_size, periodic=self.periodic)
 
-    def form(self, kind: str) -> Form:
-        """Return the mean height, mean plane, quadratic or sphere of the surface; see `fit_form`."""
-        return fit_form(self.heights, self.pixel_size, kind)
+    def form(self, kind: str, degree: int | None = None) -> Form:
+        """Return the mean height, mean plane, quadratic, polynomial or sphere of the surface; see `fit_form`."""
+        return fit_form(self.heights, self.pixel_size, kind, degree)
 
-    def detrended(self, form: str = "plane") -> Self:
-        """Return the surface without its form: ``"mean"``, ``"plane"``, ``"quadratic"`` or ``"sphere"``.
+    def detrended(self, form: str = "plane", degree: int | None = None) -> Self:
+        """Return the surface without its form: mean, plane, quadratic, sphere, or polynomial of a degree.
 
         A periodic surface stays periodic only where the form is ``"mean"``.
 
@@ -148,11 +150,88 @@ class Surface:
         InputError
             See `fit_form`.
         """
-        left = self.heights - self.form(form).heights
+        left = self.heights - self.form(form, degree).heights
         # where the surface is nothing but its form, rounding is left, which is no roughness
         if np.nanmax(np.abs(left)) <= ROUNDING * np.nanmax(np.abs(self.heights)):
             left = np.where(self.missing, np.nan, 0.0)
         return type(self)(left, self.pixel_size, periodic=self.periodic and form == "mean")
+
+    def cropped(self, x: npt.ArrayLike | None = None, y: npt.ArrayLike | None = None) -> Self:
+        """Return the points between two positions along x, along y, or both, ends included.
+
+        Parameters
+        ----------
+        x, y : (float, float), optional
+            From where to where [m]; the first point is at 0. All by default. What was cropped does not repeat.
+
+        Raises
+        ------
+        InputError
+            Anything but two positions in their order, with points between them.
+        """
+        heights = self.heights
+        for axis, (name, ends) in enumerate((("x", x), ("y", y))):
+            if ends is None:
+                continue
+            between = checked(name, ends)
+            most = (self.shape[axis] - 1) * self.pixel_size[axis]
+            if between.shape != (2,) or not 0 <= between[0] < between[1]:
+                raise InputError(f"{name} is {ends!r}; expected two positions [m], from 0 on, in their order")
+            # positions on a point are on it, whatever their last digit
+            first, last = between / self.pixel_size[axis] + (-COINCIDENT, COINCIDENT)
+            where = slice(math.ceil(first), math.floor(last) + 1)
+            if where.start >= self.shape[axis] or where.start >= where.stop:
+                raise InputError(
+                    f"{name} from {between[0]:g} to {between[1]:g} m has no points; they end at {most:g} m"
+                )
+            heights = np.take(heights, np.arange(self.shape[axis])[where], axis)
+        return type(self)(heights, self.pixel_size, self.periodic and x is None and y is None)
+
+    def without(self, points: Bools) -> Self:
+        """Return the surface with these points (nx, ny) missing.
+
+        Raises
+        ------
+        InputError
+            All points that there are.
+        """
+        return type(self)(np.where(points, np.nan, self.heights), self.pixel_size, self.periodic)
+
+    def smoothed(self, cutoff: float, *, robust: bool = False) -> Self:
+        """Return what is longer than a cut-off [m] (S-filter); see `gaussian_filter.gaussian_mean`."""
+        mean = gaussian_mean(self.heights, self.pixel_size, cutoff, periodic=self.periodic, robust=robust)
+        return type(self)(mean, self.pixel_size, self.periodic)
+
+    def roughness(self, cutoff: float, *, robust: bool = False) -> Self:
+        """Return what is shorter than a cut-off [m] (L-filter); see `gaussian_filter.gaussian_mean`."""
+        mean = gaussian_mean(self.heights, self.pixel_size, cutoff, periodic=self.periodic, robust=robust)
+        return type(self)(self.heights - mean, self.pixel_size, self.periodic)
+
+    def at_resolution(self, pixel_size: npt.ArrayLike) -> Self:
+        """Return the surface on points this far apart [m], by cubic splines; smooth it before, where that is coarser.
+
+        The grid keeps its centre, and where the surface repeats its length: the pixel size is then the nearest one that
+        divides it.
+
+        Raises
+        ------
+        InputError
+            A pixel size that is not > 0, or larger than the surface; no point left beside missing ones.
+        """
+        wanted = [
+            pixel if points > 1 else own
+            for pixel, own, points in zip(per_axis("pixel_size", pixel_size), self.pixel_size, self.shape, strict=True)
+        ]
+        counts = [length / pixel for length, pixel in zip(self.size, wanted, strict=True)]
+        nx, ny = (round(count) if self.periodic else math.floor(count * (1 + COINCIDENT)) for count in counts)
+        if min(nx, ny) < 1 or nx * ny > MOST_POINTS:
+            raise InputError(
+                f"pixel_size of {wanted[0]:g} × {wanted[1]:g} m on {self.size[0]:g} × {self.size[1]:g} m is {nx:,} × "
+                f"{ny:,} points; expected from 1 each way to {MOST_POINTS:,} in all"
+            )
+        onto = (self.size[0] / nx, self.size[1] / ny) if self.periodic else (wanted[0], wanted[1])
+        heights = resampled(self.heights, self.pixel_size, periodic=self.periodic, shape=(nx, ny), onto=onto)
+        return type(self)(heights, onto, self.periodic)
 
     def scaled(self, rms_height: float) -> Self:
         """Return the surface with its heights stretched about their mean to an rms height Rq [m].

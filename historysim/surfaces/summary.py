@@ -8,7 +8,9 @@ import numpy as np
 from historysim.basics.arguments import representable
 from historysim.basics.units import quantity_text
 from historysim.errors import InputError
+from historysim.surfaces.detached import detached_summits
 from historysim.surfaces.heights import Surface
+from historysim.surfaces.summits import Summits
 
 
 def summary(surface: Surface, rule: int = 9) -> list[tuple[str, str]]:
@@ -24,7 +26,7 @@ def summary(surface: Surface, rule: int = 9) -> list[tuple[str, str]]:
     -------
     list of (label, text)
         Size, missing points, heights, slopes, curvatures, bandwidth, autocorrelation lengths, lay and summits; "none"
-        for what the surface does not have.
+        for what the surface does not have; a warning where a handful of summits stands apart above all others.
 
     Raises
     ------
@@ -86,7 +88,21 @@ def _summit_lines(surface: Surface, rule: int) -> list[tuple[str, str]]:
             "mean summit radius",
             f"{_length(float(summits.radius.mean()))}, median {_length(float(np.median(summits.radius)))}",
         ),
+        *_outlier_lines(summits),
     ]
+
+
+def _outlier_lines(summits: Summits) -> list[tuple[str, str]]:
+    count = detached_summits(summits.height)
+    if not count:
+        return []
+    heights = np.sort(summits.height)[::-1]
+    which = "1 summit stands" if count == 1 else f"{count} summits stand"
+    apart = _length(float(heights[count - 1] - heights[count]))
+    text = (
+        f"{which} {apart} or more above all others and would carry the first load: see whether they are spikes or dirt"
+    )
+    return [("warning", text)]
 
 
 def _product(texts: Iterable[str]) -> str:

@@ -85,6 +85,9 @@ class Summits:
         return None if self.nominal_area is None else len(self) / self.nominal_area
 
 
+WOLF = 0.05
+"""Least prominence over the height range Rz where summits are pruned by default (Wolf pruning, ISO 25178-2)."""
+
 _AROUND: Mapping[int, tuple[tuple[int, int], ...]] = {
     3: ((1, 0), (-1, 0)),
     5: ((1, 0), (-1, 0), (0, 1), (0, -1)),
@@ -92,7 +95,14 @@ _AROUND: Mapping[int, tuple[tuple[int, int], ...]] = {
 }
 
 
-def find_summits(heights: Floats, pixel_size: tuple[float, float], rule: int = 9, *, periodic: bool = False) -> Summits:
+def find_summits(
+    heights: Floats,
+    pixel_size: tuple[float, float],
+    rule: int = 9,
+    *,
+    periodic: bool = False,
+    prominence: float = 0.0,
+) -> Summits:
     """Return the summits of a height map: the points that are higher than all their neighbours.
 
     Curvature and radius are those of the central differences, κ_x = |z(x-1) - 2z + z(x+1)|/p_x², likewise κ_y,
@@ -115,6 +125,9 @@ def find_summits(heights: Floats, pixel_size: tuple[float, float], rule: int = 9
         of each profile along x; along y where the map has only one point along x.
     periodic : bool
         Whether the surface repeats.
+    prominence : float
+        Least height [m] of a summit over the highest saddle on the way to a higher point, ≥ 0; those below it are
+        pruned. Ways lead from point to point as the rule has neighbours. See `pruning.prominences`.
 
     Returns
     -------
@@ -126,14 +139,15 @@ def find_summits(heights: Floats, pixel_size: tuple[float, float], rule: int = 9
     Raises
     ------
     InputError
-        Another rule, or a map too narrow for it.
+        Another rule, a map too narrow for it, or a prominence that is not a finite number, 0 or more.
     """
+    prominence = scalar("prominence", prominence, least=0)
     if not isinstance(rule, int) or rule not in _AROUND:
         raise InputError(f"rule is {rule!r}; expected 3 (for profiles), 5 or 9 points")
     if rule != 3 and 1 in heights.shape:
         raise InputError(f"rule is {rule} for a profile of {heights.size} points; expected 3, the rule for profiles")
     if rule == 3 and heights.shape[0] == 1 < heights.shape[1]:
-        turned = find_summits(heights.T, pixel_size[::-1], rule, periodic=periodic)
+        turned = find_summits(heights.T, pixel_size[::-1], rule, periodic=periodic, prominence=prominence)
         return Summits(turned.height, turned.radius, turned.y, turned.x)
     grid = _Grid.of(heights, periodic)
     top = np.ones(heights.shape, dtype=bool)
@@ -152,6 +166,10 @@ def find_summits(heights: Floats, pixel_size: tuple[float, float], rule: int = 9
     axes = (0,) if rule == 3 else (0, 1)
     curvature = np.stack([_mean(owner, grid.drop(points, axis) / pixel_size[axis] ** 2) for axis in axes])
     order = np.argsort(first)
+    if prominence > 0:
+        from historysim.surfaces.pruning import prominences
+
+        order = order[prominences(heights, _AROUND[rule], periodic=periodic).flat[first[order]] >= prominence]
     x, y = (
         (_mean(owner, index + turn * size) % size)[order] * pixel
         for index, turn, size, pixel in zip(

@@ -25,6 +25,7 @@ __all__ = [
     "SurfaceKind",
     "channel_from_toml",
     "map_from_toml",
+    "prune_from_toml",
     "surface_from_toml",
 ]
 
@@ -82,8 +83,9 @@ def surface_from_toml(converter: Converter, value: object, _: object) -> Surface
 
 def map_from_toml(converter: Converter, value: object, _: object) -> MapKind:
     """Return a surface that has to be a height map; errors as for `surface_from_toml`."""
-    if "rule" in table(value):
-        raise misfit("belongs to the surface as a whole; expected it beside first and second", "rule")
+    for key in ("rule", "prune"):
+        if key in table(value):
+            raise misfit("belongs to the surface as a whole; expected it beside first and second", key)
     surface: MapKind = _structured(converter, value, MAPS)
     return surface
 
@@ -104,6 +106,22 @@ def channel_from_toml(converter: Converter, value: object, _: object) -> int | s
     if isinstance(value, bool) or not isinstance(value, int | str | None):
         raise InputError(f"{shown(value)}; expected the number of a channel, from 0, or its name")
     return converter.structure(value, int) if isinstance(value, int) else value
+
+
+def prune_from_toml(converter: Converter, value: object, _: object) -> bool | float | None:
+    """Return whether summits are pruned, or below which share of the height range.
+
+    Raises
+    ------
+    InputError
+        Anything but true, false, or a share from 0 to 1.
+    """
+    if value is None or isinstance(value, bool):
+        return value
+    share: float = converter.structure(value, Number)
+    if not 0 <= share < 1:
+        raise InputError(f"{share:g}; expected true, or a share of the height range, from 0 to less than 1")
+    return share
 
 
 def _structured(converter: Converter, value: object, kinds: Mapping[str, Choice]) -> Any:

@@ -6,13 +6,28 @@ from typing import TYPE_CHECKING, Annotated, Protocol
 
 import attrs
 
-from historysim.basics.places import at
+from historysim.basics.places import at, misfit
+from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.scenario.schema import Length, Lengths, Number, Quantity
 from historysim.scenario.surface_kinds.base import Ground
 
 if TYPE_CHECKING:
     from historysim.surfaces.heights import Surface
+    from historysim.surfaces.summits import Summits
+
+PREPARATION = (
+    "crop_x",
+    "crop_y",
+    "spikes",
+    "outliers",
+    "s_filter",
+    "resolution",
+    "l_filter",
+    "robust",
+    "prune",
+)
+"""Keys that prepare a map, beside its form."""
 
 Angle = Annotated[float, Quantity("rad")]
 
@@ -32,6 +47,11 @@ class HeightMap(abc.ABC):
     """What every kind with a height map has."""
 
     rule: int = 9
+    s_filter: Length | None = None
+    l_filter: Length | None = None
+    robust: bool = False
+    resolution: Lengths | None = None
+    prune: bool | float | None = None
 
     @abc.abstractmethod
     def surface(self, folder: Path) -> "Surface":
@@ -41,13 +61,43 @@ class HeightMap(abc.ABC):
         """Return the map, and nothing that the user should know."""
         return self.surface(folder), ()
 
+    def unprepared(self) -> "HeightMap | None":
+        """Return the same kind with its map as it comes, and all its summits; None where this is that."""
+        default = {field.name: field.default for field in attrs.fields(type(self)) if field.name in PREPARATION}
+        plain = attrs.evolve(self, **default)
+        return None if plain == self else plain
+
+    def filtered(self, surface: "Surface") -> "Surface":
+        """Return a map after its S-filter, on the points of the resolution that is asked for, after its L-filter."""
+        if self.robust and self.s_filter is None and self.l_filter is None:
+            raise misfit("there is no filter; expected s_filter or l_filter beside it", "robust")
+        if self.s_filter is not None:
+            with at("s_filter"):
+                surface = surface.smoothed(self.s_filter, robust=self.robust)
+        if self.resolution is not None:
+            with at("resolution"):
+                surface = surface.at_resolution(self.resolution)
+        if self.l_filter is not None:
+            with at("l_filter"):
+                surface = surface.roughness(self.l_filter, robust=self.robust)
+        return surface
+
+    def _summits(self, surface: "Surface") -> "Summits":
+        """Return the summits, without those that rise less than a share of the height range."""
+        from historysim.surfaces.summits import WOLF
+
+        if not self.prune:
+            return surface.summits(self.rule)
+        share = WOLF if self.prune is True else self.prune
+        return surface.summits(self.rule, prominence=share * surface.statistics().height_range)
+
     def ground(self, folder: Path) -> Ground:
         """Return the summits of the map, and the map."""
         from historysim.basics.arguments import representable
 
         with representable():
             surface, notices = self.noticed(folder)
-            summits = surface.summits(self.rule)
+            summits = self._summits(surface)
         if not len(summits):
             points = " × ".join(map(str, surface.shape))
             raise InputError(
@@ -74,7 +124,7 @@ class RandomMap(HeightMap):
         """Return the map."""
         from historysim.surfaces.random import random_surface
 
-        return random_surface(
+        made = random_surface(
             self.shape,  # type: ignore[arg-type] # its length is checked there
             self.pixel_size,
             self.rms_height,
@@ -84,6 +134,7 @@ class RandomMap(HeightMap):
             skewness=self.skewness,
             kurtosis=self.kurtosis,
         )
+        return self.filtered(made)
 
 
 @attrs.frozen(kw_only=True)
@@ -95,28 +146,63 @@ class MeasuredMap(HeightMap):
     height_unit: str | None = None
     lateral_unit: str | None = None
     channel: int | str | None = None
+    crop_x: Lengths | None = None
+    crop_y: Lengths | None = None
+    spikes: Number | None = None
     form: str = "plane"
+    degree: int | None = None
+    outliers: Number | None = None
     rms_height: Length | None = None
     mirrored: bool = False
 
+    def __attrs_post_init__(self) -> None:
+        """Check the thresholds."""
+        for key in ("spikes", "outliers"):
+            value = getattr(self, key)
+            if value is not None and not value > 0:
+                raise misfit(f"{value:g}; expected a number of standard deviations, greater than 0", key)
+
     def surface(self, folder: Path) -> "Surface":
-        """Return the map of the file, without its form, and scaled."""
+        """Return the map of the file, prepared."""
+        return self.noticed(folder)[0]
+
+    def noticed(self, folder: Path) -> "tuple[Surface, tuple[str, ...]]":
+        """Return the map of the file, prepared, and what the user should know about it."""
+        from historysim.surfaces.outliers import outliers, spikes
+        from historysim.surfaces.quantisation import quantisation_notice
+
+        measured = self._read(folder)
+        if self.crop_x is not None or self.crop_y is not None:
+            measured = measured.cropped(self.crop_x, self.crop_y)
+        coarse = quantisation_notice(measured) if self.s_filter is None else None
+        notices = [f"{self.file}: {coarse}"] if coarse else []
+        if self.spikes is not None:
+            found = spikes(measured.heights, self.spikes)
+            measured = measured.without(found)
+            notices.append(f"{self.file}: {counted(int(found.sum()), 'point', 'points')} taken off as spikes")
+        with at("form"):
+            measured = measured.detrended(self.form, self.degree)
+        if self.outliers is not None:
+            found = outliers(measured.heights, self.outliers)
+            measured = measured.without(found)
+            notices.append(f"{self.file}: {counted(int(found.sum()), 'point', 'points')} taken off as outliers")
+        measured = self.filtered(measured)
+        if self.rms_height is not None:
+            with at("rms_height"):
+                measured = measured.scaled(self.rms_height)
+        return measured.mirrored() if self.mirrored else measured, tuple(notices)
+
+    def _read(self, folder: Path) -> "Surface":
         from historysim.surfaces.reading import read_surface
 
         with at("file"):
-            measured = read_surface(
+            return read_surface(
                 folder / self.file,
                 pixel_size=self.pixel_size,  # type: ignore[arg-type] # its length is checked there
                 height_unit=self.height_unit,
                 lateral_unit=self.lateral_unit,
                 channel=self.channel,
             )
-        with at("form"):
-            measured = measured.detrended(self.form)
-        if self.rms_height is not None:
-            with at("rms_height"):
-                measured = measured.scaled(self.rms_height)
-        return measured.mirrored() if self.mirrored else measured
 
 
 @attrs.frozen(kw_only=True)
@@ -150,4 +236,8 @@ class SumOfMaps(HeightMap):
         smoothed = None
         if self.interpolation == "spline":
             smoothed = smoothing_notice(first, second, shift=self.shift, rotation=self.rotation)
-        return total, (*notices, *more, *([f"second surface of the sum: {smoothed}"] if smoothed else []))
+        return self.filtered(total), (
+            *notices,
+            *more,
+            *([f"second surface of the sum: {smoothed}"] if smoothed else []),
+        )

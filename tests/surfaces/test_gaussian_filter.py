@@ -1,0 +1,118 @@
+import math
+
+import numpy as np
+import pytest
+
+import historysim as hs
+from historysim.surfaces.gaussian_filter import gaussian_mean
+
+PIXEL = 0.5e-6
+
+
+def by_least_squares(heights, pixel_size, cutoff, weights=None):
+    """The plane of weighted least squares around each point, one by one."""
+    present = np.isfinite(heights)
+    weights = np.ones(heights.shape) if weights is None else weights
+    x, y = np.meshgrid(*(np.arange(n) * p for n, p in zip(heights.shape, pixel_size, strict=True)), indexing="ij")
+    result = np.full(heights.shape, np.nan)
+    for i, j in np.argwhere(present):
+        dx, dy = x - x[i, j], y - y[i, j]
+        near = present & (np.abs(dx) <= cutoff) & (np.abs(dy) <= cutoff)
+        weight = weights * np.exp(-(math.pi**2) / math.log(2) * (dx**2 + dy**2) / cutoff**2)
+        root = np.sqrt(weight[near])
+        terms = np.stack([np.ones(near.sum()), dx[near] / cutoff, dy[near] / cutoff], axis=1)
+        result[i, j] = np.linalg.lstsq(terms * root[:, None], heights[near] * root, rcond=None)[0][0]
+    return result
+
+
+def wave(length, points=400):
+    return np.cos(2 * np.pi * np.arange(points) * PIXEL / length)[:, None] * np.ones(60)
+
+
+@pytest.mark.parametrize("ratio", [0.5, 1.0, 2.0, 5.0])
+def test_half_of_a_wave_passes_at_the_cut_off(ratio):
+    # exp(-π (α λ/λ_w)²) = 2^-(λ/λ_w)²; what the weights beyond a cut-off would add is 7e-7 at most
+    heights = wave(20e-6 * ratio)
+    passed = gaussian_mean(heights, (PIXEL, PIXEL), 20e-6, periodic=True)
+    assert np.allclose(passed, 2 ** -(ratio**-2) * heights, rtol=0, atol=2e-6)
+    if ratio <= 2:
+        middle = gaussian_mean(heights, (PIXEL, PIXEL), 20e-6)[200, 30]
+        assert middle == pytest.approx(2 ** -(ratio**-2) * heights[200, 30], abs=2e-6)
+
+
+def test_it_is_the_plane_of_least_squares_beside_borders_and_missing_points():
+    rng = np.random.default_rng(1)
+    heights = rng.normal(size=(23, 17))
+    heights[rng.random(heights.shape) < 0.3] = np.nan
+    heights[:4, :4] = np.nan
+    found = gaussian_mean(heights, (1.0, 2.0), 8.0)
+    assert np.allclose(found, by_least_squares(heights, (1.0, 2.0), 8.0), rtol=0, atol=1e-12, equal_nan=True)
+
+
+@pytest.mark.parametrize("robust", [False, True])
+def test_a_plane_stays_a_plane(robust):
+    x, y = np.meshgrid(np.arange(60) * PIXEL, np.arange(50) * PIXEL, indexing="ij")
+    plane = 1e-3 + 0.3 * x - 0.2 * y
+    plane[np.random.default_rng(1).random(plane.shape) < 0.4] = np.nan
+    plane[20:30, 10:30] = np.nan
+    found = gaussian_mean(plane, (PIXEL, PIXEL), 5e-6, robust=robust)
+    assert np.array_equal(np.isnan(found), np.isnan(plane))
+    assert np.nanmax(np.abs(found - plane)) < 1e-15 * 1e-3 * 10
+
+
+def test_the_robust_one_is_the_fixed_point_of_tukeys_weights():
+    rng = np.random.default_rng(2)
+    heights = rng.normal(size=(20, 18))
+    heights[4, 5], heights[12:14, 3] = 50, -30
+    found = gaussian_mean(heights, (1.0, 1.0), 10.0, robust=True)
+    residual = heights - found
+    bound = 4.4478 * np.median(np.abs(residual))
+    weights = np.where(np.abs(residual) < bound, (1 - (residual / bound) ** 2) ** 2, 0)
+    again = by_least_squares(heights, (1.0, 1.0), 10.0, weights)
+    # settled to 1e-4 of the median residual, which is below 1
+    assert np.allclose(again, found, rtol=0, atol=2e-3)
+
+
+def test_pits_do_not_draw_the_robust_mean():
+    heights = np.random.default_rng(3).normal(0, 1e-9, (80, 80))
+    clean = gaussian_mean(heights, (PIXEL, PIXEL), 10e-6)
+    heights[40:43, 20:60] = -1e-6
+    linear = gaussian_mean(heights, (PIXEL, PIXEL), 10e-6)
+    robust = gaussian_mean(heights, (PIXEL, PIXEL), 10e-6, robust=True)
+    assert np.abs(linear - clean).max() > 100e-9
+    assert np.abs(robust - clean).max() < 1e-9
+
+
+def test_a_periodic_map_is_filtered_as_one_tile_of_many():
+    heights = np.random.default_rng(4).normal(size=(24, 30))
+    tiled = gaussian_mean(np.tile(heights, (3, 3)), (1.0, 1.0), 9.0)[24:48, 30:60]
+    assert np.allclose(gaussian_mean(heights, (1.0, 1.0), 9.0, periodic=True), tiled, rtol=0, atol=1e-12)
+
+
+def test_a_profile_is_filtered_along_its_length():
+    profile = np.random.default_rng(5).normal(size=(200, 1))
+    along_x = gaussian_mean(profile, (1.0, 1.0), 20.0)
+    assert np.allclose(along_x, gaussian_mean(profile.T, (1.0, 1.0), 20.0).T, rtol=0, atol=1e-13)
+    as_map = gaussian_mean(np.repeat(profile, 50, axis=1), (1.0, 1.0), 20.0)
+    assert np.allclose(along_x[:, 0], as_map[:, 25], rtol=0, atol=1e-12)
+
+
+def test_smoothed_and_roughness_make_the_surface():
+    surface = hs.random_surface((128, 128), 1e-6, 1e-6, 20e-6, seed=1)
+    together = surface.smoothed(10e-6).heights + surface.roughness(10e-6).heights
+    assert np.allclose(together, surface.heights, rtol=0, atol=1e-20)
+    assert surface.smoothed(10e-6).periodic
+
+
+@pytest.mark.parametrize("cutoff", [0.9e-6, 41e-6, -1.0, math.nan])
+def test_a_cut_off_has_to_be_of_the_map(cutoff):
+    with pytest.raises(hs.InputError, match="cut"):
+        gaussian_mean(np.zeros((80, 100)), (PIXEL, PIXEL), cutoff)
+
+
+def test_a_flat_map_stays_flat():
+    for robust in (False, True):
+        with np.errstate(all="raise", under="ignore"):
+            assert np.array_equal(
+                gaussian_mean(np.full((30, 30), 2.0), (1.0, 1.0), 8.0, robust=robust), np.full((30, 30), 2.0)
+            )
