@@ -30,6 +30,7 @@ import historysim as hs
 from historysim.errors import InputError
 from historysim.scenario import scenario, surface_kinds
 from historysim.scenario.summary import summary
+from historysim.scenario.surface_kinds.maps import PREPARATION
 from historysim.surfaces.distribution import Gaussian, Tabulated, drawn_summits, quantile_summits
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.random import random_surface
@@ -182,8 +183,10 @@ def test_the_sections_are_of_every_kind_and_have_every_key():
         keys = {
             key for entry in SECTIONS.values() if surface_kinds.KINDS[entry["kind"]](entry) is kind for key in entry
         }
-        # two belong to files that know their distances or channels, the others to all files of numbers
-        assert {field.name for field in attrs.fields(kind)} - keys <= {"lateral_unit", "channel"} | FORMAT
+        # two belong to files that know their distances or channels, the others to all files of numbers; what prepares a
+        # map is tested by itself
+        preparing = {*PREPARATION, "degree"}
+        assert {field.name for field in attrs.fields(kind)} - keys <= {"lateral_unit", "channel"} | FORMAT | preparing
 
 
 FORMAT = {field.name for field in attrs.fields(Format)}

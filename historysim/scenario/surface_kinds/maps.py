@@ -172,8 +172,12 @@ class MeasuredMap(HeightMap):
         from historysim.surfaces.quantisation import quantisation_notice
 
         measured = self._read(folder)
-        if self.crop_x is not None or self.crop_y is not None:
-            measured = measured.cropped(self.crop_x, self.crop_y)
+        if self.crop_x is not None:
+            with at("crop_x"):
+                measured = measured.cropped(x=self.crop_x)
+        if self.crop_y is not None:
+            with at("crop_y"):
+                measured = measured.cropped(y=self.crop_y)
         coarse = quantisation_notice(measured) if self.s_filter is None else None
         notices = [f"{self.file}: {coarse}"] if coarse else []
         if self.spikes is not None:
