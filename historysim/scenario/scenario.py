@@ -91,14 +91,17 @@ class Scenario:
             return self.sections.surface.ground(self.path.parent)
 
     def unprepared_ground(self) -> Ground | None:
-        """Make the surface as it comes, without filters and what else prepares a map; None where nothing does.
+        """Return the surface as it comes, without filters and what else prepares a map; None where nothing does.
 
         Raises
         ------
         InputError
             As for `ground`.
         """
-        kind = self.sections.surface
+        kind: Any = self.sections.surface
+        # a map may be scaled, or interact
+        while not isinstance(kind, HeightMap) and hasattr(kind, "kind"):
+            kind = kind.kind
         plain = kind.unprepared() if isinstance(kind, HeightMap) else None
         with reported(self.path.name), at("surface"):
             return plain.ground(self.path.parent) if plain else None

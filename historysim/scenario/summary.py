@@ -50,8 +50,8 @@ def summary(scenario: Scenario) -> list[tuple[str, str]]:
 def _map_line(ground: Ground) -> str:
     """Return in a line what the map and the summits of a surface are like."""
     surface, summits = ground.surface, ground.summits
-    if surface is None:
-        return f"{len(summits):,} summits"
+    if surface is None or summits is None:
+        return "none"
     found = surface.statistics()
     heights = f"Rq {quantity_text(found.rms_height, 'm')}, Rz {quantity_text(found.height_range, 'm')}"
     points = " × ".join(map(str, surface.shape))
