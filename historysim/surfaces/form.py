@@ -12,7 +12,7 @@ from historysim.errors import InputError
 Floats = npt.NDArray[np.float64]
 
 _DEGREE: Mapping[str, int] = {"mean": 0, "plane": 1, "quadratic": 2}
-FORMS = (*_DEGREE, "polynomial", "sphere")
+FORMS = (*_DEGREE, "sphere", "polynomial")
 
 HIGHEST_DEGREE = 12
 """Of a polynomial; higher ones follow the roughness."""

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import curve_fit
 
+import historysim as hs
 from historysim.errors import InputError
 from historysim.surfaces.form import FORMS, fit_form
 
@@ -336,5 +337,30 @@ def test_the_heights_are_left_as_they_were():
     before = heights.copy()
     heights.flags.writeable = False
     for kind in FORMS:
-        fit_form(heights, PIXEL, kind)
+        fit_form(heights, PIXEL, kind, 2 if kind == "polynomial" else None)
     np.testing.assert_array_equal(heights, before)
+
+
+def test_a_polynomial_of_its_degree_leaves_nothing():
+    x, y = np.meshgrid(np.linspace(-1, 1, 40), np.linspace(-1, 1, 30), indexing="ij")
+    heights = 1e-6 * (1 + x - 2 * y + x**2 * y - 3 * x**3 * y + y**4)
+    heights[3:9, 4:12] = np.nan
+    surface = hs.Surface(heights, 1e-6)
+    assert np.nanmax(np.abs(surface.detrended("polynomial", 4).heights)) < 1e-20
+    assert np.nanmax(np.abs(surface.detrended("polynomial", 3).heights)) > 1e-7
+    for kind, degree in (("mean", 0), ("plane", 1), ("quadratic", 2)):
+        assert np.array_equal(surface.form(kind).heights, surface.form("polynomial", degree).heights)
+
+
+@pytest.mark.parametrize(
+    ("kind", "degree", "said"),
+    [
+        ("polynomial", None, "no degree"),
+        ("plane", 1, "degree 1"),
+        ("polynomial", 13, "13"),
+        ("polynomial", True, "True"),
+    ],
+)
+def test_a_degree_belongs_to_a_polynomial(kind, degree, said):
+    with pytest.raises(hs.InputError, match=said):
+        hs.Surface(np.ones((20, 20)), 1.0).form(kind, degree)

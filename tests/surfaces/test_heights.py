@@ -574,3 +574,44 @@ def test_a_surface_says_what_it_is():
         "<Surface: 3 × 5 points, 1 µm × 2 µm apart, heights 0 m to 4 nm, rms height 1.03 nm, periodic, 1 missing>"
     )
     assert repr(Surface([1e-9, 1e-9, 1e-9], 1e-6)).startswith("<Surface: 3 × 1 points, 1 µm apart, heights 1 nm, ")
+
+
+def test_a_cropped_surface_has_the_points_between_two_positions():
+    heights = np.arange(42.0).reshape(6, 7)
+    surface = Surface(heights, (0.1e-6, 0.2e-6), periodic=True)
+    # 0.3e-6 is no multiple of 0.1e-6 to the last bit
+    cropped = surface.cropped(x=(0.1e-6, 0.3e-6), y=(0.39e-6, 1e-6))
+    assert np.array_equal(cropped.heights, heights[1:4, 2:6])
+    assert not cropped.periodic
+    assert surface.cropped().periodic
+    assert np.array_equal(surface.cropped(y=(0, 1)).heights, heights)
+
+
+@pytest.mark.parametrize("ends", [(1e-6,), (2e-6, 1e-6), (-1e-6, 1e-6), (1.1e-6, 1.9e-6), (9.5e-6, 12e-6), "all"])
+def test_positions_without_points_are_refused(ends):
+    with pytest.raises(InputError, match="x"):
+        Surface(np.ones((10, 10)), 1e-6).cropped(x=ends)
+
+
+def test_a_surface_on_finer_and_coarser_points_is_the_same_wave():
+    def wave(points, pixel):
+        x = (np.arange(points) - (points - 1) / 2) * pixel
+        return np.sin(2 * np.pi * x / 16)[:, None] * np.ones(12)
+
+    # cubic splines of a wave of 16 points
+    for periodic in (False, True):
+        surface = Surface(wave(64, 1.0), 1.0, periodic)
+        finer = surface.at_resolution((0.5, 1.0))
+        assert (finer.shape, finer.pixel_size, finer.periodic) == ((128, 12), (0.5, 1.0), periodic)
+        there = ~finer.missing
+        assert there[2:-2].all()
+        assert np.abs((finer.heights - wave(128, 0.5))[there]).max() < 2e-3
+    coarser = Surface(wave(64, 1.0), 1.0, periodic=True).at_resolution((2.1, 1.0))
+    assert coarser.shape == (30, 12)
+    assert coarser.size == pytest.approx((64, 12))
+
+
+@pytest.mark.parametrize("pixel_size", [0, -1, 100, 1e-9])
+def test_a_resolution_that_cannot_be_is_refused(pixel_size):
+    with pytest.raises(InputError, match="pixel_size"):
+        Surface(np.ones((10, 10)), 1.0).at_resolution(pixel_size)
