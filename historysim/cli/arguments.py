@@ -1,6 +1,7 @@
 """What the commands take: files, how texts are written, and quantities with units."""
 
 import functools
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,26 @@ import click
 
 from historysim.errors import InputError
 
-path_type = click.Path(path_type=Path)
+
+class PathType(click.Path):
+    """The name of a file, in the encoding of the system: the libraries for SQLite and netCDF take no other."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the path."""
+        path = super().convert(value, param, ctx)
+        try:
+            str(path).encode(sys.getfilesystemencoding())
+        except UnicodeEncodeError:
+            self.fail(
+                f"{str(path)!r} is no name in {sys.getfilesystemencoding()}, the encoding of file names here; rename "
+                "it, or choose another locale, such as LC_ALL=C.UTF-8",
+                param,
+                ctx,
+            )
+        return path
+
+
+path_type = PathType(path_type=Path)
 
 
 def check_target(path: Path, *sources: Path) -> None:

@@ -1,5 +1,7 @@
 """How a command ends: with one message and an exit code, whatever went wrong."""
 
+import io
+import sys
 from typing import Any
 
 import click
@@ -27,6 +29,13 @@ class Interrupted(click.ClickException):
 
 class Commands(click.Group):
     """Commands whose errors end as one message and an exit code."""
+
+    def main(self, *args: Any, **kwargs: Any) -> Any:
+        """Run the program; a terminal that does not know a sign gets another in its place."""
+        for stream in (sys.stdout, sys.stderr):
+            if isinstance(stream, io.TextIOWrapper):
+                stream.reconfigure(errors="replace")
+        return super().main(*args, **kwargs)
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command."""

@@ -1,0 +1,214 @@
+"""Run, verify, show and draw a small scenario in surroundings of many kinds, and compare every bit.
+
+    python tests/scripts/matrix.py                     # all that this machine can be made to be
+    python tests/scripts/matrix.py --cheap             # those that take seconds
+
+What a machine lacks (another user, other versions of Python, a package index) is told and passed over.
+"""
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import attrs
+from kill_runs import variables
+
+ROOT = Path(__file__).parents[2]
+SCENARIO = """
+title = "Gerät – µ"
+[materials]
+contact_modulus = 1.0
+shear_modulus = 0.25
+[surface]
+kind = "sphere"
+radius = 1.0
+[friction]
+coefficient = 0.5
+[loading]
+substeps = 5
+waypoints = [
+    { time = 0, normal_load = 0.01 },
+    { time = 1, tangential_load = 0.003 },
+    { time = 2, tangential_load = -0.002 },
+]
+"""
+NAME = "50 % of a 'µ' – #1? a&b=c"
+NOBODY = 65534
+
+
+class LackingError(Exception):
+    """This machine cannot be made to be so."""
+
+
+@attrs.define
+class Place:
+    """A folder to run in, and how to start Python there."""
+
+    folder: Path
+    python: Sequence[str] = (sys.executable,)
+    package: Path = ROOT
+    environment: dict[str, str] = attrs.field(factory=dict)
+    without: tuple[str, ...] = ()
+
+    def start(self, *arguments: str) -> "subprocess.Popen[str]":
+        """Start the program."""
+        environment = {key: value for key, value in os.environ.items() if key not in self.without}
+        environment |= {"PYTHONPATH": str(self.package), "PYTHONWARNINGS": "error", **self.environment}
+        return subprocess.Popen(
+            [*self.python, "-m", "historysim", *arguments],
+            cwd=self.folder,
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            encoding="utf-8",
+            errors="replace",
+        )
+
+    def check(self, name: str = "a", *, several: int = 1) -> None:
+        """Run a scenario, so many times at once, and ask what came out."""
+        (self.folder / f"{name}.toml").write_text(SCENARIO, encoding="utf-8")
+        results = [f"{name}{number}.nc" for number in range(several)]
+        for run in [self.start("run", f"{name}.toml", "-o", result) for result in results]:
+            _done(run)
+        for arguments in (["verify"], ["show"], ["plot", "-o", f"{name}.png"]):
+            _done(self.start(*arguments, results[0]))
+        found = [variables(self.folder / result) for result in results]
+        assert all(values == found[0] for values in found)
+
+
+def _done(process: "subprocess.Popen[str]") -> None:
+    printed, said = process.communicate()
+    assert process.returncode == 0, said or printed
+    assert "Traceback" not in said, said
+
+
+# -- surroundings -----------------------------------------------------------------------------------
+
+
+def c_locale(folder: Path) -> None:
+    Place(folder, environment={"LC_ALL": "C"}).check(NAME)
+
+
+def c_locale_to_the_letter(folder: Path) -> None:
+    Place(folder, environment={"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}).check()
+
+
+def odd_names_and_no_home(folder: Path) -> None:
+    """Also without docstrings and assertions, and on a terminal that does not know all signs."""
+    place = folder / NAME
+    place.mkdir()
+    environment = {"HOME": "/nonexistent", "PYTHONOPTIMIZE": "2", "PYTHONIOENCODING": "latin-1"}
+    Place(place, environment=environment, without=("XDG_CACHE_HOME", "MPLCONFIGDIR")).check(NAME)
+
+
+def cold_cache(folder: Path) -> None:
+    Place(folder, environment={"NUMBA_CACHE_DIR": str(folder / "cache")}).check()
+
+
+def twenty_first_runs_at_once(folder: Path) -> None:
+    Place(folder, environment={"NUMBA_CACHE_DIR": str(folder / "cache")}).check(several=20)
+
+
+def read_only_installation(folder: Path) -> None:
+    """Another user, without a home, who may write neither to the package nor to what was compiled beside it."""
+    Place(folder, python=_as_nobody(folder), environment={"HOME": "/nonexistent"}, package=_copy(folder)).check()
+
+
+def another_users_cache(folder: Path) -> None:
+    """The package has been used by its owner before; another user may read what was compiled then."""
+    package = _copy(folder)
+    Place(folder, package=package).check()
+    for path in folder.glob("a*"):
+        path.unlink()
+    Place(folder, python=_as_nobody(folder), environment={"HOME": "/nonexistent"}, package=package).check()
+
+
+def read_only_home(folder: Path) -> None:
+    home = folder / "home"
+    home.mkdir()
+    home.chmod(0o555)
+    Place(folder, python=_as_nobody(folder), environment={"HOME": str(home)}, without=("XDG_CACHE_HOME",)).check()
+
+
+def other_python(version: str) -> Callable[[Path], None]:
+    """Return what installs the package for another version of Python, and runs it there."""
+
+    def with_it(folder: Path) -> None:
+        python = shutil.which(f"python{version}")
+        if python is None or subprocess.run([python, "--version"], capture_output=True, check=False).returncode:
+            raise LackingError(f"there is no python{version}")
+        subprocess.run([python, "-m", "venv", folder / "venv"], check=True)
+        own = folder / "venv" / "bin" / "python"
+        installed = subprocess.run(
+            [own, "-m", "pip", "install", "--quiet", ROOT], capture_output=True, text=True, check=False
+        )
+        if installed.returncode:
+            raise LackingError(f"it cannot be installed for python{version}: {installed.stderr.strip()[-200:]}")
+        Place(folder, python=(str(own),), package=folder).check()
+
+    return with_it
+
+
+def _copy(folder: Path) -> Path:
+    package = folder / "package"
+    shutil.copytree(ROOT / "historysim", package / "historysim", ignore=shutil.ignore_patterns("__pycache__"))
+    return package
+
+
+def _as_nobody(folder: Path) -> Sequence[str]:
+    if os.geteuid() != 0 or not shutil.which("setpriv"):
+        raise LackingError("needs root and setpriv, to be another user")
+    folder.chmod(0o777)
+    return ("setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups", sys.executable)
+
+
+CHEAP = (odd_names_and_no_home, c_locale_to_the_letter)
+ALL = {
+    **{case.__name__: case for case in CHEAP},
+    **{
+        case.__name__: case
+        for case in (
+            c_locale,
+            cold_cache,
+            read_only_home,
+            read_only_installation,
+            another_users_cache,
+            twenty_first_runs_at_once,
+        )
+    },
+    "python 3.12": other_python("3.12"),
+    "python 3.13": other_python("3.13"),
+}
+
+
+def main() -> None:
+    """Read the arguments, and say what came out."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--cheap", action="store_true")
+    parser.add_argument("names", nargs="*", help="only these")
+    arguments = parser.parse_args()
+    failed = 0
+    for name, case in ALL.items():
+        if (arguments.names and name not in arguments.names) or (arguments.cheap and case not in CHEAP):
+            continue
+        began = time.perf_counter()
+        with tempfile.TemporaryDirectory(prefix="matrix.") as folder:
+            try:
+                case(Path(folder))
+                told = "passed"
+            except LackingError as error:
+                told = f"not tried: {error}"
+            except AssertionError as error:
+                told, failed = f"FAILED: {error}", failed + 1
+        print(f"{name.replace('_', ' ')}: {told} ({time.perf_counter() - began:.0f} s)", flush=True)
+    sys.exit(bool(failed))
+
+
+if __name__ == "__main__":
+    main()
