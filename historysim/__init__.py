@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from historysim.contact.materials import Material as Material
     from historysim.contact.materials import MaterialPair as MaterialPair
     from historysim.contact.materials import material as material
+    from historysim.interaction.solutions import NormalSolutions as NormalSolutions
     from historysim.loads.events import FrictionChange as FrictionChange
     from historysim.loads.events import NormalDisplacement as NormalDisplacement
     from historysim.loads.events import NormalLoad as NormalLoad
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from historysim.results.plots.adhesion_map import plot_adhesion_map as plot_adhesion_map
     from historysim.results.plots.asperity import plot_asperity as plot_asperity
     from historysim.results.plots.comparison import plot_comparison as plot_comparison
+    from historysim.results.plots.contact_map import plot_contact_map as plot_contact_map
     from historysim.results.plots.history import plot_history as plot_history
     from historysim.results.plots.loops import plot_loops as plot_loops
     from historysim.results.plots.surface import plot_surface as plot_surface
@@ -60,6 +62,7 @@ _HOMES = {
     "asperities.instrument": ("Instrument",),
     "contact.greenwood_williamson": ("GreenwoodWilliamson",),
     "contact.materials": ("Material", "MaterialPair", "material"),
+    "interaction.solutions": ("NormalSolutions",),
     "loads.events": ("FrictionChange", "NormalDisplacement", "NormalLoad", "TangentialDisplacement", "TangentialLoad"),
     "log.event_log": ("EventLog",),
     "log.verification": ("verify",),
@@ -69,6 +72,7 @@ _HOMES = {
     "results.plots.adhesion_map": ("plot_adhesion_map",),
     "results.plots.asperity": ("plot_asperity",),
     "results.plots.comparison": ("plot_comparison",),
+    "results.plots.contact_map": ("plot_contact_map",),
     "results.plots.history": ("plot_history",),
     "results.plots.loops": ("plot_loops",),
     "results.plots.surface": ("plot_surface",),

@@ -205,14 +205,21 @@ class NormalCurves:
         if self.area is not None:
             whole, inner = self.area_at(approach), self.area_at(stick)
             rows.totals[:, ROW_AREA] = whole.sum(axis=1)
-            radii = np.sqrt(np.array([whole[:, patches], inner[:, patches]]) / math.pi)
+            np.sqrt(whole[:, patches] / math.pi, out=radii[0])
+            np.sqrt(inner[:, patches] / math.pi, out=radii[1])
+        if not patches.size:
+            return
         touches = approach[:, None] > first[patches]
         table = self.load[:, patches]
-        normal = np.where(touches, np.clip(self.superposition(elements.normal_load) @ table, 0.0, None), 0.0)
+        # written into the rows at once: copies of them take longer than the replay
+        normal, tangential = rows.normal_load, rows.tangential_load
+        np.maximum(self.superposition(elements.normal_load) @ table, 0.0, out=normal)
+        normal *= touches
         limit = friction * normal
-        rows.normal_load[...] = normal
-        rows.tangential_load[...] = np.clip(self.superposition(elements.tangential_load) @ table, -limit, limit)
-        rows.contact_radius[...], rows.stick_radius[...] = np.where(touches, radii, 0.0)
+        np.minimum(self.superposition(elements.tangential_load) @ table, limit, out=tangential)
+        np.maximum(tangential, -limit, out=tangential)
+        np.multiply(radii[0], touches, out=rows.contact_radius)
+        np.multiply(radii[1], touches, out=rows.stick_radius)
         inside = np.where(stick[:, None] > first[patches], PARTIAL_SLIP, GROSS_SLIP)
         inside = np.where(elements.slip_state[:, :1] == FULL_STICK, FULL_STICK, inside)
         rows.slip_state[...] = np.where(touches, inside, SEPARATED)

@@ -452,8 +452,9 @@ class Ensemble:
         walked = rows
         if self.curves is not None:
             self.curves.check_reach(paths)
-            patches, chosen = chosen, np.arange(self.elements)
-            walked = blank_rows(len(rows.totals), self.elements)
+            # the first element alone tells where the slip front is
+            patches, chosen = chosen, np.arange(self.elements if chosen.size else 1)
+            walked = blank_rows(len(rows.totals), chosen.size)
         position = np.empty(self.elements, dtype=np.int64)
         position[state.order] = np.arange(self.elements)
         memory, path, request, limit = walk_paths(

@@ -49,9 +49,9 @@ class NormalSolutions:
         [m].
     highest_summit : float
         Height of the flat at first touch [m].
-    coarse : float
-        Change of the load, relatively, at the largest approach if every second point of the map is left out: how
-        much the map's resolution matters.
+    coarse : (float, float)
+        Change of the approach and of the contact area under the largest load, relatively, if every second point of
+        the map is left out: how much the map's resolution matters.
     """
 
     approach: Floats
@@ -61,7 +61,7 @@ class NormalSolutions:
     shape: tuple[int, int]
     pixel_size: tuple[float, float]
     highest_summit: float
-    coarse: float
+    coarse: tuple[float, float]
 
     @classmethod
     def of(
@@ -110,7 +110,7 @@ class NormalSolutions:
             surface.shape,
             surface.pixel_size,
             float(surface.heights.max()),
-            float(found["coarse"]),
+            (float(found["coarse"][0]), float(found["coarse"][1])),
         )
 
     @property
@@ -175,15 +175,26 @@ def _solve(space: HalfSpace, surface: Surface, target: tuple[float, float], *, p
         raise InputError(
             f"{len(pressures)} of {LOADS} loads touch more than a few points; expected a finer map, or a larger load"
         )
-    half = HalfSpace(
-        Surface(surface.heights[::2, ::2], tuple(2 * size for size in surface.pixel_size), periodic=surface.periodic)
-    )
-    coarse = half.solve(top)
-    known, loads = np.array(approaches), np.append(0.0, [pressure.mean() for pressure in pressures])
+    return {
+        "approach": np.array(approaches[1:]),
+        "pressure": np.array(pressures),
+        "coarse": _change_at_half(space, surface, top, approaches[-1], float((pressures[-1] > 0).mean())),
+    }
+
+
+def _change_at_half(space: HalfSpace, surface: Surface, top: float, approach: float, area: float) -> Floats:
+    """Change of approach and area, relatively, under the largest load if every second point is left out."""
+    heights = surface.heights[::2, ::2]
+    x, y = surface.pixel_size
+    half = HalfSpace(Surface(heights, (2 * x, 2 * y), periodic=surface.periodic))
+    # the mean pressure over an area that is a point larger where their number is odd
+    found = half.solve(top * surface.heights.size / (4 * heights.size))
+    if found is None:
+        return np.array([np.inf, np.inf])
     # the highest point may be one of those left out
-    reached = 0.0 if coarse is None else coarse[0] * half.unit + surface.heights.max() - surface.heights[::2, ::2].max()
-    change = np.interp(reached / space.unit, known, loads) / top - 1.0
-    return {"approach": known[1:], "pressure": np.array(pressures), "coarse": np.array(change)}
+    reached = (found[0] * half.unit + float(surface.heights.max() - heights.max())) / space.unit
+    touches = float((found[1] > 0).mean()) * 4 * heights.size / surface.heights.size
+    return np.array([reached / approach, touches / area]) - 1.0
 
 
 def _resolved(found: tuple[float, Floats]) -> bool:

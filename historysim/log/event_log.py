@@ -170,6 +170,11 @@ class EventLog:
         return self._file.head.ensemble
 
     @property
+    def surface(self) -> dict[str, Any]:
+        """Arrays of the group ``surface`` of the result, by their names."""
+        return self._file.head.surface
+
+    @property
     def instrument(self) -> Instrument:
         """The instrument in series with the contact."""
         return self._file.head.instrument

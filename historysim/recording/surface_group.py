@@ -57,7 +57,8 @@ def dataset(
         solved = (solutions.approach, solutions.pressure)
         for variable, values in zip(SOLUTIONS, (*points, *solved), strict=True):
             arrays[variable.name] = values.astype(np.float64)
-        attributes |= {"shape": list(solutions.shape), "change_at_half_the_points": solutions.coarse}
+        attributes |= {"shape": list(solutions.shape), "change_of_area_at_half_the_points": solutions.coarse[1]}
+        attributes["periodic"] = int(surface is not None and surface.periodic)
     if surface is not None:
         most = MOST_POINTS**2 if 1 in surface.shape else MOST_POINTS
         strides = [-(-size // most) for size in surface.shape]

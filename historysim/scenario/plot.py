@@ -101,7 +101,10 @@ def _dataset(what: "xr.Dataset", name: str, step: int | str | None) -> "Figure":
         from historysim.results.plots.history import plot_history
         from historysim.results.plots.surface import plot_surface, surface_of
 
-        return plot_history(what) if step is None else plot_surface(surface_of(what), what, step)
+        if step is None:
+            return plot_history(what)
+        surface = surface_of(what)
+        return _contact_map(what, step) if "solved_pressure" in surface else plot_surface(surface, what, step)
     if "summit_height" in what:
         from historysim.results.plots.surface import plot_surface
 
@@ -111,6 +114,20 @@ def _dataset(what: "xr.Dataset", name: str, step: int | str | None) -> "Figure":
 
         return plot_loop_trends(what)
     raise InputError(f"{name} is no history; expected a Dataset from historysim, with all its variables")
+
+
+def _contact_map(history: "xr.Dataset", step: int | str) -> "Figure":
+    from historysim.log.event_log import EventLog
+    from historysim.log.file import ENDING
+    from historysim.results.plots.contact_map import plot_contact_map
+    from historysim.results.plots.surface import position_of
+
+    # a surface with its solutions came from a file, beside which its log stands
+    path = Path(history.encoding["source"]).with_suffix(ENDING)
+    with EventLog(path) as log:
+        if history.attrs.get("log_digest") != f"sha256:{log.digest}":
+            raise InputError(f"{path}: is not the log of this result; expected that, from which the tractions follow")
+        return plot_contact_map(log, float(history["time"].values[position_of(step, history)]))
 
 
 def _ground(scenario: Scenario) -> "Figure":

@@ -80,7 +80,8 @@ def test_a_lone_ball_is_hertz():
     np.testing.assert_allclose(solutions.load.sum(axis=1)[wide], hertz[wide], rtol=8e-3)
     np.testing.assert_allclose(solutions.area.sum(axis=1)[wide], np.pi * 400 * solutions.approach[wide], rtol=0.05)
     assert solutions.count == 1
-    assert abs(solutions.coarse) < 0.02
+    assert np.abs(solutions.coarse).max() < 0.05
+    assert np.abs(solutions.coarse).min() > 0
     ball = hs.Ensemble(PAIR, 0.0, 400.0, friction=MU)
     ensemble = hs.Ensemble.from_solutions(PAIR, solutions, MU)
     events = [hs.NormalLoad(0, 20.0), hs.TangentialLoad(1, 3.0), hs.TangentialLoad(2, -1.0), hs.NormalLoad(3, 10.0)]

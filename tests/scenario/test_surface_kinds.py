@@ -177,7 +177,8 @@ def test_a_run_has_these_summits_bit_for_bit(folder, entry):
 
 
 def test_the_sections_are_of_every_kind_and_have_every_key():
-    assert {entry["kind"] for entry in SECTIONS.values()} == set(surface_kinds.KINDS)
+    # a normal curve has no summits, and tests of its own below
+    assert {entry["kind"] for entry in SECTIONS.values()} == set(surface_kinds.KINDS) - {"normal_curve"}
     kinds = {surface_kinds.KINDS[entry["kind"]](entry) for entry in SECTIONS.values()}
     for kind in kinds:
         keys = {
@@ -209,7 +210,7 @@ def test_the_table_of_kinds_is_complete_and_its_defaults_are_true():
     rows = documented()
     kinds = {surface_kinds.KINDS[entry["kind"]](entry) for entry in SECTIONS.values()}
     assert {name for name, _ in rows} == set(surface_kinds.KINDS)
-    assert len(rows) == len(kinds)
+    assert len(rows) == len(kinds) + 1  # the normal curve, as above
     for name, texts in rows:
         entry = dict.fromkeys(text.split(" = ")[0] for text in texts)
         fields = defaults(surface_kinds.KINDS[name](entry))
@@ -941,3 +942,58 @@ def test_a_surface_is_what_it_was_beside_a_flat(folder):
     # the flat ends where the map goes round
     inside = Surface(one.surface.heights, one.surface.pixel_size)
     assert bits(both.summits) == bits(inside.summits())
+
+
+INDENTED = """
+[materials]
+contact_modulus = 1.0
+shear_modulus = 0.25
+[surface]
+kind = "normal_curve"
+file = "indented.csv"
+columns = { approach = "h", load = "F" }
+[friction]
+coefficient = 0.5
+[loading]
+waypoints = [{ time = 0, normal_load = 0.01 }, { time = 1, tangential_load = 0.003 }]
+"""
+
+
+def indented(folder, text=INDENTED, load=lambda approach: 4 / 3 * approach**1.5):
+    rows = "".join(f"{0.002 * index},{load(0.002 * index)}\n" for index in range(41))
+    (folder / "indented.csv").write_text("h,F\n" + rows, encoding="utf-8")
+    (folder / "s.toml").write_text(text, encoding="utf-8")
+    return folder / "s.toml"
+
+
+def test_an_indentation_curve_is_a_contact(tmp_path):
+    history = hs.run(indented(tmp_path))
+    # theory, section 3: a ball of E* = R = 1
+    assert float(history["tangential_displacement"][-1]) == pytest.approx(8.757317e-3, rel=1e-6)
+    assert float(history["total_dissipated_energy"][-1]) == pytest.approx(1.310944e-6, rel=1e-5)
+    result = hs.run(tmp_path / "s.toml", tmp_path / "s.nc")
+    assert result["normal_load"].shape == (2, 1)
+    result.close()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (('load = "F"', 'load = "G"'), "surface.columns.load|surface.file.*G"),
+        (("coefficient = 0.5", "coefficient = [0.5, 0.4]"), "friction"),
+        (('kind = "normal_curve"', 'kind = "normal_curve"\ninteraction = "full"'), "surface.interaction: full, of a "),
+        (
+            ('kind = "normal_curve"', 'kind = "normal_curve"\nheight_scale = 2'),
+            "surface.height_scale: given",
+        ),
+        (('kind = "normal_curve"', 'kind = "normal_curve"\ninteraction = "ful"'), "surface.interaction.*full"),
+    ],
+)
+def test_what_does_not_fit_a_normal_curve_is_refused(tmp_path, change, message):
+    with pytest.raises(hs.InputError, match=message):
+        hs.run(indented(tmp_path, INDENTED.replace(*change)))
+
+
+def test_a_curve_that_softens_names_the_surface(tmp_path):
+    with pytest.raises(hs.InputError, match=r"s\.toml: surface: the total load is not convex"):
+        hs.run(indented(tmp_path, load=lambda approach: approach**0.5))

@@ -120,7 +120,7 @@ def plot_surface(
         surface = surface_group.dataset(summits, surface)
     if "summit_height" not in surface or "summit_radius" not in surface:
         raise InputError("the surface holds no summits; expected the group surface of a result")
-    contact = None if history is None else _contact(surface, history, _position(step, history))
+    contact = None if history is None else _contact(surface, history, position_of(step, history))
     state = np.zeros(surface.sizes["summit"], dtype=np.int8) if contact is None else contact.state
     has_map = "height" in surface
     placed = {"summit_x", "summit_y"} <= set(surface.variables) and (has_map or state.size > 0)
@@ -143,7 +143,7 @@ def plot_surface(
     return figure
 
 
-def _position(step: int | str, history: xr.Dataset) -> int:
+def position_of(step: int | str, history: xr.Dataset) -> int:
     """Return a step of a history as a number from 0."""
     steps = history.sizes["step"]
     if step == "peak":

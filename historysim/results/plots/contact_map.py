@@ -1,0 +1,150 @@
+"""The contact of a rough map whose asperities press on one another, point by point, at one time of a log."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from historysim.asperities.ensemble import Ensemble
+from historysim.basics.units import prefixed, quantity_text
+from historysim.errors import InputError
+from historysim.log.event_log import EventLog
+from historysim.replay import Replay
+from historysim.results.plots.style import STATE_COLOURS, STYLE, plain_title
+from historysim.surfaces.heights import Surface
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Floats = npt.NDArray[np.float64]
+
+STICKS, SLIPS = 1.0, 2.0
+
+
+def plot_contact_map(log: EventLog, at: float, *, title: str = "") -> "Figure":
+    """Draw the stick and slip zones, the pressures and the tractions of a contact, and what independent summits give.
+
+    Parameters
+    ----------
+    log : EventLog
+        Of a run with ``interaction = "full"``.
+    at : float
+        Time [s].
+    title : str
+        A heading; by default that of the log.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A figure 180 mm wide: the contact of the whole map; that of the summits of the same map, each by itself
+        (9-point rule), under the same events up to the same normal load; pressures; tractions.
+
+    Raises
+    ------
+    InputError
+        A log of another surface, or a time before the first event.
+    """
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    arrays = log.surface
+    if "solved_pressure" not in arrays:
+        raise InputError(f'{log.path}: has no contact maps; expected the log of a surface with interaction = "full"')
+    state, ensemble = log.state(at=at), log.ensemble
+    shape = log.settings["surface_attributes"]["shape"]
+    pixel = tuple(float(side / count) for side, count in zip(_sides(arrays), shape, strict=True))
+    point, found = arrays["point"].astype(np.int64), ensemble.superposition(state)
+    modulus = ensemble.pair.contact_modulus
+    touching = arrays["first_touch"] <= found.approach
+    zone = np.where(arrays["first_touch"] <= found.stick_approach, STICKS, SLIPS)
+
+    def whole(values: Floats) -> Floats:
+        filled = np.full(int(np.prod(shape)), np.nan)
+        filled[point[touching]] = values[touching]
+        return filled.reshape(shape)
+
+    pressure = whole(np.clip(found.normal @ arrays["solved_pressure"], 0.0, None) * modulus)
+    traction = whole(found.tangential @ arrays["solved_pressure"] * modulus)
+    lengths, unit = prefixed(max(_sides(arrays)))
+    extent = (0.0, shape[0] * pixel[0] * lengths, 0.0, shape[1] * pixel[1] * lengths)
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.1, 6.4), layout="constrained")
+        axes = figure.subplots(2, 2, sharex=True, sharey=True)
+        _draw_zones(axes[0, 0], whole(zone), extent, "whole map")
+        _draw_zones(axes[0, 1], _independent(log, at, shape, pixel), extent, "independent summits")
+        _draw_field(axes[1, 0], pressure, extent, "pressure", "viridis")
+        _draw_field(axes[1, 1], traction, extent, "traction", "RdBu_r")
+        for axis in axes[1]:
+            axis.set_xlabel(f"$x$ ({unit}m)")
+        for axis in axes[:, 0]:
+            axis.set_ylabel(f"$y$ ({unit}m)")
+        caption = (
+            f"t = {at:.6g} s:  N = {quantity_text(state.normal_load, 'N')},  "
+            f"T = {quantity_text(state.tangential_load, 'N')},  U = {quantity_text(state.tangential_displacement, 'm')}"
+        )
+        heading = plain_title(title or str(log.settings["title"]))
+        figure.suptitle("\n".join(filter(None, [heading, caption])), x=0.01, ha="left", fontsize=9)
+    return figure
+
+
+def _sides(arrays: Any) -> tuple[float, float]:
+    """Lengths of the map: the last point is one step before the end."""
+    x, y = (np.asarray(arrays[name]) for name in ("x", "y"))
+    return float(x[-1] + x[1] - x[0]), float(y[-1] + y[1] - y[0])
+
+
+def _independent(log: EventLog, at: float, shape: tuple[int, int], pixel: tuple[float, ...]) -> Floats:
+    """Stick and slip of the summits of the map, each a circle, where they carry the same loads by themselves."""
+    arrays, found = log.surface, np.full(shape, np.nan)
+    if arrays["height"].shape != tuple(shape):
+        return found
+    periodic = bool(log.settings["surface_attributes"]["periodic"])
+    summits = Surface(arrays["height"], pixel, periodic=periodic).summits(9)
+    ensemble = Ensemble.from_summits(log.ensemble.pair, summits, float(log.ensemble.friction[0]))
+    events = log.events()
+    job = Replay(ensemble, events, saturate=True, record="all")
+    row = job.dataset(until=at).isel(step=-1)
+    x, y = (np.arange(count) * size for count, size in zip(shape, pixel, strict=True))
+    for index in np.flatnonzero(row["contact_radius"].values > 0):
+        beside = [np.abs(each - ensemble.coordinates[name][index]) for name, each in (("x", x), ("y", y))]
+        if periodic:
+            beside = [np.minimum(each, side - each) for each, side in zip(beside, _sides(arrays), strict=True)]
+        far = np.hypot(beside[0][:, None], beside[1])
+        # one smaller than a point is drawn as one
+        found[far <= max(float(row["contact_radius"][index]), 0.5 * max(pixel))] = SLIPS
+        found[far <= float(row["stick_radius"][index])] = STICKS
+    return found
+
+
+def _draw_zones(axes: "Axes", zone: Floats, extent: tuple[float, float, float, float], name: str) -> None:
+    from matplotlib.colors import ListedColormap
+    from matplotlib.patches import Patch
+
+    colours = ListedColormap([STATE_COLOURS[1], STATE_COLOURS[3]])
+    axes.imshow(zone.T, origin="lower", extent=extent, cmap=colours, vmin=0.5, vmax=2.5, interpolation="nearest")
+    shares = [float((zone == kind).mean()) for kind in (STICKS, SLIPS)]
+    axes.set_title(f"{name}\n{sum(shares):.2%} touches, {shares[0]:.2%} sticks")
+    handles = [
+        Patch(facecolor=colours(index), edgecolor="#222222", linewidth=0.4, label=label)
+        for index, label in enumerate(("sticks", "slips"))
+    ]
+    axes.legend(handles=handles, loc="upper right", frameon=True, framealpha=0.9)
+
+
+def _draw_field(
+    axes: "Axes", values: Floats, extent: tuple[float, float, float, float], name: str, colours: str
+) -> None:
+    largest = float(np.nanmax(np.abs(values), initial=0.0)) or 1.0
+    factor, prefix = prefixed(largest)
+    image = axes.imshow(
+        values.T * factor,
+        origin="lower",
+        extent=extent,
+        cmap=colours,
+        vmin=-largest * factor if colours == "RdBu_r" else 0.0,
+        vmax=largest * factor,
+        interpolation="nearest",
+    )
+    axes.set_title(name)
+    axes.figure.colorbar(image, ax=axes, shrink=0.8, label=f"{name} ({prefix}Pa)")
