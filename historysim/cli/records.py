@@ -7,7 +7,7 @@ import click
 
 from historysim.basics.files import replacing
 from historysim.cli.arguments import check_target, path_type, quantity_option, text_options
-from historysim.cli.output import print_lines, print_table, save
+from historysim.cli.output import check_ending, print_lines, print_table, save, save_dataset
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
@@ -19,11 +19,19 @@ if TYPE_CHECKING:
 @click.argument("file", type=path_type)
 @text_options
 def columns(file: Path, layout: "Format") -> None:
-    """List the columns of FILE, a file of numbers, as a scenario names them."""
-    from historysim.tables import describe
+    """Show what FILE, a file of numbers, holds: its blocks, its columns as a scenario names them, a [loading] section.
 
+    What the section cannot tell from names and units is marked "?".
+    """
+    from historysim.scenario.suggestion import suggested_loading
+    from historysim.tables import describe, what_is_seen
+
+    seen, blocks = what_is_seen(file, layout)
     found = describe(file, layout)
+    for line in seen:
+        click.echo(line)
     print_table([("column", "unit", "values", "first"), *((c.column, c.unit, c.values, c.first) for c in found)])
+    click.echo(f"\n{suggested_loading(file, found, layout, blocks)}")
 
 
 @click.command()
@@ -33,7 +41,7 @@ def columns(file: Path, layout: "Format") -> None:
     "--dead-band",
     help='Swings below which there is no reversal, as "5 nm". [default: the scenario\'s; else 5 % of the range]',
 )
-@click.option("-o", "--output", type=path_type, help="Also write all loops to this file (netCDF).")
+@click.option("-o", "--output", type=path_type, help="Also write all loops to this file (.nc or .csv).")
 @click.option("--plot", "with_picture", is_flag=True, help="Also draw the loops: FILE's name with _loops.png, here.")
 def loops(file: Path, skip: int, dead_band: str | None, output: Path | None, with_picture: bool) -> None:
     """Say what the friction loops of FILE are like: of a scenario's measured record, or of a result."""
@@ -42,13 +50,14 @@ def loops(file: Path, skip: int, dead_band: str | None, output: Path | None, wit
     targets = [path for path in (output, picture) if path is not None]
     for number, target in enumerate(targets):
         check_target(target, file, *targets[:number])
+    if output is not None:
+        check_ending(output, ".nc", ".csv")
     from historysim.results.plots.loops import plot_loops
     from historysim.scenario.loops import find_loops
 
     found = find_loops(_loaded(file, *targets) if file.suffix == ".toml" else file, dead_band=band, skip=skip)
     if output is not None:
-        with replacing(output) as unfinished:
-            found.to_dataset().to_netcdf(unfinished)
+        save_dataset(found.to_dataset(), output)
     if picture is not None:
         save(plot_loops(found, title=file.name), picture)
     print_lines(found.summary())

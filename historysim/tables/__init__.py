@@ -35,6 +35,7 @@ __all__ = [
     "join_tables",
     "opened_rows",
     "read_table",
+    "what_is_seen",
 ]
 
 MOST_ROWS = 10_000_000
@@ -192,6 +193,30 @@ def describe(path: str | PathLike[str], format: Format | None = None) -> list[Li
 
         with _opened(path, layout) as contents:
             return arrays.describe(contents, layout)
+
+
+def what_is_seen(path: str | PathLike[str], format: Format | None = None) -> tuple[list[str], int]:  # noqa: A002 - as above
+    """Return lines on the tables of a text, what stands above and below them, and how many tables there are.
+
+    Parameters
+    ----------
+    path : path-like
+        The file; one that is no text has no such lines.
+    format : Format, optional
+        How the file is written, where that has to be said.
+
+    Raises
+    ------
+    InputError
+        As for `describe`.
+    """
+    path, layout = Path(path), format or Format()
+    with _file(path):
+        if not _is_text(path):
+            return [], 1
+        from historysim.tables import from_text
+
+        return from_text.picture(path, layout)
 
 
 @contextmanager

@@ -125,10 +125,25 @@ def seen(found: Survey) -> str:
     return "seen: " + "; ".join([*told, *more])
 
 
-def looked_through(path: Path, layout: Format) -> Survey:
-    """Return all tables of a text. Errors as in `historysim.tables.describe`."""
+def picture(path: Path, layout: Format) -> tuple[list[str], int]:
+    """Return lines on what stands in a text, and its number of tables. Errors as in `historysim.tables.describe`."""
     with _opened(path, layout) as stream:
-        return survey(stream, layout)
+        found = survey(stream, layout)
+    lines = []
+    for position, block in enumerate(found.blocks, 1):
+        above = "; ".join(brief(line)[1:-1] for line in block.preamble[:3])
+        start = "" if block.start is None else f", started at {block.start:g} s"
+        rows = counted(block.rows, "row", "rows")
+        lines.append(
+            f"block {position}: {rows} in lines {block.first} to {block.last}{start}"
+            + (f", below {above}" if above else "")
+        )
+        if position == 1 or block.heading.names != found.blocks[position - 2].heading.names:
+            lines.append("  names and units: " + ", ".join(map(block.heading.title, range(block.heading.width))))
+        lines.append("  first row: " + ", ".join(brief(field)[1:-1] for field in block.row))
+    if found.footer:
+        lines.append(f"below: {'; '.join(brief(line)[1:-1] for line in found.footer[:3])}")
+    return lines, len(found.blocks)
 
 
 def describe(path: Path, layout: Format) -> list[Listing]:

@@ -9,6 +9,7 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 import pytest
+import xarray as xr
 from broken import DOCUMENTS, FILES, LOADS_CSV, MEASURED, SUMMITS_CSV, broken_bytes, broken_documents, keep_small
 from click.testing import CliRunner
 from hypothesis import HealthCheck, given, settings
@@ -179,6 +180,14 @@ def test_loops_are_written_drawn_and_read_again(folder):
     assert call("run", "ball.toml", "-q").exit_code == 0
     done = call("loops", "ball.nc", "-o", "l.nc", "--plot")
     assert done.output.splitlines()[-2:] == ["l.nc", "ball_loops.png"]
+    assert call("loops", "ball.nc", "-o", "l.csv").output.splitlines()[-1] == "l.csv"
+    header, *rows = (folder / "l.csv").read_text(encoding="utf-8").splitlines()
+    assert header.startswith("friction_force forward [N],friction_force backward [N],")
+    with xr.open_dataset(folder / "l.nc") as written:
+        forces = [[float(value) for value in row.split(",")[:2]] for row in rows]
+        assert written.friction_force.values.tolist() == forces
+    said = "l.xlsx: .xlsx ending; expected .nc or .csv"
+    check_refusal(process(folder, "loops", "ball.nc", "-o", "l.xlsx"), 2, said)
     assert (folder / "ball_loops.png").read_bytes().startswith(b"\x89PNG")
     assert "friction force" in call("show", "l.nc").output
     assert call("plot", "l.nc").output == "l.png\n"
@@ -201,9 +210,21 @@ def test_the_columns_of_a_file_are_listed(folder):
     done = call("columns", "loads.csv", "--decimal", ",")
     assert done.exit_code == 0
     assert done.output.splitlines() == [
+        "block 1: 2 rows in lines 2 to 3",
+        "  names and units: t (s), F (kN)",
+        "  first row: 0,0, 1,5",
         "column    unit  values  first",
         '"t (s)"   s     2       0,0',
         '"F (kN)"  kN    2       1,5',
+        "",
+        "[loading]",
+        'file = "loads.csv"',
+        'decimal = ","',
+        "",
+        "[loading.columns]",
+        'time = "t (s)"',
+        'normal_load = "?"  # fill in: one of the columns above',
+        'tangential_displacement = "?"  # fill in: one of the columns above',
     ]
     check_refusal(process(folder, "columns", "nothing.csv"), 2, "nothing.csv: there is no such file")
     check_refusal(process(folder, "columns", "loads.csv", "--decimal", "x"), 2, "decimal")

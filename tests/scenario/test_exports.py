@@ -1,12 +1,16 @@
 """What a scenario says of an export: several columns, several files and blocks, no clock."""
 
+import tomllib
+
 import exports
 import numpy as np
 import pytest
 
 from historysim.errors import InputError
 from historysim.scenario.scenario import load
+from historysim.scenario.suggestion import suggested_loading
 from historysim.scenario.summary import summary
+from historysim.tables import Format, describe, what_is_seen
 
 HEAD = """
 [materials]
@@ -101,6 +105,43 @@ def test_what_was_made_of_a_file_is_told(tmp_path):
     loaded.events(told.append)
     assert told == ["a.txt: column 'Fz': 'mN' in the file, taken as 'gf', as unit says"]
     assert ("note", told[0]) in summary(loaded)
+
+
+def test_a_loading_is_suggested_that_is_valid_once_it_is_filled_in(tmp_path):
+    path = tmp_path / "a.txt"
+    path.write_text(exports.step(1).replace("0\t10\t", "0\t-10\t") + exports.step(2), encoding="utf-8")
+    _, blocks = what_is_seen(path)
+    text = suggested_loading(path, describe(path), Format(), blocks)
+    assert blocks == 2
+    assert "block = 1  # of 2" in text
+    loading = tomllib.loads(text)["loading"]
+    assert loading["columns"] == {
+        "time": "Time",
+        "normal_load": {"column": "Fz", "scale": -1},
+        "tangential_displacement": "X",
+    }
+    assert loading["response"] == {"tangential_load": "Fx"}
+    written = tmp_path / "s.toml"
+    written.write_text(HEAD.replace("[loading]", text), encoding="utf-8")
+    measured = load(written).measurement()
+    assert measured["normal_load"].tolist() == [0.01, -0.0105, -0.011, -0.01]
+
+
+@pytest.mark.parametrize(
+    ("header", "expected"),
+    [
+        ("Time [s],Load [g],Stroke", {"column": "Load [g]", "unit": "gf"}),
+        ("Time [s],Load,Stroke", {"column": "Load", "unit": "?"}),
+        ("Time [s],Load [N],Normal force [N]", "?"),
+        ("Time [s],Load [V],Stroke", "?"),
+    ],
+)
+def test_what_cannot_be_told_of_a_column_is_marked(tmp_path, header, expected):
+    path = tmp_path / "a.csv"
+    path.write_text(f"{header}\n0,1,2\n1,2,3\n", encoding="utf-8")
+    loading = tomllib.loads(suggested_loading(path, describe(path), Format()))["loading"]
+    assert loading["columns"]["normal_load"] == expected
+    assert loading["columns"]["time"] == "Time [s]"
 
 
 def test_an_empty_cell_names_the_key_that_leaves_it_out(tmp_path):

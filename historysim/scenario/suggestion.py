@@ -1,0 +1,112 @@
+"""A ``[loading]`` to start from, out of what the columns of a file are called and measured in."""
+
+import json
+import re
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from historysim.basics.units import conversion_factor
+from historysim.errors import InputError
+from historysim.tables import Format, Listing
+
+UNKNOWN = "?"
+_TIME = re.compile(r"(?i)^\W*(time|zeit|temps|elapsed|t)\b")
+_NORMAL = re.compile(r"(?i)normal|^\W*(fn|fz|n|load|p)\b|press|applied")
+_TANGENTIAL = re.compile(r"(?i)fric|tang|lateral|shear|^\W*(ft|fx|fy|ff|t|q|reib)")
+_STROKE = re.compile(r"(?i)tang|lateral|shear|stroke|slid|displ|pos|weg|^\W*(x|u|ux|s|dx)\b")
+_FORCES, _LENGTHS, _TIMES = ("N", "kg"), ("m",), ("s",)
+
+
+def suggested_loading(path: Path, listings: Sequence[Listing], layout: Format, blocks: int = 1) -> str:
+    """Return a section ``[loading]`` in TOML that names what can be told of a file, and marks what cannot.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    listings : sequence of Listing
+        Its columns.
+    layout : Format
+        How it is written.
+    blocks : int
+        How many tables it has.
+    """
+    lines = ["[loading]", f"file = {_quoted(path.name)}"]
+    if blocks > 1:
+        chosen = layout.block if isinstance(layout.block, int) else 1
+        lines.append(f'block = {chosen}  # of {blocks}; an array of some, or "all", joins them')
+    told = {key: getattr(layout, key) for key in ("delimiter", "decimal", "header", "encoding")}
+    lines += [
+        f"{key} = {value if isinstance(value, int) else _quoted(value)}"
+        for key, value in told.items()
+        if value != getattr(Format(), key)
+    ]
+    used: set[str] = set()
+    time = _found(listings, _TIMES, _TIME, used)
+    normal = _found(listings, _FORCES, _NORMAL, used)
+    friction = _found(listings, _FORCES, _TANGENTIAL, used)
+    stroke = _found(listings, _LENGTHS, _STROKE, used)
+    lines += ["", "[loading.columns]"]
+    lines.append(_key("time", time, "s") if time else "# no column looks like time: without it, the row is the clock")
+    lines.append(_key("normal_load", normal, "mN"))
+    lines.append(_key("tangential_displacement", stroke, "µm"))
+    if friction:
+        lines += ["", "[loading.response]", _key("tangential_load", friction, "mN")]
+    return "\n".join(lines)
+
+
+def _found(listings: Sequence[Listing], kinds: Sequence[str], name: re.Pattern[str], used: set[str]) -> Listing | None:
+    """Return the one column whose name fits and whose unit does, if it has one; None where none, or several, do."""
+    fitting = [
+        each
+        for each in listings
+        if each.column not in used
+        and each.values != "a text"
+        and name.search(_name(each))
+        and (not each.unit or _is_of(each.unit, kinds))
+    ]
+    if len(fitting) != 1:
+        return None
+    used.add(fitting[0].column)
+    return fitting[0]
+
+
+def _key(key: str, listing: Listing | None, unit: str) -> str:
+    if listing is None:
+        return f'{key} = "{UNKNOWN}"  # fill in: one of the columns above'
+    reference = listing.column.partition(" # ")[0]
+    extra = []
+    told = ""
+    if not listing.unit:
+        extra.append(f'unit = "{UNKNOWN}"')
+        told = f'  # fill in, as in "{unit}"'
+    elif key.endswith("_load") and _is_of(listing.unit, ("kg",)):
+        extra.append(f'unit = "{listing.unit}f"')
+        told = "  # a balance: its masses are forces"
+    if key == "normal_load" and listing.first.startswith(("-", "−")):
+        extra.append("scale = -1")
+        told += "  # pressing counts negative in the file" if not told else "; pressing counts negative in the file"
+    if not extra:
+        return f"{key} = {reference}{told}"
+    inner = reference.strip("{} ") if reference.startswith("{") else f"column = {reference}"
+    return f"{key} = {{ {inner}, {', '.join(extra)} }}{told}"
+
+
+def _name(listing: Listing) -> str:
+    """Return the name of a column; nothing where it has none, or one that may be that of its neighbour."""
+    match = re.search(r'"((?:[^"\\]|\\.)*)"', listing.column.partition(" # under ")[0])
+    return match[1] if match else ""
+
+
+def _is_of(unit: str, kinds: Iterable[str]) -> bool:
+    for kind in kinds:
+        try:
+            conversion_factor(unit.partition(",")[0], kind)
+        except InputError:
+            continue
+        return True
+    return False
+
+
+def _quoted(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False)
