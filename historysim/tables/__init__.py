@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from historysim.tables.arrays import Contents
+    from historysim.tables.from_text import Opened
     from historysim.tables.heading import Heading
 
 __all__ = [
@@ -40,6 +41,8 @@ __all__ = [
 
 MOST_ROWS = 10_000_000
 
+# sheets, whose rows are read as lines
+ENDINGS = frozenset({".xlsx", ".xlsm", ".xlsb", ".xls", ".ods"})
 # everything else is a text
 _READERS = {
     ".json": "from_json",
@@ -185,10 +188,10 @@ def describe(path: str | PathLike[str], format: Format | None = None) -> list[Li
     """
     path, layout = Path(path), format or Format()
     with _file(path):
-        if _is_text(path):
+        if _has_lines(path):
             from historysim.tables import from_text
 
-            return from_text.describe(path, layout)
+            return from_text.describe(*_lines(path, layout))
         from historysim.tables import arrays
 
         with _opened(path, layout) as contents:
@@ -212,11 +215,11 @@ def what_is_seen(path: str | PathLike[str], format: Format | None = None) -> tup
     """
     path, layout = Path(path), format or Format()
     with _file(path):
-        if not _is_text(path):
+        if not _has_lines(path):
             return [], 1
         from historysim.tables import from_text
 
-        return from_text.picture(path, layout)
+        return from_text.picture(*_lines(path, layout))
 
 
 @contextmanager
@@ -275,13 +278,27 @@ def _file(path: Path) -> Iterator[None]:
 
 def _is_text(path: Path) -> bool:
     """Return whether a file is read as a text, and refuse one that is named so and is none."""
-    if path.suffix.lower() in _READERS:
+    if path.suffix.lower() in _READERS or path.suffix.lower() in ENDINGS:
         return False
     if is_log(path):
         raise InputError("is the log of a run, or another SQLite database; expected a file of numbers")
     if is_netcdf(path):
         raise InputError("is a netCDF or HDF5 file, and not named so; name it .nc or .h5")
     return True
+
+
+def _has_lines(path: Path) -> bool:
+    """Return whether a file is read line by line: a text, or a sheet of Excel."""
+    return path.suffix.lower() in ENDINGS or _is_text(path)
+
+
+def _lines(path: Path, layout: Format) -> "tuple[Opened, Format]":
+    """Return what opens the lines of a file, and how they are written."""
+    from historysim.tables import from_excel, from_text
+
+    if path.suffix.lower() in ENDINGS:
+        return lambda: from_excel.opened(path, layout), from_excel.as_text(layout)
+    return lambda: from_text.opened(path, layout), layout
 
 
 def _opened(path: Path, layout: Format) -> "AbstractContextManager[Contents]":
@@ -291,10 +308,11 @@ def _opened(path: Path, layout: Format) -> "AbstractContextManager[Contents]":
 
 
 def _pieces(path: Path, columns: Mapping[str, Column], layout: Format, missing: bool) -> tuple[list[Piece], list[str]]:
-    if _is_text(path):
+    if _has_lines(path):
         from historysim.tables import from_text
 
-        return from_text.read(path, columns, layout, missing=missing, most_rows=MOST_ROWS)
+        opened, written = _lines(path, layout)
+        return from_text.read(opened, columns, written, missing=missing, most_rows=MOST_ROWS)
     from historysim.tables import arrays
 
     with _opened(path, layout) as contents:

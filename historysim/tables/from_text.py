@@ -34,27 +34,23 @@ AT_ONCE = 2000
 
 
 def read(
-    path: Path, columns: Mapping[str, Column], layout: Format, *, missing: bool, most_rows: int
+    lines_of: Opened, columns: Mapping[str, Column], layout: Format, *, missing: bool, most_rows: int
 ) -> tuple[list[Piece], list[str]]:
-    """Return columns of the tables of a text, and notices. Errors as in `historysim.tables.read_table`."""
-    return read_lines(lambda: _opened(path, layout), columns, layout, missing=missing, most_rows=most_rows)
+    """Return columns of the tables in lines that can be opened again, and notices.
 
-
-def read_lines(
-    opened: Opened, columns: Mapping[str, Column], layout: Format, *, missing: bool, most_rows: int
-) -> tuple[list[Piece], list[str]]:
-    """Return columns of the tables in lines that can be opened again, and notices; as `read`."""
+    Errors as in `historysim.tables.read_table`.
+    """
     reading = _Reading(columns, layout, missing, most_rows)
     if layout.block is None and layout.broken == "refuse":
         try:
-            with opened() as stream:
+            with lines_of() as stream:
                 return [reading.piece(stream, Head.of(stream, layout), "the table")], []
         except _BadRowError as error:
             # either there is more than one table, or the row is broken
             bad = error
     else:
         bad = None
-    with opened() as stream:
+    with lines_of() as stream:
         try:
             found = survey(stream, layout)
         except InputError as error:
@@ -63,7 +59,7 @@ def read_lines(
     pieces = []
     for index, heading in chosen:
         block = found.blocks[index]
-        with opened() as stream:
+        with lines_of() as stream:
             above = sum(1 for _ in islice(stream, block.begin - 1))
             lines = islice(stream, block.last - above)
             head = Head.of(lines, layout if heading is None else evolve(layout, header=heading), above)
@@ -125,9 +121,9 @@ def seen(found: Survey) -> str:
     return "seen: " + "; ".join([*told, *more])
 
 
-def picture(path: Path, layout: Format) -> tuple[list[str], int]:
+def picture(lines_of: Opened, layout: Format) -> tuple[list[str], int]:
     """Return lines on what stands in a text, and its number of tables. Errors as in `historysim.tables.describe`."""
-    with _opened(path, layout) as stream:
+    with lines_of() as stream:
         found = survey(stream, layout)
     lines = []
     for position, block in enumerate(found.blocks, 1):
@@ -146,14 +142,9 @@ def picture(path: Path, layout: Format) -> tuple[list[str], int]:
     return lines, len(found.blocks)
 
 
-def describe(path: Path, layout: Format) -> list[Listing]:
-    """Return what columns a text has, the first of its tables. Errors as in `historysim.tables.describe`."""
-    return describe_lines(lambda: _opened(path, layout), layout)
-
-
-def describe_lines(opened: Opened, layout: Format) -> list[Listing]:
-    """Return what columns there are in lines that can be opened again; as `describe`."""
-    with opened() as stream:
+def describe(lines_of: Opened, layout: Format) -> list[Listing]:
+    """Return what columns there are in lines that can be opened again. Errors as in `historysim.tables.describe`."""
+    with lines_of() as stream:
         found = survey(stream, layout)
     block = found.blocks[min(layout.block, len(found.blocks)) - 1 if isinstance(layout.block, int) else 0]
     heading = block.heading
@@ -169,7 +160,7 @@ def opened_rows(
     path: Path, known: Collection[str], layout: Format
 ) -> Iterator[tuple[Heading, Iterator[tuple[int, list[str]]]]]:
     """Yield the heading of a text, and its rows. Errors as in `historysim.tables.opened_rows`."""
-    with _opened(path, layout) as stream:
+    with opened(path, layout) as stream:
         head = Head.of(stream, layout)
         heading = head.heading_of(known)
         chunks = _rows(chain(head.physical[heading.above :], stream), heading, layout)
@@ -206,7 +197,8 @@ def plain_numbers(texts: list[str], decimal: str) -> Floats | None:
 
 
 @contextmanager
-def _opened(path: Path, layout: Format) -> Iterator[IO[str]]:
+def opened(path: Path, layout: Format) -> Iterator[IO[str]]:
+    """Yield the lines of a text; another encoding is an error that names the byte."""
     try:
         with path.open(encoding=layout.encoding) as stream:
             yield stream

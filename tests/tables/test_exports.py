@@ -73,6 +73,33 @@ def test_each_block_has_its_own_units(file):
     np.testing.assert_allclose(table.columns["time"], np.r_[exports.TIME, np.multiply(exports.TIME, 1e-3)])
 
 
+def test_sheets_of_excel_are_read_as_texts(tmp_path):
+    openpyxl = pytest.importorskip("openpyxl")
+    pytest.importorskip("python_calamine")
+    book = openpyxl.Workbook()
+    for line in ("Step 1", "", "Time\tFz", "s\tmN"):
+        book.active.append(line.split("\t"))
+    for time, load in zip(exports.TIME, exports.NORMAL, strict=True):
+        book.active.append([time, load])
+    path = tmp_path / "a.xlsx"
+    book.save(path)
+    wanted = {"time": Column("Time"), "normal": Column("Fz")}
+    table = read_table(path, wanted, UNITS)
+    assert table.columns["time"].tolist() == exports.TIME
+    np.testing.assert_allclose(table.columns["normal"], np.multiply(exports.NORMAL, 1e-3), rtol=1e-15)
+    assert [listing.unit for listing in describe(path)] == ["s", "mN"]
+    book.create_sheet("Other").append(["x", 1])
+    book.save(path)
+    with pytest.raises(InputError, match="has 2 sheets that are not empty; say which, as in sheet = 1; seen: 'Sheet'"):
+        read_table(path, wanted, UNITS)
+    assert read_table(path, wanted, UNITS, Format(sheet="Sheet")).columns["time"].tolist() == exports.TIME
+    with pytest.raises(InputError, match="there is no sheet 3; seen"):
+        read_table(path, wanted, UNITS, Format(sheet=3))
+    path.write_bytes(b"nothing")
+    with pytest.raises(InputError, match="is damaged, or no Excel file"):
+        describe(path)
+
+
 def test_a_broken_row_is_named_or_left_out(file):
     content = "t [s],Fn [mN]\n0,1\n1\n2,3\n3,x\n4,5\n"
     columns = {"time": "t", "normal": "Fn"}

@@ -1,0 +1,62 @@
+"""Excel: the rows of a sheet as lines of a text between tabs, through python-calamine; all else is as in texts."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from attrs import evolve
+
+from historysim.errors import InputError
+from historysim.tables.arrays import readable
+from historysim.tables.columns import Format
+
+
+def as_text(layout: Format) -> Format:
+    """Return how the lines of a sheet are written."""
+    return evolve(layout, delimiter="\t", decimal=".", comment="")
+
+
+@contextmanager
+def opened(path: Path, layout: Format) -> Iterator[Iterator[str]]:
+    """Yield the rows of a sheet as lines.
+
+    Raises
+    ------
+    InputError
+        A damaged file, no such sheet, several with something in them, or python-calamine is not installed.
+    """
+    try:
+        from python_calamine import CalamineWorkbook
+    except ImportError as error:
+        raise InputError(
+            'is read by python-calamine, which is not installed; pip install "historysim[excel]"'
+        ) from error
+    with readable("Excel"), path.open("rb") as stream:
+        book = CalamineWorkbook.from_filelike(stream)
+        name = _sheet(
+            book.sheet_names, {each: book.get_sheet_by_name(each).height for each in book.sheet_names}, layout
+        )
+        rows = book.get_sheet_by_name(name).to_python(skip_empty_area=False)
+    yield ("\t".join(map(_cell, row)) + "\n" for row in rows)
+
+
+def _sheet(names: list[str], heights: dict[str, int], layout: Format) -> str:
+    told = ", ".join(f"{name!r} ({heights[name]} rows)" for name in names)
+    if isinstance(layout.sheet, int):
+        if layout.sheet > len(names):
+            raise InputError(f"there is no sheet {layout.sheet}; seen: {told}")
+        return names[layout.sheet - 1]
+    if layout.sheet is not None:
+        if layout.sheet not in names:
+            raise InputError(f"there is no sheet {layout.sheet!r}; seen: {told}")
+        return layout.sheet
+    filled = [name for name in names if heights[name]]
+    if len(filled) != 1:
+        raise InputError(f"has {len(filled)} sheets that are not empty; say which, as in sheet = 1; seen: {told}")
+    return filled[0]
+
+
+def _cell(value: object) -> str:
+    if isinstance(value, float) and value.is_integer() and abs(value) < 1e15:
+        return str(int(value))
+    return " ".join(str(value).replace('"', "'").split())
