@@ -1,6 +1,5 @@
 """`NormalCurves`: a contact given by how its load and area rise with the approach, patch by patch."""
 
-import math
 from collections.abc import Mapping
 from typing import NamedTuple, Self
 
@@ -11,15 +10,12 @@ import numpy.typing as npt
 from historysim.asperities.curve_fitting import LEAST, density, fit_weights, labels, powers, shared
 from historysim.basics.arguments import checked
 from historysim.errors import CurveEndError, InputError
+from historysim.memory.patches import record_patches
 from historysim.memory.paths import LOAD, Paths
 from historysim.memory.rows import (
-    FULL_STICK,
-    GROSS_SLIP,
-    PARTIAL_SLIP,
     ROW_APPROACH,
     ROW_AREA,
     ROW_COUNT,
-    SEPARATED,
     Rows,
 )
 
@@ -200,30 +196,20 @@ class NormalCurves:
         approach, stick = elements.totals[:, ROW_APPROACH], self.stick_approach(elements)
         first = self.first_touch
         rows.totals[:, ROW_COUNT] = (approach[:, None] > first).sum(axis=1)
-        rows.totals[:, ROW_AREA] = 0.0
-        radii = np.zeros((2, approach.size, patches.size))
-        if self.area is not None:
-            whole, inner = self.area_at(approach), self.area_at(stick)
-            rows.totals[:, ROW_AREA] = whole.sum(axis=1)
-            np.sqrt(whole[:, patches] / math.pi, out=radii[0])
-            np.sqrt(inner[:, patches] / math.pi, out=radii[1])
-        if not patches.size:
-            return
-        touches = approach[:, None] > first[patches]
-        table = self.load[:, patches]
-        # written into the rows at once: copies of them take longer than the replay
-        normal, tangential = rows.normal_load, rows.tangential_load
-        np.maximum(self.superposition(elements.normal_load) @ table, 0.0, out=normal)
-        normal *= touches
-        limit = friction * normal
-        np.minimum(self.superposition(elements.tangential_load) @ table, limit, out=tangential)
-        np.maximum(tangential, -limit, out=tangential)
-        np.multiply(radii[0], touches, out=rows.contact_radius)
-        np.multiply(radii[1], touches, out=rows.stick_radius)
-        inside = np.where(stick[:, None] > first[patches], PARTIAL_SLIP, GROSS_SLIP)
-        inside = np.where(elements.slip_state[:, :1] == FULL_STICK, FULL_STICK, inside)
-        rows.slip_state[...] = np.where(touches, inside, SEPARATED)
-        rows.dissipated[...] = 0.0
+        rows.totals[:, ROW_AREA] = 0.0 if self.area is None else self.area_at(approach).sum(axis=1)
+        if patches.size:
+            known = np.zeros_like(self.load) if self.area is None else self.area
+            record_patches(
+                elements,
+                self.share @ self.load[:, patches],
+                np.append(0.0, self.approach),
+                np.vstack([np.zeros(patches.size), known[:, patches]]),
+                first[patches],
+                approach,
+                stick,
+                friction,
+                rows,
+            )
 
     def check_reach(self, paths: Paths) -> None:
         """Check that paths stay within the table; their targets are in N and m.
