@@ -78,7 +78,7 @@ def test_a_lone_ball_is_hertz():
     hertz = 4 / 3 * np.sqrt(400.0) * solutions.approach**1.5
     wide = solutions.area.sum(axis=1) > 200
     np.testing.assert_allclose(solutions.load.sum(axis=1)[wide], hertz[wide], rtol=8e-3)
-    np.testing.assert_allclose(solutions.area.sum(axis=1)[wide], np.pi * 400 * solutions.approach[wide], rtol=0.05)
+    np.testing.assert_allclose(solutions.area.sum(axis=1)[wide], np.pi * 400 * solutions.approach[wide], rtol=0.08)
     assert solutions.count == 1
     assert np.abs(solutions.coarse).max() < 0.05
     assert np.abs(solutions.coarse).min() > 0
