@@ -25,8 +25,8 @@ and Socie, *Int. J. Fatigue* 4 (1982) 31-40.
 import attrs
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from historysim.measured.compiled import compiled
 from historysim.measured.reduction import turning_points
 
 Floats = npt.NDArray[np.float64]
@@ -100,7 +100,7 @@ def range_pairs(values: npt.ArrayLike, *, dead_band: float = 0.0) -> RangePairs:
     )
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _count(points: Floats, start: Integers, end: Integers, full: npt.NDArray[np.bool_]) -> int:
     """Write where each cycle starts and ends, and whether it is full; return how many there are."""
     left = np.empty(points.size, dtype=np.int64)

@@ -41,15 +41,13 @@ from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from historysim.basics.arguments import checked, scalar
 from historysim.errors import InputError
+from historysim.measured.compiled import compiled
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
-
-_compiled = njit(cache=True, error_model="numpy")
 
 
 def channel(name: str, values: npt.ArrayLike, size: int | None = None) -> Floats:
@@ -342,7 +340,7 @@ def _with_gaps(name: str, values: npt.ArrayLike) -> Floats:
     return result
 
 
-@_compiled
+@compiled
 def _turning_points(values: Floats, dead_band: float, kept: Integers) -> int:
     """Write the kept indices, and return how many there are."""
     kept[0] = 0
@@ -378,7 +376,7 @@ def _turning_points(values: Floats, dead_band: float, kept: Integers) -> int:
     return count
 
 
-@_compiled
+@compiled
 def _keep_path(
     tangential: Floats,
     normal: Floats,
@@ -413,7 +411,7 @@ def _keep_path(
                 count += 2
 
 
-@_compiled
+@compiled
 def _in_step(values: Floats, kept: Integers, result: Floats) -> None:
     result[0] = values[0]
     for piece in range(kept.size - 1):

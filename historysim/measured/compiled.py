@@ -1,0 +1,18 @@
+"""How the functions of this room are compiled."""
+
+import contextlib
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from numba import njit
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def compiled(function: Function) -> Function:
+    """Return a function compiled, whose machine code is kept on the disk where a folder can be written."""
+    made: Any = njit(error_model="numpy")(function)
+    # numba refuses where neither the package nor the home can be written
+    with contextlib.suppress(RuntimeError, OSError):
+        made.enable_caching()
+    return made  # type: ignore[no-any-return] # it stands for the function
