@@ -89,6 +89,7 @@ def test_a_lone_ball_is_hertz():
     np.testing.assert_allclose(given["tangential_displacement"], expected["tangential_displacement"], rtol=0.01)
 
 
+@pytest.mark.slow
 def test_two_balls_go_from_independent_to_merged_without_a_jump():
     lone = NormalSolutions.of(balls(0.0), largest_approach=1.0)
     loads, counts = [], []
