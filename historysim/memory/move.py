@@ -21,6 +21,9 @@ from historysim.memory.layout import (
 from historysim.memory.polyline import Aim, move_group, to_displacement
 from historysim.memory.search import displacement_at
 
+# how many times softer than the contact an instrument is for which rounding of the load would be felt at its drive
+MUCH_SOFTER = 1e6
+
 
 @compiled
 def move(contact: Contact, memory: Memory, d1: float, load: float, aim: Aim) -> Memory:
@@ -58,4 +61,7 @@ def move(contact: Contact, memory: Memory, d1: float, load: float, aim: Aim) -> 
     now[DISPLACEMENT] = v1
     now[NORMAL_LOAD] = load
     now[TANGENTIAL_LOAD] = aim.value if aim.rigid == 0.0 else total_force(contact, memory)
+    if aim.rigid > 0.0 and aim.compliance * load > MUCH_SOFTER * d1 > 0.0:
+        # the drive of so soft an instrument tells the load better than the sum over the springs does
+        now[TANGENTIAL_LOAD] = (aim.value - aim.rigid * v1) / aim.compliance
     return memory

@@ -3,7 +3,7 @@
 import numpy as np
 
 from historysim.memory.compiled import compiled, inlined
-from historysim.memory.groups import approach_for
+from historysim.memory.groups import approach_for, group_loads
 from historysim.memory.layout import (
     APPROACH,
     DISPLACEMENT,
@@ -15,9 +15,14 @@ from historysim.memory.layout import (
     copied,
 )
 from historysim.memory.move import move
+from historysim.memory.normal import load_at
 from historysim.memory.polyline import to_load
+from historysim.memory.search import force_at
 
 MOST_CHORDS = 1 << 14
+
+# part by which the changes from one count of chords to the next may miss the order of the error
+DISORDER = 0.15
 
 
 @inlined
@@ -26,12 +31,48 @@ def toward(present: float, target: float, fraction: float) -> float:
     return target if fraction == 1.0 else present + fraction * (target - present)
 
 
+# nodes and weights of Gauss's quadrature on (0, 1)
+NODES = (0.04691007703066802, 0.23076534494715845, 0.5, 0.7692346550528415, 0.9530899229693319)
+WEIGHTS = (0.11846344252809454, 0.2393143352496832, 0.28444444444444444, 0.2393143352496832, 0.11846344252809454)
+FEW_SUMMITS, FEW_PANELS = 100, 6
+
+
+@compiled
+def correct(contact: Contact, start: Memory, end: Memory) -> None:
+    """Correct the energy of one chord for the way of the loads, which is straight in (N, T) and not in (d, V).
+
+    Both lead from one state to the other, so what the way dissipates more is the work of the tangential load that it
+    has more at each displacement. To first order in the change of N that load is the one at its approach.
+    """
+    first, last = start.now, end.now
+    rate = (last[NORMAL_LOAD] - first[NORMAL_LOAD]) / (last[TANGENTIAL_LOAD] - first[TANGENTIAL_LOAD])
+    moved, lost = last[DISPLACEMENT] - first[DISPLACEMENT], last[DISSIPATED] - first[DISSIPATED]
+    if lost <= 0.0:
+        return
+    # a front that passes a summit bends the way; of one summit it does not, and of many each bends it little
+    panels = FEW_PANELS if 1 < contact.gap.size <= FEW_SUMMITS else 1
+    more = 0.0
+    for k in range(panels * len(NODES)):
+        share = (k // len(NODES) + NODES[k % len(NODES)]) / panels
+        d = toward(first[APPROACH], last[APPROACH], share)
+        v = toward(first[DISPLACEMENT], last[DISPLACEMENT], share)
+        force = force_at(contact, start, group_loads(contact, d), d, v)[0]
+        load, slope = load_at(contact.sorted_gap, contact.sorted_weight, d)
+        d += (first[NORMAL_LOAD] + rate * (force - first[TANGENTIAL_LOAD]) - load) / slope
+        more += WEIGHTS[k % len(NODES)] / panels * (force_at(contact, start, group_loads(contact, d), d, v)[0] - force)
+    share = max(1.0 + more * moved / lost, 0.0)
+    for i in range(end.dissipated.size):
+        end.dissipated[i] = start.dissipated[i] + share * (end.dissipated[i] - start.dissipated[i])
+    last[DISSIPATED] = first[DISSIPATED] + share * lost
+
+
 @compiled
 def ramp(contact: Contact, memory: Memory, load: float, force: float, tolerance: float) -> Memory:
     """Carry all groups along the straight ramp in (N, T) to (load, force).
 
     One straight path in (d, V) ends in the exact state where there is one friction group, and its
-    energy is exact where N is constant or nothing slips. Otherwise the ramp is walked in chords whose
+    energy is exact where N is constant or nothing slips. Where N changes little, the energy of that
+    one chord is corrected for what the ramp departs from it. Otherwise the ramp is walked in chords whose
     ends lie on it, more of them each time, until the energy, extrapolated, and with several groups
     the displacement too, change by less than ``tolerance`` (relative to what the ramp dissipates, and
     to the displacement at which the contact slides).
@@ -41,15 +82,16 @@ def ramp(contact: Contact, memory: Memory, load: float, force: float, tolerance:
         now[APPROACH] = 0.0
     load0, force0, dissipated0 = now[NORMAL_LOAD], now[TANGENTIAL_LOAD], now[DISSIPATED]
     sticks = bool(abs(force - force0) <= contact.friction.min() * (load - load0))
-    # a chord's error is a small multiple of the square of the relative change
+    # the error of a corrected chord is a small multiple of the square of the relative change
     small = ((load - load0) / max(load, load0)) ** 2 <= tolerance if load != load0 else True
     # then the state does not depend on the chords
     single = contact.friction.size == 1 and not memory.steep[0]
-    # with several groups the error falls in steps, as groups slip earlier or later: two halvings may agree by chance
-    ratio, agreements = (2, 1) if single else (3, 2)
+    # with several groups the error falls in steps, as groups slip earlier or later
+    ratio = 2 if single else 3
     weight = 1.0 / (ratio * ratio - 1.0)
-    whole, coarse = memory, memory
-    energy, agreed = 0.0, 0
+    corrects = bool(small and load != load0 and abs(force - force0) > contact.friction.max() * abs(load - load0))
+    whole, coarse = memory, copied(memory) if corrects else memory
+    energy, last_change, fell, agreed = 0.0, 0.0, True, 0
     chords = np.int64(1)
     while True:
         fine = memory if small or sticks else copied(memory)
@@ -57,6 +99,8 @@ def ramp(contact: Contact, memory: Memory, load: float, force: float, tolerance:
             step_load, step_force = toward(load0, load, k / chords), toward(force0, force, k / chords)
             d1 = approach_for(contact, fine, step_load)
             fine = move(contact, fine, d1, step_load, to_load(step_force))
+        if corrects and not sticks:
+            correct(contact, coarse, fine)
         if small or sticks:
             return fine
         if chords == 1:
@@ -65,9 +109,14 @@ def ramp(contact: Contact, memory: Memory, load: float, force: float, tolerance:
             extrapolated = fine.now[DISSIPATED] + weight * (fine.now[DISSIPATED] - coarse.now[DISSIPATED])
             drift = abs(fine.now[DISPLACEMENT] - coarse.now[DISPLACEMENT])
             reach = contact.friction.max() * max(now[APPROACH], fine.now[APPROACH])
+            change = abs(fine.now[DISSIPATED] - coarse.now[DISSIPATED])
             settled = abs(extrapolated - energy) <= tolerance * (extrapolated - dissipated0)
+            # while the changes do not fall by ratio², as they have to, two extrapolations may agree by chance
+            falls = abs(last_change - ratio * ratio * change) <= DISORDER * last_change or chords == ratio
+            needed = 1 if single and falls and fell else 2
+            last_change, fell = change, falls
             agreed = agreed + 1 if settled and (single or drift <= tolerance * reach) else 0
-            if agreed == agreements or chords > MOST_CHORDS:
+            if agreed >= needed or chords > MOST_CHORDS:
                 break
             energy = extrapolated
         coarse = fine

@@ -553,6 +553,18 @@ def test_the_drive_arrives_behind_any_instrument(moves, exponent):
 # -- several coefficients --------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("several", [False, True])
+@pytest.mark.parametrize("stiffness", [1e-2, 1e-6, 1e-8, 1e-13])
+def test_the_drive_of_an_extremely_soft_instrument_arrives(several, stiffness):
+    contact = scattered(5, several)
+    ensemble, instrument = ensemble_of(contact), Instrument(stiffness)
+    state = ensemble.advance(ensemble.initial_state(), normal_load=0.1)
+    for drive in (0.3, -0.2, 0.1, 0.25, 0.0, -0.3):
+        state = ensemble.advance(state, tangential_displacement=drive, instrument=instrument)
+        reached = instrument.drive_displacement(state.tangential_displacement, state.tangential_load)
+        assert reached == pytest.approx(drive, abs=1e-10)
+
+
 def test_ramps_of_both_loads_do_not_feel_the_instrument_and_drives_start_where_they_end():
     contact = scattered(6, several=True)
     ensemble = ensemble_of(contact)

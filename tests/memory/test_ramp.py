@@ -1,0 +1,71 @@
+"""The energy of ramps of both loads, however much the normal load changes on them."""
+
+import numpy as np
+import pytest
+
+import historysim as hs
+
+UNIT = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
+
+
+def surface(friction, **options):
+    heights = -np.linspace(0.0, 0.3, len(friction))
+    return hs.Ensemble(UNIT, heights, 1.0, friction, **options)
+
+
+def pressed(ensemble, turns, load):
+    """A state after turns, as shares of the friction limit at a normal load, and that limit."""
+    state = ensemble.advance(ensemble.initial_state(), normal_load=load, tangential_load=0.0)
+    limit = limit_of(ensemble, load)
+    for turn in turns:
+        state = ensemble.advance(state, tangential_load=turn * limit)
+    return state, limit
+
+
+def limit_of(ensemble, load):
+    depth = np.clip(ensemble.approach_at(load) + ensemble.summit_height, 0, None)
+    return float(ensemble.friction @ (4 / 3 * depth**1.5))
+
+
+def ramped(ensemble, state, normal_load, tangential_load, parts=1):
+    """Energy that a straight ramp dissipates, walked in parts."""
+    start = state
+    for k in range(1, parts + 1):
+        loads = (
+            first + (last - first) * k / parts
+            for first, last in ((start.normal_load, normal_load), (start.tangential_load, tangential_load))
+        )
+        state = ensemble.advance(state, **dict(zip(("normal_load", "tangential_load"), loads, strict=True)))
+    return state.dissipated_energy - start.dissipated_energy
+
+
+@pytest.mark.parametrize("friction", [[0.5], [0.5] * 6, [0.2, 0.5, 0.3]])
+@pytest.mark.parametrize("change", [9.9e-4, -9.9e-4, 3e-4, -1e-5])
+def test_a_little_change_of_the_normal_load_takes_its_share_of_the_energy(friction, change):
+    ensemble = surface(friction)
+    state, limit = pressed(ensemble, [-0.9], 1.0)
+    normal, tangential = 1.0 + change, 0.9 * limit * (1 + min(change, 0.0))
+    energy = ramped(ensemble, state, normal, tangential)
+    assert energy == pytest.approx(ramped(ensemble, state, normal, tangential, parts=50), rel=1e-6)
+    # without the correction for the way of the loads it would miss by this much
+    assert abs(ramped(ensemble, state, 1.0, tangential) / energy - 1) > 0.02 * abs(change)
+
+
+def test_the_energy_of_large_ramps_is_within_the_tolerance():
+    rng = np.random.default_rng(5)
+    coarse, fine = (surface([0.5], tolerance=tolerance) for tolerance in (1e-4, 1e-8))
+    for _ in range(600):
+        state, _ = pressed(coarse, rng.uniform(-0.99, 0.99, rng.integers(1, 5)), 1.0)
+        normal = 1.0 + rng.uniform(-0.8, 2.0)
+        tangential = rng.uniform(-0.99, 0.99) * 0.5 * min(1.0, normal)
+        energy = ramped(fine, state, normal, tangential)
+        assert ramped(coarse, state, normal, tangential) == pytest.approx(energy, rel=1.5e-4, abs=1e-9)
+
+
+def test_asperities_share_the_corrected_energy():
+    ensemble = surface([0.5, 0.5, 0.3, 0.4])
+    state, limit = pressed(ensemble, [-0.9], 1.0)
+    state = ensemble.advance(state, normal_load=1.0009, tangential_load=0.9 * limit)
+    shares = [ensemble.asperity(i, state).dissipated_energy for i in range(4)]
+    assert sum(shares) == pytest.approx(state.dissipated_energy, rel=1e-12)
+    assert min(shares) > 0
