@@ -44,6 +44,10 @@ Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
 
+LEAST_APPROACH, LEAST_LOAD = 1e-150, 1e-225
+"""Approach over the largest radius, and load in its unit, below which there is no contact: floats hold its 3/2 power."""
+
+
 @attrs.frozen(eq=False, repr=False)
 class EnsembleState:
     """The state of an ensemble: a value, never changed once made.
@@ -621,8 +625,9 @@ def _channel(
 
 
 def _scaled(paths: Paths, units: Units) -> Paths:
-    normal = np.where(paths.normal_control == LOAD, units.load, units.length)
+    load = paths.normal_control == LOAD
+    normal = paths.normal_target / np.where(load, units.load, units.length)
+    # a load that is too small for a float would press on springs without any stiffness
+    normal[np.abs(normal) < np.where(load, LEAST_LOAD, LEAST_APPROACH)] = 0.0
     tangential = np.where(paths.tangential_control == LOAD, units.load, units.displacement)
-    return paths._replace(
-        normal_target=paths.normal_target / normal, tangential_target=paths.tangential_target / tangential
-    )
+    return paths._replace(normal_target=normal, tangential_target=paths.tangential_target / tangential)

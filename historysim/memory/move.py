@@ -5,7 +5,7 @@ import numpy as np
 from historysim.memory.clipping import is_steep, move_steep_group
 from historysim.memory.compiled import compiled
 from historysim.memory.energy import withdrawal_energy
-from historysim.memory.groups import group_loads, total_force
+from historysim.memory.groups import friction_limit, group_loads, total_force
 from historysim.memory.layout import (
     APPROACH,
     DISPLACEMENT,
@@ -62,6 +62,8 @@ def move(contact: Contact, memory: Memory, d1: float, load: float, aim: Aim) -> 
     now[NORMAL_LOAD] = load
     now[TANGENTIAL_LOAD] = aim.value if aim.rigid == 0.0 else total_force(contact, memory)
     if aim.rigid > 0.0 and aim.compliance * load > MUCH_SOFTER * d1 > 0.0:
-        # the drive of so soft an instrument tells the load better than the sum over the springs does
-        now[TANGENTIAL_LOAD] = (aim.value - aim.rigid * v1) / aim.compliance
+        # the drive of so soft an instrument tells the load better than the sum over the springs does, unless the
+        # contact has slid so far that its displacement is rounded by more than it can be strained
+        limit = friction_limit(contact, d1, load)
+        now[TANGENTIAL_LOAD] = min(max((aim.value - aim.rigid * v1) / aim.compliance, -limit), limit)
     return memory

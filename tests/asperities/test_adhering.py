@@ -91,7 +91,7 @@ def test_a_scenario_takes_the_work_of_adhesion_from_its_materials(tmp_path):
             {"first": '{ name = "mine", youngs_modulus = 1e11, poissons_ratio = 0.2 }'},
             "s.toml: adhesion.work_of_adhesion: missing; the materials have no surface energy to take it from",
         ),
-        ({"work": 'work_of_adhesion = "-1 J m-2"'}, "s.toml: adhesion: work_of_adhesion is -1"),
+        ({"work": 'work_of_adhesion = "-1 J m-2"'}, "s.toml: adhesion: MaterialPair: work_of_adhesion is -1"),
         ({"work": 'work_of_adhesion = "1 N"'}, "s.toml: adhesion.work_of_adhesion: '1 N'"),
     ],
 )

@@ -456,3 +456,18 @@ def test_a_state_says_its_loads_and_displacements():
 def test_the_approach_at_what_is_no_load_is_refused(load):
     with pytest.raises(InputError, match="normal_load is"):
         rough(5).approach_at(load)
+
+
+@pytest.mark.parametrize("tiny", [9.347990849696351e-257, 1e-200, 1e-160])
+def test_an_approach_whose_load_no_float_holds_is_no_contact(tiny):
+    pair = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
+    ensemble = hs.Ensemble(pair, [0.0, -0.01], 1.0, 0.5)
+    events = [
+        hs.NormalDisplacement(0.0, tiny),
+        hs.TangentialDisplacement(1.0, 0.0),
+        hs.TangentialDisplacement(2.0, tiny),
+    ]
+    history = hs.replay(ensemble, [*events, hs.NormalLoad(3.0, 0.01)], substeps=2)
+    assert all(np.isfinite(values.values.astype(float)).all() for values in history.variables.values())
+    assert history.contact_count.values[0] == 0
+    assert ensemble.advance(ensemble.initial_state(), normal_load=1e-300).approach == 0.0
