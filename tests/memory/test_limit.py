@@ -173,6 +173,20 @@ def restless(draw, count):
 FRICTION = np.array([0.25, 0.6, 0.4])
 
 
+def alike(oracle, normal, tangential):
+    """Tell whether a move is the same one to the oracle.
+
+    On its way to the limit, or back from it, a path to an approach is straight in approach and displacement, while
+    that of the oracle is straight in approach and load.
+    """
+    if (normal[0], tangential[0]) != ("displacement", "load"):
+        return True
+    limits = np.array([oracle.limit, oracle.limit_at(normal[1])])
+    requests = np.array([oracle.request, tangential[1]])
+    free = abs(requests[1]) < limits[1] and abs(requests[0]) <= limits[0] * (1 + 1e-12)
+    return free or any(np.all(side * requests >= limits * (1 - 1e-12)) for side in (1, -1))
+
+
 def ensemble_of(count):
     return hs.Ensemble(UNIT, -np.linspace(0.0, 0.3, count), 1.0, FRICTION[:count])
 
@@ -189,6 +203,8 @@ def test_histories_at_the_limit_do_not_depend_on_substeps_and_agree_with_the_ora
     finer = at_events(finer, 4)
     oracle = Polylines(-np.linspace(0.0, 0.3, count), 1.0, FRICTION[:count])
     for step, (normal, tangential) in enumerate(moves):
+        if not alike(oracle, normal, tangential):
+            break
         oracle.to(normal, tangential, steps=60)
         row = once.isel(step=step)
         reach = max(0.6, abs(oracle.displacement))

@@ -113,8 +113,7 @@ class Polylines:
             for k in range(1, steps + 1):
                 self._step(d0 + (d1 - d0) * k / steps, v0 + (end - v0) * k / steps)
         else:
-            for k in range(1, steps + 1):
-                share = k / steps
+            for share in self._shares(normal, both, steps):
                 d = self.approach_at(n0 + (normal[1] - n0) * share) if both else d0 + (d1 - d0) * share
                 limit = self.limit_at(d)
                 asked = t0 + (tangential[1] - t0) * share
@@ -135,6 +134,17 @@ class Polylines:
     def vertices(self):
         """Polylines of all groups as arrays (vertex, 2) of label and anchor."""
         return [np.array(line) for line in self.lines]
+
+    def _shares(self, normal, both, steps):
+        """Ends of the steps of a path, as shares of it; where summits touch or leave, one ends."""
+        gaps = np.unique(np.concatenate([group.gap for group in self.groups]))
+        first = self.normal_load if both else self.approach
+        reached = np.array([self._load_at(gap) for gap in gaps]) if both else gaps
+        shares = (reached - first) / (normal[1] - first) if normal[1] != first else np.array([])
+        return np.union1d(shares[(shares > 0) & (shares < 1)], np.arange(1, steps + 1) / steps)
+
+    def _load_at(self, approach):
+        return sum(group.load(approach) for group in self.groups)
 
     def _step(self, d, v):
         lines = self._carried(d, v)
