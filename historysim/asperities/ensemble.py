@@ -45,7 +45,7 @@ Integers = npt.NDArray[np.int64]
 
 
 LEAST_APPROACH, LEAST_LOAD = 1e-150, 1e-225
-"""Approach over the largest radius, and load in its unit, below which there is no contact: floats hold its 3/2 power."""
+"""Approach over the largest radius, and load in its unit, below which there is no contact that floats could hold."""
 
 
 @attrs.frozen(eq=False, repr=False)
