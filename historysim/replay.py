@@ -14,7 +14,7 @@ from historysim.asperities.ensemble import Ensemble, EnsembleState
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.errors import CurveEndError, FrictionLimitError, InputError, LoadError
 from historysim.loads import schedule
-from historysim.loads.events import Event, FrictionChange, as_events, events_text, time_text
+from historysim.loads.events import Event, as_events, events_text, time_text
 from historysim.loads.schedule import Standing, Start, Stretch
 from historysim.memory.rows import Rows
 from historysim.recording import provenance, recorder
@@ -70,7 +70,7 @@ class Replay:
     @property
     def friction_changes(self) -> bool:
         """Whether an event changes friction."""
-        return any(isinstance(event, FrictionChange) for event in self.events)
+        return schedule.changes_friction(self.events)
 
     def steps(self, until: float = math.inf) -> int:
         """Return the number of rows that are recorded up to a time [s]."""

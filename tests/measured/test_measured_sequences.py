@@ -364,6 +364,7 @@ def test_a_friction_damper(tmp_path, monkeypatch):
     assert call("compare", "d_fitted.toml").exit_code == 0
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not GRANITE.is_file(), reason="the measured record of a triaxial test is not there")
 def test_granite_in_a_triaxial_cell(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -674,9 +674,9 @@ def test_values_of_a_wrong_type_or_size_are_refused_by_their_key(folder, name, k
         ("Sphere", "surface.kind: the text 'Sphere'; did you mean 'sphere'?"),
         (
             "gaussian",
-            "surface.kind: the text 'gaussian'; expected one of sphere, summits, textured, statistics, random",
+            "surface.kind: the text 'gaussian'; expected one of sphere, summits, textured, statistics, normal_curve",
         ),
-        (["sphere"], "surface.kind: an array; expected one of sphere, summits, textured, statistics, random, measured"),
+        (["sphere"], "surface.kind: an array; expected one of sphere, summits, textured, statistics, normal_curve"),
         ({"random": 1}, "surface.kind: a table; expected one of sphere"),
         (7, "surface.kind: 7; expected one of sphere"),
         (True, "surface.kind: true; expected one of sphere"),

@@ -213,7 +213,8 @@ def test_heights_cannot_be_changed_from_outside_or_inside():
 
 
 def test_the_text_of_a_surface_is_short():
-    assert repr(Surface(np.zeros((100, 100)), (1e-6, 2e-6))) == "Surface(pixel_size=(1e-06, 2e-06), periodic=False)"
+    told = "<Surface: 100 × 100 points, 1 µm × 2 µm apart, heights 0 m, rms height 0 m>"
+    assert repr(Surface(np.zeros((100, 100)), (1e-6, 2e-6))) == told
 
 
 @given(heights_with_gaps)
