@@ -4,11 +4,14 @@ import functools
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from historysim.errors import InputError
+
+if TYPE_CHECKING:
+    from historysim.scenario.scenario import Scenario
 
 
 class PathType(click.Path):
@@ -57,6 +60,49 @@ def quantity_option(option: str, text: str, unit: str) -> float:
         return quantity(text, unit)
     except InputError as error:
         raise InputError(f"{option}: {error}") from error
+
+
+def set_option(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command the option that puts other values into a scenario; it takes them as ``values``, by key."""
+
+    @functools.wraps(command)
+    def with_values(*, settings: tuple[str, ...], **others: Any) -> None:
+        command(values=dict(map(_setting, settings)), **others)
+
+    return click.option(
+        "--set",
+        "settings",
+        multiple=True,
+        metavar="KEY=VALUE",
+        help="Another value for a key of the scenario, as friction.coefficient=0.3; may come several times.",
+    )(with_values)
+
+
+def _setting(text: str) -> tuple[str, Any]:
+    """Return the key and the value of an option: a value of TOML, or else a text without its quotation marks."""
+    import tomllib
+
+    key, equals, value = (part.strip() for part in text.partition("="))
+    if not (key and equals and value):
+        raise InputError(
+            f'--set {text!r}: expected KEY=VALUE, such as friction.coefficient=0.3 or "surface.radius=2 mm"'
+        )
+    try:
+        found = tomllib.loads(f"value = {value}")
+    except (ValueError, RecursionError):
+        return key, value
+    return key, found["value"] if set(found) == {"value"} else value
+
+
+def scenario_or_file(file: Path, values: dict[str, Any]) -> "Scenario | Path":
+    """Return the scenario of a file with other values, or the file itself where there are none."""
+    if not values:
+        return file
+    if file.suffix != ".toml":
+        raise InputError(f"{file}: is no scenario (.toml), so that --set has nothing to change; leave it out")
+    from historysim.scenario.scenario import load
+
+    return load(file, values)
 
 
 def text_options(command: Callable[..., None]) -> Callable[..., None]:

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from historysim.cli.arguments import check_target, path_type
+from historysim.cli.arguments import check_target, path_type, scenario_or_file, set_option
 from historysim.cli.output import print_lines, save
 from historysim.errors import InputError
 
@@ -26,12 +26,13 @@ def height_map_options(command: Callable[..., None]) -> Callable[..., None]:
 
 @click.command()
 @click.argument("file", type=path_type)
+@set_option
 @height_map_options
-def show(file: Path, **height_map: Any) -> None:
+def show(file: Path, values: dict[str, Any], **height_map: Any) -> None:
     """Say in a few lines what FILE holds: a scenario, a result, a log, friction loops, or a height map."""
     from historysim.scenario.show import show as shown
 
-    print_lines(shown(file, **_given(height_map)))
+    print_lines(shown(scenario_or_file(file, values), **_given(height_map)))
 
 
 @click.command()
@@ -40,9 +41,16 @@ def show(file: Path, **height_map: Any) -> None:
 @click.option("--step", help="Draw the surface of a result at this step, or at the peak normal load: a number or peak.")
 @click.option("--adhesion", is_flag=True, help="Draw the adhesion map of a scenario, with asperities of it.")
 @click.option("--asperity", type=int, help="With --adhesion: draw the equilibria of this asperity instead.")
+@set_option
 @height_map_options
 def plot(
-    file: Path, output: Path | None, step: str | None, adhesion: bool, asperity: int | None, **height_map: Any
+    file: Path,
+    output: Path | None,
+    step: str | None,
+    adhesion: bool,
+    asperity: int | None,
+    values: dict[str, Any],
+    **height_map: Any,
 ) -> None:
     """Draw FILE.
 
@@ -64,7 +72,8 @@ def plot(
     from historysim.scenario.plot import plot as drawn
 
     number = int(step) if step is not None and step.removeprefix("-").isdecimal() else step
-    save(drawn(file, step=number, adhesion=adhesion, asperity=asperity, **_given(height_map)), output)
+    what = scenario_or_file(file, values)
+    save(drawn(what, step=number, adhesion=adhesion, asperity=asperity, **_given(height_map)), output)
     click.echo(output)
 
 

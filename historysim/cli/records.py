@@ -1,12 +1,19 @@
 """Commands that read records of an instrument: columns, loops, compare, fit."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from historysim.basics.files import replacing
-from historysim.cli.arguments import check_target, path_type, quantity_option, text_options
+from historysim.cli.arguments import (
+    check_target,
+    path_type,
+    quantity_option,
+    scenario_or_file,
+    set_option,
+    text_options,
+)
 from historysim.cli.output import check_ending, print_lines, print_table, save, save_dataset
 from historysim.errors import InputError
 
@@ -43,7 +50,10 @@ def columns(file: Path, layout: "Format") -> None:
 )
 @click.option("-o", "--output", type=path_type, help="Also write all loops to this file (.nc or .csv).")
 @click.option("--plot", "with_picture", is_flag=True, help="Also draw the loops: FILE's name with _loops.png, here.")
-def loops(file: Path, skip: int, dead_band: str | None, output: Path | None, with_picture: bool) -> None:
+@set_option
+def loops(
+    file: Path, skip: int, dead_band: str | None, output: Path | None, with_picture: bool, values: dict[str, Any]
+) -> None:
     """Say what the friction loops of FILE are like: of a scenario's measured record, or of a result."""
     band = None if dead_band is None else quantity_option("--dead-band", dead_band, "m")
     picture = Path(f"{file.stem}_loops.png") if with_picture else None
@@ -55,7 +65,8 @@ def loops(file: Path, skip: int, dead_band: str | None, output: Path | None, wit
     from historysim.results.plots.loops import plot_loops
     from historysim.scenario.loops import find_loops
 
-    found = find_loops(_loaded(file, *targets) if file.suffix == ".toml" else file, dead_band=band, skip=skip)
+    record = _loaded(file, values, *targets) if file.suffix == ".toml" else scenario_or_file(file, values)
+    found = find_loops(record, dead_band=band, skip=skip)
     if output is not None:
         save_dataset(found.to_dataset(), output)
     if picture is not None:
@@ -70,14 +81,15 @@ def loops(file: Path, skip: int, dead_band: str | None, output: Path | None, wit
 @click.argument("scenario", type=path_type)
 @click.option("--skip", default=0, show_default=True, help="Loops at the start to leave out.")
 @click.option("-o", "--output", type=path_type, help="The picture. [default: SCENARIO's name with _comparison.png]")
-def compare(scenario: Path, skip: int, output: Path | None) -> None:
+@set_option
+def compare(scenario: Path, skip: int, output: Path | None, values: dict[str, Any]) -> None:
     """Set the model of SCENARIO beside what was measured: time series, loops, energy per loop."""
     output = output or Path(f"{scenario.stem}_comparison.png")
     check_target(output, scenario)
     from historysim.results.plots.comparison import plot_comparison
     from historysim.scenario.compare import compare as compare_scenario
 
-    loaded = _loaded(scenario, output)
+    loaded = _loaded(scenario, values, output)
     comparison = compare_scenario(loaded, skip=skip)
     save(plot_comparison(comparison, loaded.title), output)
     print_lines(comparison.summary())
@@ -90,7 +102,8 @@ def compare(scenario: Path, skip: int, output: Path | None) -> None:
 @click.option(
     "-o", "--output", type=path_type, help="The fitted scenario. [default: SCENARIO's name with _fitted.toml]"
 )
-def fit(scenario: Path, output: Path | None) -> None:
+@set_option
+def fit(scenario: Path, output: Path | None, values: dict[str, Any]) -> None:
     """Fit parameters of SCENARIO, as its [fit] says, to what was measured; write the fitted scenario and a picture."""
     output = output or Path(f"{scenario.stem}_fitted.toml")
     if output.suffix != ".toml":
@@ -101,7 +114,7 @@ def fit(scenario: Path, output: Path | None) -> None:
     from historysim.results.plots.comparison import plot_comparison
     from historysim.scenario.fit import fit as fit_scenario
 
-    loaded = _loaded(scenario, output, picture)
+    loaded = _loaded(scenario, values, output, picture)
     found = fit_scenario(loaded)
     # both stand under their names, or neither
     with replacing(output) as unfinished:
@@ -113,11 +126,11 @@ def fit(scenario: Path, output: Path | None) -> None:
     click.echo(output)
 
 
-def _loaded(path: Path, *targets: Path) -> "Scenario":
-    """Return a scenario, of which no target is the file that it replays."""
+def _loaded(path: Path, values: dict[str, Any], *targets: Path) -> "Scenario":
+    """Return a scenario with other values, of which no target is the file that it replays."""
     from historysim.scenario.scenario import load
 
-    loaded = load(path)
+    loaded = load(path, values)
     for target in targets:
         check_target(target, *loaded.measured_files)
     return loaded

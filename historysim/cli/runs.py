@@ -1,10 +1,11 @@
 """Commands that replay a scenario: run, validate."""
 
 from pathlib import Path
+from typing import Any
 
 import click
 
-from historysim.cli.arguments import check_target, path_type
+from historysim.cli.arguments import check_target, path_type, scenario_or_file, set_option
 from historysim.cli.output import notice, print_lines, save
 
 
@@ -21,8 +22,10 @@ from historysim.cli.output import notice, print_lines, save
     help="Steps that a crash costs at most. [default: some seconds of replay]",
 )
 @click.option("--compression", type=click.Choice(["none", "zlib", "zstd"]), default="none", show_default=True)
+@set_option
 def run(
     scenario: Path,
+    values: dict[str, Any],
     output: Path | None,
     with_picture: bool,
     quiet: bool,
@@ -45,7 +48,7 @@ def run(
     from historysim.scenario.run import run as carry_out
 
     with carry_out(
-        scenario,
+        scenario_or_file(scenario, values),
         output,
         progress=not quiet,
         resume=resume,
@@ -62,12 +65,13 @@ def run(
 
 @click.command()
 @click.argument("scenario", type=path_type)
-def validate(scenario: Path) -> None:
+@set_option
+def validate(scenario: Path, values: dict[str, Any]) -> None:
     """Check SCENARIO (TOML) and the files that it names, without running it."""
     from historysim.scenario.scenario import load
     from historysim.scenario.summary import summary
 
-    print_lines(summary(load(scenario)))
+    print_lines(summary(load(scenario, values)))
     click.echo("valid")
 
 

@@ -1,9 +1,11 @@
 """From a TOML file to the sections of a scenario."""
 
 import tomllib
-from functools import partial
+from collections.abc import Mapping
+from functools import cache, partial
 from operator import eq
 from pathlib import Path
+from typing import Any
 
 from cattrs import Converter
 
@@ -12,6 +14,7 @@ from historysim.basics.wording import shown
 from historysim.errors import InputError
 from historysim.scenario.columns import column_hooks
 from historysim.scenario.loading_kinds import AnyLoading, channel_hooks, loading_from_toml
+from historysim.scenario.overriding import text_with_values, with_values
 from historysim.scenario.schema import schema_converter, text
 from historysim.scenario.sections import RECORDS, MaterialEntry, MaterialTable, Sections
 from historysim.scenario.surface_kinds import (
@@ -24,8 +27,14 @@ from historysim.scenario.surface_kinds import (
 )
 
 
-def read_sections(path: Path) -> tuple[str, Sections]:
+def read_sections(path: Path, values: Mapping[str, Any] | None = None) -> tuple[str, Sections]:
     """Return what stands in a file, and what that means.
+
+    Parameters
+    ----------
+    path : Path
+    values : dict, optional
+        Values that take the place of those in the file, by key: ``{"friction.coefficient": 0.3}``.
 
     Raises
     ------
@@ -33,15 +42,34 @@ def read_sections(path: Path) -> tuple[str, Sections]:
         A file that cannot be read or is not TOML, or fields that cannot be used, each with its place.
     """
     source = _source(path)
-    try:
-        document = tomllib.loads(source)
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"is not TOML: {error}") from error
+    document = parsed(source)
     if not document:
         raise InputError("is empty; expected at least [materials], [surface], [friction] and [loading]")
-    return source, _converter().structure(document, Sections)
+    if not values:
+        return source, sections_of(document)
+    return text_with_values(source, values), sections_of(with_values(document, values))
 
 
+def parsed(source: str) -> dict[str, Any]:
+    """Return what a text holds.
+
+    Raises
+    ------
+    InputError
+        It is not TOML.
+    """
+    try:
+        return tomllib.loads(source)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"is not TOML: {error}") from error
+
+
+def sections_of(document: Mapping[str, Any]) -> Sections:
+    """Return what the tables of a scenario mean; fields that cannot be used are errors of cattrs, see `reported`."""
+    return _converter().structure(document, Sections)
+
+
+@cache
 def _converter() -> Converter:
     converter = schema_converter()
     for kind, hook in (

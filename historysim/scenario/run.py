@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def run(
-    path: str | Path,
+    path: str | Path | scenario.Scenario,
     output: str | Path | None = None,
     *,
     progress: bool = False,
@@ -28,12 +28,12 @@ def run(
     compression: str = "none",
     tell: Teller = silent,
 ) -> "xr.Dataset":
-    """Replay a scenario file, or the log of an earlier run.
+    """Replay a scenario, or the log of an earlier run.
 
     Parameters
     ----------
-    path : path
-        A scenario in TOML, or a log (``NAME.history``).
+    path : path or Scenario
+        The file of a scenario (TOML) or of a log (``NAME.history``), or what `load` has made of the former.
     output : path, optional
         A netCDF file to write the history to, with the surface in the group ``surface``; an existing one is replaced
         when the new one is complete. The log of a scenario stands beside it, as ``NAME.history``, from the beginning.
@@ -66,7 +66,8 @@ def run(
     """
     import xarray as xr
 
-    path = Path(path)
+    if not isinstance(path, scenario.Scenario):
+        path = Path(path)
     if snapshot_every is not None and not (isinstance(snapshot_every, int) and snapshot_every >= 1):
         raise InputError(f"snapshot_every is {snapshot_every!r}; expected a whole number of 1 or more")
     check_compression(compression)
@@ -107,23 +108,23 @@ def head_of(loaded: scenario.Scenario, tell: Teller = silent) -> tuple[Head, lis
     return head, loaded.events(tell)
 
 
-def _in_memory(path: Path, *, progress: bool, tell: Teller) -> "xr.Dataset":
-    if is_log(path):
+def _in_memory(path: Path | scenario.Scenario, *, progress: bool, tell: Teller) -> "xr.Dataset":
+    if isinstance(path, Path) and is_log(path):
         with LogFile(path) as file:
             head, content = file.head, file.sound()
         events, links = content.events, content.links
     else:
-        head, events = head_of(scenario.load(path), tell)
+        head, events = head_of(scenario.as_scenario(path), tell)
         links = links_of(head, events)
     return head.replay(events).dataset(attributes=head.attributes | digest_attribute(links[-1]), progress=progress)
 
 
-def _log_of_run(path: Path, output: Path, *, resume: bool, tell: Teller) -> LogFile:
+def _log_of_run(path: Path | scenario.Scenario, output: Path, *, resume: bool, tell: Teller) -> LogFile:
     """Open or make the log that a run writes; whoever has it is the only writer."""
-    if is_log(path):
+    if isinstance(path, Path) and is_log(path):
         return LogFile(path, write=True)
     beside = log_beside(output)
-    loaded = scenario.load(path)
+    loaded = scenario.as_scenario(path)
     if not (resume and beside.exists()):
         if resume:
             tell(f"{beside}: there is no log to resume from; the run starts at the beginning")
@@ -133,7 +134,7 @@ def _log_of_run(path: Path, output: Path, *, resume: bool, tell: Teller) -> LogF
     if file.head.settings["scenario"] != loaded.text:
         file.close()
         raise InputError(
-            f"{path}: is not the scenario that {beside} was made from, so the run cannot go on from there; run it "
-            f"without --resume to begin again, or go on with the old one: historysim run {beside} --resume"
+            f"{loaded.path}: is not the scenario that {beside} was made from, so the run cannot go on from there; run "
+            f"it without --resume to begin again, or go on with the old one: historysim run {beside} --resume"
         )
     return file

@@ -5,7 +5,7 @@ build the same objects that a program would: an ``Ensemble`` and a list of event
 """
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -40,7 +40,7 @@ class Scenario:
     path : Path
         The file.
     text : str
-        What stands in the file (TOML).
+        What stands in the file (TOML), with the values that take the place of some.
     sections : Sections
         What that means.
     """
@@ -304,13 +304,16 @@ class Scenario:
                 raise misfit(problem, "record", "asperities", position)
 
 
-def load(path: str | os.PathLike[str]) -> Scenario:
+def load(path: str | os.PathLike[str], values: Mapping[str, Any] | None = None) -> Scenario:
     """Return the scenario that stands in a file.
 
     Parameters
     ----------
     path : path-like
         A TOML file.
+    values : dict, optional
+        Values that take the place of those in the file, by key, as ``{"friction.coefficient": 0.3}`` or
+        ``{"loading.waypoints[1].tangential_load": "5 mN"}``; a key that is not in the file is added.
 
     Returns
     -------
@@ -327,7 +330,7 @@ def load(path: str | os.PathLike[str]) -> Scenario:
         raise InputError(f"{path!r} is no scenario; expected the path of a TOML file")
     path = Path(path)
     with reported(path.name or str(path)):
-        return Scenario(path, *read_sections(path))
+        return Scenario(path, *read_sections(path, values))
 
 
 def as_scenario(scenario: Scenario | str | os.PathLike[str]) -> Scenario:

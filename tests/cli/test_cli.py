@@ -99,6 +99,31 @@ def test_validate_reads_and_writes_nothing(folder):
 
 
 @pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize("command", ["validate", "show", "run", "plot", "compare", "loops", "fit"])
+def test_any_command_takes_other_values_for_a_scenario(folder, command):
+    before = files(folder)
+    refused = call(command, "ball.toml", "--set", "friction.coefficent=0.3")
+    assert refused.exit_code == 2
+    assert "ball.toml: friction.coefficent: unknown key; did you mean 'coefficient'?" in refused.output
+    refused = call(command, "ball.toml", "--set", "0.3")
+    assert refused.exit_code == 2
+    assert "--set '0.3': expected KEY=VALUE" in refused.output
+    assert files(folder) == before
+
+
+def test_other_values_decide_what_comes_out(folder):
+    values = ("--set", "friction.coefficient=0.3", "--set", "loading.waypoints[0].normal_load=60 mN")
+    assert call("run", "ball.toml", "-q", *values).exit_code == 0
+    with xr.open_dataset("ball.nc", decode_times=False) as history:
+        assert history.friction.values == [0.3]
+        assert history.total_normal_load.values[-1] == pytest.approx(60e-3, rel=1e-12)
+        (folder / "told.toml").write_text(history.attrs["scenario"], encoding="utf-8")
+        assert history.drop_attrs().identical(hs.run("told.toml").drop_attrs())
+    refused = call("show", "ball.nc", "--set", "friction.coefficient=0.3")
+    assert refused.exit_code == 2
+    assert "ball.nc: is no scenario (.toml), so that --set has nothing to change" in refused.output
+
+
 def test_show_tells_a_scenario_from_a_result():
     assert call("run", "ball.toml").exit_code == 0
     scenario, result = call("show", "ball.toml"), call("show", "ball.nc")
