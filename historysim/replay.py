@@ -18,6 +18,7 @@ from historysim.loads.events import Event, as_events, events_text, time_text
 from historysim.loads.schedule import Standing, Start, Stretch
 from historysim.memory.rows import Rows
 from historysim.recording import provenance, recorder
+from historysim.recording.changes import Changes
 from historysim.recording.recorder import DatasetRecorder, Recorder, Selection, StateOnly, chosen_asperities
 
 if TYPE_CHECKING:
@@ -67,10 +68,10 @@ class Replay:
         """Indices of the asperities that are recorded, ascending; None for totals alone."""
         return chosen_asperities(self.ensemble, self.events, self.record)
 
-    @property
-    def friction_changes(self) -> bool:
-        """Whether an event changes friction."""
-        return schedule.changes_friction(self.events)
+    @cached_property
+    def changes(self) -> Changes:
+        """What changes beside the loads, and is recorded at each step."""
+        return Changes.of(self.ensemble, self.events)
 
     def steps(self, until: float = math.inf) -> int:
         """Return the number of rows that are recorded up to a time [s]."""
@@ -82,7 +83,7 @@ class Replay:
 
     def recorder(self, kind: type[RecorderType], *, until: float = math.inf, **options: Any) -> RecorderType:
         """Return a recorder of a kind for this replay; ``options`` are its own."""
-        here: dict[str, Any] = {"instrument": self.instrument, "friction_changes": self.friction_changes}
+        here: dict[str, Any] = {"instrument": self.instrument, "changes": self.changes}
         return kind(self.ensemble, self.asperities, self.steps(until), **here, **options)
 
     def dataset(
@@ -98,7 +99,7 @@ class Replay:
         from historysim.recording.netcdf import recording
 
         place = (self.ensemble, self.asperities, self.steps(), self.attributes(), self.instrument)
-        with recording(Path(path), *place, friction_changes=self.friction_changes) as target:
+        with recording(Path(path), *place, changes=self.changes) as target:
             self.walk(target, progress=progress)
 
     def state(self, until: float = math.inf, *, start: Start | None = None) -> EnsembleState:

@@ -103,6 +103,13 @@ class EnsembleState:
         return float(self.memory.now[DISPLACEMENT]) * self.units.displacement
 
     @property
+    def friction(self) -> Floats:
+        """Present friction coefficient of each asperity (asperity)."""
+        coefficients = np.empty(self.order.size)
+        coefficients[self.order] = np.repeat(self.contact.friction, np.diff(self.contact.first))
+        return coefficients
+
+    @property
     def dissipated_energy(self) -> float:
         """Energy that friction has taken since the start, all asperities [J]."""
         return float(self.memory.now[DISSIPATED]) * self.units.energy
@@ -477,6 +484,9 @@ class Ensemble:
             raise FrictionLimitError(request * units.load, limit * units.load, path)
         if self.curves is not None:
             self.curves.project(walked, float(state.contact.friction[0]), patches, rows)
+        if rows.friction.size:
+            coefficients = state.friction
+            rows.friction[...] = coefficients[chosen if rows.friction.shape[1] == chosen.size else [0]]
         return attrs.evolve(
             state,
             memory=memory,

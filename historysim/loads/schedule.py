@@ -230,10 +230,12 @@ def row_count(events: Sequence[Event], substeps: int = 1, until: float = math.in
     return (int(np.count_nonzero(np.diff(done))) * substeps + 1 if done.size else 0) + int(between)
 
 
-def changes_friction(events: Sequence[Event]) -> bool:
-    """Return whether an event changes friction."""
+def friction_changes(events: Sequence[Event]) -> list[float | tuple[float, ...]]:
+    """Return the coefficients of the events that change friction, one for all asperities or one for each."""
     # a fit asks this of the same samples a thousand times, and they hold loads alone
-    return not isinstance(events, SampledLoads) and any(isinstance(event, FrictionChange) for event in events)
+    if isinstance(events, SampledLoads):
+        return []
+    return [event.friction for event in events if isinstance(event, FrictionChange)]
 
 
 def _sampled(loads: SampledLoads, substeps: int) -> Stretch:

@@ -379,9 +379,7 @@ class EventLog:
         time = last if at == math.inf else scalar("at", at)
         job = head.replay(content.events)
         everyone = np.arange(len(head.ensemble))
-        target = DatasetRecorder(
-            head.ensemble, everyone, 1, instrument=head.instrument, friction_changes=job.friction_changes
-        )
+        target = DatasetRecorder(head.ensemble, everyone, 1, instrument=head.instrument, changes=job.changes)
         head.ensemble.walk(self._state(content, time), HOLD, rows=target.blank(1), asperities=everyone)
         target.record(np.array([time]))
         return target.dataset(job.attributes() | head.attributes)

@@ -121,7 +121,7 @@ def _assemble(file: LogFile, job: Replay, target: PartRecorder, output: Path, co
     attributes = job.attributes() | head.attributes | digest_attribute(file.sound().links[-1])
     place = (output, job.ensemble, job.asperities, target.steps, attributes, job.instrument)
     options: dict[str, Any] = {"compression": compression, "unfinished": parts.unfinished}
-    with recording(*place, friction_changes=job.friction_changes, **options) as result:
+    with recording(*place, changes=job.changes, **options) as result:
         if head.surface:
             shown = surface_group.from_arrays(head.surface, head.settings["surface_attributes"])
             surface_group.write(result.file, shown)

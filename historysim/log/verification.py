@@ -21,9 +21,9 @@ from historysim.log.file import LogFile
 from historysim.log.result import log_beside
 from historysim.log.snapshot import packed, program
 from historysim.log.starts import trusted_snapshots
-from historysim.memory.rows import Rows, blank_rows
+from historysim.memory.rows import Rows
 from historysim.recording.recorder import Recorder, coordinates_of
-from historysim.recording.variables import WHERE_FRICTION_CHANGES
+from historysim.recording.variables import PRESENT_FRICTION, WHERE_FRICTION_CHANGES
 
 if TYPE_CHECKING:
     import netCDF4
@@ -212,7 +212,7 @@ def _verify_log(path: Path, *, tell: Teller) -> Verification:
         return Verification(path, len(content.events), content.links[-1].hex(), snapshots=good)
 
 
-LATER = frozenset(variable.name for variable in WHERE_FRICTION_CHANGES)
+LATER = frozenset(variable.name for variable in (*WHERE_FRICTION_CHANGES, PRESENT_FRICTION))
 """Variables that results of earlier versions do not have."""
 
 
@@ -227,7 +227,7 @@ class _Comparer(Recorder):
 
     def blank(self, count: int) -> Rows:
         """Return rows for the replay to fill next."""
-        self._rows = blank_rows(count, self.columns)
+        self._rows = self.new_rows(count)
         return self._rows
 
     def record(self, times: Array) -> None:

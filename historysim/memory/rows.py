@@ -26,7 +26,11 @@ TOTALS_OF_ROW = 11
 
 
 class Rows(NamedTuple):
-    """Recorded rows in SI units: totals (row, quantity), and per recorded asperity the projections (row, column)."""
+    """Recorded rows in SI units: totals (row, quantity), and per recorded asperity the projections (row, column).
+
+    ``friction`` has no column where friction does not change, one where it is the same of all asperities, or one for
+    each recorded asperity.
+    """
 
     totals: Floats
     normal_load: Floats
@@ -35,10 +39,11 @@ class Rows(NamedTuple):
     stick_radius: Floats
     slip_state: Bytes
     dissipated: Floats
+    friction: Floats
 
 
-def blank_rows(count: int, asperities: int) -> Rows:
-    """Return arrays for a number of rows of a number of asperities, to be written to."""
+def blank_rows(count: int, asperities: int, coefficients: int = 0) -> Rows:
+    """Return arrays for a number of rows of a number of asperities, and of friction coefficients, to be written to."""
     shape = (count, asperities)
     return Rows(
         totals=np.empty((count, TOTALS_OF_ROW)),
@@ -48,4 +53,5 @@ def blank_rows(count: int, asperities: int) -> Rows:
         stick_radius=np.empty(shape),
         slip_state=np.empty(shape, dtype=np.int8),
         dissipated=np.empty(shape),
+        friction=np.empty((count, coefficients)),
     )

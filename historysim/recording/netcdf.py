@@ -14,7 +14,8 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.files import replacing
 from historysim.errors import InputError
-from historysim.memory.rows import Rows, blank_rows
+from historysim.memory.rows import Rows
+from historysim.recording.changes import STEADY, Changes
 from historysim.recording.recorder import Recorder, coordinates_of
 from historysim.recording.variables import COORDINATES, Variable
 
@@ -75,7 +76,7 @@ class FileRecorder(Recorder):
 
     def blank(self, count: int) -> Rows:
         """Return rows for the replay to fill next."""
-        self._rows = blank_rows(count, self.columns)
+        self._rows = self.new_rows(count)
         return self._rows
 
     def record(self, times: Array) -> None:
@@ -96,7 +97,7 @@ def recording(
     attributes: Mapping[str, Any],
     instrument: Instrument = RIGID,
     *,
-    friction_changes: bool = False,
+    changes: Changes = STEADY,
     compression: str = "none",
     unfinished: Path | None = None,
 ) -> Iterator[FileRecorder]:
@@ -106,7 +107,7 @@ def recording(
     ----------
     path : Path
         An existing file is replaced, at the end.
-    ensemble, asperities, steps, attributes, instrument, friction_changes
+    ensemble, asperities, steps, attributes, instrument, changes
         See `Recorder`.
     compression : {"none", "zlib", "zstd"}
     unfinished : Path, optional
@@ -125,9 +126,7 @@ def recording(
     place = (ensemble, asperities, steps)
     try:
         with replacing(path, unfinished) as name, netCDF4.Dataset(name, "w", format="NETCDF4") as file:
-            yield FileRecorder(
-                *place, attributes, file, compression, instrument=instrument, friction_changes=friction_changes
-            )
+            yield FileRecorder(*place, attributes, file, compression, instrument=instrument, changes=changes)
             file.setncattr("complete", np.int8(1))
     except RuntimeError as error:
         # the only type of error that the netCDF library has for whatever the system refuses

@@ -22,7 +22,7 @@ import numpy.typing as npt
 from historysim.basics.files import replacing, sync_folder
 from historysim.basics.lock import WriterLock
 from historysim.errors import InputError
-from historysim.memory.rows import TOTALS_OF_ROW, Rows, blank_rows
+from historysim.memory.rows import TOTALS_OF_ROW, Rows
 from historysim.recording import recorder
 
 Array = npt.NDArray[Any]
@@ -171,7 +171,7 @@ class PartRecorder(recorder.Recorder):
         """Return rows for the replay to fill next."""
         if self._gathered and (self._filled + count) * max(self.columns, 1) > recorder.CELLS_AT_ONCE:
             self.flush()
-        self._rows = blank_rows(count, self.columns)
+        self._rows = self.new_rows(count)
         return self._rows
 
     def record(self, times: Array) -> None:

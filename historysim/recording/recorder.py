@@ -28,11 +28,14 @@ from historysim.memory.rows import (
     Rows,
     blank_rows,
 )
+from historysim.recording.changes import STEADY, Changes
 from historysim.recording.variables import (
     BEHIND_A_SPRING,
     COORDINATES,
     PER_ASPERITY,
     PER_PATCH,
+    PRESENT_FRICTION,
+    PRESENT_FRICTION_OF_EACH,
     TOTALS,
     WHERE_FRICTION_CHANGES,
     Variable,
@@ -112,15 +115,15 @@ class Recorder(abc.ABC):
         Rows that the whole history records.
     instrument : Instrument, optional
         In series with the contact.
-    friction_changes : bool
-        Whether an event changes friction.
+    changes : Changes
+        What changes beside the loads.
     """
 
     ensemble: Ensemble
     asperities: npt.NDArray[np.int64] | None
     steps: int
     instrument: Instrument = attrs.field(default=RIGID, kw_only=True)
-    friction_changes: bool = attrs.field(default=False, kw_only=True)
+    changes: Changes = attrs.field(default=STEADY, kw_only=True)
     _filled: int = attrs.field(default=0, init=False)
 
     @property
@@ -132,7 +135,9 @@ class Recorder(abc.ABC):
     def totals(self) -> tuple[Variable, ...]:
         """Variables along ``step`` alone."""
         behind = () if self.instrument.rigid else BEHIND_A_SPRING
-        totals = (*TOTALS, *behind, *(WHERE_FRICTION_CHANGES if self.friction_changes else ()))
+        totals = (*TOTALS, *behind, *(WHERE_FRICTION_CHANGES if self.changes.friction else ()))
+        if self.changes.friction and not self._friction_differs:
+            totals = (*totals, PRESENT_FRICTION)
         return totals if self._has_areas else tuple(total for total in totals if total.name != "real_contact_area")
 
     @property
@@ -141,12 +146,23 @@ class Recorder(abc.ABC):
         if self.asperities is None:
             return ()
         if self.ensemble.curves is None:
-            return PER_ASPERITY
+            differs = self.changes.friction and self._friction_differs
+            return (*PER_ASPERITY, PRESENT_FRICTION_OF_EACH) if differs else PER_ASPERITY
         return PER_PATCH if self._has_areas else tuple(one for one in PER_PATCH if one.units != "m2")
 
     @property
     def _has_areas(self) -> bool:
         return self.ensemble.curves is None or self.ensemble.curves.area is not None
+
+    @property
+    def _friction_differs(self) -> bool:
+        # patches share one coefficient, and totals alone tell those of none
+        return self.changes.friction_differs and self.ensemble.curves is None
+
+    def new_rows(self, count: int) -> Rows:
+        """Return rows with columns for all that is recorded."""
+        width = self.columns if self._friction_differs else 1
+        return blank_rows(count, self.columns, width if self.changes.friction else 0)
 
     @abc.abstractmethod
     def blank(self, count: int) -> Rows:
@@ -173,6 +189,7 @@ class Recorder(abc.ABC):
             "saturated": totals[:, ROW_SATURATED],
             "largest_traction_ratio": totals[:, ROW_TRACTION_RATIO],
             "drive_displacement": self.instrument.drive_displacement(displacement, load),
+            "present_friction": rows.friction[:, :1].ravel(),
         }
         projected = [(variable, values[variable.name].astype(variable.dtype)) for variable in self.totals]
         return projected + [(variable, _of_each(variable.name, rows)) for variable in self.per_asperity]
@@ -183,7 +200,7 @@ def _of_each(name: str, rows: Rows) -> Array:
     if name.endswith("_area"):
         radius: Array = getattr(rows, name.replace("_area", "_radius"))
         return math.pi * radius**2
-    values: Array = getattr(rows, {"dissipated_energy": "dissipated"}.get(name, name))
+    values: Array = getattr(rows, {"dissipated_energy": "dissipated", "present_friction": "friction"}.get(name, name))
     return values
 
 
@@ -202,7 +219,7 @@ class DatasetRecorder(Recorder):
     _times: Array = attrs.field(init=False)
 
     def __attrs_post_init__(self) -> None:
-        self.rows = blank_rows(self.steps, self.columns)
+        self.rows = self.new_rows(self.steps)
         self._times = np.zeros(self.steps)
 
     def blank(self, count: int) -> Rows:

@@ -108,6 +108,10 @@ PER_ASPERITY = (
     Variable("dissipated_energy", _BOTH, "J", "energy dissipated by friction since the start"),
 )
 
+PRESENT_FRICTION = Variable("present_friction", _STEP, "1", "friction coefficient of all asperities at the step")
+PRESENT_FRICTION_OF_EACH = Variable("present_friction", _BOTH, "1", "friction coefficient of the asperity at the step")
+"""One of them is there where friction changes: the second where asperities have different coefficients at any time."""
+
 PER_PATCH = (
     Variable("normal_load", _BOTH, "N", "normal load of the patch"),
     Variable("tangential_load", _BOTH, "N", "tangential load of the patch"),

@@ -14,6 +14,9 @@ from historysim.measured.splitting import loops_of_history
 
 Floats = npt.NDArray[np.float64]
 
+CELLS_AT_ONCE = 1 << 20
+"""Steps times asperities that are looked at together."""
+
 
 def preliminary_displacement(history: xr.Dataset) -> xr.DataArray:
     """Return the preliminary displacement: the tangential displacement at which the last asperity of all slides.
@@ -24,8 +27,7 @@ def preliminary_displacement(history: xr.Dataset) -> xr.DataArray:
     Parameters
     ----------
     history : xarray.Dataset
-        A history in which all asperities that touch are recorded. Its friction coefficients are those at
-        the start of the history, also after a change.
+        A history in which all asperities that touch are recorded. The friction coefficients are those of each step.
 
     Returns
     -------
@@ -35,7 +37,7 @@ def preliminary_displacement(history: xr.Dataset) -> xr.DataArray:
     Raises
     ------
     InputError
-        A history without some or all of the asperities.
+        A history without some or all of the asperities, or of a version that did not record changes of friction.
     """
     capacity, _ = _capacity(history)
     return xr.DataArray(
@@ -63,7 +65,7 @@ def critical_asperity(history: xr.Dataset) -> xr.DataArray:
     Raises
     ------
     InputError
-        A history without some or all of the asperities.
+        As for `preliminary_displacement`.
     """
     capacity, label = _capacity(history)
     return xr.DataArray(
@@ -93,7 +95,7 @@ def drift(history: xr.Dataset, first: int, second: int) -> float:
     Raises
     ------
     InputError
-        A step that the history does not have, or a history without some or all of the asperities.
+        A step that the history does not have, or as for `preliminary_displacement`.
     """
     steps = history.sizes["step"]
     for step in (first, second):
@@ -180,7 +182,10 @@ def summary(history: xr.Dataset) -> list[tuple[str, str]]:
     try:
         displacement, asperity = preliminary_displacement(history), critical_asperity(history)
     except InputError:
-        lines.append(("preliminary displacement", "not available: not all asperities that touch are recorded"))
+        reason = "its version did not record changes of friction: run it again"
+        if not is_complete(history):
+            reason = "not all asperities that touch are recorded"
+        lines.append(("preliminary displacement", f"not available: {reason}"))
     else:
         lines += [
             ("preliminary displacement", f"{quantity_text(displacement[peak].item(), 'm')} at the peak normal load"),
@@ -228,6 +233,13 @@ def _capacity(history: xr.Dataset) -> tuple[Floats, npt.NDArray[np.int64]]:
             "the history does not hold all asperities that touch, so the preliminary displacement is not available; "
             'expected one recorded with record = "touching" or "all"'
         )
+    if "present_friction" in history:
+        return _changing_capacity(history)
+    if "largest_traction_ratio" in history:
+        raise InputError(
+            "friction changes in the history, and the version that made it did not record how; run it again with this "
+            "one"
+        )
     separation = history["separation"].values
     height, friction = history["summit_height"].values, history["friction"].values
     # no asperity is the last to slide where another one is as high or higher and has more friction; few are left
@@ -241,4 +253,21 @@ def _capacity(history: xr.Dataset) -> tuple[Floats, npt.NDArray[np.int64]]:
         own = ratio * friction[index] * (height[index] - separation)
         label = np.where(own > capacity, history["asperity"].values[index], label)
         capacity = np.maximum(own, capacity)
+    return capacity, label
+
+
+def _changing_capacity(history: xr.Dataset) -> tuple[Floats, npt.NDArray[np.int64]]:
+    """`_capacity` where friction changes from step to step."""
+    separation, height = history["separation"].values, history["summit_height"].values
+    friction = history["present_friction"].values.reshape(separation.size, -1)
+    capacity, label = np.zeros(separation.size), np.full(separation.size, -1)
+    if not height.size:
+        return capacity, label
+    ratio = history.attrs["contact_modulus"] / (4 * history.attrs["shear_modulus"])
+    at_once = max(1, CELLS_AT_ONCE // height.size)
+    for first in range(0, separation.size, at_once):
+        rows = slice(first, first + at_once)
+        own = ratio * friction[rows] * (height - separation[rows, np.newaxis])
+        label[rows] = history["asperity"].values[own.argmax(axis=1)]
+        capacity[rows] = np.maximum(own.max(axis=1), 0.0)
     return capacity, label

@@ -16,7 +16,7 @@ from historysim.loads.schedule import stretches
 from historysim.recording import netcdf, recorder
 from historysim.recording.netcdf import recording
 from historysim.recording.recorder import DatasetRecorder, chosen_asperities
-from historysim.recording.variables import COORDINATES, PER_ASPERITY, TOTALS, WHERE_FRICTION_CHANGES
+from historysim.recording.variables import COORDINATES, PER_ASPERITY, PRESENT_FRICTION, TOTALS, WHERE_FRICTION_CHANGES
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 HEIGHTS = [-0.03, 0.0, -0.5, -0.01, -0.04]
@@ -166,7 +166,8 @@ def test_all_or_a_chosen_few_are_recorded(ensemble, record, expected):
 def test_totals_alone_have_no_asperities(ensemble):
     history = hs.replay(ensemble, EVENTS, record="totals")
     assert set(history.dims) == {"step"}
-    assert set(history.data_vars) == {variable.name for variable in (*TOTALS, *WHERE_FRICTION_CHANGES)}
+    expected = (*TOTALS, *WHERE_FRICTION_CHANGES, PRESENT_FRICTION)
+    assert set(history.data_vars) == {variable.name for variable in expected}
     assert set(history.coords) == {"time"}
 
 

@@ -7,7 +7,14 @@ import numpy as np
 import pytest
 
 from historysim.asperities.asperity import SlipState
-from historysim.recording.variables import BEHIND_A_SPRING, COORDINATES, PER_ASPERITY, TOTALS, WHERE_FRICTION_CHANGES
+from historysim.recording.variables import (
+    BEHIND_A_SPRING,
+    COORDINATES,
+    PER_ASPERITY,
+    PRESENT_FRICTION,
+    TOTALS,
+    WHERE_FRICTION_CHANGES,
+)
 
 STEP, ASPERITY, BOTH = ("step",), ("asperity",), ("step", "asperity")
 
@@ -43,7 +50,7 @@ EXTENSIONS = {
     "coordinates": {"friction": (ASPERITY, "1")},
     "totals": {"friction_limit": (STEP, "N"), "saturated": (STEP, "")},
     "behind a spring": {"drive_displacement": (STEP, "m")},
-    "where friction changes": {"largest_traction_ratio": (STEP, "1")},
+    "where friction changes": {"largest_traction_ratio": (STEP, "1"), "present_friction": (STEP, "1")},
     "per asperity": {},
 }
 
@@ -51,10 +58,10 @@ TABLES = {
     "coordinates": COORDINATES,
     "totals": TOTALS,
     "behind a spring": BEHIND_A_SPRING,
-    "where friction changes": WHERE_FRICTION_CHANGES,
+    "where friction changes": (*WHERE_FRICTION_CHANGES, PRESENT_FRICTION),
     "per asperity": PER_ASPERITY,
 }
-VARIABLES = [*COORDINATES, *TOTALS, *BEHIND_A_SPRING, *WHERE_FRICTION_CHANGES, *PER_ASPERITY]
+VARIABLES = [*COORDINATES, *TOTALS, *BEHIND_A_SPRING, *WHERE_FRICTION_CHANGES, PRESENT_FRICTION, *PER_ASPERITY]
 FLAGS = [variable for variable in VARIABLES if "flag_values" in variable.attributes]
 
 each = pytest.mark.parametrize("variable", VARIABLES, ids=lambda variable: variable.name)

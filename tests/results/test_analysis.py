@@ -1,5 +1,6 @@
 """What a history says about its contact."""
 
+import attrs
 import numpy as np
 import pytest
 
@@ -58,6 +59,45 @@ def test_drift_is_the_change_of_the_preliminary_displacement(history):
     assert analysis.drift(history, 1, 1) == 0
     with pytest.raises(hs.InputError, match="step 3: the history has 3 steps"):
         analysis.drift(history, 0, 3)
+
+
+SOURCE = hs.MaterialPair(hs.material("alumina"), hs.material("zirconia"))
+
+
+def test_after_a_change_of_friction_every_answer_uses_it():
+    """The issue's numbers: alumina on zirconia, R = .5 µm, 10 mN, μ from .2 to .3 and .9."""
+    events = [hs.NormalLoad(0.0, 10e-3), hs.FrictionChange(1.0, 0.3), hs.FrictionChange(2.0, 0.9)]
+    changing = hs.replay(hs.Ensemble(SOURCE, 0.0, 0.5e-6, 0.2), events)
+    displacement = analysis.preliminary_displacement(changing).values
+    assert displacement * 1e9 == pytest.approx([42.42, 63.63, 190.9], rel=2e-4)
+    assert analysis.drift(changing, 0, 1) * 1e9 == pytest.approx(21.21, rel=2e-4)
+    assert changing.present_friction.dims == ("step",)
+    assert changing.present_friction.values.tolist() == [0.2, 0.3, 0.9]
+    assert "present_friction" not in hs.replay(hs.Ensemble(SOURCE, 0.0, 0.5e-6, 0.2), events[:1])
+    last = hs.replay(hs.Ensemble(SOURCE, 0.0, 0.5e-6, 0.2), [events[0], attrs.evolve(events[2], time=0.0)])
+    assert dict(analysis.summary(last))["preliminary displacement"].startswith("190.9 nm")
+
+
+def test_friction_is_recorded_one_by_one_only_where_it_differs():
+    later = tuple(FRICTION[::-1].tolist())
+    events = [*EVENTS[:2], hs.FrictionChange(1.0, later), EVENTS[2], hs.FrictionChange(3.0, 0.5)]
+    found = hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), events, substeps=2, record="all")
+    assert found.present_friction.dims == ("step", "asperity")
+    expected = [FRICTION] * 2 + [later] * 4 + [np.full(4, 0.5)]
+    assert found.present_friction.values.tolist() == [list(row) for row in expected]
+    approach = HEIGHTS.max() - found.separation.values
+    capacity = RATIO * np.array(expected) * np.maximum(HEIGHTS + approach[:, np.newaxis], 0.0)
+    assert analysis.preliminary_displacement(found).values == pytest.approx(capacity.max(axis=1), rel=1e-12)
+    assert analysis.critical_asperity(found).values.tolist() == capacity.argmax(axis=1).tolist()
+    assert "present_friction" not in hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), events, record="totals")
+
+
+def test_changes_of_friction_that_an_earlier_version_did_not_record_are_refused():
+    events = [hs.NormalLoad(0.0, 10e-3), hs.FrictionChange(1.0, 0.3)]
+    before = hs.replay(hs.Ensemble(SOURCE, 0.0, 0.5e-6, 0.2), events).drop_vars("present_friction")
+    with pytest.raises(hs.InputError, match="run it again"):
+        analysis.preliminary_displacement(before)
+    assert "run it again" in dict(analysis.summary(before))["preliminary displacement"]
 
 
 @pytest.mark.parametrize("record", ["totals", [1], [0, 3]])
