@@ -14,6 +14,9 @@ from itertools import pairwise
 
 import numpy as np
 
+TIE = 1e-12
+"""By how much, relatively, a load may miss the friction limit and is still at it."""
+
 
 class Group:
     """Asperities with one coefficient: ascending gaps below the highest summit, and factors of N = k (a - h)^1.5."""
@@ -107,7 +110,8 @@ class Polylines:
         if both and d0 < 0 < d1:
             self._step(0.0, v0)
             d0 = 0.0
-        if not both and abs(tangential[1]) < self.limit_at(d1) and abs(t0) <= self.limit * (1 + 1e-12):
+        within = abs(tangential[1]) < self.limit_at(d1) * (1 - TIE) and abs(t0) <= self.limit * (1 + TIE)
+        if not both and within:
             # straight in approach and displacement: the end in one step, then the way there
             end = self._nearest(d1, tangential[1])
             for k in range(1, steps + 1):
