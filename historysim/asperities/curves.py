@@ -195,14 +195,16 @@ class NormalCurves:
         rows.totals[...] = elements.totals
         approach, stick = elements.totals[:, ROW_APPROACH], self.stick_approach(elements)
         first = self.first_touch
-        rows.totals[:, ROW_COUNT] = (approach[:, None] > first).sum(axis=1)
-        rows.totals[:, ROW_AREA] = 0.0 if self.area is None else self.area_at(approach).sum(axis=1)
+        rows.totals[:, ROW_COUNT] = np.searchsorted(np.sort(first), approach, side="left")
+        table = np.append(0.0, self.approach)
+        known = np.zeros_like(self.load) if self.area is None else self.area
+        rows.totals[:, ROW_AREA] = np.interp(approach, table, np.append(0.0, known.sum(axis=1)))
         if patches.size:
-            known = np.zeros_like(self.load) if self.area is None else self.area
             record_patches(
                 elements,
-                self.share @ self.load[:, patches],
-                np.append(0.0, self.approach),
+                self.share,
+                np.ascontiguousarray(self.load[:, patches].T),
+                table,
                 np.vstack([np.zeros(patches.size), known[:, patches]]),
                 first[patches],
                 approach,

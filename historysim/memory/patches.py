@@ -2,22 +2,33 @@
 
 import math
 
+import numpy as np
+
 from historysim.memory.compiled import compiled, reordered
 from historysim.memory.layout import Floats
 from historysim.memory.normal import touching
 from historysim.memory.rows import FULL_STICK, GROSS_SLIP, PARTIAL_SLIP, SEPARATED, Rows
 
 
+@compiled
+def superpose(elements: Floats, share: Floats, target: Floats) -> None:
+    """Fill in the weights of the rows of the table (row) in the loads of elements; ``share`` is (element, row)."""
+    for r in range(target.size):
+        target[r] = 0.0
+    for k in range(elements.size):
+        if elements[k] != 0.0:
+            for r in range(target.size):
+                target[r] += elements[k] * share[k, r]
+
+
 @reordered
-def weighted(loads: Floats, weights: Floats, target: Floats) -> None:
-    """Fill in the sums over elements of their loads times their weights (element, patch)."""
-    for i in range(target.size):
-        target[i] = 0.0
-    for k in range(loads.size):
-        load, weight = loads[k], weights[k]
-        if load != 0.0:
-            for i in range(target.size):
-                target[i] += load * weight[i]
+def weighted(loads: Floats, normal_weight: Floats, tangential_weight: Floats) -> tuple[float, float]:
+    """Return the sums over the rows of the table of a patch's loads (row), by either weights."""
+    normal, tangential = 0.0, 0.0
+    for r in range(loads.size):
+        normal += loads[r] * normal_weight[r]
+        tangential += loads[r] * tangential_weight[r]
+    return normal, tangential
 
 
 @reordered
@@ -33,7 +44,8 @@ def equal_radii(approaches: Floats, areas: Floats, approach: float, target: Floa
 @compiled
 def record_patches(
     elements: Rows,
-    weights: Floats,
+    share: Floats,
+    loads: Floats,
     approaches: Floats,
     areas: Floats,
     first_touch: Floats,
@@ -44,24 +56,31 @@ def record_patches(
 ) -> None:
     """Fill in the rows of patches.
 
-    ``weights`` (element, patch) turn loads of elements into those of patches; ``approaches`` and ``areas`` (row,
-    patch) are the table, from first touch on. The contact is at ``approach``, and sticks inside ``stick``.
+    ``share`` (element, row of the table) turns loads of elements into weights of the rows of the table ``loads``
+    (patch, row); ``approaches`` and ``areas`` (row, patch) are the table, from first touch on. The contact is at
+    ``approach``, and sticks inside ``stick``.
     """
+    normal_weight, tangential_weight = np.empty(share.shape[1]), np.empty(share.shape[1])
     for r in range(approach.size):
-        normal, tangential = rows.normal_load[r], rows.tangential_load[r]
-        weighted(elements.normal_load[r], weights, normal)
-        weighted(elements.tangential_load[r], weights, tangential)
-        equal_radii(approaches, areas, approach[r], rows.contact_radius[r])
+        superpose(elements.normal_load[r], share, normal_weight)
+        superpose(elements.tangential_load[r], share, tangential_weight)
+        if r > 0 and approach[r] == approach[r - 1]:
+            rows.contact_radius[r] = rows.contact_radius[r - 1]
+        else:
+            equal_radii(approaches, areas, approach[r], rows.contact_radius[r])
         equal_radii(approaches, areas, stick[r], rows.stick_radius[r])
         whole = elements.slip_state[r, 0] == FULL_STICK
         for i in range(first_touch.size):
             rows.dissipated[r, i] = 0.0
             if approach[r] <= first_touch[i]:
-                normal[i] = tangential[i] = rows.contact_radius[r, i] = rows.stick_radius[r, i] = 0.0
+                rows.normal_load[r, i] = rows.tangential_load[r, i] = 0.0
+                rows.contact_radius[r, i] = rows.stick_radius[r, i] = 0.0
                 rows.slip_state[r, i] = SEPARATED
                 continue
-            normal[i] = max(normal[i], 0.0)
-            limit = friction * normal[i]
-            tangential[i] = min(max(tangential[i], -limit), limit)
+            normal, tangential = weighted(loads[i], normal_weight, tangential_weight)
+            normal = max(normal, 0.0)
+            limit = friction * normal
+            rows.normal_load[r, i] = normal
+            rows.tangential_load[r, i] = min(max(tangential, -limit), limit)
             inside = PARTIAL_SLIP if stick[r] > first_touch[i] else GROSS_SLIP
             rows.slip_state[r, i] = FULL_STICK if whole else inside
