@@ -19,7 +19,7 @@ def summary(asperity: Asperity) -> list[tuple[str, str]]:
 
 def reversal_table(asperity: Asperity) -> list[tuple[str, str, str]]:
     """Return a table of texts, under a heading: the reversal points that are remembered, from the edge inward."""
-    rows = [("reversal point", "radius", "made at displacement")]
+    rows = [("reversal point", "radius", "turned at displacement")]
     for number, point in enumerate(asperity.reversal_points):
         rows.append((str(number), quantity_text(point.radius, "m"), quantity_text(point.displacement, "m")))
     return rows

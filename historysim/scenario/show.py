@@ -1,7 +1,7 @@
 """Whatever can be said of something in a few lines."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any, Unpack, cast
 
 from historysim.basics.display import Lines
 from historysim.errors import InputError
@@ -40,14 +40,19 @@ def show(what: "Showable", *, form: str | None = None, **reading: Unpack[Reading
         Something else, a file that cannot be used, or an option that does not fit what is shown.
     """
     if isinstance(what, str | Path):
+        from historysim.results.files import kind_of
+
+        if kind_of(Path(what)) == "height map":
+            with opened(what, form="mean", **reading) as measured:
+                return _height_map(cast("Surface", measured), form or "plane")
         with opened(what, form=form, **reading) as found:
-            return _lines(found, form or "plane")
+            return _lines(found)
     if form is not None or reading:
         raise InputError("form, pixel_size, …: expected with the path of a height map alone, which is read with them")
-    return _lines(what, None)
+    return _lines(what)
 
 
-def _lines(what: Any, form: str | None) -> Lines:
+def _lines(what: Any) -> Lines:
     import xarray as xr
 
     from historysim.surfaces.heights import Surface
@@ -59,10 +64,22 @@ def _lines(what: Any, form: str | None) -> Lines:
     if isinstance(what, Surface):
         from historysim.surfaces.summary import summary
 
-        return Lines([*summary(what), *([] if form is None else [("form taken off", form)])])
+        return Lines(summary(what))
     if hasattr(what, "summary"):
         return Lines(what.summary())
     raise InputError(f"{what!r} cannot be shown; expected a history, a scenario, a log, a surface, or a file of them")
+
+
+def _height_map(measured: "Surface", form: str) -> Lines:
+    """Return lines on a map once a form is taken off, and on its steps in height, before that."""
+    from historysim.basics.arguments import representable
+    from historysim.surfaces.quantisation import quantisation_notice
+    from historysim.surfaces.summary import summary
+
+    with representable():
+        lines = [*summary(measured.detrended(form)), ("form taken off", form)]
+        coarse = quantisation_notice(measured)
+    return Lines([*lines, *([] if coarse is None else [("warning", coarse)])])
 
 
 def _dataset(history: "xr.Dataset") -> Lines:

@@ -46,6 +46,17 @@ def test_a_scenario_a_log_a_map_and_loops_are_shown(tmp_path):
     assert dict(hs.show(tmp_path / "l.nc"))["loops"] == "1"
 
 
+def test_a_map_in_coarse_steps_is_told_though_a_plane_was_taken_off(tmp_path):
+    heights = np.random.default_rng(1).normal(size=(64, 64))
+    reading = {"pixel_size": "1 µm", "height_unit": "nm"}
+    np.savetxt(tmp_path / "fine.txt", heights)
+    assert "warning" not in dict(hs.show(tmp_path / "fine.txt", **reading))
+    np.savetxt(tmp_path / "coarse.txt", np.round(heights))
+    lines = dict(hs.show(tmp_path / "coarse.txt", **reading))
+    assert lines["form taken off"] == "plane"
+    assert lines["warning"].startswith("heights come in steps of 1 nm, and the median summit rises ")
+
+
 def test_what_cannot_be_shown_is_told(tmp_path):
     with pytest.raises(InputError, match="3 cannot be shown; expected a history"):
         hs.show(3)
