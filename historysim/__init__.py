@@ -90,6 +90,7 @@ _HOMES = {
     "surfaces.summits": ("Summits",),
     "surfaces.textured": ("textured_summits",),
 }
+_ROOMS_OF_HISTORIES = {"replay", "log", "results", "scenario", "studies"}
 _HOME_OF = {name: f"{__name__}.{home}" for home, names in _HOMES.items() for name in names}
 
 __all__ = [  # noqa: PLE0604 - the names of _HOMES are texts, which the linter cannot see
@@ -121,6 +122,9 @@ if not TYPE_CHECKING:
         if name not in _HOME_OF:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         home = importlib.import_module(_HOME_OF[name])
+        if home.__name__.split(".")[1] in _ROOMS_OF_HISTORIES:
+            # histories get their questions: history.contact
+            importlib.import_module(f"{__name__}.results.accessor")
         # a module that nobody has imported yet is no attribute of its package
         return getattr(home, name, None) or importlib.import_module(f"{home.__name__}.{name}")
 

@@ -1,6 +1,5 @@
 """What the commands share: what they print, and the files that they write."""
 
-import csv
 import warnings
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -41,36 +40,14 @@ def check_ending(path: Path, *known: str) -> None:
 
 
 def save_dataset(dataset: "xr.Dataset", path: Path) -> None:
-    """Write a table with a first dimension, as netCDF or as CSV with one row for each of its members.
+    """Write a table with a first dimension, as netCDF or as CSV with one row for each of its members."""
+    if path.suffix.lower() == ".csv":
+        from historysim.results.csv_table import write_csv
 
-    The header of a CSV has names, the member of a second dimension, and units: ``friction forward [1]``.
-    """
+        write_csv(dataset, path)
+        return
     with replacing(path) as unfinished:
-        if path.suffix.lower() == ".csv":
-            with unfinished.open("w", encoding="utf-8", newline="") as stream:
-                csv.writer(stream).writerows(_csv_rows(dataset))
-        else:
-            dataset.to_netcdf(unfinished)
-
-
-def _csv_rows(dataset: "xr.Dataset") -> Iterable[Sequence[object]]:
-    header, columns = [], []
-    along = next(iter(dataset.data_vars.values())).dims[0]
-    for name, variable in dataset.variables.items():
-        if variable.dims[:1] != (along,) or variable.ndim > 2:
-            continue
-        unit = variable.attrs.get("units", "")
-        suffix = f" [{unit}]" if unit and unit != "1" else ""
-        if variable.ndim == 1:
-            header.append(f"{name}{suffix}")
-            columns.append(variable.values.tolist())
-            continue
-        second = variable.dims[1]
-        members = dataset[second].values if second in dataset.coords else range(variable.shape[1])
-        for index, member in enumerate(members):
-            header.append(f"{name} {member}{suffix}")
-            columns.append(variable.values[:, index].tolist())
-    return [header, *zip(*columns, strict=True)]
+        dataset.to_netcdf(unfinished)
 
 
 def save(figure: "Figure", picture: Path) -> None:

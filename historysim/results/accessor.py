@@ -1,0 +1,68 @@
+"""Questions to a history as methods of it: ``history.contact.first_slips()``.
+
+The accessor is there as soon as a name of historysim that gives or takes histories has been used, or this module is
+imported: ``import historysim.results.accessor``.
+"""
+
+import functools
+import inspect
+from collections.abc import Callable
+from typing import Concatenate, ParamSpec, TypeVar
+
+import xarray as xr
+
+from historysim.results import analysis, rebuilt
+
+Given = ParamSpec("Given")
+Answer = TypeVar("Answer")
+
+
+def _asked(
+    question: Callable[Concatenate[xr.Dataset, Given], Answer],
+) -> Callable[Concatenate["Questions", Given], Answer]:
+    """Return a question as a method, with the documentation of the function."""
+
+    @functools.wraps(question)
+    def method(self: "Questions", /, *args: Given.args, **kwargs: Given.kwargs) -> Answer:
+        return question(self.history, *args, **kwargs)
+
+    parameters = list(inspect.signature(question).parameters.values())
+    own = inspect.Parameter("self", inspect.Parameter.POSITIONAL_OR_KEYWORD)
+    method.__signature__ = inspect.Signature([own, *parameters[1:]])  # type: ignore[attr-defined]
+    return method
+
+
+@xr.register_dataset_accessor("contact")  # type: ignore[no-untyped-call]
+class Questions:
+    """Questions to a history; each is the function of the same name, of `historysim.analysis` or `results.rebuilt`.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        From `historysim.replay` or `historysim.run`, or opened with xarray.
+    """
+
+    def __init__(self, history: xr.Dataset) -> None:
+        self.history = history
+
+    asperity = _asked(rebuilt.asperity_at)
+    critical_asperity = _asked(analysis.critical_asperity)
+    drift = _asked(analysis.drift)
+    energy_per_cycle = _asked(analysis.energy_per_cycle)
+    first_slips = _asked(analysis.first_slips)
+    friction_loops = _asked(analysis.friction_loops)
+    mean_pressure = _asked(analysis.mean_pressure)
+    nominal_pressure = _asked(analysis.nominal_pressure)
+    peak_pressure = _asked(analysis.peak_pressure)
+    preliminary_displacement = _asked(analysis.preliminary_displacement)
+    preliminary_displacements = _asked(analysis.preliminary_displacements)
+    presliding_work = _asked(analysis.presliding_work)
+    profiles = _asked(rebuilt.profiles)
+    reversal_points = _asked(rebuilt.reversal_points)
+    slides_first = _asked(analysis.slides_first)
+    slip_shares = _asked(analysis.slip_shares)
+    stick_ratio = _asked(analysis.stick_ratio)
+    summary = _asked(analysis.summary)
+    tangential_stiffness = _asked(analysis.tangential_stiffness)
+    total_mean_pressure = _asked(analysis.total_mean_pressure)
+    validity = _asked(analysis.validity)

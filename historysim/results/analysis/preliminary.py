@@ -1,0 +1,136 @@
+"""The preliminary displacement of a surface in virgin loading, the asperity that decides it, and its drift."""
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from historysim.results.analysis.blocks import parts
+from historysim.results.analysis.recorded import (
+    Friction,
+    check_all_recorded,
+    displacement_ratio,
+    position_of,
+    present_friction,
+)
+
+Floats = npt.NDArray[np.float64]
+
+
+def preliminary_displacement(history: xr.Dataset) -> xr.DataArray:
+    """Return the preliminary displacement: the tangential displacement at which the last asperity of all slides.
+
+    δ_t,max = max_i θ μ_i δ_i with θ = E*/(4 G*) and the approach δ_i = z_i - d, for one-way loading from
+    the virgin state at the present normal load (Mindlin 1949).
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history in which all asperities that touch are recorded. The friction coefficients are those of each step.
+
+    Returns
+    -------
+    xarray.DataArray
+        δ_t,max [m] at each step; 0 where nothing touches.
+
+    Raises
+    ------
+    InputError
+        A history without some or all of the asperities, or of a version that did not record changes of friction.
+    """
+    capacity, _ = _capacity(history)
+    return xr.DataArray(
+        capacity,
+        dims="step",
+        coords={"time": history["time"]},
+        name="preliminary_displacement",
+        attrs={"units": "m", "long_name": "preliminary displacement of the surface"},
+    )
+
+
+def critical_asperity(history: xr.Dataset) -> xr.DataArray:
+    """Return the asperity that is the last to slide: the one with the greatest μ_i δ_i.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        As for `preliminary_displacement`.
+
+    Returns
+    -------
+    xarray.DataArray
+        Its label at each step; -1 where nothing touches.
+
+    Raises
+    ------
+    InputError
+        As for `preliminary_displacement`.
+    """
+    capacity, label = _capacity(history)
+    return xr.DataArray(
+        np.where(capacity > 0, label, -1),
+        dims="step",
+        coords={"time": history["time"]},
+        name="critical_asperity",
+        attrs={"long_name": "asperity that is the last to slide"},
+    )
+
+
+def drift(history: xr.Dataset, first: int, second: int) -> float:
+    """Return the change of the preliminary displacement between two steps, |δ_t,max,2 - δ_t,max,1|.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        As for `preliminary_displacement`.
+    first, second : int
+        Positions of the steps; negative ones count from the end.
+
+    Returns
+    -------
+    float
+        The drift [m].
+
+    Raises
+    ------
+    InputError
+        A step that the history does not have, or as for `preliminary_displacement`.
+    """
+    first, second = (position_of(step, history) for step in (first, second))
+    capacity, _ = _capacity(history)
+    return float(abs(capacity[second] - capacity[first]))
+
+
+def _capacity(history: xr.Dataset) -> tuple[Floats, npt.NDArray[np.int64]]:
+    """Return the greatest θ μ_i δ_i of each step, and the asperity that has it."""
+    check_all_recorded(history)
+    friction = present_friction(history)
+    return _changing_capacity(history, friction) if friction.changes else _steady_capacity(history, friction.of(0))
+
+
+def _steady_capacity(history: xr.Dataset, friction: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
+    separation, height = history["separation"].values, history["summit_height"].values
+    # no asperity is the last to slide where another one is as high or higher and has more friction; few are left
+    order = np.lexsort((-friction, -height))
+    leading = np.flatnonzero(friction[order] > np.maximum.accumulate(np.append(-1.0, friction[order]))[:-1])
+    order = order[leading]
+    ratio = displacement_ratio(history)
+    capacity = np.zeros(separation.size)
+    label = np.full(separation.size, -1)
+    for index in order:
+        own = ratio * friction[index] * (height[index] - separation)
+        label = np.where(own > capacity, history["asperity"].values[index], label)
+        capacity = np.maximum(own, capacity)
+    return capacity, label
+
+
+def _changing_capacity(history: xr.Dataset, friction: Friction) -> tuple[Floats, npt.NDArray[np.int64]]:
+    separation, height = history["separation"].values, history["summit_height"].values
+    capacity, label = np.zeros(separation.size), np.full(separation.size, -1)
+    if not height.size:
+        return capacity, label
+    ratio = displacement_ratio(history)
+    for rows in parts(history):
+        own = ratio * friction.of(rows) * (height - separation[rows, np.newaxis])
+        label[rows] = history["asperity"].values[own.argmax(axis=1)]
+        capacity[rows] = np.maximum(own.max(axis=1), 0.0)
+    return capacity, label

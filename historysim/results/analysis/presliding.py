@@ -1,0 +1,145 @@
+"""What a surface does between rest and sliding at the normal load of a step: displacements and work, in closed form.
+
+At constant normal load the virgin curve of the surface is T = F(u) = Σ μ_i N_i [1 - (1 - u/(θ μ_i δ_i))₊^(3/2)]
+(Cattaneo; Mindlin), and a branch from one sliding direction to the other is that curve doubled (Masing).
+"""
+
+from collections.abc import Callable
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from historysim.results.analysis.recorded import (
+    check_all_recorded,
+    check_recorded,
+    displacement_ratio,
+    present_friction,
+)
+
+Floats = npt.NDArray[np.float64]
+
+DISPLACEMENTS = {
+    "virgin": "from rest until the last asperity slides",
+    "reversal_to_slip": "from a reversal out of sliding until all slides the other way",
+    "zero_load_to_slip": "from zero load on that branch until all slides",
+    "residual": "what is left at zero load, after loading from rest until all slides",
+}
+
+
+@attrs.frozen
+class _Virgin:
+    """The virgin curve at one separation: of each asperity in contact its limit μN [N] and its own θμδ [m]."""
+
+    limit: Floats
+    reach: Floats
+
+    def displacement(self, load: float) -> float:
+        """Return u at which F(u) is a load [N] of no more than half the limit: Newton, which comes from below."""
+        u = 0.0
+        for _ in range(100):
+            left = np.sqrt(np.clip(1 - u / self.reach, 0.0, None))
+            missing = load - float((self.limit * (1 - left**3)).sum())
+            step = missing / float((1.5 * self.limit / self.reach * left).sum())
+            # F is concave, so that its tangents lie above it and no step leads beyond
+            if u + step <= u:
+                break
+            u += step
+        return u
+
+
+def preliminary_displacements(history: xr.Dataset) -> xr.Dataset:
+    """Return the preliminary displacement of the surface under each definition, at the normal load of each step.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        As for `preliminary_displacement`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along ``step`` [m], 0 where nothing touches:
+
+        - ``virgin``: from rest until the last asperity slides, δ = max_i θ μ_i δ_i: `preliminary_displacement`.
+        - ``reversal_to_slip``: from a reversal out of sliding until all slides the other way, 2 δ.
+        - ``zero_load_to_slip``: on that branch, from T = 0 on; 2^(1/3) δ on a sphere.
+        - ``residual``: what is left at T = 0, after loading from rest to δ; (2^(1/3) - 1) δ on a sphere.
+
+    Raises
+    ------
+    InputError
+        A history without some or all of the asperities, or of patches.
+    """
+
+    def found(virgin: _Virgin) -> tuple[float, ...]:
+        reach = float(virgin.reach.max())
+        # the branch is the virgin curve doubled: zero load is at half the limit of that
+        half = virgin.displacement(0.5 * float(virgin.limit.sum()))
+        return reach, 2 * reach, 2 * (reach - half), reach - 2 * half
+
+    values = _of_each_load(history, found, len(DISPLACEMENTS))
+    return xr.Dataset(
+        {
+            name: ("step", column, {"units": "m", "long_name": text})
+            for (name, text), column in zip(DISPLACEMENTS.items(), values.T, strict=True)
+        },
+        coords={"time": history["time"]},
+    )
+
+
+def presliding_work(history: xr.Dataset) -> xr.DataArray:
+    """Return the mechanical work of pre-sliding at the normal load of each step: the area of the closed loop ±δ.
+
+    The loop turns where the last asperity slides, at the preliminary displacement δ, so that it has no flat parts. Its
+    area is 8 ∫ F du - 4 δ F(δ) = Σ μ_i N_i (4 δ - 3.2 θ μ_i δ_i); 0.8 μ N δ of one asperity.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        As for `preliminary_displacement`.
+
+    Returns
+    -------
+    xarray.DataArray
+        W [J] along ``step``; 0 where nothing touches.
+
+    Raises
+    ------
+    InputError
+        A history without some or all of the asperities, or of patches.
+    """
+
+    def found(virgin: _Virgin) -> tuple[float]:
+        return (float((virgin.limit * (4 * virgin.reach.max() - 3.2 * virgin.reach)).sum()),)
+
+    return xr.DataArray(
+        _of_each_load(history, found, 1)[:, 0],
+        dims="step",
+        coords={"time": history["time"]},
+        name="presliding_work",
+        attrs={"units": "J", "long_name": "mechanical work of pre-sliding, closed loop between ±δ"},
+    )
+
+
+def _of_each_load(history: xr.Dataset, found: Callable[[_Virgin], tuple[float, ...]], count: int) -> Floats:
+    """Return what is found of the virgin curve of each step (step, count); 0 where nothing with friction touches."""
+    check_recorded(history, "summit_radius")
+    check_all_recorded(history)
+    ratio, modulus = displacement_ratio(history), float(history.attrs["contact_modulus"])
+    height, radius = history["summit_height"].values, history["summit_radius"].values
+    separation, friction = history["separation"].values, present_friction(history)
+    known: dict[bytes, tuple[float, ...]] = {}
+    values = np.zeros((separation.size, count))
+    for step, distance in enumerate(separation):
+        coefficient = friction.of(step)
+        # steps of one separation and one friction have one curve
+        key = distance.tobytes() + (coefficient.tobytes() if friction.changes else b"")
+        if key not in known:
+            holds = (height > distance) & (coefficient > 0)
+            approach, own = height[holds] - distance, np.broadcast_to(coefficient, height.shape)[holds]
+            load = 4 / 3 * modulus * np.sqrt(radius[holds]) * approach**1.5
+            known[key] = found(_Virgin(own * load, ratio * own * approach)) if holds.any() else (0.0,) * count
+        values[step] = known[key]
+    return values

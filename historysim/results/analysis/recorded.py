@@ -1,0 +1,125 @@
+"""What a history must hold for a question, and the messages where it does not."""
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from historysim.errors import InputError
+
+Floats = npt.NDArray[np.float64]
+
+SEPARATED, FULL_STICK, PARTIAL_SLIP, GROSS_SLIP = range(4)
+"""Flag values of ``slip_state``."""
+STATES = ("full_stick", "partial_slip", "gross_slip")
+"""Those of asperities in contact, from 1 on."""
+
+
+def check_recorded(history: xr.Dataset, *names: str) -> None:
+    """Check that a history holds variables of its asperities.
+
+    Raises
+    ------
+    InputError
+        It does not; the message says why.
+    """
+    if "total_normal_load" not in history:
+        raise InputError("this Dataset is no history; expected one from historysim, with all its variables")
+    missing = [name for name in names if name not in history]
+    if not missing:
+        return
+    if "stick_area" in history:
+        raise InputError(
+            f"the history is of patches of an interacting contact, which have no {missing[0]}; expected one of "
+            "asperities, each with a radius"
+        )
+    raise InputError(
+        f'the history has no {missing[0]}; expected one recorded with asperities (record = "touching", "all" or a '
+        "list), not of totals alone"
+    )
+
+
+def check_all_recorded(history: xr.Dataset) -> None:
+    """Check that all asperities that touch are recorded.
+
+    Raises
+    ------
+    InputError
+        They are not.
+    """
+    if not is_complete(history):
+        raise InputError(
+            "the history does not hold all asperities that touch, so the preliminary displacement is not available; "
+            'expected one recorded with record = "touching" or "all"'
+        )
+
+
+def is_complete(history: xr.Dataset) -> bool:
+    """Return whether all asperities that touch are recorded."""
+    if "summit_height" not in history or "friction" not in history:
+        return False
+    height = history["summit_height"].values
+    most = int(history["contact_count"].max())
+    if most == 0:
+        return True
+    # a separation that was rounded must not make an asperity at the verge of contact look left out
+    room = 1e-12 * max(np.abs(height).max(initial=0.0), abs(float(history["separation"].min())))
+    return int((height > float(history["separation"].min()) - room).sum()) >= most
+
+
+def position_of(step: object, history: xr.Dataset) -> int:
+    """Return a step of a history as a number from 0; negative ones count from the end.
+
+    Raises
+    ------
+    InputError
+        A step that it does not have.
+    """
+    steps = history.sizes["step"]
+    if isinstance(step, bool) or not isinstance(step, int | np.integer) or not -steps <= step < steps:
+        raise InputError(f"step {step}: the history has {steps} steps; expected {-steps} to {steps - 1}")
+    return int(step) % steps
+
+
+def displacement_ratio(history: xr.Dataset) -> float:
+    """Return θ = E*/(4 G*) of the pair of a history."""
+    return float(history.attrs["contact_modulus"] / (4 * history.attrs["shear_modulus"]))
+
+
+@attrs.frozen
+class Friction:
+    """The friction coefficients of a history, also where they change.
+
+    Attributes
+    ----------
+    changes : bool
+        Whether they change from step to step.
+    source : xarray.Variable
+        Along ``asperity``, ``step`` or both.
+    """
+
+    changes: bool
+    source: xr.Variable
+
+    def of(self, steps: object) -> Floats:
+        """Return those of a step (asperity), or of steps (step, asperity); a size of 1 stands for all asperities."""
+        found: Floats = (self.source.isel(step=steps) if self.changes else self.source).values
+        return found[..., np.newaxis] if self.source.dims == ("step",) else found
+
+
+def present_friction(history: xr.Dataset) -> Friction:
+    """Return the friction coefficients of the recorded asperities at each step.
+
+    Raises
+    ------
+    InputError
+        They change, in a history of a version that did not record how.
+    """
+    if "present_friction" in history:
+        return Friction(changes=True, source=history["present_friction"].variable)
+    if "largest_traction_ratio" in history:
+        raise InputError(
+            "friction changes in the history, and the version that made it did not record how; run it again with this "
+            "one"
+        )
+    return Friction(changes=False, source=history["friction"].variable)

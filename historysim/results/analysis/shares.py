@@ -1,0 +1,65 @@
+"""Shares of the contacts, of their area and of the load that stick, slip in part, or slide."""
+
+import numpy as np
+import xarray as xr
+
+from historysim.results.analysis.blocks import blocks
+from historysim.results.analysis.recorded import STATES, check_recorded
+
+SHARES = {
+    "share_of_contacts": "share of the contacts in each slip state",
+    "share_of_area": "share of the contact area that asperities in each slip state have",
+    "share_of_normal_load": "share of the normal load that asperities in each slip state carry",
+    "share_of_tangential_load": "share of the tangential load that asperities in each slip state carry",
+}
+
+
+def slip_shares(history: xr.Dataset) -> xr.Dataset:
+    """Return which shares of the contacts, of area and load are in each slip state, and which share of the area slips.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history with asperities or patches; where only some are recorded, the shares are of those.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along ``step`` and ``slip_state`` (full_stick, partial_slip, gross_slip), each row with a sum of 1, or of 0
+        where nothing touches: ``share_of_contacts``, ``share_of_area``, ``share_of_normal_load`` and
+        ``share_of_tangential_load``, the last by the magnitude of each asperity's. Along ``step`` alone:
+        ``slipping_area``, the share of the contact area outside the stick radii, also inside contacts in partial slip.
+
+    Raises
+    ------
+    InputError
+        A history without asperities, or of patches without areas.
+    """
+    patches = "contact_area" in history
+    sizes = ("contact_area", "stick_area") if patches else ("contact_radius", "stick_radius")
+    names = ("slip_state", *sizes, "normal_load", "tangential_load")
+    check_recorded(history, *names)
+    steps = history.sizes["step"]
+    shares = np.zeros((len(SHARES), steps, len(STATES)))
+    slipping = np.zeros(steps)
+    for first, block in blocks(history, names):
+        state, area, stick, normal, tangential = (block[name].values for name in names)
+        if not patches:
+            # π falls out of a share
+            area, stick = area**2, stick**2
+        here = slice(first, first + len(state))
+        whole = area.sum(axis=1)
+        np.divide(whole - stick.sum(axis=1), whole, out=slipping[here], where=whole > 0)
+        for number, weight in enumerate((state > 0, area, normal, np.abs(tangential))):
+            parts = np.stack([np.where(state == value, weight, 0.0).sum(axis=1) for value in (1, 2, 3)], axis=1)
+            total = parts.sum(axis=1, keepdims=True)
+            np.divide(parts, total, out=shares[number, here], where=total > 0)
+    found = {
+        name: (("step", "slip_state"), values, {"units": "1", "long_name": text})
+        for (name, text), values in zip(SHARES.items(), shares, strict=True)
+    }
+    text = "share of the contact area outside the stick radii"
+    return xr.Dataset(
+        {**found, "slipping_area": ("step", slipping, {"units": "1", "long_name": text})},
+        coords={"time": history["time"], "slip_state": list(STATES)},
+    )

@@ -1,0 +1,102 @@
+"""A history in a few lines, and what the model assumes that did not hold."""
+
+from contextlib import suppress
+
+import numpy as np
+import xarray as xr
+
+from historysim.basics import findings
+from historysim.basics.findings import Finding
+from historysim.basics.units import duration_text, quantity_text
+from historysim.errors import InputError
+from historysim.results.analysis.preliminary import critical_asperity, preliminary_displacement
+from historysim.results.analysis.recorded import is_complete
+from historysim.results.analysis.slips import slides_first
+
+WORTH_TELLING = 1.05
+"""Ratio of traction to friction limit from which a summary tells it."""
+
+
+def validity(history: xr.Dataset) -> tuple[Finding, ...]:
+    """Return which assumptions of the model did not hold where the asperities were pressed most.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+
+    Returns
+    -------
+    tuple of Finding
+        Name, value, limit and text of each; see `historysim.asperities.validity.findings`. None of a history of a
+        version that did not check them.
+    """
+    return findings.read(history.attrs.get("validity", "[]"))
+
+
+def summary(history: xr.Dataset) -> list[tuple[str, str]]:
+    """Return in a few lines what happened.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+
+    Returns
+    -------
+    list of (label, text)
+        Steps and duration, asperities touched, peak loads, preliminary displacement and critical asperity at
+        the peak normal load, which asperity slides first and which last, dissipated energy, steps at which the
+        tangential load was held at the limit, and a warning for each assumption of the model that does not hold.
+    """
+    normal, tangential = history["total_normal_load"].values, history["total_tangential_load"].values
+    peak = int(normal.argmax())
+    time = history["time"].values
+    lines = [
+        ("steps", f"{time.size:,} over {duration_text(time[-1] - time[0])}"),
+        ("asperities touched", _touched(history)),
+        ("peak normal load", quantity_text(normal[peak], "N")),
+        ("peak tangential load", quantity_text(np.abs(tangential).max(), "N")),
+    ]
+    try:
+        displacement, asperity = preliminary_displacement(history), critical_asperity(history)
+    except InputError:
+        reason = "its version did not record changes of friction: run it again"
+        if not is_complete(history):
+            reason = "not all asperities that touch are recorded"
+        lines.append(("preliminary displacement", f"not available: {reason}"))
+    else:
+        lines += [
+            ("preliminary displacement", f"{quantity_text(displacement[peak].item(), 'm')} at the peak normal load"),
+            ("critical asperity", str(asperity[peak].item()) if normal[peak] > 0 else "none"),
+        ]
+    with suppress(InputError):
+        lines.append(("slides first", _first_to_slide(history)))
+    lines.append(("dissipated energy", quantity_text(history["total_dissipated_energy"].values[-1], "J")))
+    if held := int(history["saturated"].sum()):
+        lines.append(("held at the limit", f"{held:,} steps"))
+    if (
+        "largest_traction_ratio" in history
+        and (largest := history["largest_traction_ratio"].values.max()) > WORTH_TELLING
+    ):
+        lines.append(
+            ("traction", f"up to {largest:.2f} μp where friction fell: the model is that far from Coulomb's law")
+        )
+    return [*lines, *(("warning", finding.text) for finding in validity(history))]
+
+
+def _touched(history: xr.Dataset) -> str:
+    most = int(history["contact_count"].max())
+    total = f" of {history.attrs['number_of_asperities']:,}" if "number_of_asperities" in history.attrs else ""
+    if not is_complete(history):
+        return f"{most:,}{total} at one time"
+    touched = int((history["summit_height"].values > float(history["separation"].min())).sum())
+    return f"{touched:,}{total}" + (f", {most:,} at one time" if most < touched else "")
+
+
+def _first_to_slide(history: xr.Dataset) -> str:
+    order = slides_first(history)
+    if not order.size:
+        return "none does"
+    recorded = history.sizes["asperity"]
+    last = f", asperity {order[-1]} last" if order.size > 1 else ""
+    some = f" ({order.size:,} of {recorded:,} slide)" if order.size < recorded else ""
+    return f"asperity {order[0]}{last}{some}"

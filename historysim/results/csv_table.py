@@ -1,0 +1,64 @@
+"""Tables of questions and of loops as CSV files: one row for each member of the first dimension."""
+
+import csv
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from historysim.basics.files import replacing
+from historysim.errors import InputError
+
+CELLS_AT_ONCE = 1 << 20
+"""Values that are read and written at a time."""
+
+
+def write_csv(table: xr.Dataset | xr.DataArray, path: str | Path) -> None:
+    """Write a table to a CSV file, which appears under its name when it is complete.
+
+    The header has names, the member of a second dimension, and units: ``energy 17 [J]`` is the energy of asperity 17.
+    What has other dimensions is left out. A table that is
+    larger than memory is read in blocks.
+
+    Parameters
+    ----------
+    table : xarray.Dataset or xarray.DataArray
+    path : path
+        An existing file is replaced.
+
+    Raises
+    ------
+    InputError
+        A table without a dimension.
+    OSError
+        The file cannot be written.
+    """
+    dataset = table.to_dataset(name=table.name or "value") if isinstance(table, xr.DataArray) else table
+    with replacing(Path(path)) as unfinished, unfinished.open("w", encoding="utf-8", newline="") as stream:
+        csv.writer(stream).writerows(_rows(dataset))
+
+
+def _rows(dataset: xr.Dataset) -> Iterator[list[Any]]:
+    dims = next((variable.dims for variable in dataset.data_vars.values() if variable.dims), None)
+    if dims is None:
+        raise InputError("the table has no dimension; expected one with a row for each member of its first dimension")
+    along = dims[0]
+    columns = [name for name, each in dataset.variables.items() if each.dims[:1] == (along,) and each.ndim <= 2]
+    header = []
+    for name in columns:
+        variable = dataset[name]
+        unit = variable.attrs.get("units", "")
+        suffix = f" [{unit}]" if unit and unit != "1" else ""
+        if variable.ndim == 1:
+            header.append(f"{name}{suffix}")
+            continue
+        second = variable.dims[1]
+        members = dataset[second].values if second in dataset.coords else range(variable.shape[1])
+        header += [f"{name} {member}{suffix}" for member in members]
+    yield header
+    size, at_once = dataset.sizes[along], max(1, CELLS_AT_ONCE // max(len(header), 1))
+    for first in range(0, size, at_once):
+        block = dataset[columns].isel({along: slice(first, first + at_once)})
+        values = [part for name in columns for part in block[name].values.reshape(block.sizes[along], -1).T]
+        yield from map(list, zip(*(part.tolist() for part in values), strict=True))

@@ -1,0 +1,226 @@
+"""One asperity at any step of a history, with all that it remembers: its tractions, and its reversal points.
+
+A history records what an asperity carries and not what it remembers. But between recorded steps a contact moves
+straight in its approach and its tangential displacement, as a rule, and from those the memory of one asperity alone is
+walked again. Its loads must come out as they were recorded; where they do not, because the steps leave something out,
+the log beside the result tells.
+"""
+
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from historysim.asperities.asperity import Asperity
+from historysim.asperities.ensemble import Ensemble
+from historysim.contact.materials import MaterialPair
+from historysim.errors import InputError
+from historysim.log.event_log import EventLog
+from historysim.log.result import digest_attribute, log_beside
+from historysim.memory.paths import DISPLACED, Goals, paths_to
+from historysim.memory.rows import blank_rows
+from historysim.results.analysis.recorded import check_recorded, position_of
+
+Floats = npt.NDArray[np.float64]
+
+AGREEMENT = 1e-6
+"""Difference of loads, over the greatest ones, up to which a memory that was walked again is that of the history."""
+
+
+def asperity_at(history: xr.Dataset, asperity: int, step: int) -> Asperity:
+    """Return an asperity at a step of a history, holding its memory.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history with this asperity, that begins with the first contact.
+    asperity : int
+        Its label.
+    step : int
+        Position of the step; negative ones count from the end.
+
+    Returns
+    -------
+    Asperity
+        Which answers ``traction(r)``, ``pressure(r)``, ``reversal_points``, and more.
+
+    Raises
+    ------
+    InputError
+        A step or an asperity that the history does not have, a history without asperities or of patches, or one whose
+        steps do not tell the way of the contact and whose log does not stand beside it.
+    """
+    (found,) = asperities_at(history, asperity, [step])
+    return found
+
+
+def asperities_at(history: xr.Dataset, asperity: int, steps: Sequence[int]) -> list[Asperity]:
+    """Return one asperity at several steps; parameters and errors as for `asperity_at`."""
+    check_recorded(history, "normal_load", "tangential_load", "summit_radius")
+    column = column_of(asperity, history)
+    positions = [position_of(step, history) for step in steps]
+    found = _walked(history, column, positions)
+    if found is None:
+        found = _from_log(history, int(history["asperity"].values[column]), positions)
+    if found is None:
+        raise InputError(
+            f"asperity {asperity}: the recorded steps do not tell the whole way of the contact, and the log of the "
+            "history is not beside it; expected the result where historysim run wrote it, or more substeps"
+        )
+    return found
+
+
+def column_of(asperity: int, history: xr.Dataset) -> int:
+    """Return where an asperity stands among the recorded ones.
+
+    Raises
+    ------
+    InputError
+        It is not recorded.
+    """
+    there = np.flatnonzero(history["asperity"].values == asperity)
+    if isinstance(asperity, bool) or there.size != 1:
+        labels = history["asperity"].values
+        told = f"one of {', '.join(map(str, labels))}" if labels.size <= 8 else f"one of the {labels.size:,} recorded"
+        raise InputError(f"asperity {asperity}: is not recorded in the history; expected {told}")
+    return int(there[0])
+
+
+def reversal_points(history: xr.Dataset, asperity: int, step: int) -> xr.Dataset:
+    """Return the reversals of the displacement that an asperity remembers at a step, from the edge inward.
+
+    Parameters
+    ----------
+    history, asperity, step
+        As for `asperity_at`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along ``reversal``: ``radius``, the stick radius at the reversal [m], and ``displacement``, the tangential
+        displacement of the reversal [m]; see `Asperity.reversal_points`.
+
+    Raises
+    ------
+    InputError
+        As for `asperity_at`.
+    """
+    points = asperity_at(history, asperity, step).reversal_points
+    return xr.Dataset(
+        {
+            "radius": ("reversal", points.radius, {"units": "m", "long_name": "stick radius at the reversal"}),
+            "displacement": ("reversal", points.displacement, {"units": "m", "long_name": "displacement U there"}),
+        },
+        coords={"reversal": np.arange(points.size)},
+    )
+
+
+def profiles(history: xr.Dataset, asperity: int, steps: int | Sequence[int], points: int = 201) -> xr.Dataset:
+    """Return pressure and traction over the radius of an asperity, at one step or at several.
+
+    Parameters
+    ----------
+    history, asperity
+        As for `asperity_at`.
+    steps : int or sequence of int
+        Positions of the steps; negative ones count from the end.
+    points : int
+        Of the radius, evenly from the middle to the largest of the contact radii; 2 or more.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along ``step`` and ``radius`` [m]: ``pressure`` p(r), ``traction`` τ(r) with the sign of the tangential load,
+        and ``friction_limit`` μ p(r), all in Pa; 0 outside the contact. Along ``step``: ``time``, ``contact_radius``,
+        ``stick_radius``, and the positions of the steps.
+
+    Raises
+    ------
+    InputError
+        As for `asperity_at`, or a number of points that is no whole number of 2 or more.
+    """
+    if not isinstance(points, int | np.integer) or points < 2:
+        raise InputError(f"points is {points!r}; expected a whole number of 2 or more")
+    chosen = [steps] if isinstance(steps, int | np.integer) else list(steps)
+    if not chosen:
+        raise InputError("steps is empty; expected one step or more")
+    found = asperities_at(history, asperity, chosen)
+    positions = [position_of(step, history) for step in chosen]
+    radius = np.linspace(0.0, max(one.contact_radius for one in found), points)
+    pressure = np.array([one.pressure(radius) for one in found])
+    both = {
+        "pressure": (pressure, "normal pressure"),
+        "traction": (np.array([one.traction(radius) for one in found]), "tangential traction"),
+        "friction_limit": (pressure * np.array([[one.friction] for one in found]), "friction limit of the traction"),
+    }
+    each = {
+        "contact_radius": np.array([one.contact_radius for one in found]),
+        "stick_radius": np.array([one.stick_radius for one in found]),
+    }
+    return xr.Dataset(
+        {
+            **{
+                name: (("step", "radius"), values, {"units": "Pa", "long_name": text})
+                for name, (values, text) in both.items()
+            },
+            **{
+                name: ("step", values, {"units": "m", "long_name": name.replace("_", " ")})
+                for name, values in each.items()
+            },
+        },
+        coords={
+            "step": ("step", positions, {"long_name": "position of the step in the history"}),
+            "radius": ("radius", radius, {"units": "m", "long_name": "distance from the middle of the contact"}),
+            "time": ("step", history["time"].values[positions], history["time"].attrs),
+        },
+        attrs={"asperity": int(asperity)},
+    )
+
+
+def _walked(history: xr.Dataset, column: int, positions: Sequence[int]) -> list[Asperity] | None:
+    """Return the asperity at steps, its memory walked from step to step; None where its loads come out otherwise."""
+    if "largest_traction_ratio" in history:
+        # where friction changes under a held load the displacement jumps, and a step tells the last of it alone
+        return None
+    rows = slice(0, max(positions) + 1)
+    own = history.isel(asperity=column)
+    height, highest = float(own["summit_height"]), float(history["summit_height"].max())
+    pair = MaterialPair.from_moduli(
+        contact_modulus=float(history.attrs["contact_modulus"]), shear_modulus=float(history.attrs["shear_modulus"])
+    )
+    # no other asperity has a part in what this one remembers
+    alone = Ensemble(pair, height, float(own["summit_radius"]), float(own["friction"]))
+    approach = height - history["separation"].isel(step=rows).values
+    displacement = history["tangential_displacement"].isel(step=rows).values
+    recorded = np.stack([own[name].isel(step=rows).values for name in ("normal_load", "tangential_load")])
+    # before the first step the highest summit just touched
+    state = alone.advance(alone.initial_state(), normal_displacement=height - highest, tangential_displacement=0.0)
+    found: dict[int, Asperity] = {}
+    loads = np.empty_like(recorded)
+    first = 0
+    for last in sorted(set(positions)):
+        part = slice(first, last + 1)
+        paths = paths_to(Goals(DISPLACED, approach[part]), Goals(DISPLACED, displacement[part]))
+        walked = blank_rows(last + 1 - first, 1)
+        state = alone.walk(state, paths, rows=walked, asperities=[0])
+        loads[:, part] = walked.normal_load[:, 0], walked.tangential_load[:, 0]
+        found[last] = attrs.evolve(alone.asperity(0, state), index=int(own["asperity"]))
+        first = last + 1
+    off = np.abs(loads - recorded).max(axis=1)
+    return None if (off > AGREEMENT * np.abs(recorded).max(axis=1)).any() else [found[step] for step in positions]
+
+
+def _from_log(history: xr.Dataset, label: int, positions: Sequence[int]) -> list[Asperity] | None:
+    """Return the asperity at steps from the log beside the result; None where there is none that belongs to it."""
+    source = history.encoding.get("source")
+    if not source:
+        return None
+    with suppress(InputError), EventLog(log_beside(Path(source))) as log:
+        if history.attrs.get("log_digest") == digest_attribute(bytes.fromhex(log.digest))["log_digest"]:
+            times = history["time"].values[list(positions)]
+            return [log.ensemble.asperity(label, log.state(at=float(time))) for time in times]
+    return None
