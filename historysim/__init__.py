@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from historysim.replay import Replay as Replay
     from historysim.replay import replay as replay
     from historysim.results import analysis as analysis
+    from historysim.results.csv_table import write_csv as write_csv
     from historysim.results.plots.adhesion_branch import plot_adhesion_branch as plot_adhesion_branch
     from historysim.results.plots.adhesion_map import plot_adhesion_map as plot_adhesion_map
     from historysim.results.plots.asperity import plot_asperity as plot_asperity
@@ -68,6 +69,7 @@ _HOMES = {
     "log.verification": ("verify",),
     "replay": ("Replay", "replay"),
     "results": ("analysis",),
+    "results.csv_table": ("write_csv",),
     "results.plots.adhesion_branch": ("plot_adhesion_branch",),
     "results.plots.adhesion_map": ("plot_adhesion_map",),
     "results.plots.asperity": ("plot_asperity",),

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import historysim as hs
+from historysim.basics.units import duration_text
 from historysim.results import analysis
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
@@ -136,4 +137,4 @@ def test_the_summary_tells_of_loads_held_at_the_limit(history):
     ("seconds", "text"), [(0.0, "0 s"), (0.02, "20 ms"), (42.0, "42 s"), (750.0, "12.5 min"), (9000.0, "2.5 h")]
 )
 def test_durations_are_spoken(seconds, text):
-    assert analysis.duration_text(seconds) == text
+    assert duration_text(seconds) == text

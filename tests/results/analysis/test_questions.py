@@ -1,0 +1,307 @@
+"""Questions to a history, against closed forms of one contact and against rows of springs for many."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from springs import Contact, SpringRow
+
+import historysim as hs
+from historysim.errors import InputError
+from historysim.results import analysis, rebuilt
+from historysim.results.analysis import blocks
+
+E, G, MU = 40e9, 8e9, 0.2
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=E, shear_modulus=G)
+THETA = E / (4 * G)
+LOAD, RADIUS = 1e-3, 1e-5
+APPROACH = (3 * LOAD / (4 * E * np.sqrt(RADIUS))) ** (2 / 3)
+DELTA = THETA * MU * APPROACH
+
+# summits of several heights, radii and coefficients
+HEIGHTS = np.array([0.0, -20e-9, -35e-9, -60e-9, -1e-6])
+RADII = np.array([10e-6, 30e-6, 15e-6, 40e-6, 10e-6])
+FRICTION = np.array([0.2, 0.12, 0.25, 0.2, 0.2])
+DEPTH = 100e-9
+SWING = 30e-9
+TURNS = [SWING, -SWING, SWING, -0.4 * SWING]
+SUBSTEPS = 8
+
+
+@pytest.fixture(scope="module")
+def ball():
+    """One asperity that goes once round between ±0.6 of its limit, in closed form."""
+    swing = [hs.TangentialLoad(float(time), sign * 0.6 * MU * LOAD) for time, sign in ((1, 1), (2, -1), (3, 1))]
+    return hs.replay(hs.Ensemble(PAIR, 0.0, RADIUS, MU), [hs.NormalLoad(0.0, LOAD), *swing], substeps=6)
+
+
+@pytest.fixture(scope="module")
+def events():
+    moves = [hs.TangentialDisplacement(float(time + 1), value) for time, value in enumerate(TURNS)]
+    return [hs.NormalDisplacement(0.0, DEPTH), *moves]
+
+
+@pytest.fixture(scope="module")
+def history(events):
+    return hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), events, substeps=SUBSTEPS, record="all")
+
+
+@pytest.fixture(scope="module")
+def springs():
+    """What a row of springs says at each step: stick radius, slid or not, dissipated energy, all of each asperity."""
+    row = SpringRow(Contact.build(E, G, HEIGHTS, RADII, FRICTION), DEPTH, 800)
+    row.apply(("displacement", DEPTH), ("displacement", 0.0))
+    told = {"stick_radius": [row.stick_radius], "dissipated_energy": [row.dissipated_energy]}
+    for start, end in zip([0.0, *TURNS], TURNS, strict=False):
+        for share in np.arange(1, SUBSTEPS + 1) / SUBSTEPS:
+            row.apply(("displacement", DEPTH), ("displacement", start + share * (end - start)), 1)
+            told["stick_radius"].append(row.stick_radius)
+            told["dissipated_energy"].append(row.dissipated_energy)
+    return {name: np.array(values) for name, values in told.items()} | {"row": row}
+
+
+def test_displacements_under_each_definition_are_those_of_a_sphere(ball):
+    found = analysis.preliminary_displacements(ball).isel(step=-1)
+    expected = {
+        "virgin": DELTA,
+        "reversal_to_slip": 2 * DELTA,
+        "zero_load_to_slip": 2 ** (1 / 3) * DELTA,
+        "residual": (2 ** (1 / 3) - 1) * DELTA,
+    }
+    assert {name: found[name].item() for name in found.data_vars} == pytest.approx(expected, rel=1e-12)
+
+
+def test_displacements_of_an_ensemble_are_those_of_its_loop(history):
+    """Between its extremes the branch is in full slip, so that the recorded curve itself says where zero load is."""
+    fine = hs.replay(
+        hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION),
+        [
+            hs.NormalDisplacement(0.0, DEPTH),
+            hs.TangentialDisplacement(1.0, SWING),
+            hs.TangentialDisplacement(2.0, -SWING),
+        ],
+        substeps=2000,
+        record="totals",
+    )
+    found = analysis.preliminary_displacements(history).isel(step=-1)
+    u, load, limit = (
+        fine[name].values[2000:] for name in ("tangential_displacement", "total_tangential_load", "friction_limit")
+    )
+    # each is located between two steps
+    step = 2 * SWING / 2000
+    zero = np.interp(0.0, -load, u)
+    slides = u[np.argmax(load <= -limit * (1 - 1e-12))]
+    assert found["reversal_to_slip"].item() == pytest.approx(SWING - slides, abs=step)
+    assert found["zero_load_to_slip"].item() == pytest.approx(zero - slides, abs=step)
+    assert found["residual"].item() == pytest.approx(found["virgin"].item() - (SWING - zero), abs=step)
+
+
+def test_the_work_of_presliding_is_that_of_a_closed_loop(ball, history):
+    assert analysis.presliding_work(ball).values[-1] == pytest.approx(0.8 * MU * LOAD * DELTA, rel=1e-12)
+    delta = analysis.preliminary_displacement(history).values[-1]
+    row = SpringRow(Contact.build(E, G, HEIGHTS, RADII, FRICTION), DEPTH, 800)
+    row.apply(("displacement", DEPTH), ("displacement", 0.0))
+    row.apply(("displacement", DEPTH), ("displacement", delta))
+    before = row.dissipated_energy.sum()
+    row.apply(("displacement", DEPTH), ("displacement", -delta))
+    row.apply(("displacement", DEPTH), ("displacement", delta))
+    error = 2 * row.dissipated_energy_error.sum()
+    work = row.dissipated_energy.sum() - before
+    assert error < 1e-3 * work
+    assert analysis.presliding_work(history).values[-1] == pytest.approx(work, abs=error)
+
+
+def test_nothing_slides_without_contact_or_without_friction():
+    apart = hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), [hs.NormalDisplacement(0.0, -1e-9)])
+    smooth = hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, 0.0), [hs.NormalLoad(0.0, LOAD)])
+    for history in (apart, smooth):
+        assert analysis.presliding_work(history).values.tolist() == [0.0]
+        assert analysis.preliminary_displacements(history)["zero_load_to_slip"].values.tolist() == [0.0]
+
+
+def test_the_friction_of_each_step_counts():
+    events = [hs.NormalLoad(0.0, LOAD), hs.FrictionChange(1.0, 2 * MU), hs.FrictionChange(2.0, 3 * MU)]
+    changing = hs.replay(hs.Ensemble(PAIR, 0.0, RADIUS, MU), events)
+    assert analysis.preliminary_displacements(changing)["residual"].values == pytest.approx(
+        (2 ** (1 / 3) - 1) * DELTA * np.array([1, 2, 3]), rel=1e-12
+    )
+    assert analysis.presliding_work(changing).values == pytest.approx(0.8 * MU * LOAD * DELTA * np.array([1, 4, 9]))
+
+
+def test_energy_per_cycle_is_that_of_the_closed_form(ball):
+    f = 0.6
+    a = np.sqrt(RADIUS * APPROACH)
+    work = 9 * MU**2 * LOAD**2 / (10 * a * G) * (1 - (1 - f) ** (5 / 3) - 5 * f / 6 * (1 + (1 - f) ** (2 / 3)))
+    found = analysis.energy_per_cycle(ball)
+    assert found["total_energy"].values == pytest.approx([work], rel=1e-9)
+    assert found["energy"].dims == ("loop", "asperity")
+    assert found["energy"].values[0] == pytest.approx(found["total_energy"].values, rel=1e-12)
+    assert (found["start_time"].values, found["end_time"].values) == ([1.0], [3.0])
+
+
+def test_energy_per_cycle_of_each_asperity_is_that_of_its_springs(history, springs):
+    found = analysis.energy_per_cycle(history)
+    (start,), (end,) = (np.searchsorted(history.time, found[name]) for name in ("start_time", "end_time"))
+    work = springs["dissipated_energy"][end] - springs["dissipated_energy"][start]
+    assert np.abs(found["energy"].values[0] - work).max() <= 2 * springs["row"].dissipated_energy_error.max()
+    assert found["total_energy"].values[0] == pytest.approx(found["energy"].values.sum(), rel=1e-12)
+    totals = history[
+        ["total_normal_load", "total_tangential_load", "tangential_displacement", "total_dissipated_energy"]
+    ]
+    assert list(analysis.energy_per_cycle(totals).data_vars) == ["total_energy"]
+
+
+def test_shares_are_counted_asperity_by_asperity(history):
+    found = analysis.slip_shares(history)
+    weights = {
+        "share_of_contacts": lambda _step, _i: 1.0,
+        "share_of_area": lambda step, i: history.contact_radius.values[step, i] ** 2,
+        "share_of_normal_load": lambda step, i: history.normal_load.values[step, i],
+        "share_of_tangential_load": lambda step, i: abs(history.tangential_load.values[step, i]),
+    }
+    states = history.slip_state.values
+    for step in (0, 3, 8, 12, 32):
+        for name, weight in weights.items():
+            sums = [0.0, 0.0, 0.0]
+            for i, state in enumerate(states[step]):
+                if state:
+                    sums[state - 1] += weight(step, i)
+            total = sum(sums) or 1.0
+            assert found[name].values[step] == pytest.approx([part / total for part in sums], rel=1e-12)
+
+
+def test_the_slipping_area_is_that_outside_the_stick_radii_of_the_springs(history, springs):
+    a2 = RADII * np.maximum(HEIGHTS + DEPTH, 0.0)
+    expected = 1 - (springs["stick_radius"] ** 2).sum(axis=1) / a2.sum()
+    # a stick radius of springs is known to a spacing
+    error = 2 * (np.sqrt(a2) * springs["row"].spacing).sum() / a2.sum()
+    assert np.abs(analysis.slip_shares(history)["slipping_area"].values - expected).max() < error < 0.01
+
+
+def test_the_order_of_sliding_is_that_of_the_springs(history, springs):
+    """In virgin loading at a constant approach an asperity slides at θμδ: none of the steps has two of these."""
+    found = analysis.first_slips(history)
+    slid = springs["stick_radius"] == 0
+    touching = HEIGHTS + DEPTH > 0
+    expected = np.where(touching, slid.argmax(axis=0), -1)
+    assert found["slide_step"].values.tolist() == expected.tolist()
+    reach = THETA * FRICTION * np.where(touching, HEIGHTS + DEPTH, np.nan)
+    order = np.argsort(reach)[: touching.sum()]
+    assert analysis.slides_first(history).tolist() == order.tolist()
+    assert found["slide_rank"].values[-1] == -1
+    assert np.isnan(found["slide_time"].values[-1])
+    # the annulus begins with the first load, in all of them
+    assert found["slip_step"].values.tolist() == [1, 1, 1, 1, -1]
+    assert found["slip_rank"].values.tolist() == [0, 0, 0, 0, -1]
+    summary = dict(analysis.summary(history))
+    assert summary["slides first"] == f"asperity {order[0]}, asperity {order[-1]} last (4 of 5 slide)"
+
+
+def test_within_one_step_the_smaller_reserve_slides_first(events):
+    coarse = hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), events)
+    assert analysis.first_slips(coarse)["slide_rank"].values.tolist() == [0, 0, 0, 0]
+    assert analysis.slides_first(coarse).tolist() == np.argsort((HEIGHTS + DEPTH)[:4] * FRICTION[:4]).tolist()
+
+
+def test_where_nothing_slides_the_summary_says_so(ball):
+    assert analysis.slides_first(ball).size == 0
+    assert dict(analysis.summary(ball))["slides first"] == "none does"
+
+
+def test_the_stiffness_of_asperities_is_that_of_the_curve(ball, history):
+    onward, reversed_ = (analysis.tangential_stiffness(history, way) for way in ("onward", "reversed"))
+    assert onward.sum("asperity").values == pytest.approx(history.tangential_stiffness.values, rel=1e-9)
+    a = np.sqrt(RADII * np.maximum(HEIGHTS + DEPTH, 0.0))
+    assert reversed_.values[5] == pytest.approx(8 * G * a, rel=1e-9)
+    # virgin loading: 8 G* a (1 - T/μN)^(1/3)
+    load = ball.total_tangential_load.values[:7]
+    expected = 8 * G * np.sqrt(RADIUS * APPROACH) * (1 - load / (MU * LOAD)) ** (1 / 3)
+    assert analysis.tangential_stiffness(ball).values[:7, 0] == pytest.approx(expected, rel=1e-9)
+    with pytest.raises(InputError, match="expected 'onward' or 'reversed'"):
+        analysis.tangential_stiffness(history, "back")
+
+
+def test_stick_ratio_and_pressures_are_hertz_and_mindlin_s(ball, history):
+    load = ball.total_tangential_load.values[:7]
+    assert analysis.stick_ratio(ball).values[:7, 0] == pytest.approx((1 - load / (MU * LOAD)) ** (1 / 3), rel=1e-9)
+    mean = LOAD / (np.pi * RADIUS * APPROACH)
+    assert analysis.mean_pressure(ball).values == pytest.approx(np.full((19, 1), mean), rel=1e-9)
+    assert analysis.peak_pressure(ball)[3, 0].item() == pytest.approx(
+        2 * E / np.pi * np.sqrt(APPROACH / RADIUS), rel=1e-9
+    )
+    assert analysis.total_mean_pressure(ball).values[-1] == pytest.approx(mean, rel=1e-9)
+    assert np.isnan(analysis.stick_ratio(history).values[:, -1]).all()
+    assert (analysis.mean_pressure(history).values[:, -1] == 0).all()
+
+
+def test_the_nominal_pressure_needs_an_area(ball, tmp_path):
+    assert analysis.nominal_pressure(ball, 1e-6).values == pytest.approx(np.full(19, LOAD / 1e-6), rel=1e-9)
+    with pytest.raises(InputError, match="does not say its nominal area"):
+        analysis.nominal_pressure(ball)
+    with pytest.raises(InputError, match="nominal_area"):
+        analysis.nominal_pressure(ball, -1.0)
+    ball.to_netcdf(tmp_path / "b.nc")
+    xr.Dataset(attrs={"nominal_area": 2e-6}).to_netcdf(tmp_path / "b.nc", mode="a", group="surface")
+    with xr.open_dataset(tmp_path / "b.nc", decode_times=False) as opened:
+        assert analysis.nominal_pressure(opened).values[0] == pytest.approx(LOAD / 2e-6, rel=1e-9)
+
+
+QUESTIONS = [
+    analysis.energy_per_cycle,
+    analysis.first_slips,
+    analysis.mean_pressure,
+    analysis.peak_pressure,
+    analysis.preliminary_displacements,
+    analysis.presliding_work,
+    analysis.slip_shares,
+    analysis.stick_ratio,
+    analysis.tangential_stiffness,
+    analysis.total_mean_pressure,
+    lambda history: rebuilt.profiles(history, 1, [3, 9]),
+]
+
+
+@pytest.mark.parametrize("question", QUESTIONS)
+def test_what_is_read_in_blocks_is_what_is_in_memory(history, question, tmp_path, monkeypatch):
+    history.to_netcdf(tmp_path / "h.nc")
+    monkeypatch.setattr(blocks, "CELLS_AT_ONCE", 7 * history.sizes["asperity"])
+    with xr.open_dataset(tmp_path / "h.nc", decode_times=False) as opened:
+        lazy = question(opened)
+        if isinstance(lazy, xr.DataArray) and lazy.ndim == 2:
+            # a part of it reads a part of the file
+            np.testing.assert_array_equal(lazy[5:7, [0, 3]], question(history).values[5:7][:, [0, 3]])
+            np.testing.assert_array_equal(lazy[-1], question(history).values[-1])
+        xr.testing.assert_identical(lazy.load(), question(history).load())
+
+
+def test_a_question_reads_no_more_than_it_says(history, tmp_path, monkeypatch):
+    """No more steps of a variable at a time than a block has."""
+    history.to_netcdf(tmp_path / "h.nc")
+    monkeypatch.setattr(blocks, "CELLS_AT_ONCE", 4 * history.sizes["asperity"])
+    with xr.open_dataset(tmp_path / "h.nc", decode_times=False, cache=False) as opened:
+        read, kind = [], type(opened["slip_state"].variable._data)
+        original = kind.get_duck_array
+        monkeypatch.setattr(kind, "get_duck_array", lambda self: read.append(self.shape) or original(self))
+        analysis.slip_shares(opened)
+        assert max(shape[0] for shape in read if len(shape) == 2) == 4
+
+
+@pytest.mark.parametrize(
+    "question",
+    [
+        analysis.first_slips,
+        analysis.mean_pressure,
+        analysis.preliminary_displacements,
+        analysis.presliding_work,
+        analysis.slides_first,
+        analysis.slip_shares,
+        analysis.stick_ratio,
+        analysis.tangential_stiffness,
+        lambda history: rebuilt.asperity_at(history, 0, 0),
+    ],
+)
+def test_totals_alone_do_not_suffice(events, question):
+    totals = hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), events, record="totals")
+    with pytest.raises(InputError, match=r"expected one recorded with"):
+        question(totals)
+    with pytest.raises(InputError, match="is no history"):
+        question(totals[["separation"]])

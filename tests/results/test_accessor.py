@@ -1,0 +1,51 @@
+"""Questions to a history as methods of it."""
+
+import inspect
+import subprocess
+import sys
+
+import xarray as xr
+
+import historysim as hs
+from historysim.results import analysis, rebuilt
+from historysim.results.accessor import Questions
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
+EVENTS = [hs.NormalLoad(0.0, 0.1), *(hs.TangentialDisplacement(float(t), (-1) ** t * 1e-6) for t in (1, 2, 3))]
+
+
+def asked():
+    return {name: method for name, method in vars(Questions).items() if inspect.isfunction(method) and name[0] != "_"}
+
+
+def test_every_question_is_there_with_its_text():
+    about_files = {"is_complete"}
+    named = set(analysis.__all__) - about_files | {"asperity", "profiles", "reversal_points"}
+    assert set(asked()) == named
+    for name, method in asked().items():
+        question = rebuilt.asperity_at if name == "asperity" else getattr(analysis, name, getattr(rebuilt, name, None))
+        assert method.__doc__ == question.__doc__
+        assert list(inspect.signature(method).parameters)[1:] == list(inspect.signature(question).parameters)[1:]
+
+
+def test_methods_answer_as_the_functions_do():
+    history = hs.replay(hs.Ensemble(PAIR, [0.0, -1e-8], 1e-3, 0.2), EVENTS, substeps=4)
+    xr.testing.assert_identical(history.contact.first_slips(), analysis.first_slips(history))
+    xr.testing.assert_identical(history.contact.profiles(1, [2, 5]), rebuilt.profiles(history, 1, [2, 5]))
+    assert history.contact.drift(0, -1) == 0
+    assert history.contact.tangential_stiffness(direction="reversed").equals(
+        analysis.tangential_stiffness(history, "reversed")
+    )
+
+
+def test_the_accessor_comes_with_the_names_that_give_histories():
+    code = (
+        "import historysim as hs, sys\n"
+        "hs.MaterialPair\n"
+        "before = 'historysim.results.accessor' in sys.modules\n"
+        "hs.replay\n"
+        "import xarray\n"
+        "print(before, hasattr(xarray.Dataset, 'contact'))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["False", "True"]

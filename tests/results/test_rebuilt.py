@@ -1,0 +1,119 @@
+"""One asperity at any step of a history: what it remembers is walked again, or comes from the log."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import historysim as hs
+from historysim.errors import InputError
+from historysim.log.event_log import EventLog
+from historysim.log.result import write_result
+from historysim.results import rebuilt
+
+E, G, MU = 40e9, 8e9, 0.2
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=E, shear_modulus=G)
+LOAD, RADIUS = 1e-3, 1e-5
+RNG = np.random.default_rng(3)
+MANY = hs.Ensemble(PAIR, RNG.normal(0, 1e-7, 40), RADIUS * RNG.uniform(0.5, 2, 40), MU * RNG.uniform(0.5, 2, 40))
+EVENTS = [
+    hs.NormalLoad(0.0, 5 * LOAD),
+    hs.TangentialLoad(1.0, 0.6 * LOAD),
+    hs.NormalLoad(2.0, 7 * LOAD),
+    hs.TangentialLoad(2.0, -0.5 * LOAD),
+    hs.TangentialLoad(3.0, 0.3 * LOAD),
+    hs.NormalLoad(4.0, 6 * LOAD),
+]
+AT_ONCE = [hs.NormalLoad(0.0, LOAD), hs.TangentialLoad(1.0, 0.19 * LOAD), hs.TangentialLoad(1.0, 0.0)]
+"""What happens at one time is one step, which does not tell that there was more."""
+
+
+def test_the_tractions_are_those_of_cattaneo_and_mindlin():
+    """Virgin loading to T, then a reversal by which counter-slip has come to b."""
+    peak, back = 0.15 * LOAD, 0.03 * LOAD
+    events = [hs.NormalLoad(0.0, LOAD), hs.TangentialLoad(1.0, peak), hs.TangentialLoad(2.0, back)]
+    history = hs.replay(hs.Ensemble(PAIR, 0.0, RADIUS, MU), events)
+    a = np.cbrt(3 * LOAD * RADIUS / (4 * E))
+    c = a * np.cbrt(1 - peak / (MU * LOAD))
+    b = a * np.cbrt(1 - (peak - back) / (2 * MU * LOAD))
+    found = rebuilt.profiles(history, 0, [1, -1], points=50)
+
+    def disc(radius):
+        inside = np.clip(radius**2 - found["radius"].values ** 2, 0, None)
+        return 3 * LOAD / (2 * np.pi * a**3) * np.sqrt(inside)
+
+    rounding = 1e-9 * disc(a).max()
+    np.testing.assert_allclose(found["pressure"].values, [disc(a)] * 2, atol=rounding)
+    np.testing.assert_allclose(found["friction_limit"].values, [MU * disc(a)] * 2, atol=rounding)
+    # the square root is steep at a front
+    for row, expected in enumerate([disc(a) - disc(c), -disc(a) + 2 * disc(b) - disc(c)]):
+        np.testing.assert_allclose(found["traction"].values[row], MU * expected, atol=1e-6 * disc(a).max())
+    assert found["stick_radius"].values == pytest.approx([c, b], rel=1e-9)
+    assert found["step"].values.tolist() == [1, 2]
+    points = rebuilt.reversal_points(history, 0, -1)
+    assert points["radius"].values == pytest.approx([c], rel=1e-9)
+    assert points["displacement"].values == pytest.approx(history.tangential_displacement.values[1:2], rel=1e-9)
+    assert rebuilt.reversal_points(history, 0, 1).sizes["reversal"] == 0
+
+
+@pytest.mark.parametrize("substeps", [1, 7])
+def test_what_is_rebuilt_is_what_the_engine_remembers(substeps):
+    job = hs.Replay(MANY, EVENTS, substeps=substeps)
+    history = job.dataset()
+    for step in (substeps, 2 * substeps, -1):
+        state = job.state(until=float(history.time[step]))
+        for label in history.asperity.values[::5].tolist():
+            found, expected = rebuilt.asperity_at(history, label, step), MANY.asperity(label, state)
+            assert found.index == label
+            assert found.slip_state == expected.slip_state
+            radius = np.linspace(0, expected.contact_radius, 20)
+            np.testing.assert_allclose(
+                found.traction(radius), expected.traction(radius), atol=1e-3 * MU * expected.pressure(0.0)
+            )
+            assert found.reversal_points.size == expected.reversal_points.size
+            assert found.tangential_load == pytest.approx(expected.tangential_load, abs=1e-6 * expected.normal_load)
+
+
+@pytest.fixture
+def result(tmp_path):
+    """A result whose steps do not tell all, with its log beside it."""
+    path = tmp_path / "r.nc"
+    with EventLog.create(tmp_path / "r.history", hs.Ensemble(PAIR, 0.0, RADIUS, MU), AT_ONCE) as log:
+        log.append([hs.TangentialLoad(2.0, 0.01 * LOAD)])
+        write_result(log._file, path)
+    return path
+
+
+def test_where_the_steps_do_not_suffice_the_log_tells(result):
+    with xr.open_dataset(result, decode_times=False) as history:
+        points = rebuilt.reversal_points(history, 0, 1)
+        a = np.cbrt(3 * LOAD * RADIUS / (4 * E))
+        assert points["radius"].values == pytest.approx([a * np.cbrt(0.05)], rel=1e-9)
+
+
+def test_without_the_log_of_this_result_it_is_refused(result):
+    with xr.open_dataset(result, decode_times=False) as history:
+        with EventLog(result.with_suffix(".history")) as log:
+            log.append([hs.TangentialLoad(3.0, 0.0)])
+        with pytest.raises(InputError, match="do not tell the whole way of the contact"):
+            rebuilt.asperity_at(history, 0, 1)
+    with pytest.raises(InputError, match="do not tell the whole way of the contact"):
+        rebuilt.asperity_at(hs.replay(hs.Ensemble(PAIR, 0.0, RADIUS, MU), AT_ONCE), 0, -1)
+
+
+def test_a_change_of_friction_needs_the_log():
+    events = [hs.NormalLoad(0.0, LOAD), hs.TangentialLoad(1.0, 0.1 * LOAD), hs.FrictionChange(2.0, 0.15)]
+    with pytest.raises(InputError, match="do not tell the whole way of the contact"):
+        rebuilt.asperity_at(hs.replay(hs.Ensemble(PAIR, 0.0, RADIUS, MU), events), 0, -1)
+
+
+def test_what_is_not_there_is_refused():
+    history = hs.replay(MANY, EVENTS)
+    missing = next(label for label in range(40) if label not in history.asperity)
+    with pytest.raises(InputError, match=f"asperity {missing}: is not recorded in the history; expected one of"):
+        rebuilt.asperity_at(history, missing, 0)
+    with pytest.raises(InputError, match="step 5: the history has 5 steps; expected -5 to 4"):
+        rebuilt.asperity_at(history, int(history.asperity[0]), 5)
+    with pytest.raises(InputError, match="points is 1; expected a whole number of 2 or more"):
+        rebuilt.profiles(history, int(history.asperity[0]), 0, points=1)
+    with pytest.raises(InputError, match="steps is empty"):
+        rebuilt.profiles(history, int(history.asperity[0]), [])
