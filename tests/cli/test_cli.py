@@ -124,6 +124,7 @@ def test_other_values_decide_what_comes_out(folder):
     assert "ball.nc: is no scenario (.toml), so that --set has nothing to change" in refused.output
 
 
+@pytest.mark.usefixtures("folder")
 def test_show_tells_a_scenario_from_a_result():
     assert call("run", "ball.toml").exit_code == 0
     scenario, result = call("show", "ball.toml"), call("show", "ball.nc")
