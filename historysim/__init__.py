@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from historysim.scenario.run import run as run
     from historysim.scenario.scenario import load as load
     from historysim.scenario.show import show as show
+    from historysim.studies.sweep import sweep as sweep
     from historysim.surfaces.distribution import drawn_summits as drawn_summits
     from historysim.surfaces.distribution import quantile_summits as quantile_summits
     from historysim.surfaces.heights import Surface as Surface
@@ -85,6 +86,7 @@ _HOMES = {
     "scenario.run": ("run",),
     "scenario.scenario": ("load",),
     "scenario.show": ("show",),
+    "studies.sweep": ("sweep",),
     "surfaces.distribution": ("drawn_summits", "quantile_summits"),
     "surfaces.heights": ("Surface",),
     "surfaces.random": ("random_surface",),

@@ -1,12 +1,16 @@
-"""Commands that replay a scenario: run, validate."""
+"""Commands that replay a scenario: run, validate, sweep."""
 
+import csv
+import os
 from pathlib import Path
 from typing import Any
 
 import click
 
+from historysim.basics.files import replacing
 from historysim.cli.arguments import check_target, path_type, scenario_or_file, set_option
-from historysim.cli.output import notice, print_lines, save
+from historysim.cli.output import check_ending, notice, print_lines, save
+from historysim.errors import InputError
 
 
 @click.command()
@@ -71,8 +75,60 @@ def validate(scenario: Path, values: dict[str, Any]) -> None:
     from historysim.scenario.scenario import load
     from historysim.scenario.summary import summary
 
-    print_lines(summary(load(scenario, values)))
+    loaded = load(scenario, values)
+    if loaded.sections.sweep is not None:
+        from historysim.studies.sweep import sweep_of
+
+        sweep_of(loaded)
+    print_lines(summary(loaded))
     click.echo("valid")
 
 
-COMMANDS = (run, validate)
+@click.command()
+@click.argument("scenario", type=path_type)
+@click.option(
+    "-o", "--output", type=path_type, help="The table (.nc or .csv). [default: SCENARIO's name with .nc, here]"
+)
+@click.option(
+    "--store",
+    type=path_type,
+    help="The folder in which cells are kept as they end. [default: NAME.cells beside it]",
+)
+@click.option("--workers", type=click.IntRange(1), help="Processes that compute. [default: one for each processor]")
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing.")
+@set_option
+def sweep(
+    scenario: Path, output: Path | None, store: Path | None, workers: int | None, quiet: bool, values: dict[str, Any]
+) -> None:
+    """Replay SCENARIO (TOML) at all points of its [sweep], and write what comes out to one file.
+
+    A sweep that was ended goes on where it was; a cell that cannot be computed is told and leaves a gap.
+    """
+    output = output or Path(f"{scenario.stem}.nc")
+    store = store or output.with_suffix(".cells")
+    check_ending(output, ".nc", ".csv")
+    check_target(output, scenario)
+    if store.exists() and not store.is_dir():
+        raise InputError(f"{store}: is a file; expected a folder for the cells, or the name of a new one")
+    from historysim.results import sweeps
+    from historysim.scenario.scenario import load
+    from historysim.studies.sweep import sweep as carry_out
+
+    loaded = load(scenario, values)
+    found = carry_out(loaded, store=store, workers=workers or processors(), progress=not quiet, tell=notice)
+    with replacing(output) as unfinished:
+        if output.suffix.lower() == ".csv":
+            with unfinished.open("w", encoding="utf-8", newline="") as stream:
+                csv.writer(stream).writerows(sweeps.rows(found))
+        else:
+            found.to_netcdf(unfinished)
+    if not quiet:
+        print_lines([*sweeps.summary(found), ("cells kept in", str(store)), ("result", str(output))])
+
+
+def processors() -> int:
+    """Return the number of processors that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+COMMANDS = (run, validate, sweep)

@@ -10,18 +10,20 @@ import xarray as xr
 from historysim.basics.file_kinds import is_log, is_netcdf
 from historysim.errors import InputError
 from historysim.measured.loops import CONTENT
+from historysim.results.sweeps import CONTENT as SWEEP
 
-Kind = Literal["scenario", "log", "result", "loops", "height map"]
+Kind = Literal["scenario", "log", "result", "loops", "sweep", "height map"]
 
 CALLED: Mapping[Kind, str] = {
     "scenario": "a scenario",
     "log": "a log",
     "result": "a result of historysim run",
     "loops": "a file of friction loops",
+    "sweep": "a sweep",
     "height map": "a height map",
 }
 
-READABLE = "expected a scenario, a result of historysim run, its log, friction loops, or a height map"
+READABLE = "expected a scenario, a result of historysim run, its log, friction loops, a sweep, or a height map"
 
 
 def kind_of(path: Path) -> Kind:
@@ -44,8 +46,8 @@ def kind_of(path: Path) -> Kind:
     # height maps come as netCDF, too; what does not open is left to the reader of results, which says what is wrong
     with suppress(OSError, RuntimeError), netCDF4.Dataset(path) as file:
         told = {name: file.getncattr(name) for name in file.ncattrs()}
-        if told.get("content") == CONTENT:
-            return "loops"
+        if told.get("content") in (CONTENT, SWEEP):
+            return "sweep" if told["content"] == SWEEP else "loops"
         if "historysim_version" not in told:
             return "height map"
     return "result"
@@ -76,9 +78,23 @@ def open_result(path: Path) -> Iterator[xr.Dataset]:
     with _opened(path) as history:
         if history.attrs.get("content") == CONTENT:
             raise InputError(f"{path}: holds friction loops; {expected}")
+        if history.attrs.get("content") == SWEEP:
+            raise InputError(f"{path}: holds a sweep; {expected}")
         if not history.attrs.get("complete"):
             raise InputError(f"{path}: is not a finished result of historysim run; run the scenario again")
         yield history
+
+
+def read_sweep(path: Path) -> xr.Dataset:
+    """Read what `historysim.sweep` gave.
+
+    Raises
+    ------
+    InputError
+        The file is damaged.
+    """
+    with _opened(path) as found:
+        return found.load()
 
 
 def read_loops(path: Path) -> xr.Dataset:

@@ -15,7 +15,7 @@ from historysim.errors import InputError
 from historysim.scenario.columns import column_hooks
 from historysim.scenario.loading_kinds import AnyLoading, channel_hooks, loading_from_toml
 from historysim.scenario.overriding import text_with_values, with_values
-from historysim.scenario.schema import schema_converter, text
+from historysim.scenario.schema import schema_converter, table, text
 from historysim.scenario.sections import RECORDS, MaterialEntry, MaterialTable, Sections
 from historysim.scenario.surface_kinds import (
     MapKind,
@@ -80,6 +80,7 @@ def _converter() -> Converter:
         (bool | float | None, prune_from_toml),
         (AnyLoading, loading_from_toml),
         (str | tuple[int, ...], _record),
+        (dict[str, Any], _table),
     ):
         converter.register_structure_hook_func(partial(eq, kind), partial(hook, converter))
     column_hooks(converter)
@@ -89,6 +90,10 @@ def _converter() -> Converter:
 
 def _material_entry(converter: Converter, value: object, _: object) -> MaterialEntry:
     return converter.structure(value, MaterialTable) if isinstance(value, dict) else text(value)
+
+
+def _table(_: Converter, value: object, __: object) -> dict[str, Any]:
+    return table(value)
 
 
 def _record(converter: Converter, value: object, _: object) -> str | tuple[int, ...]:

@@ -28,7 +28,7 @@ class Reading(TypedDict, total=False):
 def opened(
     path: str | Path, *, form: str | None = None, **reading: Unpack[Reading]
 ) -> Iterator["Scenario | EventLog | xr.Dataset | Surface"]:
-    """Open a scenario, a log, a result, friction loops or a height map, and close it when the block ends.
+    """Open a scenario, a log, a result, friction loops, a sweep or a height map, and close it when the block ends.
 
     Parameters
     ----------
@@ -41,14 +41,14 @@ def opened(
     Yields
     ------
     Scenario, EventLog, xarray.Dataset or Surface
-        Of results and of friction loops, a Dataset.
+        Of results, of friction loops and of sweeps, a Dataset.
 
     Raises
     ------
     InputError
         There is no such file, it cannot be used, or it is no height map and something is said of its reading.
     """
-    from historysim.results.files import CALLED, kind_of, open_result, read_loops
+    from historysim.results.files import CALLED, kind_of, open_result, read_loops, read_sweep
 
     path = Path(path)
     kind = kind_of(path)
@@ -68,6 +68,8 @@ def opened(
             yield log
     elif kind == "loops":
         yield read_loops(path)
+    elif kind == "sweep":
+        yield read_sweep(path)
     else:
         with open_result(path) as history:
             yield history

@@ -89,6 +89,8 @@ def run(
 
 def head_of(loaded: scenario.Scenario, tell: Teller = silent) -> tuple[Head, list[Event]]:
     """Resolve a scenario: the head of its log, and its events."""
+    if loaded.sections.sweep is not None:
+        tell(f"{loaded.path.name}: [sweep] is left to historysim sweep; this is the scenario as it stands without it")
     ground = loaded.solved(loaded.ground())
     for notice in ground.notices:
         tell(f"{loaded.path.name}: {notice}")

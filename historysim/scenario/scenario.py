@@ -235,8 +235,8 @@ class Scenario:
         with reported(self.path.name):
             return loading.measurement(self.path.parent)
 
-    def replay(self) -> "Replay":
-        """Return the replay that the scenario describes.
+    def replay(self, ground: Ground | None = None) -> "Replay":
+        """Return the replay that the scenario describes; parameters as for `ensemble`.
 
         Raises
         ------
@@ -245,7 +245,7 @@ class Scenario:
         """
         from historysim.replay import Replay
 
-        ensemble, events = self.checked()
+        ensemble, events = self.checked(ground)
         return Replay(
             ensemble,
             events,

@@ -1,6 +1,6 @@
 """The sections of a scenario, one class for each: their keys, and what these must be."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import attrs
 
@@ -14,6 +14,7 @@ from historysim.scenario.surface_kinds import SurfaceKind
 
 if TYPE_CHECKING:
     from historysim.contact.materials import Material, MaterialPair
+    from historysim.scenario.grid import Grid
 
 
 @attrs.frozen
@@ -163,6 +164,25 @@ class RecordSection:
 
 
 @attrs.frozen
+class SweepSection:
+    """``[sweep]``: keys with several values each, which `historysim.sweep` goes through."""
+
+    over: dict[str, Any]
+    together: tuple[tuple[str, ...], ...] = ()
+    outputs: tuple[str, ...] = ()
+
+    def __attrs_post_init__(self) -> None:
+        """Check that there is a grid."""
+        self.grid()
+
+    def grid(self) -> "Grid":
+        """Return the grid that the keys span."""
+        from historysim.scenario.grid import grid_of
+
+        return grid_of(self.over, self.together)
+
+
+@attrs.frozen
 class Sections:
     """A scenario file, section by section."""
 
@@ -174,4 +194,5 @@ class Sections:
     instrument: InstrumentSection | None = None
     record: RecordSection = RecordSection()
     fit: FitSection | None = None
+    sweep: SweepSection | None = None
     title: str = ""

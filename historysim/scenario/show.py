@@ -83,8 +83,10 @@ def _height_map(measured: "Surface", form: str) -> Lines:
 
 
 def _dataset(history: "xr.Dataset") -> Lines:
-    from historysim.results import analysis, loops
+    from historysim.results import analysis, loops, sweeps
 
+    if history.attrs.get("content") == sweeps.CONTENT:
+        return Lines(sweeps.summary(history))
     if "loop" in history.dims:
         return Lines(loops.summary(history))
     if "total_normal_load" not in history:

@@ -3,8 +3,10 @@
 import numpy as np
 
 from historysim.basics.units import duration_text, quantity_text
+from historysim.basics.wording import counted
 from historysim.recording import validity
 from historysim.scenario.scenario import Scenario
+from historysim.scenario.sections import SweepSection
 from historysim.scenario.surface_kinds import Ground
 
 
@@ -40,11 +42,18 @@ def summary(scenario: Scenario) -> list[tuple[str, str]]:
         ("events", f"{len(events):,} over {duration_text(events[-1].time - events[0].time)}"),
         ("substeps", str(scenario.substeps)),
         ("recorded asperities", recorded),
+        *([("sweep", _sweep_line(scenario.sections.sweep))] if scenario.sections.sweep else []),
         *([("map as it comes", _map_line(before)), ("map as prepared", _map_line(ground))] if before else []),
         *(contact.summary() if contact else []),
         *(("note", notice) for notice in notices),
         *(("warning", finding.text) for finding in validity.findings(ensemble, events, scenario.instrument)),
     ]
+
+
+def _sweep_line(sweep: SweepSection) -> str:
+    grid = sweep.grid()
+    axes = " × ".join(f"{len(axis.values)} of {' with '.join(axis.keys)}" for axis in grid.axes)
+    return f"{counted(len(grid), 'cell', 'cells')}: {axes}"
 
 
 def _map_line(ground: Ground) -> str:

@@ -124,6 +124,36 @@ def test_other_values_decide_what_comes_out(folder):
     assert "ball.nc: is no scenario (.toml), so that --set has nothing to change" in refused.output
 
 
+def test_a_sweep_is_carried_out_and_goes_on(folder):
+    refused = call("sweep", "ball.toml")
+    assert refused.exit_code == 2
+    assert "ball.toml: has no [sweep]; expected one" in refused.output
+    over = '[sweep]\noutputs = ["preliminary_displacement"]\n[sweep.over]\nfriction.coefficient = [0.2, -0.3, 0.4]\n'
+    (folder / "ball.toml").write_text(SCENARIO + over, encoding="utf-8")
+    assert "3 cells: 3 of friction.coefficient" in call("validate", "ball.toml").output
+    done = call("sweep", "ball.toml", "--workers", 1)
+    assert done.exit_code == 0
+    assert "cell 1 (friction.coefficient = -0.3) failed: ball.toml: surface: friction is -0.3" in done.output
+    assert files(folder) == ["ball.cells", "ball.nc", "ball.toml"]
+    kept = {path: path.stat().st_mtime_ns for path in (folder / "ball.cells").glob("*.cell")}
+    assert len(kept) == 2
+    assert call("sweep", "ball.toml", "-o", "t.csv", "--store", "ball.cells", "-q", "--workers", 1).exit_code == 0
+    assert {path: path.stat().st_mtime_ns for path in (folder / "ball.cells").glob("*.cell")} == kept
+    rows = [line.split(",") for line in (folder / "t.csv").read_text(encoding="utf-8").splitlines()]
+    assert rows[0] == ["friction_coefficient", "preliminary_displacement [m]", "failure"]
+    assert [row[0] for row in rows[1:]] == ["0.2", "-0.3", "0.4"]
+    assert float(rows[3][1]) == pytest.approx(2 * float(rows[1][1]), rel=1e-12)
+    assert (rows[2][1], rows[3][2]) == ("nan", "")
+    shown = call("show", "ball.nc")
+    assert "friction.coefficient of the scenario" in shown.output
+    wrong = over.replace("preliminary_displacement", "prelim")
+    (folder / "ball.toml").write_text(SCENARIO + wrong, encoding="utf-8")
+    for command in ("validate", "sweep"):
+        refused = call(command, "ball.toml")
+        assert refused.exit_code == 2
+        assert "ball.toml: sweep.outputs[0]: the text 'prelim'; " in refused.output
+
+
 @pytest.mark.usefixtures("folder")
 def test_show_tells_a_scenario_from_a_result():
     assert call("run", "ball.toml").exit_code == 0

@@ -1,0 +1,84 @@
+"""A sweep in a few lines, and as a table."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import xarray as xr
+
+from historysim.basics import findings
+from historysim.basics.units import quantity_text, range_text
+from historysim.basics.wording import counted
+
+CONTENT = "sweep"
+"""What the attribute ``content`` of a sweep says."""
+
+
+def summary(found: xr.Dataset) -> list[tuple[str, str]]:
+    """Return in a few lines what came out of a sweep.
+
+    Parameters
+    ----------
+    found : xarray.Dataset
+        From `historysim.sweep`.
+
+    Returns
+    -------
+    list of (label, text)
+        The cells, what was swept, the range of each number over all cells, cells that have failed, and a warning for
+        each assumption of the model that does not hold in some.
+    """
+    swept = _swept(found)
+    dims = {dim for name in swept for dim in found[name].dims}
+    count = int(np.prod([found.sizes[dim] for dim in dims]))
+    lines = [("cells", f"{count:,}")]
+    lines += [(str(found[name].attrs["long_name"]), _range(found[name])) for name in swept]
+    lines += [
+        (str(name), _range(variable))
+        for name, variable in found.data_vars.items()
+        if set(variable.dims) <= dims and variable.dtype.kind == "f"
+    ]
+    if "failure" in found:
+        reasons = [str(reason) for reason in found["failure"].values.ravel() if reason]
+        lines.append(("failed", f"{counted(len(reasons), 'cell', 'cells')}; the first: {reasons[0]}"))
+    told = findings.read(str(found.attrs.get("validity", "[]")))
+    return [*lines, *(("warning", finding.text) for finding in told)]
+
+
+def rows(found: xr.Dataset) -> Iterator[list[object]]:
+    """Yield a sweep as the rows of a table, a header first: a row for each cell, with what was swept and its numbers.
+
+    What has steps or asperities of its own does not fit into a row, and is left out.
+    """
+    swept = _swept(found)
+    dims = tuple(dict.fromkeys(str(dim) for name in swept for dim in found[name].dims))
+    names = [*swept, *(str(name) for name, variable in found.data_vars.items() if set(variable.dims) <= set(dims))]
+    units = [found[name].attrs.get("units", "") for name in names]
+    yield [f"{name} [{unit}]" if unit not in {"", "1"} else name for name, unit in zip(names, units, strict=True)]
+    cells = xr.DataArray(np.zeros([found.sizes[dim] for dim in dims]), dims=dims)
+    full = [found[name].reset_coords(drop=True).broadcast_like(cells) for name in names]
+    columns = [values.transpose(*dims).values.ravel() for values in full]
+    for row in zip(*columns, strict=True):
+        yield [value.item() if hasattr(value, "item") else value for value in row]
+
+
+def _swept(found: xr.Dataset) -> list[str]:
+    """Return the names of the swept quantities, in their order."""
+    keys = str(found.attrs["swept_keys"]).split()
+    by_key = {str(values.attrs.get("long_name")): str(name) for name, values in found.coords.items()}
+    return [by_key[f"{key} of the scenario"] for key in keys]
+
+
+def _range(values: xr.DataArray) -> str:
+    if values.dtype.kind not in "fiu":
+        return ", ".join(dict.fromkeys(map(str, values.values.ravel())))
+    numbers = values.values[np.isfinite(values.values)]
+    if not numbers.size:
+        return "none"
+    unit = str(values.attrs.get("units", "1"))
+    low, high = float(numbers.min()), float(numbers.max())
+    if unit in {"1", ""}:
+        return f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
+    # prefixes of squares and cubes would be misread
+    if unit in {"m2", "m-2"}:
+        return f"{low:.4g} to {high:.4g} {unit}"
+    return quantity_text(low, unit) if low == high else range_text(low, high, unit)

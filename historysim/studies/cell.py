@@ -1,0 +1,125 @@
+"""One cell of a sweep: a scenario at a point, replayed, and what is asked of its history."""
+
+import functools
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import attrs
+import numpy as np
+
+from historysim.errors import InputError
+from historysim.recording.changes import Changes
+from historysim.scenario.document import parsed, sections_of
+from historysim.scenario.overriding import with_values
+from historysim.scenario.scenario import Scenario
+from historysim.scenario.schema import reported
+from historysim.studies.inputs import files_of, stamp
+from historysim.studies.outputs import SUMMARIES, asks_for_each, chosen_outputs
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from historysim.scenario.surface_kinds import Ground
+
+SURFACES_KEPT = 2
+"""Surfaces that a process keeps, so that cells which stand on the same one do not make it again."""
+
+
+def cell(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str] = ()) -> "xr.Dataset":
+    """Return what a scenario gives at one point of a sweep.
+
+    It depends on its arguments, and the files that the scenario names, alone: any process gives the same bits.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    point : dict
+        Values of its keys, as ``{"friction.coefficient": 0.3, "surface.seed": 7}``.
+    outputs : sequence of str
+        Names of summaries, of totals along ``step``, or of variables of each asperity along ``step`` and ``asperity``;
+        all summaries by default.
+
+    Returns
+    -------
+    xarray.Dataset
+        The outputs; where some have rows, with the coordinate ``time``. The attribute ``validity`` tells which
+        assumptions of the model do not hold, as in a history.
+
+    Raises
+    ------
+    InputError, LoadError
+        As for `historysim.run`.
+    """
+    import xarray as xr
+
+    outputs = chosen_outputs(outputs)
+    history = _history(at_point(scenario, point), each=asks_for_each(outputs))
+    told: dict[str, Any] = {}
+    rows = []
+    for name in outputs:
+        if name in SUMMARIES:
+            summary = SUMMARIES[name]
+            told[name] = xr.Variable((), float(summary.of(history)), _attributes(summary.units, summary.long_name))
+        elif name in history:
+            rows.append(name)
+        else:
+            raise InputError(f"{name}: this scenario has none; it belongs to another kind of contact, or an instrument")
+    found = history[rows].assign(told)
+    found.attrs = {"validity": history.attrs["validity"]}
+    return found
+
+
+def _attributes(units: str, long_name: str) -> dict[str, str]:
+    return {"long_name": long_name, "units": units}
+
+
+def at_point(scenario: Scenario, point: Mapping[str, Any]) -> Scenario:
+    """Return a scenario with the values of a point; it keeps the text of the scenario as it was.
+
+    Raises
+    ------
+    InputError
+        Fields that cannot be used, each with its key.
+    """
+    with reported(scenario.path.name):
+        return Scenario(scenario.path, scenario.text, sections_of(with_values(document_of(scenario), point)))
+
+
+def document_of(scenario: Scenario) -> dict[str, Any]:
+    """Return what stands in a scenario, to be read only."""
+    return _document(scenario.text)
+
+
+@functools.lru_cache(maxsize=1)
+def _document(text: str) -> dict[str, Any]:
+    return parsed(text)
+
+
+def _history(loaded: Scenario, *, each: bool) -> "xr.Dataset":
+    """Return the history of a scenario: with the rows of its asperities, or else with the heights of all of them."""
+    if each and loaded.record == "totals":
+        raise InputError(
+            f'{loaded.path.name}: record.asperities: "totals"; expected others, since their rows are asked for'
+        )
+    job = loaded.replay(_ground(loaded))
+    if each or attrs.evolve(job.changes, friction_differs=False) != Changes():
+        return job.dataset()
+    # totals cost the same whatever the number of asperities; of these only what the summaries read is put beside them
+    history = attrs.evolve(job, record="totals").dataset()
+    own = job.ensemble.coordinates
+    beside = {name: ("asperity", own[name]) for name in ("summit_height", "friction")}
+    return history.assign_coords({"asperity": np.arange(len(job.ensemble)), **beside})
+
+
+_grounds: "dict[object, Ground]" = {}
+
+
+def _ground(loaded: Scenario) -> "Ground":
+    """Return the surface of a scenario, made once for cells that follow one another on it."""
+    # a surface is what its keys say, and the files that these name
+    key = (repr(loaded.sections.surface), loaded.path.parent, *map(stamp, files_of(loaded.sections.surface, loaded)))
+    ground = _grounds.pop(key, None) or loaded.ground()
+    _grounds[key] = ground
+    while len(_grounds) > SURFACES_KEPT:
+        del _grounds[next(iter(_grounds))]
+    return ground

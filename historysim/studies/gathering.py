@@ -1,0 +1,212 @@
+"""Cells, put together into one Dataset with the swept quantities as its dimensions."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin
+
+import attrs
+import numpy as np
+
+from historysim._version import __version__
+from historysim.basics import findings
+from historysim.basics.places import at
+from historysim.basics.units import quantity
+from historysim.basics.wording import counted
+from historysim.errors import InputError
+from historysim.recording.provenance import made_with
+from historysim.recording.validity import ATTRIBUTE
+from historysim.results.sweeps import CONTENT
+from historysim.scenario.grid import Grid, variable_name
+from historysim.scenario.overriding import place_of
+from historysim.scenario.scenario import Scenario
+from historysim.scenario.schema import Quantity, reported
+from historysim.studies.cell import at_point
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FAILURE = "failure"
+
+
+def gathered(
+    scenario: Scenario, grid: Grid, cells: Sequence["xr.Dataset | None"], reasons: Mapping[int, str]
+) -> "xr.Dataset":
+    """Return the cells of a grid as one Dataset.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    grid : Grid
+    cells : sequence of Dataset
+        In the order of its points; None where a cell has failed. What differs in length is filled up with NaN; the
+        rows of an asperity stand under its index.
+    reasons : dict
+        Why cells have failed, by their position.
+
+    Raises
+    ------
+    InputError
+        All cells have failed; the message has the reason of the first.
+    """
+    import xarray as xr
+
+    there = [cell for cell in cells if cell is not None]
+    if not there:
+        first = min(reasons)
+        raise InputError(f"all of {counted(len(cells), 'cell', 'cells')} failed; the first: {reasons[first]}")
+    swept = swept_coordinates(scenario, grid)
+    labels = _labels(there)
+    variables = {
+        name: _stacked(str(name), grid, cells, there, labels) for name in there[0].variables if name not in labels
+    }
+    own = {name for name in there[0].coords if name not in labels}
+    steps = {"asperity": xr.Variable("asperity", labels["asperity"], there[0]["asperity"].attrs)} if labels else {}
+    data = {name: variable for name, variable in variables.items() if name not in own}
+    if reasons:
+        told = np.array([reasons.get(index, "") for index in range(len(cells))]).reshape(grid.shape)
+        data[FAILURE] = xr.Variable(
+            _dimensions(grid), told, {"long_name": "why the cell has failed, empty where it has not"}, {"dtype": "S1"}
+        )
+    coordinates = swept | steps | {name: variables[name] for name in own}
+    return xr.Dataset(data, coordinates, _attributes(scenario, grid, there))
+
+
+def _dimensions(grid: Grid) -> tuple[str, ...]:
+    return tuple(axis.name for axis in grid.axes)
+
+
+def _labels(there: Sequence["xr.Dataset"]) -> dict[str, Any]:
+    """Return the indices of all asperities of which there are rows, none where there are none."""
+    own = [cell["asperity"].values for cell in there if "asperity" in cell.coords]
+    return {"asperity": np.unique(np.concatenate(own))} if own else {}
+
+
+def _stacked(
+    name: str,
+    grid: Grid,
+    cells: Sequence["xr.Dataset | None"],
+    there: Sequence["xr.Dataset"],
+    labels: Mapping[str, Any],
+) -> "xr.Variable":
+    """Return a variable of all cells; a coordinate that is the same in all stands there once."""
+    import xarray as xr
+
+    model = there[0][name].variable
+    shape = tuple(
+        labels[dim].size if dim in labels else max(cell.sizes[dim] for cell in there) for dim in map(str, model.dims)
+    )
+    if name in there[0].coords and all(np.array_equal(model.values, cell[name].values) for cell in there):
+        return model
+    whole = len(there) == len(cells) and all(cell[name].shape == shape for cell in there)
+    # what is filled up needs a NaN
+    values = np.full((len(cells), *shape), 0 if whole else np.nan, dtype=model.dtype if whole else np.float64)
+    for index, cell in enumerate(cells):
+        if cell is not None:
+            where = tuple(
+                np.searchsorted(labels[dim], cell[dim].values) if dim in labels else np.arange(cell.sizes[dim])
+                for dim in map(str, model.dims)
+            )
+            values[index, ...][np.ix_(*where)] = cell[name].values
+    dims = (*_dimensions(grid), *map(str, model.dims))
+    # flags have the type of what they are flags of
+    flags = {key: value.astype(values.dtype) for key, value in model.attrs.items() if key == "flag_values"}
+    return xr.Variable(
+        dims, values.reshape((*grid.shape, *shape)), model.attrs | flags, {"_FillValue": None} if whole else {}
+    )
+
+
+def swept_coordinates(scenario: Scenario, grid: Grid) -> dict[str, "xr.Variable"]:
+    """Return the swept quantities, with their units, along the dimensions of a grid.
+
+    Raises
+    ------
+    InputError
+        A key or a value that the scenario does not take; the message names the key.
+    """
+    import xarray as xr
+
+    sections = at_point(scenario, next(grid.points())).sections
+    found: dict[str, xr.Variable] = {}
+    for axis in grid.axes:
+        for key, *written in zip(axis.keys, *axis.values, strict=True):
+            unit = _unit_of(sections, key)
+            with reported(scenario.path.name), at(*place_of(key)):
+                values = [quantity(value, unit) if unit and not isinstance(value, list) else value for value in written]
+            told = {"long_name": f"{key} of the scenario", **({"units": unit} if unit else {})}
+            found[variable_name(key)] = xr.Variable(axis.name, _column(values), told, {"_FillValue": None})
+    return found
+
+
+def _column(values: list[Any]) -> Any:
+    """Return the values of a coordinate: numbers, or else texts."""
+    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
+        return np.array(values)
+    return np.array([value if isinstance(value, str) else _text(value) for value in values])
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f"[{', '.join(map(_text, value))}]" if isinstance(value, list | tuple) else str(value)
+
+
+def _unit_of(sections: Any, key: str) -> str:
+    """Return the unit in SI of what a key holds, empty where it has none."""
+    here, unit = sections, ""
+    for step in place_of(key):
+        if isinstance(step, int):
+            here = here[step]
+            continue
+        # a surface may be scaled, or interact
+        while step not in _fields(here) and "kind" in _fields(here):
+            here = here.kind
+        if step not in _fields(here):
+            return ""
+        unit = _unit(_fields(here)[step].type)
+        here = getattr(here, step)
+    return unit
+
+
+def _fields(section: Any) -> Mapping[str, "attrs.Attribute[Any]"]:
+    return attrs.fields_dict(type(section)) if attrs.has(type(section)) else {}
+
+
+def _unit(kind: Any) -> str:
+    """Return the unit that a field is declared with, empty where it has none."""
+    if get_origin(kind) is Annotated and isinstance(get_args(kind)[1], Quantity):
+        return str(get_args(kind)[1].unit)
+    return next(filter(None, map(_unit, get_args(kind))), "")
+
+
+def _attributes(scenario: Scenario, grid: Grid, there: Sequence["xr.Dataset"]) -> dict[str, Any]:
+    return {
+        "Conventions": "CF-1.11",
+        "title": scenario.title or f"Sweep of {scenario.path.name}",
+        "content": CONTENT,
+        "source": f"historysim {__version__}: exact traction memory of Hertz-Mindlin asperities",
+        "history": f"{counted(len(grid), 'cell', 'cells')} computed by historysim {__version__}",
+        "historysim_version": __version__,
+        "made_with": made_with(),
+        "scenario": scenario.text,
+        "swept_keys": " ".join(key for axis in grid.axes for key in axis.keys),
+        ATTRIBUTE: findings.written(warnings(there)),
+        "complete": np.int8(1),
+    }
+
+
+def warnings(cells: Sequence["xr.Dataset"]) -> tuple[findings.Finding, ...]:
+    """Return which assumptions of the model do not hold in some cells: each at its worst, with the number of cells."""
+    found: dict[str, list[findings.Finding]] = {}
+    for cell in cells:
+        for finding in findings.read(cell.attrs.get(ATTRIBUTE, "[]")):
+            found.setdefault(finding.name, []).append(finding)
+    worst = [(max(own, key=_excess), len(own)) for own in found.values()]
+    return tuple(
+        attrs.evolve(finding, text=f"in {count:,} of {counted(len(cells), 'cell', 'cells')}; at worst: {finding.text}")
+        for finding, count in worst
+    )
+
+
+def _excess(finding: findings.Finding) -> float:
+    """Return how far beyond its limit, above or below, a finding is."""
+    low, high = sorted((abs(finding.value), abs(finding.limit)))
+    return high / low if low else np.inf

@@ -1,0 +1,110 @@
+"""What a cell of a sweep gives: numbers that sum a history up, its totals, or its rows of each asperity."""
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING
+
+import attrs
+import numpy as np
+
+from historysim.basics.places import misfit
+from historysim.basics.wording import nearest, shown
+from historysim.recording.variables import BEHIND_A_SPRING, PER_ASPERITY, PER_PATCH, TOTALS, WHERE_FRICTION_CHANGES
+from historysim.results import analysis
+from historysim.results.drift import branch_drift
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@attrs.frozen
+class Summary:
+    """One number that sums a history up.
+
+    Attributes
+    ----------
+    units : str
+        UDUNITS text; "1" where dimensionless.
+    long_name : str
+    of : callable
+        Takes a history in which the coordinates of all asperities stand, and returns the number.
+    """
+
+    units: str
+    long_name: str
+    of: "Callable[[xr.Dataset], float]"
+
+
+def _peak(history: "xr.Dataset") -> int:
+    return int(history["total_normal_load"].values.argmax())
+
+
+def _first(history: "xr.Dataset") -> int:
+    return int((history["contact_count"].values > 0).argmax())
+
+
+def _displacement(history: "xr.Dataset") -> "np.ndarray[tuple[int], np.dtype[np.float64]]":
+    found: np.ndarray[tuple[int], np.dtype[np.float64]] = analysis.preliminary_displacement(history).values
+    return found
+
+
+SUMMARIES = {
+    "peak_normal_load": Summary("N", "greatest normal load", lambda h: h["total_normal_load"].values.max()),
+    "peak_tangential_load": Summary(
+        "N", "greatest tangential load, of either sign", lambda h: np.abs(h["total_tangential_load"].values).max()
+    ),
+    "preliminary_displacement": Summary(
+        "m", "preliminary displacement at the greatest normal load", lambda h: _displacement(h)[_peak(h)]
+    ),
+    "drift": Summary(
+        "m",
+        "change of the preliminary displacement between the first step in contact and the last step, either way",
+        lambda h: analysis.drift(h, _first(h), -1),
+    ),
+    "branch_drift": Summary(
+        "m",
+        "branch drift between the first step in contact and the last step, without sign",
+        lambda h: branch_drift(h, _first(h), -1),
+    ),
+    "critical_asperity": Summary(
+        "1",
+        "asperity that is the last to slide at the greatest normal load",
+        lambda h: analysis.critical_asperity(h).values[_peak(h)],
+    ),
+    "peak_contact_count": Summary(
+        "1", "greatest number of asperities in contact", lambda h: h["contact_count"].values.max()
+    ),
+    "peak_contact_area": Summary("m2", "greatest real contact area", lambda h: h["real_contact_area"].values.max()),
+    "peak_approach": Summary(
+        "m",
+        "greatest approach of the highest summit from first touch",
+        lambda h: max(h["summit_height"].values.max() - h["separation"].values.min(), 0.0),
+    ),
+    "final_dissipated_energy": Summary(
+        "J", "energy dissipated by friction in the whole history", lambda h: h["total_dissipated_energy"].values[-1]
+    ),
+}
+"""The numbers that a sweep gives where nothing else is asked for, by name."""
+
+ROWS = frozenset(variable.name for variable in (*TOTALS, *BEHIND_A_SPRING, *WHERE_FRICTION_CHANGES))
+OF_EACH = frozenset(variable.name for variable in (*PER_ASPERITY, *PER_PATCH))
+
+
+def chosen_outputs(names: Iterable[str]) -> tuple[str, ...]:
+    """Return the outputs of these names, all summaries where there are none.
+
+    Raises
+    ------
+    InputError
+        An unknown name, with its place among them.
+    """
+    names = tuple(names)
+    known = (*SUMMARIES, *sorted(ROWS), *sorted(OF_EACH))
+    for index, name in enumerate(names):
+        if name not in known:
+            raise misfit(f"{shown(name)}; {nearest(str(name), known)}", "outputs", index)
+    return tuple(dict.fromkeys(names)) or tuple(SUMMARIES)
+
+
+def asks_for_each(outputs: Sequence[str]) -> bool:
+    """Return whether rows of single asperities are asked for."""
+    return not OF_EACH.isdisjoint(outputs)

@@ -1,0 +1,185 @@
+"""A folder of cells, one file for each, that outlives whatever ends the sweep.
+
+A cell is called by the digest of all that decides what stands in it: the scenario at its point, the contents of the
+files that it names, the outputs, and what computes. So a folder serves any number of sweeps, also several at a time,
+and never gives a cell of something else. A file is written under another name, is on the disk before it gets its own,
+and has checksums; one that is damaged counts as none.
+"""
+
+import contextlib
+import fcntl
+import functools
+import hashlib
+import io
+import json
+import os
+import zipfile
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import attrs
+import numpy as np
+
+from historysim._version import __version__
+from historysim.basics.files import replacing
+from historysim.recording.provenance import made_with
+from historysim.scenario.overriding import with_values
+from historysim.scenario.scenario import Scenario
+from historysim.studies.cell import document_of
+from historysim.studies.inputs import content_digest, files_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FORM = 1
+ENDING = ".cell"
+HEADER = "header"
+SAYS_NOTHING = ("title", "sweep", "fit", "adhesion", "metadata")
+"""Sections that do not change what comes out of a cell."""
+
+
+def digest(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str]) -> str:
+    """Return the digest of all that decides what stands in a cell, as hexadecimal digits."""
+    sections = scenario.sections
+    read = [*files_of(sections.surface, scenario), *files_of(sections.loading, scenario)]
+    document = with_values(document_of(scenario), point)
+    decides = {
+        "form": FORM,
+        "historysim_version": __version__,
+        "made_with": _made_with(),
+        "scenario": {key: value for key, value in document.items() if key not in SAYS_NOTHING},
+        "files": {os.path.relpath(path, scenario.path.parent): content_digest(path) for path in read},
+        "outputs": sorted(outputs),
+    }
+    # a date would be refused by the scenario before
+    text = json.dumps(decides, sort_keys=True, ensure_ascii=False, default=str)
+    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
+
+
+@functools.cache
+def _made_with() -> str:
+    return made_with()
+
+
+@attrs.frozen
+class Store:
+    """The cells in a folder.
+
+    Parameters
+    ----------
+    folder : Path
+        It is made where there is none.
+    """
+
+    folder: Path
+
+    def read(self, name: str) -> "xr.Dataset | None":
+        """Return the cell of a digest; None where there is none, or one that is damaged."""
+        try:
+            return unpacked(self._path(name).read_bytes())
+        except FileNotFoundError:
+            return None
+        except (ValueError, KeyError, EOFError, zipfile.BadZipFile):
+            return None
+
+    def write(self, name: str, cell: "xr.Dataset") -> None:
+        """Keep a cell: when this returns, it is on the disk.
+
+        Raises
+        ------
+        OSError
+            It cannot be written.
+        """
+        with replacing(self._path(name)) as unfinished:
+            unfinished.write_bytes(packed(cell))
+
+    @contextlib.contextmanager
+    def claimed(self, name: str, *, wait: bool) -> Iterator[bool]:
+        """Claim a cell, so that no other process computes it, too; the system gives it back however this one ends.
+
+        Parameters
+        ----------
+        name : str
+        wait : bool
+            Wait where another process has it.
+
+        Yields
+        ------
+        bool
+            Whether it is claimed.
+        """
+        # a byte of one file for each cell (POSIX record locks): nothing is left behind, and shared disks know them
+        handle = os.open(self.folder / "lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+        try:
+            try:
+                fcntl.lockf(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB), 1, int(name[:15], 16))
+            except BlockingIOError:
+                yield False
+            else:
+                yield True
+        finally:
+            os.close(handle)
+
+    def tidy(self) -> None:
+        """Remove what processes that were ended have left unfinished."""
+        for path in self.folder.glob(f".*{ENDING}.*.part"):
+            name = path.name[1:].partition(".")[0]
+            with self.claimed(name, wait=False) as free:
+                if free:
+                    path.unlink(missing_ok=True)
+
+    def _path(self, name: str) -> Path:
+        return self.folder / f"{name}{ENDING}"
+
+
+def packed(cell: "xr.Dataset") -> bytes:
+    """Return a cell as the bytes of a file: an NPZ of its arrays and a header in JSON."""
+    header: dict[str, Any] = {
+        "form": FORM,
+        "attributes": dict(cell.attrs),
+        "coordinates": [str(name) for name in cell.coords],
+        "variables": {
+            str(name): {"dimensions": list(map(str, variable.dims)), "attributes": _plain(variable.attrs)}
+            for name, variable in cell.variables.items()
+        },
+    }
+    stream = io.BytesIO()
+    arrays = {str(name): variable.values for name, variable in cell.variables.items()}
+    text = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
+    np.savez(stream, allow_pickle=False, **{HEADER: text}, **{f"v.{name}": values for name, values in arrays.items()})
+    return stream.getvalue()
+
+
+def unpacked(content: bytes) -> "xr.Dataset":
+    """Return the cell that stands in the bytes of a file.
+
+    Raises
+    ------
+    ValueError, KeyError, EOFError, zipfile.BadZipFile
+        They are none, or damaged.
+    """
+    import xarray as xr
+
+    with np.load(io.BytesIO(content), allow_pickle=False) as file:
+        header = json.loads(file[HEADER].tobytes())
+        if header["form"] != FORM:
+            raise ValueError(f"form {header['form']!r}; expected {FORM}")
+        variables = {}
+        for name, told in header["variables"].items():
+            attributes = {key: _array(value) for key, value in told["attributes"].items()}
+            variables[name] = xr.Variable(told["dimensions"], file[f"v.{name}"], attributes)
+    coordinates = {name: variables.pop(name) for name in header["coordinates"]}
+    return xr.Dataset(variables, coordinates, header["attributes"])
+
+
+def _plain(attributes: Mapping[Any, Any]) -> dict[str, Any]:
+    """Return attributes as JSON takes them: an array is a table of its type and values."""
+    return {
+        str(key): {"dtype": str(value.dtype), "values": value.tolist()} if hasattr(value, "dtype") else value
+        for key, value in attributes.items()
+    }
+
+
+def _array(value: Any) -> Any:
+    return np.array(value["values"], dtype=value["dtype"]) if isinstance(value, dict) else value

@@ -1,0 +1,307 @@
+"""Sweeps: a scenario at many points, each a cell that is computed once, kept, and put together with all others."""
+
+import contextlib
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import attrs
+
+from historysim.basics.notices import Teller, silent
+from historysim.basics.places import at
+from historysim.errors import HistorySimError, InputError
+from historysim.scenario.grid import Grid, Point, grid_of
+from historysim.scenario.scenario import Scenario, as_scenario
+from historysim.scenario.schema import reported
+from historysim.studies.cell import cell
+from historysim.studies.gathering import gathered, swept_coordinates
+from historysim.studies.outputs import chosen_outputs
+from historysim.studies.store import Store, digest
+from historysim.studies.workers import BrokenError, Here, as_executor, ending, outcomes, processes
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
+    import xarray as xr
+
+MOST_AT_ONCE = 16
+"""Cells that a worker is given in one go, at most: handing over costs some tenths of a millisecond."""
+TURNS = 8
+"""Goes that each worker has at least, so that all end at about the same time."""
+WORKERS_OF_ANY = 256
+"""Workers that an executor is taken to have at most, where it does not tell how many."""
+ENDED = "the process that computed it was ended from outside, perhaps for want of memory"
+
+
+def sweep(
+    scenario: Scenario | str | os.PathLike[str],
+    over: Mapping[str, Any] | None = None,
+    *,
+    together: Sequence[Sequence[str]] = (),
+    outputs: Sequence[str] = (),
+    store: str | os.PathLike[str] | None = None,
+    workers: int = 1,
+    executor: Any = None,
+    progress: bool = False,
+    tell: Teller = silent,
+) -> "xr.Dataset":
+    """Replay a scenario at all points of a grid, and return what comes out as one Dataset.
+
+    Parameters
+    ----------
+    scenario : Scenario or path
+    over : dict, optional
+        The swept keys, each with its values or a range, as in ``[sweep.over]`` of a scenario:
+        ``{"friction.coefficient": [0.1, 0.2], "surface.seed": range(20)}``. By default what the scenario says.
+    together : sequence of sequence of str
+        Keys that go through their values together, as one dimension; any other two are crossed.
+    outputs : sequence of str
+        Names of what is kept of each cell, see `historysim.studies.outputs`; by default what the scenario says, else
+        the numbers that sum a history up.
+    store : path, optional
+        A folder in which cells are kept as they end. A sweep that was ended goes on there and computes no cell
+        again; several sweeps, also at one time, may share it, and share their cells. Workers write to it themselves:
+        those of another machine need it under the same name.
+    workers : int
+        Processes on this machine; with 1 the cells are computed in this one. They do not change a bit of what comes
+        out. A script that asks for more needs ``if __name__ == "__main__":`` around what it does.
+    executor : optional
+        Who computes in their place, and is not ended: an executor of concurrent.futures or mpi4py.futures, or a client
+        of dask.distributed.
+    progress : bool
+        Show a progress bar on standard error where that is a terminal.
+    tell : callable, optional
+        Takes notices for the user: which cells have failed, and why; they are tried again the next time.
+
+    Returns
+    -------
+    xarray.Dataset
+        A dimension for each swept key (or group of keys), called by the key with ``_`` for all but letters and digits
+        (``friction_coefficient``), with its values in SI; the outputs with these dimensions, and their own ``step`` and
+        ``asperity``. Cells that have failed hold NaN; then ``failure`` says why.
+
+    Raises
+    ------
+    InputError
+        A scenario or a sweep that cannot be used as it is; all cells have failed.
+    OSError
+        A cell cannot be kept.
+    """
+    scenario = as_scenario(scenario)
+    if over is None:
+        grid, outputs = sweep_of(scenario, outputs)
+    else:
+        with at("sweep"):
+            grid, outputs = grid_of(over, together), chosen_outputs(outputs)
+    if not isinstance(workers, int) or isinstance(workers, bool) or workers < 1:
+        raise InputError(f"workers is {workers!r}; expected a whole number of 1 or more")
+    # what the scenario does not take is told before anything is computed
+    swept_coordinates(scenario, grid)
+    plan = _Plan(scenario, grid, outputs, None if store is None else Path(store))
+    with _executor(workers, executor) as (chosen, count):
+        plan.carry_out(chosen, count, progress=progress)
+    for number, (index, reason) in enumerate(plan.reasons.items()):
+        if number == 10:
+            tell(f"… and {len(plan.reasons) - 10:,} more cells have failed")
+            break
+        tell(f"cell {index} ({_told(plan.points[index])}) failed: {reason}")
+    return gathered(scenario, grid, [plan.cells.get(index) for index in range(len(grid))], plan.reasons)
+
+
+def sweep_of(scenario: Scenario, outputs: Sequence[str] = ()) -> tuple[Grid, tuple[str, ...]]:
+    """Return the grid and the outputs that the ``[sweep]`` of a scenario says, or other outputs where some are given.
+
+    Raises
+    ------
+    InputError
+        There is no ``[sweep]``, or an unknown output; the message names the file.
+    """
+    section = scenario.sections.sweep
+    with reported(scenario.path.name):
+        if section is None:
+            raise InputError("has no [sweep]; expected one, or keys with their values to sweep over")
+        with at("sweep"):
+            return section.grid(), chosen_outputs(tuple(outputs) or section.outputs)
+
+
+def _told(point: Point) -> str:
+    return ", ".join(f"{key} = {value}" for key, value in point.items())
+
+
+@contextlib.contextmanager
+def _executor(workers: int, given: Any) -> "Iterator[tuple[Executor | None, int]]":
+    """Yield an executor and its number of workers; None where processes of this sweep are to be made."""
+    if given is not None:
+        yield as_executor(given), getattr(given, "_max_workers", WORKERS_OF_ANY)
+    elif workers == 1:
+        yield Here(), 1
+    else:
+        yield None, workers
+
+
+@attrs.frozen
+class Batch:
+    """Cells that a worker computes one after the other.
+
+    Attributes
+    ----------
+    scenario : Scenario
+    outputs : tuple of str
+    store : Path, optional
+    cells : tuple of (position, name, point)
+        The name is that in the store.
+    wait : bool
+        Wait for cells that another process is computing, instead of passing them over.
+    """
+
+    scenario: Scenario
+    outputs: tuple[str, ...]
+    store: Path | None
+    cells: tuple[tuple[int, str, Point], ...]
+    wait: bool = False
+
+
+@attrs.frozen
+class Failed:
+    """Why a cell could not be computed."""
+
+    reason: str
+
+
+def computed(batch: Batch) -> "list[xr.Dataset | Failed | None]":
+    """Return the cells of a batch: computed and kept, read where they are there, None where another process has them.
+
+    Raises
+    ------
+    OSError
+        A cell cannot be kept.
+    """
+    return [_computed(batch, name, point) for _, name, point in batch.cells]
+
+
+def _computed(batch: Batch, name: str, point: Point) -> "xr.Dataset | Failed | None":
+    if batch.store is None:
+        return _attempt(batch, point)
+    store = Store(batch.store)
+    with store.claimed(name, wait=batch.wait) as mine:
+        if not mine:
+            return None
+        # another process may have ended it meanwhile
+        if (kept := store.read(name)) is not None:
+            return kept
+        found = _attempt(batch, point)
+        if not isinstance(found, Failed):
+            store.write(name, found)
+        return found
+
+
+def _attempt(batch: Batch, point: Point) -> "xr.Dataset | Failed":
+    try:
+        return cell(batch.scenario, point, batch.outputs)
+    except HistorySimError as error:
+        return Failed(str(error))
+    except Exception as error:  # noqa: BLE001 - whatever it is, it shall not sink the others
+        return Failed(f"{type(error).__name__}: {error}")
+
+
+@attrs.define
+class _Plan:
+    """What is to be computed, and what is there already."""
+
+    scenario: Scenario
+    grid: Grid
+    outputs: tuple[str, ...]
+    folder: Path | None
+    points: list[Point] = attrs.field(init=False)
+    names: list[str] = attrs.field(init=False)
+    cells: "dict[int, xr.Dataset]" = attrs.field(factory=dict, init=False)
+    reasons: dict[int, str] = attrs.field(factory=dict, init=False)
+
+    def __attrs_post_init__(self) -> None:
+        self.points = list(self.grid.points())
+        self.names = [""] * len(self.points)
+        if self.folder is None:
+            return
+        self.folder.mkdir(parents=True, exist_ok=True)
+        store = Store(self.folder)
+        store.tidy()
+        self.names = [digest(self.scenario, point, self.outputs) for point in self.points]
+        for index, name in enumerate(self.names):
+            if (kept := store.read(name)) is not None:
+                self.cells[index] = kept
+
+    def carry_out(self, executor: "Executor | None", workers: int, *, progress: bool) -> None:
+        """Compute what is not there: with an executor, or with processes that are made for it."""
+        from tqdm import tqdm
+
+        if len(self.cells) == len(self.points):
+            return
+        hidden = None if progress else True
+        total, there = len(self.points), len(self.cells)
+        with tqdm(total=total, initial=there, unit="cell", disable=hidden) as bar:
+            passed_over = self._run(self._batches(workers), executor, workers, bar)
+            self._run([attrs.evolve(one, wait=True) for one in passed_over], executor, workers, bar)
+        self.reasons = dict(sorted(self.reasons.items()))
+
+    def _batches(self, workers: int) -> list[Batch]:
+        left = [index for index in range(len(self.points)) if index not in self.cells]
+        # cells on one surface follow one another
+        surfaces: dict[str, int] = {}
+        rank = {
+            index: surfaces.setdefault(
+                repr([item for item in self.points[index].items() if item[0].startswith("surface.")]), len(surfaces)
+            )
+            for index in left
+        }
+        left.sort(key=lambda index: (rank[index], index))
+        size = max(1, min(MOST_AT_ONCE, len(left) // (workers * TURNS)))
+        return [self._batch(left[first : first + size]) for first in range(0, len(left), size)]
+
+    def _batch(self, indices: Sequence[int]) -> Batch:
+        cells = tuple((index, self.names[index], self.points[index]) for index in indices)
+        return Batch(self.scenario, self.outputs, self.folder, cells)
+
+    def _run(self, batches: list[Batch], executor: "Executor | None", workers: int, bar: Any) -> list[Batch]:
+        """Compute batches, and return those cells of them that another process is computing."""
+        passed_over: list[Batch] = []
+
+        def take(batch: Batch, found: "list[xr.Dataset | Failed | None]") -> None:
+            for (index, _, _), outcome in zip(batch.cells, found, strict=True):
+                if outcome is None:
+                    passed_over.append(self._batch([index]))
+                elif isinstance(outcome, Failed):
+                    self.reasons[index] = outcome.reason
+                else:
+                    self.cells[index] = outcome
+                bar.update(outcome is not None)
+
+        if executor is not None:
+            for batch, found in outcomes(computed, batches, executor, 2 * workers):
+                take(batch, found)
+            return passed_over
+        while batches:
+            try:
+                with ending(processes(min(workers, len(batches)))) as own:
+                    for batch, found in outcomes(computed, batches, own, 2 * workers):
+                        take(batch, found)
+                batches = []
+            except BrokenError as broken:
+                batches = broken.waiting
+                for one in [one for batch in broken.suspects for one in _single(batch)]:
+                    take(one, _alone(one))
+        return passed_over
+
+
+def _single(batch: Batch) -> list[Batch]:
+    """Return a batch cell by cell."""
+    return [attrs.evolve(batch, cells=(one,)) for one in batch.cells]
+
+
+def _alone(batch: Batch) -> "list[xr.Dataset | Failed | None]":
+    """Compute a cell in a process of its own, since one of its kind has brought down others."""
+    try:
+        with ending(processes(1)) as own:
+            return [found for _, outcome in outcomes(computed, [batch], own, 1) for found in outcome]
+    except BrokenError:
+        return [Failed(ENDED)]

@@ -1,0 +1,125 @@
+"""Where the cells of a sweep are computed: in this process, in several, or wherever an executor has its workers."""
+
+import contextlib
+import multiprocessing
+import multiprocessing.connection
+import os
+import signal
+import threading
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
+from typing import Any, ParamSpec, TypeVar, final
+
+from historysim.errors import InputError
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+AHEAD = 2
+"""Tasks that each worker is given before it has ended its first, so that none ever waits."""
+
+
+@final
+class Here(Executor):
+    """The process itself: a task is carried out when it is submitted."""
+
+    def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
+        """Carry a task out."""
+        future: Future[T] = Future()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as error:  # noqa: BLE001 - it is raised where the result is asked for
+            future.set_exception(error)
+        return future
+
+
+def processes(count: int) -> ProcessPoolExecutor:
+    """Return an executor of so many processes on this machine, which end when this one does, however it ends."""
+    # a fork of a process with threads may hang; new ones import what they need once each
+    context = multiprocessing.get_context("spawn")
+    return ProcessPoolExecutor(count, mp_context=context, initializer=_begin)
+
+
+def _begin() -> None:
+    """Make a process end with the one that started it, and leave it to that one to hear an interrupt."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        threading.Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
+
+
+def _end_with(sentinel: int) -> None:
+    multiprocessing.connection.wait([sentinel])
+    os._exit(1)
+
+
+def as_executor(given: Any) -> Executor:
+    """Return an executor with the interface of concurrent.futures; a client of dask.distributed has one.
+
+    Raises
+    ------
+    InputError
+        Something else.
+    """
+    if isinstance(given, Executor):
+        return given
+    if hasattr(given, "get_executor"):
+        # the same task may be given twice, and shall be carried out twice
+        made: Executor = given.get_executor(pure=False)
+        return made
+    raise InputError(
+        f"executor is {given!r}; expected an executor of concurrent.futures or mpi4py.futures, or a client of "
+        "dask.distributed"
+    )
+
+
+@contextlib.contextmanager
+def ending(executor: Executor) -> Iterator[Executor]:
+    """End an executor with the block; where that ends with an error, tasks that have not begun are given up."""
+    try:
+        yield executor
+    except BaseException:
+        executor.shutdown(wait=True, cancel_futures=True)
+        raise
+    executor.shutdown()
+
+
+def outcomes(
+    function: Callable[[T], Any], tasks: Iterable[T], executor: Executor, at_once: int
+) -> Iterator[tuple[T, Any]]:
+    """Carry tasks out and yield each with its result, as they end.
+
+    Raises
+    ------
+    BrokenError
+        A process was ended from outside; it has the tasks that were under way.
+    """
+    waiting, running = deque(tasks), dict[Future[Any], T]()
+    while waiting or running:
+        try:
+            while waiting and len(running) < at_once:
+                running[executor.submit(function, waiting[0])] = waiting[0]
+                waiting.popleft()
+            done, _ = wait(running, return_when=FIRST_COMPLETED)
+            for future in done:
+                yield running[future], future.result()
+                del running[future]
+        except BrokenExecutor as error:
+            raise BrokenError([*running.values()], [*waiting]) from error
+
+
+class BrokenError(Exception):
+    """A process that carried out tasks was ended from outside.
+
+    Attributes
+    ----------
+    suspects : list
+        Tasks that were under way.
+    waiting : list
+        Tasks that had not begun.
+    """
+
+    def __init__(self, suspects: list[Any], waiting: list[Any]) -> None:
+        super().__init__("a process was ended")
+        self.suspects, self.waiting = suspects, waiting

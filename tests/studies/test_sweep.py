@@ -1,0 +1,341 @@
+"""Sweeps: what stands in them, what is kept, and that nothing but the scenario decides what comes out."""
+
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import dying
+import numpy as np
+import pytest
+import xarray as xr
+
+import historysim as hs
+from historysim.results import analysis
+from historysim.studies import sweep as sweeping
+
+BALL = """
+title = "a ball"
+[materials]
+first = "silicon"
+second = "float glass"
+[surface]
+kind = "sphere"
+radius = "2.5 mm"
+[friction]
+coefficient = 0.2
+[loading]
+substeps = 4
+waypoints = [
+    { time = 0, normal_load = "50 mN" },
+    { time = 1, normal_load = "50 mN", tangential_displacement = "5 nm" },
+    { time = 2, normal_load = "70 mN", tangential_displacement = "-5 nm" },
+]
+"""
+ROUGH = BALL.replace(
+    'kind = "sphere"\nradius = "2.5 mm"',
+    'kind = "random"\nshape = [32, 32]\npixel_size = "1 µm"\n'
+    'rms_height = "20 nm"\nautocorrelation_length = "6 µm"\nseed = 1',
+)
+CONTACT_MODULUS = 1 / ((1 - 0.28**2) / 112e9 + (1 - 0.2**2) / 64e9)
+SHEAR_MODULUS = 1 / ((2 - 0.28) / 44e9 + (2 - 0.2) / 26e9)
+
+
+@pytest.fixture
+def ball(tmp_path):
+    path = tmp_path / "ball.toml"
+    path.write_text(BALL, encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def rough(tmp_path):
+    path = tmp_path / "rough.toml"
+    path.write_text(ROUGH, encoding="utf-8")
+    return path
+
+
+def displacement(load, friction, radius):
+    """Preliminary displacement of one ball, by Hertz and Mindlin."""
+    approach = (9 * load**2 / (16 * CONTACT_MODULUS**2 * radius)) ** (1 / 3)
+    return CONTACT_MODULUS / (4 * SHEAR_MODULUS) * friction * approach
+
+
+# -- what comes out --------------------------------------------------------------------------------
+
+
+def test_a_ball_follows_hertz_and_mindlin_over_load_friction_and_radius(ball):
+    load, friction, radius = ["30 mN", "50 mN"], [0.1, 0.3], {"from": "1 mm", "to": "2 mm", "count": 3}
+    swept = {"loading.waypoints[2].normal_load": load, "friction.coefficient": friction, "surface.radius": radius}
+    found = hs.sweep(ball, swept)
+    N, mu, R = np.meshgrid([30e-3, 50e-3], friction, [1e-3, 1.5e-3, 2e-3], indexing="ij")
+    assert dict(found.sizes) == {
+        "loading_waypoints_2_normal_load": 2,
+        "friction_coefficient": 2,
+        "surface_radius": 3,
+    }
+    np.testing.assert_allclose(found.preliminary_displacement, displacement(50e-3, mu, R), rtol=1e-12)
+    expected = displacement(50e-3, mu, R) - displacement(N, mu, R)
+    np.testing.assert_allclose(found.drift, expected, rtol=1e-9, atol=1e-20)
+    # N2 < N1 at a fixed displacement: it takes 2 δ2, and should take 2 δ1
+    np.testing.assert_allclose(found.branch_drift, 2 * expected, rtol=1e-9, atol=1e-20)
+    assert (found.surface_radius.values == [1e-3, 1.5e-3, 2e-3]).all()
+    assert found.surface_radius.attrs == {"units": "m", "long_name": "surface.radius of the scenario"}
+    assert found.loading_waypoints_2_normal_load.attrs["units"] == "N"
+    assert found.preliminary_displacement.attrs["units"] == "m"
+
+
+def test_each_cell_is_what_a_run_of_its_scenario_gives(rough):
+    found = hs.sweep(rough, {"surface.seed": range(3), "friction.coefficient": [0.1, 0.2]})
+    for seed in range(3):
+        for friction in (0.1, 0.2):
+            history = hs.run(hs.load(rough, {"surface.seed": seed, "friction.coefficient": friction}))
+            cell = found.sel(surface_seed=seed, friction_coefficient=friction)
+            peak = int(history.total_normal_load.values.argmax())
+            assert cell.preliminary_displacement == analysis.preliminary_displacement(history)[peak]
+            assert cell.critical_asperity == analysis.critical_asperity(history)[peak]
+            assert cell.drift == analysis.drift(history, 0, -1)
+            assert cell.peak_contact_count == history.contact_count.max()
+            assert cell.peak_contact_area == history.real_contact_area.max()
+            assert cell.peak_normal_load == history.total_normal_load.max()
+            assert cell.peak_tangential_load == np.abs(history.total_tangential_load).max()
+            assert cell.final_dissipated_energy == history.total_dissipated_energy[-1]
+            depth = history.summit_height.max() - history.separation.min()
+            assert cell.peak_approach == pytest.approx(depth.item(), rel=1e-9)
+
+
+def test_rows_and_asperities_stand_under_their_own_numbers(rough):
+    over = {"surface.seed": [1, 2], "loading.substeps": [2, 3]}
+    found = hs.sweep(rough, over, outputs=["normal_load", "slip_state", "total_normal_load"])
+    longest = 0
+    for seed in (1, 2):
+        for substeps in (2, 3):
+            history = hs.run(hs.load(rough, {"surface.seed": seed, "loading.substeps": substeps}))
+            cell = found.sel(surface_seed=seed, loading_substeps=substeps)
+            own = cell.sel(asperity=history.asperity).isel(step=slice(history.sizes["step"]))
+            for name in ("normal_load", "slip_state", "total_normal_load", "summit_height", "time"):
+                np.testing.assert_array_equal(own[name], history[name])
+            others = np.setdiff1d(found.asperity, history.asperity)
+            assert others.size > 0
+            assert cell.sel(asperity=others).normal_load.isnull().all()
+            assert cell.isel(step=slice(history.sizes["step"], None)).normal_load.isnull().all()
+            longest = max(longest, history.sizes["step"])
+    assert found.sizes["step"] == longest
+
+
+def test_what_is_the_same_in_all_cells_stands_there_once(ball):
+    found = hs.sweep(ball, {"friction.coefficient": [0.1, 0.2]}, outputs=["total_normal_load"])
+    assert found.time.dims == ("step",)
+    assert found.total_normal_load.dims == ("friction_coefficient", "step")
+
+
+def test_friction_that_changes_on_the_way_counts(ball):
+    changed = BALL.replace('"70 mN", tan', '"50 mN", friction = 0.3, tan')
+    ball.write_text(changed, encoding="utf-8")
+    found = hs.sweep(ball, {"friction.coefficient": [0.1, 0.2]})
+    expected = [displacement(50e-3, 0.3, 2.5e-3) - displacement(50e-3, mu, 2.5e-3) for mu in (0.1, 0.2)]
+    np.testing.assert_allclose(found.drift, expected, rtol=1e-9)
+
+
+def test_a_scenario_says_its_own_sweep(ball):
+    sweep = (
+        '[sweep]\noutputs = ["preliminary_displacement"]\ntogether = [["materials.first", "friction.coefficient"]]\n'
+        '[sweep.over]\nmaterials.first = ["silicon", "silica"]\nfriction.coefficient = [0.1, 0.2]\n'
+        'surface.radius = ["1 mm", "2 mm"]\n'
+    )
+    ball.write_text(BALL + sweep, encoding="utf-8")
+    found = hs.sweep(ball)
+    assert dict(found.sizes) == {"materials_first": 2, "surface_radius": 2}
+    assert list(found.data_vars) == ["preliminary_displacement"]
+    assert found.materials_first.values.tolist() == ["silicon", "silica"]
+    assert found.friction_coefficient.dims == ("materials_first",)
+    alone = hs.sweep(ball, {"materials.first": ["silica"], "friction.coefficient": [0.2], "surface.radius": ["2 mm"]})
+    assert alone.preliminary_displacement.item() == found.preliminary_displacement[1, 1]
+    told = []
+    hs.run(ball, tell=told.append)
+    assert told == ["ball.toml: [sweep] is left to historysim sweep; this is the scenario as it stands without it"]
+
+
+def test_a_sweep_is_written_and_read_again(ball, tmp_path):
+    over = {"friction.coefficient": [0.1, -0.2], "materials.first": ["silicon", "silica"]}
+    found = hs.sweep(ball, over, outputs=["preliminary_displacement", "slip_state"])
+    found.to_netcdf(tmp_path / "sweep.nc")
+    with xr.open_dataset(tmp_path / "sweep.nc", decode_times=False) as read:
+        xr.testing.assert_identical(read.load().astype(found.dtypes), found)
+    lines = dict(hs.show(tmp_path / "sweep.nc"))
+    assert lines["cells"] == "4"
+    assert lines["friction.coefficient of the scenario"] == "-0.2 to 0.1"
+    assert lines["materials.first of the scenario"] == "silicon, silica"
+    assert lines["failed"].startswith("2 cells; the first: ball.toml: surface: friction is -0.2; expected")
+
+
+# -- what fails ------------------------------------------------------------------------------------
+
+
+def test_a_cell_that_fails_says_why_and_the_others_stay(ball):
+    told = []
+    # a load that friction does not hold, and a coefficient that is none
+    ball.write_text(BALL.replace('tangential_displacement = "5 nm"', 'tangential_load = "8 mN"'), encoding="utf-8")
+    found = hs.sweep(ball, {"friction.coefficient": [0.1, -0.2, 0.2]}, tell=told.append)
+    assert found.preliminary_displacement.isnull().values.tolist() == [True, True, False]
+    assert found.preliminary_displacement[2] == pytest.approx(displacement(70e-3, 0.2, 2.5e-3), rel=1e-12)
+    assert "beyond the friction limit" in str(found.failure[0].values)
+    assert "friction is -0.2; expected a finite number of 0 or more" in str(found.failure[1].values)
+    assert found.failure[2] == ""
+    assert len(told) == 2
+    assert told[0].startswith("cell 0 (friction.coefficient = 0.1) failed: ")
+
+
+def test_what_cannot_be_swept_is_told_before_anything_is_computed(ball, tmp_path):
+    for over, message in (
+        (None, r"ball.toml: has no \[sweep\]"),
+        ({"friction.coefficent": [0.1]}, "ball.toml: friction.coefficent: unknown key; did you mean 'coefficient'"),
+        ({"surface.radius": ["1 mm", "2 N"]}, "ball.toml: surface.radius: '2 N': 'N' is not"),
+        ({"loading.waypoints[3].time": [1]}, r"ball.toml: loading.waypoints\[3\]: there is none"),
+        ({"friction.coefficient": []}, "sweep.over.friction.coefficient: no values"),
+    ):
+        with pytest.raises(hs.InputError, match=message):
+            hs.sweep(ball, over, store=tmp_path / "cells")
+    one = {"friction.coefficient": [0.1]}
+    with pytest.raises(hs.InputError, match=r"sweep.outputs\[0\]: the text 'drfit'; did you mean 'drift'"):
+        hs.sweep(ball, one, outputs=["drfit"])
+    with pytest.raises(hs.InputError, match="workers is 0; expected a whole number of 1 or more"):
+        hs.sweep(ball, one, workers=0)
+    with pytest.raises(hs.InputError, match="executor is 3; expected an executor of"):
+        hs.sweep(ball, one, executor=3)
+    with pytest.raises(hs.InputError, match=r"all of 1 cell failed; the first: .* friction is -0\.1"):
+        hs.sweep(ball, {"friction.coefficient": [-0.1]})
+    assert not (tmp_path / "cells").exists()
+
+
+def test_an_output_that_the_scenario_has_not(ball):
+    found = hs.sweep(ball, {"record.asperities": ["all", "totals"]}, outputs=["slip_state"])
+    assert '"totals"; expected others' in str(found.failure[1].values)
+    with pytest.raises(hs.InputError, match="drive_displacement: this scenario has none"):
+        hs.sweep(ball, {"friction.coefficient": [0.1]}, outputs=["drive_displacement"])
+
+
+# -- what is kept ----------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def counted(monkeypatch):
+    """Count the cells that are computed."""
+    points, cell = [], sweeping.cell
+
+    def counting(scenario, point, outputs):
+        points.append(point)
+        return cell(scenario, point, outputs)
+
+    monkeypatch.setattr(sweeping, "cell", counting)
+    return points
+
+
+OVER = {"surface.seed": range(4), "friction.coefficient": [0.1, 0.2]}
+
+
+def test_what_is_kept_is_not_computed_again(rough, tmp_path, counted):
+    first = hs.sweep(rough, OVER, store=tmp_path / "cells")
+    assert len(counted) == 8
+    assert first.identical(hs.sweep(rough, OVER, store=tmp_path / "cells"))
+    assert len(counted) == 8
+    # a larger sweep takes what is there, and a comment or a title changes no number
+    rough.write_text("# rough\n" + ROUGH.replace("a ball", "another"), encoding="utf-8")
+    hs.sweep(rough, OVER | {"surface.seed": range(5)}, store=tmp_path / "cells")
+    assert counted[8:] == [{"surface.seed": 4, "friction.coefficient": value} for value in (0.1, 0.2)]
+    # another load, or another output, changes all
+    hs.sweep(hs.load(rough, {"loading.waypoints[0].normal_load": "40 mN"}), OVER, store=tmp_path / "cells")
+    hs.sweep(rough, OVER, outputs=["drift"], store=tmp_path / "cells")
+    assert len(counted) == 26
+
+
+def test_a_file_that_the_scenario_reads_counts(tmp_path, counted):
+    (tmp_path / "summits.csv").write_text("height,radius\n0,1e-6\n-1e-9,2e-6\n", encoding="utf-8")
+    table = 'kind = "summits"\nfile = "summits.csv"\n[surface.columns]\nheight = "height"\nradius = "radius"'
+    path = tmp_path / "summits.toml"
+    path.write_text(BALL.replace('kind = "sphere"\nradius = "2.5 mm"', table), encoding="utf-8")
+    over = {"friction.coefficient": [0.1, 0.2]}
+    first = hs.sweep(path, over, store=tmp_path / "cells")
+    hs.sweep(path, over, store=tmp_path / "cells")
+    assert len(counted) == 2
+    (tmp_path / "summits.csv").write_text("height,radius\n0,1e-6\n-1e-9,2.5e-6\n", encoding="utf-8")
+    second = hs.sweep(path, over, store=tmp_path / "cells")
+    assert len(counted) == 4
+    assert (first.preliminary_displacement != second.preliminary_displacement).all()
+
+
+def test_a_damaged_cell_is_computed_again_and_leftovers_go(rough, tmp_path, counted):
+    first = hs.sweep(rough, OVER, store=tmp_path / "cells")
+    cells = sorted((tmp_path / "cells").glob("*.cell"))
+    content = cells[0].read_bytes()
+    cells[0].write_bytes(content[: len(content) // 2])
+    cells[1].write_bytes(b"")
+    middle = len(content) // 2
+    cells[2].write_bytes(content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :])
+    (tmp_path / "cells" / f".{cells[3].name}.0a1b2c3d.part").write_bytes(content[:100])
+    assert first.identical(hs.sweep(rough, OVER, store=tmp_path / "cells"))
+    assert len(counted) == 8 + 3
+    assert sorted((tmp_path / "cells").iterdir()) == [*cells, tmp_path / "cells" / "lock"]
+
+
+HOLDS = """
+import sys, time
+from pathlib import Path
+from historysim.studies.store import Store
+with Store(Path(sys.argv[1])).claimed(sys.argv[2], wait=False):
+    print("holds", flush=True)
+    sys.stdin.read()
+"""
+
+
+def test_a_cell_that_another_process_computes_is_left_to_the_end(rough, tmp_path, counted):
+    store = tmp_path / "cells"
+    first = hs.sweep(rough, OVER, store=store)
+    scenario = hs.load(rough)
+    name = sweeping.digest(scenario, {"surface.seed": 0, "friction.coefficient": 0.1}, sweeping.chosen_outputs(()))
+    for path in store.glob("*.cell"):
+        path.unlink()
+    counted.clear()
+    command = [sys.executable, "-c", HOLDS, store, name]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as other:
+        other.stdout.readline()
+        taken = []
+        with ThreadPoolExecutor(1) as threads:
+            running = threads.submit(hs.sweep, rough, OVER, store=store)
+            while len(taken) < 7 and not running.done():
+                taken = list(store.glob("*.cell"))
+                time.sleep(0.01)
+            assert not (store / f"{name}.cell").exists()
+            other.stdin.close()
+            assert first.identical(running.result())
+    assert len(counted) == 8
+    assert counted[-1] == {"surface.seed": 0, "friction.coefficient": 0.1}
+
+
+# -- who computes ----------------------------------------------------------------------------------
+
+
+def test_any_executor_gives_the_same_bits(rough, tmp_path):
+    here = hs.sweep(rough, OVER)
+    with ThreadPoolExecutor(3) as threads:
+        assert here.identical(hs.sweep(rough, OVER, executor=threads, store=tmp_path / "cells"))
+        assert threads.submit(int, "1").result() == 1
+    assert here.identical(hs.sweep(rough, OVER, workers=2, store=tmp_path / "others"))
+
+
+@pytest.mark.slow
+def test_a_cell_that_ends_its_process_does_not_sink_the_others(rough, monkeypatch):
+    here = hs.sweep(rough, OVER)
+    monkeypatch.setattr(sweeping, "computed", dying.computed_unless_3)
+    found = hs.sweep(rough, OVER, workers=2)
+    assert (found.failure == sweeping.ENDED).sum() == 2
+    assert (found.failure.sel(surface_seed=3) == sweeping.ENDED).all()
+    alive = {"surface_seed": slice(0, 3)}
+    assert found.drop_vars("failure").isel(alive).equals(here.isel(alive))
+
+
+def test_dask_computes_a_sweep(rough):
+    distributed = pytest.importorskip("distributed")
+    options = {"processes": False, "dashboard_address": None, "n_workers": 1, "threads_per_worker": 1}
+    with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster) as client:
+        assert hs.sweep(rough, OVER, executor=client).identical(hs.sweep(rough, OVER))
