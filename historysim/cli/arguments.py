@@ -109,7 +109,9 @@ def text_options(command: Callable[..., None]) -> Callable[..., None]:
     """Give a command the options that say how a text is written; it takes them as one ``layout``."""
 
     @functools.wraps(command)
-    def with_layout(*, delimiter: str | None, decimal: str, header: int | None, encoding: str, **others: Any) -> None:
+    def with_layout(
+        *, delimiter: str | None, decimal: str, header: int | None, encoding: str | None, **others: Any
+    ) -> None:
         from historysim.tables import Format
 
         try:
@@ -119,7 +121,7 @@ def text_options(command: Callable[..., None]) -> Callable[..., None]:
         command(layout=layout, **others)
 
     for option in (
-        click.option("--encoding", default="utf-8", show_default=True, help="The encoding of a text."),
+        click.option("--encoding", help="The encoding of a text.  [default: found]"),
         click.option("--header", type=int, help="The line of a text that names the columns. [default: found]"),
         click.option("--decimal", default=".", show_default=True, help="The decimal sign of a text."),
         click.option("--delimiter", help="What stands between two values of a text. [default: found]"),

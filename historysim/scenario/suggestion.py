@@ -5,15 +5,18 @@ import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+import attrs
+
 from historysim.basics.units import conversion_factor
 from historysim.errors import InputError
 from historysim.tables import Format, Listing
 
 UNKNOWN = "?"
-_TIME = re.compile(r"(?i)^\W*(time|zeit|temps|elapsed|t)\b")
+_TIME = re.compile(r"(?i)^\W*(time(stamp)?|zeit|temps|elapsed|t)\b")
 _NORMAL = re.compile(r"(?i)normal|^\W*(fn|fz|n|load|p)\b|press|applied")
 _TANGENTIAL = re.compile(r"(?i)fric|tang|lateral|shear|^\W*(ft|fx|fy|ff|t|q|reib)")
 _STROKE = re.compile(r"(?i)tang|lateral|shear|stroke|slid|displ|pos|weg|^\W*(x|u|ux|s|dx)\b")
+_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(e[+-]?\d+)?", re.IGNORECASE)
 _FORCES, _LENGTHS, _TIMES = ("N", "kg"), ("m",), ("s",)
 
 
@@ -35,6 +38,8 @@ def suggested_loading(path: Path, listings: Sequence[Listing], layout: Format, b
     if blocks > 1:
         chosen = layout.block if isinstance(layout.block, int) else 1
         lines.append(f'block = {chosen}  # of {blocks}; an array of some, or "all", joins them')
+    if any(_DECIMAL_COMMA.fullmatch(each.first) for each in listings):
+        layout = attrs.evolve(layout, decimal=",")
     told = {key: getattr(layout, key) for key in ("delimiter", "decimal", "header", "encoding")}
     lines += [
         f"{key} = {value if isinstance(value, int) else _quoted(value)}"

@@ -298,7 +298,8 @@ def _lines(path: Path, layout: Format) -> "tuple[Opened, Format]":
 
     if path.suffix.lower() in ENDINGS:
         return lambda: from_excel.opened(path, layout), from_excel.as_text(layout)
-    return lambda: from_text.opened(path, layout), layout
+    written = attrs.evolve(layout, encoding=layout.encoding or from_text.encoding_of(path))
+    return lambda: from_text.opened(path, written), written
 
 
 def _opened(path: Path, layout: Format) -> "AbstractContextManager[Contents]":
@@ -312,7 +313,11 @@ def _pieces(path: Path, columns: Mapping[str, Column], layout: Format, missing: 
         from historysim.tables import from_text
 
         opened, written = _lines(path, layout)
-        return from_text.read(opened, columns, written, missing=missing, most_rows=MOST_ROWS)
+        pieces, notices = from_text.read(opened, columns, written, missing=missing, most_rows=MOST_ROWS)
+        if layout.encoding is None and written.encoding == from_text.WINDOWS:
+            told = f"is no UTF-8 text, read as {from_text.WINDOWS}; if names or units look wrong, say encoding"
+            notices = [*notices, told]
+        return pieces, notices
     from historysim.tables import arrays
 
     with _opened(path, layout) as contents:

@@ -86,7 +86,9 @@ def _check_header(_: object, attribute: "attrs.Attribute[int | None]", value: in
         raise misfit(f"{shown(value)}; expected the number of a line, or 0 where there is no header", attribute.name)
 
 
-def _check_encoding(_: object, attribute: "attrs.Attribute[str]", value: str) -> None:
+def _check_encoding(_: object, attribute: "attrs.Attribute[str | None]", value: str | None) -> None:
+    if value is None:
+        return
     try:
         known = "1".encode(value).decode(value) == "1"
     except (LookupError, ValueError, TypeError):
@@ -143,8 +145,9 @@ class Format:
         The line of a text that names the columns, counted from 1; 0 where there is none. When not given, it is the
         first line that holds all names asked for. When given, it may have fewer names than there are columns: they
         are those of the first ones.
-    encoding : str
-        The encoding of a text or of JSON.
+    encoding : str, optional
+        The encoding of a text or of JSON. When not given, UTF-8, or UTF-16 where a mark at the beginning of a text
+        says so; a text that is neither is read as one of Windows, cp1252.
     comment : str
         What a line of comment in a text starts with; empty where there are none.
     transposed : bool, optional
@@ -168,7 +171,7 @@ class Format:
     delimiter: str | None = attrs.field(default=None, validator=_check_delimiter)
     decimal: str = attrs.field(default=".", validator=_check_decimal)
     header: int | None = attrs.field(default=None, validator=_check_header)
-    encoding: str = attrs.field(default="utf-8", validator=_check_encoding)
+    encoding: str | None = attrs.field(default=None, validator=_check_encoding)
     comment: str = attrs.field(default="#", validator=_check_comment)
     transposed: bool | None = attrs.field(default=None, validator=_check_transposed)
     block: Blocks = attrs.field(default=None, validator=_check_blocks)

@@ -21,7 +21,7 @@ def opened(path: Path, layout: Format) -> Iterator[Contents]:
     InputError
         Not JSON, in another encoding, or with one key twice.
     """
-    text = decoded(path, layout.encoding)
+    text = decoded(path, layout.encoding or "utf-8")
     with readable("JSON"):
         try:
             document = json.loads(text, object_pairs_hook=_object)

@@ -1,5 +1,6 @@
 """Texts: one row of values on each line, between commas, semicolons, tabs, bars or white space."""
 
+import codecs
 import csv
 import math
 import re
@@ -19,6 +20,7 @@ from historysim.tables.blocks import Block, Survey, survey
 from historysim.tables.columns import Column, Format, Found, Listing, MissingValueError, Part, Piece
 from historysim.tables.heading import Head, Heading, ragged
 from historysim.tables.lines import brief, decimal_hint, is_plain, number, split
+from historysim.tables.times import clock, from_the_first
 
 Floats = npt.NDArray[np.float64]
 Lines = npt.NDArray[np.int64]
@@ -28,6 +30,9 @@ Opened = Callable[[], AbstractContextManager[Iterator[str]]]
 # where the rows begin with numbers, no row begins with a word
 _WORD = re.compile(r"\s*(?!nan\b|null\b)[^\W\d_]{3}", re.IGNORECASE)
 MOST_TOLD = 5
+
+WINDOWS = "cp1252"
+"""The encoding of most texts that are not UTF-8."""
 
 # so many rows are held as texts at once, few enough for the cache
 AT_ONCE = 2000
@@ -150,9 +155,13 @@ def describe(lines_of: Opened, layout: Format) -> list[Listing]:
     heading = block.heading
     rows = str(block.rows)
     return [
-        Listing(heading.reference(place), ", ".join(heading.units(place)), rows, block.row[place].strip())
+        Listing(heading.reference(place), _unit(heading, place, block.row[place]), rows, block.row[place].strip())
         for place in range(heading.width)
     ]
+
+
+def _unit(heading: Heading, place: int, first: str) -> str:
+    return "s" if clock(first) is not None else ", ".join(heading.units(place))
 
 
 @contextmanager
@@ -165,6 +174,21 @@ def opened_rows(
         heading = head.heading_of(known)
         chunks = _rows(chain(head.physical[heading.above :], stream), heading, layout)
         yield heading, (row for numbers, rows in chunks for row in zip(numbers, rows, strict=True))
+
+
+def encoding_of(path: Path) -> str:
+    """Return the encoding of a text: what a mark at its beginning says, else UTF-8, else that of Windows."""
+    decoder = codecs.getincrementaldecoder("utf-8")()
+    with path.open("rb") as stream:
+        if stream.peek(2)[:2] in {codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE}:
+            return "utf-16"
+        try:
+            while piece := stream.read(1 << 20):
+                decoder.decode(piece)
+            decoder.decode(b"", final=True)
+        except UnicodeDecodeError:
+            return WINDOWS
+    return "utf-8"
 
 
 def decoded(path: Path, encoding: str) -> str:
@@ -198,12 +222,13 @@ def plain_numbers(texts: list[str], decimal: str) -> Floats | None:
 
 @contextmanager
 def opened(path: Path, layout: Format) -> Iterator[IO[str]]:
-    """Yield the lines of a text; another encoding is an error that names the byte."""
+    """Yield the lines of a text; another encoding than is said, or than any, is an error that names the byte."""
+    encoding = layout.encoding or encoding_of(path)
     try:
-        with path.open(encoding=layout.encoding) as stream:
+        with path.open(encoding=encoding) as stream:
             yield stream
     except UnicodeError as error:
-        raise InputError(_undecodable(path.read_bytes(), layout.encoding)) from error
+        raise InputError(_undecodable(path.read_bytes(), layout.encoding or "utf-8")) from error
 
 
 def _undecodable(content: bytes, encoding: str) -> str:
@@ -295,6 +320,8 @@ class _Reading:
     most_rows: int
     count: int = 0
     notices: list[str] = Factory(list)
+    # when the first row was, of columns that are clocks
+    starts: dict[str, float | None] = Factory(dict)
 
     def fits(self, block: Block) -> bool:
         """Return whether a block has all columns."""
@@ -313,29 +340,36 @@ class _Reading:
         places = [heading.place(column) for column in self.columns.values()]
         lines = chain(head.physical[heading.above - head.before :], stream)
         drop = first is not None and self.layout.broken == "drop"
-        values, numbers = self._values(lines, heading, places, drop=drop)
-        found = {
-            key: Found(heading.label(place), column, heading.units(place))
-            for key, place, column in zip(self.columns, places, values, strict=True)
-        }
+        values, numbers, clocks = self._values(lines, heading, places, drop=drop)
+        found = {}
+        for key, place, column in zip(self.columns, places, values, strict=True):
+            if place in clocks:
+                since, self.starts[key] = from_the_first(column, self.starts.get(key))
+                found[key] = Found(heading.label(place), since, ("s",))
+            else:
+                found[key] = Found(heading.label(place), column, heading.units(place))
         return Piece(found, Part(label, len(numbers), start), numbers)
 
     def _values(
         self, lines: Iterator[str], heading: Heading, places: Sequence[int], *, drop: bool
-    ) -> tuple[list[Floats], Lines]:
-        """Read rows into arrays, one for each place, and one of the numbers of their lines."""
+    ) -> tuple[list[Floats], Lines, set[int]]:
+        """Read rows into arrays, one for each place, one of the numbers of their lines, and which places are clocks."""
         parts: list[list[Floats]] = [[] for _ in places]
         kept: list[Lines] = []
         dropped: list[int] = []
         guard: int | None = None
+        clocks: set[int] = set()
         for numbers, texts in _lines_of_rows(lines, heading, self.layout):
             rows = _split_or_none(texts, heading)
             if guard is None:
-                guard = _first_number(rows[0] if rows else _fields(texts[0], heading), self.layout.decimal)
+                fields = rows[0] if rows else _fields(texts[0], heading)
+                guard = _first_number(fields, self.layout.decimal)
+                clocks = {place for place in places if place < len(fields) and clock(fields[place]) is not None}
             kept_numbers = numbers
-            values = None if rows is None else self._plain(rows, places, guard)
+            values = None if rows is None else self._plain(rows, places, guard, clocks)
             if values is None:
-                kept_numbers, values = self._careful(numbers, texts, heading, places, guard, dropped if drop else None)
+                refused = dropped if drop else None
+                kept_numbers, values = self._careful(numbers, texts, heading, places, guard, clocks, refused)
             self.count += len(kept_numbers)
             if self.count > self.most_rows:
                 raise InputError(f"has more than {self.most_rows:,} rows; thin or split it")
@@ -347,13 +381,16 @@ class _Reading:
         if dropped:
             which = ", ".join(map(str, dropped[:5])) + (", …" if len(dropped) > 5 else "")
             self.notices.append(f"{counted(len(dropped), 'broken row', 'broken rows')} left out (line {which})")
-        return [np.concatenate(part) for part in parts], np.concatenate(kept)
+        return [np.concatenate(part) for part in parts], np.concatenate(kept), clocks
 
-    def _plain(self, rows: Sequence[Sequence[str]], places: Sequence[int], guard: int) -> list[Floats] | None:
+    def _plain(
+        self, rows: Sequence[Sequence[str]], places: Sequence[int], guard: int, clocks: set[int]
+    ) -> list[Floats] | None:
         """Return the values of rows that are all finite numbers; None where anything else stands among them."""
         values = []
         for place in places:
-            column = plain_numbers([row[place] for row in rows], self.layout.decimal)
+            texts = [row[place] for row in rows]
+            column = _clock_times(texts) if place in clocks else plain_numbers(texts, self.layout.decimal)
             if column is None:
                 return None
             values.append(column)
@@ -368,6 +405,7 @@ class _Reading:
         heading: Heading,
         places: Sequence[int],
         guard: int,
+        clocks: set[int],
         dropped: list[int] | None,
     ) -> tuple[list[int], list[Floats]]:
         """Return the values of rows, line by line, and the numbers of their lines."""
@@ -375,7 +413,7 @@ class _Reading:
         found: list[list[float]] = []
         for line_number, text in zip(numbers, texts, strict=True):
             try:
-                found.append(self._row(line_number, text, heading, places, guard))
+                found.append(self._row(line_number, text, heading, places, guard, clocks))
                 kept.append(line_number)
             except _MissingError:
                 raise
@@ -386,7 +424,9 @@ class _Reading:
         columns = np.array(found, dtype=np.float64).reshape(len(kept), len(places))
         return kept, [columns[:, index].copy() for index in range(len(places))]
 
-    def _row(self, line_number: int, text: str, heading: Heading, places: Sequence[int], guard: int) -> list[float]:
+    def _row(
+        self, line_number: int, text: str, heading: Heading, places: Sequence[int], guard: int, clocks: set[int]
+    ) -> list[float]:
         """Return the wanted values of a line."""
         try:
             row = split([text], heading.delimiter)[0]
@@ -399,7 +439,10 @@ class _Reading:
         values = []
         for place in places:
             value = number(row[place], self.layout.decimal)
-            told = f"line {line_number}, column {heading.label(place)}: {brief(row[place])}; expected a finite number"
+            expected = "a finite number"
+            if place in clocks and not (value is not None and math.isnan(value)):
+                value, expected = clock(row[place]), "a time as in the rows above"
+            told = f"line {line_number}, column {heading.label(place)}: {brief(row[place])}; expected {expected}"
             if value is None:
                 decimal = decimal_hint(row[place], self.layout.decimal)
                 # a decimal comma in some rows is no break in them: without those, the rest would be another record
@@ -413,6 +456,12 @@ class _Reading:
                 f"numbers{hint}"
             )
         return values
+
+
+def _clock_times(texts: Sequence[str]) -> Floats | None:
+    """Return what a clock tells [s]; None where anything else stands among the times."""
+    times = [clock(text) for text in texts]
+    return None if None in times else np.array(times, dtype=np.float64)
 
 
 def _first_number(row: Sequence[str], decimal: str) -> int:

@@ -395,7 +395,7 @@ def test_messages_name_the_field_of_a_table(folder, old, new, said):
         (b"t;U;N\n0;;50\n", "line 2, column 'U': ''; expected a finite number"),
         (b"t;U;N\n1;0;50\n\n0;0;50\n", "line 4: the time 0 s comes after 1 s"),
         (b"t;U;N\n1;0;50\n2;0;-1\n", "line 3: a normal load of -0.001 N pulls on the contact"),
-        (b"t;U;N\n0;0;\xff\n", "is not UTF-8 text"),
+        (b"t;U;N\n0;0;\xff\n", "line 2, column 'N': 'ÿ'; expected a finite number"),
         (b"t;U;N\n0;0;" + b"1" * 200_000 + b"\n", "is not a CSV table: field larger than field limit"),
     ],
 )

@@ -1,6 +1,7 @@
 """Columns, formats, units, and the reader of texts. The other formats are in test_arrays.py."""
 
 import io
+import math
 import sqlite3
 import subprocess
 import sys
@@ -293,26 +294,64 @@ def test_other_encodings(file, encoding):
     assert values(file, content, ["µ (µm)"], "m", encoding=encoding) == [[pytest.approx(1e-6)]]
 
 
-@pytest.mark.parametrize(
-    ("content", "said"),
-    [
-        (
-            "t\n1\n2\n\u00b5\n".encode("latin-1"),
-            "(0xb5, byte 7 of the file, line 4: invalid start byte); save it as UTF-8, or",
-        ),
-        ("t\n1\n".encode("utf-16"), 'such as encoding = "utf-16"'),
-        (b"t\n" + b"1\n" * 100_000 + b"\xff", "(0xff, byte 200003 of the file, line 100002: "),
-    ],
-)
-def test_another_encoding_is_told_with_the_byte(file, content, said):
-    message = refusal(file, content, ["t"])
-    assert message.startswith("f.txt: is not UTF-8 text ")
-    assert said in message
+@pytest.mark.parametrize("encoding", ["utf-16", "cp1252", "utf-8", "utf-8-sig"])
+def test_the_encoding_is_found(file, encoding):
+    file.write_bytes("x (µm)\tF\r\n1\t2\r\n".encode(encoding))
+    table = read_table(file, {"x": Column("x")}, {"x": "m"})
+    assert table.columns["x"] == pytest.approx([1e-6])
+    told = ("is no UTF-8 text, read as cp1252; if names or units look wrong, say encoding",)
+    assert table.notices == (told if encoding == "cp1252" else ())
+
+
+def test_a_byte_that_is_no_letter_is_told(file):
+    message = refusal(file, b"t\n" + b"1\n" * 100_000 + b"\x81", ["t"])
+    assert message.startswith("f.txt: is not cp1252 text (0x81, byte 200003 of the file, line 100002: ")
+    assert "save it as UTF-8, or" in message
 
 
 def test_the_wrong_encoding_is_an_error(file):
     assert "is not utf-16 text" in refusal(file, b"t\n1\n2", ["t"], encoding="utf-16")
     assert "is not ascii text (0xc2, byte 3" in refusal(file, "t\nµ\n", ["t"], encoding="ascii")
+
+
+# -- clocks ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("rows", "seconds"),
+    [
+        (["10:00:00.5", "10:00:01", "10:01:00"], [0, 0.5, 59.5]),
+        (["9:59:59,25", "10:00:00,75"], [0, 1.5]),
+        (["23:59:59", "00:00:01", "00:00:02"], [0, 2, 3]),
+        (["2024-02-28T23:59:59Z", "2024-02-29 00:00:01"], [0, 2]),
+        (["28.02.2023 23:59:59", "1.3.2023 0:00:00"], [0, 1]),
+        (["100:00:00", "101:00:00", ""], [0, 3600, math.nan]),
+    ],
+)
+@pytest.mark.parametrize("name", ["t", "t (hh:mm:ss)"])
+def test_a_clock_tells_seconds_since_the_first_row(file, rows, seconds, name):
+    file.write_text("\n".join([f"{name};F", *(f"{row};1" for row in rows)]), encoding="utf-8")
+    table = read_table(file, {"t": Column("t")}, {"t": "s"}, missing=True)
+    assert table.columns["t"] == pytest.approx(seconds, abs=1e-6, nan_ok=True)
+
+
+@pytest.mark.parametrize("row", ["10:60:00", "10:00", "2024-02-30 10:00:00", "05/01/2024 10:00:00", "1:2:3:4", "5"])
+def test_a_row_without_the_clock_of_the_others_is_told(file, row):
+    message = refusal(file, f"t;F\n10:00:00;1\n{row};1\n", ["t"], "s")
+    assert message.startswith(f"f.txt: line 3, column 't': '{row}'; expected a time as in the rows above")
+
+
+def test_a_clock_is_no_load(file):
+    assert "'s' is not a unit of a force" in refusal(file, "t;F\n10:00:00;1\n", ["t"], "N")
+
+
+def test_the_clock_of_several_tables_begins_with_the_first(file):
+    blocks = [
+        f"t;F;x\n\n{first};1;1\n{last};2;1\n" for first, last in (("10:00:00", "10:00:05"), ("10:00:30", "10:00:31"))
+    ]
+    file.write_text("\n".join(blocks), encoding="utf-8")
+    table = read_table(file, {"t": Column("t")}, {"t": "s"}, Format(block="all"))
+    assert table.columns["t"] == pytest.approx([0, 5, 30, 31])
 
 
 # -- units -----------------------------------------------------------------------------------------
