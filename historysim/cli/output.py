@@ -1,7 +1,7 @@
 """What the commands share: what they print, and the files that they write."""
 
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -48,6 +48,14 @@ def save_dataset(dataset: "xr.Dataset", path: Path) -> None:
         return
     with replacing(path) as unfinished:
         dataset.to_netcdf(unfinished)
+
+
+def save_table(dataset: "xr.Dataset", path: Path, picture: Callable[["xr.Dataset"], "Figure"]) -> None:
+    """Write a table as its ending says: netCDF, CSV, or else a picture of it."""
+    if path.suffix.lower() in {".nc", ".csv"}:
+        save_dataset(dataset, path)
+    else:
+        save(picture(dataset), path)
 
 
 def save(figure: "Figure", picture: Path) -> None:

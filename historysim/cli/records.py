@@ -14,7 +14,7 @@ from historysim.cli.arguments import (
     set_option,
     text_options,
 )
-from historysim.cli.output import check_ending, print_lines, print_table, save, save_dataset
+from historysim.cli.output import check_ending, print_lines, print_table, save, save_table
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
@@ -48,31 +48,80 @@ def columns(file: Path, layout: "Format") -> None:
     "--dead-band",
     help='Swings below which there is no reversal, as "5 nm". [default: the scenario\'s; else 5 % of the range]',
 )
-@click.option("-o", "--output", type=path_type, help="Also write all loops to this file (.nc or .csv).")
+@click.option("--skip-per-level", default=0, help="Loops to leave out at the start of each series at one normal load.")
+@click.option(
+    "--load-share",
+    type=float,
+    help="How much the normal load may move on a branch, over its greatest value; else it is left out. [default: 0.1]",
+)
+@click.option(
+    "--amplitude-share",
+    type=float,
+    help="Means are of the loops of this share of the largest amplitude or more. [default: 0.5]",
+)
+@click.option(
+    "-o", "--output", type=path_type, help="Also write all loops to this file (.nc, .csv), or draw them there."
+)
+@click.option(
+    "--levels", type=path_type, help="Also write the table over the normal load (.nc, .csv), or draw it there."
+)
 @click.option("--plot", "with_picture", is_flag=True, help="Also draw the loops: FILE's name with _loops.png, here.")
 @set_option
 def loops(
-    file: Path, skip: int, dead_band: str | None, output: Path | None, with_picture: bool, values: dict[str, Any]
+    file: Path,
+    skip: int,
+    dead_band: str | None,
+    skip_per_level: int,
+    load_share: float | None,
+    amplitude_share: float | None,
+    output: Path | None,
+    levels: Path | None,
+    with_picture: bool,
+    values: dict[str, Any],
 ) -> None:
-    """Say what the friction loops of FILE are like: of a scenario's measured record, or of a result."""
+    """Say what the friction loops of FILE are like: of a scenario's measured record, or of a result.
+
+    At several normal loads this is a table with a row for each load.
+    """
     band = None if dead_band is None else quantity_option("--dead-band", dead_band, "m")
     picture = Path(f"{file.stem}_loops.png") if with_picture else None
-    targets = [path for path in (output, picture) if path is not None]
+    targets = [path for path in (output, levels, picture) if path is not None]
     for number, target in enumerate(targets):
         check_target(target, file, *targets[:number])
-    if output is not None:
-        check_ending(output, ".nc", ".csv")
+        check_ending(target, ".nc", ".csv", ".png", ".pdf", ".svg")
+    from historysim.measured.definitions import DEFAULT, Definitions
+    from historysim.results.plots.loop_levels import plot_loop_levels
     from historysim.results.plots.loops import plot_loops
     from historysim.scenario.loops import find_loops
 
-    record = _loaded(file, values, *targets) if file.suffix == ".toml" else scenario_or_file(file, values)
-    found = find_loops(record, dead_band=band, skip=skip)
+    definitions = Definitions(
+        load_share=DEFAULT.load_share if load_share is None else load_share,
+        amplitude_share=DEFAULT.amplitude_share if amplitude_share is None else amplitude_share,
+    )
+    found = find_loops(
+        _loaded(file, values, *targets) if file.suffix == ".toml" else scenario_or_file(file, values),
+        dead_band=band,
+        skip=skip,
+        skip_per_level=skip_per_level,
+        definitions=definitions,
+    )
+    by_load = found.by_load()
+    if levels is not None and not len(by_load):
+        raise InputError(f"{file}: the normal load was not measured; expected it for {levels}")
     if output is not None:
-        save_dataset(found.to_dataset(), output)
+        save_table(found.to_dataset(), output, lambda _: plot_loops(found, title=file.name))
+    if levels is not None:
+        save_table(by_load.to_dataset(), levels, lambda table: plot_loop_levels(table, title=file.name))
     if picture is not None:
         save(plot_loops(found, title=file.name), picture)
     print_lines(found.summary())
-    print_table(found.rows())
+    if not found.large.all():
+        print_table(found.by_amplitude().rows())
+    if len(by_load) > 1:
+        print_table(by_load.rows())
+        print_lines([(label, both) for label, *_, both in found.rows() if label.startswith(("largest", "loops"))])
+    else:
+        print_table(found.rows())
     for target in targets:
         click.echo(target)
 

@@ -7,9 +7,9 @@ import numpy.typing as npt
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.display import html_table
 from historysim.basics.units import quantity_text
-from historysim.measured.loops import BRANCH_QUANTITIES, LOOP_QUANTITIES, Loops
+from historysim.measured.loops import BRANCH_QUANTITIES, LOOP_QUANTITIES, Loops, NoLoopError
 from historysim.measured.observation import Observation, Passage
-from historysim.measured.splitting import NoLoopError, loops_of_channels
+from historysim.measured.splitting import loops_of_channels
 
 Floats = npt.NDArray[np.float64]
 

@@ -1,4 +1,4 @@
-"""What a friction loop is read off by: what is taken for sliding, for reached, and for the beginning of a branch."""
+"""What friction loops are read off by: sliding, reached, the beginning of a branch, one load, and large enough."""
 
 from typing import Any
 
@@ -12,6 +12,12 @@ def _share(owner: object, attribute: "attrs.Attribute[float]", value: float) -> 
     name = f"{attribute.name} of {type(owner).__name__}"
     if not 0 < scalar(name, value) < 1:
         raise InputError(f"{name} is {value:g}; expected a share, between 0 and 1")
+
+
+def _share_or_none(owner: object, attribute: "attrs.Attribute[float]", value: float) -> None:
+    name = f"{attribute.name} of {type(owner).__name__}"
+    if not 0 <= scalar(name, value) < 1:
+        raise InputError(f"{name} is {value:g}; expected a share, from 0 to below 1")
 
 
 def _length(owner: object, attribute: "attrs.Attribute[float]", value: float) -> None:
@@ -105,6 +111,12 @@ class Definitions:
         displacement, between 0 and 1.
     initial : FirstLoad or FirstDisplacement
         The part of a branch that the stiffness is the slope of.
+    load_share : float
+        How much the normal load may move on a branch, over its greatest value there; a branch on which it moves more is
+        left out. Loops whose loads differ by no more than this share are loops at one load. Between 0 and 1.
+    amplitude_share : float
+        Loops of less than this share of the largest amplitude are kept out of means. Between 0, with which all of them
+        count, and 1.
     """
 
     sliding: LastPart | Plateau = attrs.field(factory=LastPart, validator=_one_of(LastPart, Plateau))
@@ -112,6 +124,8 @@ class Definitions:
     initial: FirstLoad | FirstDisplacement = attrs.field(
         factory=FirstLoad, validator=_one_of(FirstLoad, FirstDisplacement)
     )
+    load_share: float = attrs.field(default=0.1, validator=_share)
+    amplitude_share: float = attrs.field(default=0.5, validator=_share_or_none)
 
 
 DEFAULT = Definitions()

@@ -22,22 +22,25 @@ and off a whole loop:
 
 - **energy**: ∮ T dU by the trapezoidal rule through all samples, exact for a polyline, closed by a straight line from
   the end back to the start; **gaps** say how far those two are apart.
+
+Branches on which the normal load moves by more than `Definitions.load_share` have no values, and their loops no energy;
+see `load_steps`.
 """
 
-import math
-from typing import TYPE_CHECKING, Literal, Self
+from typing import TYPE_CHECKING, Literal
 
 import attrs
 import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.display import html_table
-from historysim.basics.units import prefixed, quantity_text
+from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.measured.definitions import Definitions
-from historysim.measured.power_law import power_law
+from historysim.measured.loop_table import Along, LoopTable, Quantity, same_amplitude, same_load
 from historysim.measured.range_pairs import range_pairs
+from historysim.measured.statistics import LoopStatistics
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -64,50 +67,10 @@ LOOP_QUANTITIES = {
 
 CONTENT = "friction loops"
 """What the attribute ``content`` of a file of loops says, by which such a file is known."""
-SEVERAL_LOADS = 0.05
-"""Range of the normal load over the greatest one from which on friction can be told to go with the load."""
 
 
-@attrs.frozen
-class LoopStatistics:
-    """Mean and scatter of one quantity over the loops.
-
-    Attributes
-    ----------
-    mean : float
-        NaN where no loop has a value.
-    standard_deviation : float
-        Of one loop, with count - 1 in the denominator; NaN for fewer than two.
-    count : int
-        The loops that have a value.
-    """
-
-    mean: float
-    standard_deviation: float
-    count: int
-
-    @classmethod
-    def of(cls, values: Floats) -> Self:
-        """Return those of values (loop), or of (loop, direction), of which each loop counts with its mean."""
-        values = values.reshape(len(values), -1).mean(axis=1)
-        values = values[np.isfinite(values)]
-        return cls(
-            mean=float(values.mean()) if values.size else math.nan,
-            standard_deviation=float(values.std(ddof=1)) if values.size > 1 else math.nan,
-            count=values.size,
-        )
-
-    def text(self, unit: str, loops: int) -> str:
-        """Return mean ± standard deviation as a text, and of how many loops where that is not all of them."""
-        if self.count == 0:
-            return "–"
-        factor, prefix = prefixed(self.mean) if unit != "1" else (1.0, "")
-        # a scatter at the level of rounding is none
-        spread = self.standard_deviation if self.standard_deviation > 1e-12 * abs(self.mean) else 0.0
-        scatter = f" ± {spread * factor:.2g}" if self.count > 1 else ""
-        symbol = {"1": "", "N m-1": f" {prefix}N/m"}.get(unit, f" {prefix}{unit}")
-        some = f" (of {self.count})" if self.count < loops else ""
-        return f"{self.mean * factor:.4g}{scatter}{symbol}{some}"
+class NoLoopError(InputError):
+    """A record has no whole loop, or none is left after those that are skipped."""
 
 
 @attrs.frozen(eq=False)
@@ -137,6 +100,7 @@ class Loops:
     """The loops of a record.
 
     Quantities of branches are arrays (loop, direction) with the forward branch first; NaN where a branch has no value.
+    Means over the loops (`statistics`, `rows`) are those of the `large` ones.
 
     Attributes
     ----------
@@ -165,6 +129,14 @@ class Loops:
         ∮ T dU [J].
     displacement_gap, tangential_load_gap : array (loop)
         U [m] and T [N] at the end of the loop less those at its start.
+    amplitude : array (loop)
+        Half the mean length of the branches that are not left out [m].
+    left_out_branches : array of bool (loop, direction)
+        Branches that have no values, since the normal load moves on them, or since the record ends on them.
+    stepped_branches : array of bool (loop, direction)
+        Branches without preliminary displacement and stiffness, since they begin with a step of the normal load.
+    told : tuple of str
+        What was left out, and why.
     remarks : tuple of (label, text)
         What was done to the record before.
     """
@@ -183,6 +155,10 @@ class Loops:
     dissipated_energy: Floats
     displacement_gap: Floats
     tangential_load_gap: Floats
+    amplitude: Floats
+    left_out_branches: npt.NDArray[np.bool_]
+    stepped_branches: npt.NDArray[np.bool_]
+    told: tuple[str, ...] = ()
     remarks: tuple[tuple[str, str], ...] = ()
 
     def __len__(self) -> int:
@@ -199,8 +175,73 @@ class Loops:
         heading, *rows = self.rows()
         return html_table(rows, heading)
 
+    @property
+    def large(self) -> npt.NDArray[np.bool_]:
+        """Which loops count in means (loop): see `Definitions.amplitude_share`."""
+        large: npt.NDArray[np.bool_] = self.amplitude >= self.definitions.amplitude_share * self.amplitude.max()
+        return large
+
+    @property
+    def load_level(self) -> Integers:
+        """Which normal load each loop is at (loop): a number from 0 that rises with it, or -1 where it is not known."""
+        with np.errstate(invalid="ignore"):
+            load = np.nansum(self.normal_load, axis=1) / np.isfinite(self.normal_load).sum(axis=1)
+        return same_load(load, self.definitions.load_share)
+
+    def without_first(self, count: int) -> "Loops":
+        """Return the loops without the first ones, so many of each series of loops that follow each other at one load.
+
+        Raises
+        ------
+        NoLoopError
+            None is left.
+        """
+        if not count:
+            return self
+        level = self.load_level
+        starts = np.flatnonzero(np.diff(level, prepend=-2))
+        place = np.arange(len(self)) - np.repeat(starts, np.diff(starts, append=len(self)))
+        kept = place >= count
+        if not kept.any():
+            raise NoLoopError(
+                f"no series of loops at one normal load has more than the {count:,} that are to be left out; expected "
+                "one with more: lower skip_per_level"
+            )
+        per_loop = [
+            *BRANCH_QUANTITIES,
+            *LOOP_QUANTITIES,
+            "number",
+            "ends",
+            "amplitude",
+            "left_out_branches",
+            "stepped_branches",
+        ]
+        told = f"the first {counted(count, 'loop is', 'loops are')} left out at each load, {(~kept).sum():,} in all"
+        return attrs.evolve(self, **{name: getattr(self, name)[kept] for name in per_loop}, told=(*self.told, told))
+
+    def by_load(self) -> LoopTable:
+        """Return statistics of the large loops, a row for each normal load; empty where that was not measured."""
+        level, load = self.load_level, self.normal_load
+        members = [np.flatnonzero((level == each) & self.large) for each in range(level.max() + 1)]
+        kept = tuple(each for each in members if each.size)
+        return self._table("normal_load", np.array([np.nanmean(load[each]) for each in kept]), kept)
+
+    def by_amplitude(self) -> LoopTable:
+        """Return statistics of all loops, a row for each class of amplitudes that spans a factor of two."""
+        classes = same_amplitude(self.amplitude)
+        members = tuple(np.flatnonzero(classes == each) for each in range(classes.max() + 1))
+        return self._table("amplitude", np.array([self.amplitude[each].mean() for each in members]), members)
+
+    def _table(self, along: Along, value: Floats, members: tuple[Integers, ...]) -> LoopTable:
+        quantities = {
+            name: Quantity(label, unit, getattr(self, name))
+            for name, (label, unit) in {**BRANCH_QUANTITIES, **LOOP_QUANTITIES}.items()
+            if not name.endswith("_gap")
+        }
+        return LoopTable(along, value, members, quantities, DIRECTIONS, self._attributes())
+
     def statistics(self, quantity: str, direction: Direction = "both") -> LoopStatistics:
-        """Return mean and scatter of a quantity over the loops.
+        """Return mean and scatter of a quantity over the large loops.
 
         Parameters
         ----------
@@ -223,28 +264,37 @@ class Loops:
         values: Floats = getattr(self, quantity)
         if direction != "both" and values.ndim == 2:
             values = values[:, DIRECTIONS.index(direction)]
-        return LoopStatistics.of(values)
+        return LoopStatistics.of(values[self.large])
 
     def summary(self) -> list[tuple[str, str]]:
-        """Return lines of (label, text): remarks, dead band, range pairs, friction over the load, what is missing."""
+        """Return lines of (label, text): remarks, dead band, range pairs, what means are, laws over the load, notes."""
         return [
             *self.remarks,
             ("dead band", self._dead_band_text()),
             ("range pairs", self._range_pairs_text()),
-            *self._friction_over_load(),
+            ("values", self._values_text()),
+            *(self.by_load().laws()),
             *(("note", text) for text in self.notes),
         ]
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the samples are too few to tell, and the mend."""
-        unknown = int(np.isnan(self.tangential_stiffness).any(axis=1).sum())
+        """What was left out, and what the samples are too few to tell, with the mend."""
+        unknown = int(
+            (np.isnan(self.tangential_stiffness) & ~self.left_out_branches & ~self.stepped_branches).any(axis=1).sum()
+        )
         if not unknown:
-            return ()
+            return self.told
         missing = f"{unknown:,} of {counted(len(self), 'loop', 'loops')} without a stiffness at reversal"
         needed = f"the first part of a branch, {self.definitions.initial}, needs two samples or more that rise"
         mend = "record more often (substeps of a simulation), or take a longer first part"
-        return (f"{missing}: {needed}; {mend}",)
+        return (*self.told, f"{missing}: {needed}; {mend}")
+
+    def _values_text(self) -> str:
+        large, share = int(self.large.sum()), self.definitions.amplitude_share
+        of = f"{large:,} of {counted(len(self), 'loop', 'loops')}"
+        small = "" if large == len(self) else f", those of {share:.3g} of the largest amplitude or more: {of}"
+        return f"mean ± standard deviation of one loop{small}"
 
     def _dead_band_text(self) -> str:
         length = float(np.ptp(self.trace.displacement))
@@ -259,20 +309,10 @@ class Loops:
             f"{closed.size:,} closed{largest}; {counted(pairs.range.size - closed.size, 'half cycle', 'half cycles')}"
         )
 
-    def _friction_over_load(self) -> list[tuple[str, str]]:
-        load, friction = self.normal_load.mean(axis=1), self.friction_coefficient.mean(axis=1)
-        known = (load > 0) & (friction > 0)
-        load, friction = load[known], friction[known]
-        if load.size < 3 or np.ptp(load) <= SEVERAL_LOADS * load.max():
-            return []
-        law = power_law(load, friction)
-        interval = f"95 %: {law.exponent_low:+.3f} to {law.exponent_high:+.3f}"
-        return [("friction over load", f"coefficient goes with the power {law.exponent:+.3f} of N ({interval})")]
-
     def rows(self) -> list[tuple[str, str, str, str]]:
         """Return the summary as a table of texts: quantity, forward, backward, both; the first row is the heading.
 
-        Values are mean ± standard deviation over the loops, and the largest of the gaps without its sign.
+        Values are mean ± standard deviation of one loop, and the largest of the gaps without its sign.
         """
         table: list[tuple[str, str, str, str]] = [("quantity", *DIRECTIONS, "both")]
         for name, (label, unit) in BRANCH_QUANTITIES.items():
@@ -280,7 +320,8 @@ class Loops:
             table.append((label, forward, backward, self.text(name, unit, "both")))
         for name, (label, unit) in LOOP_QUANTITIES.items():
             if name.endswith("_gap"):
-                text = quantity_text(float(np.abs(getattr(self, name)).max()), unit)
+                gaps = np.abs(getattr(self, name))
+                text = quantity_text(float(np.nanmax(gaps)), unit) if np.isfinite(gaps).any() else "–"
                 table.append((f"largest {label}", "", "", text))
             else:
                 table.append((label, "", "", self.text(name, unit, "both")))
@@ -305,17 +346,28 @@ class Loops:
                 "direction": ("direction", list(DIRECTIONS)),
                 "start_time": ("loop", time[self.ends[:, 0]], {"long_name": "start of the loop", "units": "s"}),
                 "end_time": ("loop", time[self.ends[:, 2]], {"long_name": "end of the loop", "units": "s"}),
+                "amplitude": ("loop", self.amplitude, {"long_name": "amplitude", "units": "m"}),
+                "load_level": ("loop", self.load_level, {"long_name": "load of the loop, from 0 for the least"}),
             },
             attrs={
                 "title": counted(len(self), "friction loop", "friction loops"),
                 "content": CONTENT,
-                "dead_band": self.dead_band,
-                "sliding_part": str(self.definitions.sliding),
-                "preliminary_displacement_reached_at": self.definitions.reached,
-                "initial_part": str(self.definitions.initial),
+                **self._attributes(),
             },
         )
 
+    def _attributes(self) -> dict[str, str | float | int]:
+        """Return how the loops were found."""
+        return {
+            "dead_band": self.dead_band,
+            "sliding_part": str(self.definitions.sliding),
+            "preliminary_displacement_reached_at": self.definitions.reached,
+            "initial_part": str(self.definitions.initial),
+            "load_share": self.definitions.load_share,
+            "amplitude_share": self.definitions.amplitude_share,
+            **({"left_out": "; ".join(self.told)} if self.told else {}),
+        }
+
     def text(self, quantity: str, unit: str, direction: Direction = "both") -> str:
         """Return mean ± standard deviation of a quantity as a text; parameters and errors as in `statistics`."""
-        return self.statistics(quantity, direction).text(unit, len(self))
+        return self.statistics(quantity, direction).text(unit, int(self.large.sum()))

@@ -1,4 +1,4 @@
-"""How friction goes with the load: μ = factor N^exponent."""
+"""How friction and displacement go with the load: F = μ N + F0 and quantity = factor N^exponent, with intervals."""
 
 import math
 
@@ -9,26 +9,70 @@ import numpy.typing as npt
 from historysim.basics.arguments import checked
 from historysim.errors import InputError
 
+Floats = npt.NDArray[np.float64]
+
 CONFIDENCE = 0.95
 """Of all intervals of fitted numbers."""
 
 
 @attrs.frozen
+class StraightLine:
+    """y = slope x + intercept by least squares, with intervals of 95 % confidence.
+
+    The intervals come from the scatter about the line and Student's t; NaN for two points, which have no scatter.
+
+    Attributes
+    ----------
+    slope, slope_low, slope_high : float
+    intercept, intercept_low, intercept_high : float
+    count : int
+        The points that it was fitted to.
+    """
+
+    slope: float
+    slope_low: float
+    slope_high: float
+    intercept: float
+    intercept_low: float
+    intercept_high: float
+    count: int
+
+
+@attrs.frozen
 class PowerLaw:
-    """μ = factor N^exponent, with intervals of 95 % confidence.
+    """A quantity that goes as factor N^exponent, with an interval of 95 % confidence.
 
     Attributes
     ----------
     exponent, exponent_low, exponent_high : float
-        n [1]: -1/3 for a smooth ball with a constant interfacial shear strength, 0 for a rough surface.
+        n [1]. Of the friction coefficient -1/3 for a smooth ball with a constant interfacial shear strength, 0 for a
+        rough surface; of the preliminary displacement 2/3 for a ball with a constant friction coefficient. The interval
+        is NaN for two loads.
     factor : float
-        μ at 1 N [1].
+        The quantity at 1 N, in its own unit.
     """
 
     exponent: float
     exponent_low: float
     exponent_high: float
     factor: float
+
+
+def straight_line(x: Floats, y: Floats) -> StraightLine:
+    """Return the line through points (point), two or more, of which not all have one x."""
+    from scipy import stats
+
+    line = stats.linregress(x, y)
+    if x.size > 2:
+        # scipy has no standard errors for the same y throughout, where nothing scatters
+        errors = [0.0 if math.isnan(error) else float(error) for error in (line.stderr, line.intercept_stderr)]
+        reach = [float(stats.t.ppf((1 + CONFIDENCE) / 2, x.size - 2)) * error for error in errors]
+    else:
+        reach = [math.nan, math.nan]
+    slope, intercept = float(line.slope), float(line.intercept)
+    return StraightLine(
+        slope, slope - reach[0], slope + reach[0], intercept, intercept - reach[1], intercept + reach[1], int(x.size)
+    )
 
 
 def power_law(normal_load: npt.ArrayLike, friction: npt.ArrayLike) -> PowerLaw:
@@ -46,8 +90,6 @@ def power_law(normal_load: npt.ArrayLike, friction: npt.ArrayLike) -> PowerLaw:
     InputError
         Numbers out of range, arrays of different lengths, too few loads, or the same load throughout.
     """
-    from scipy import stats
-
     load, coefficient = checked("normal_load", normal_load, above=0), checked("friction", friction, above=0)
     if load.ndim != 1 or load.shape != coefficient.shape or load.size < 3:
         raise InputError(
@@ -55,8 +97,10 @@ def power_law(normal_load: npt.ArrayLike, friction: npt.ArrayLike) -> PowerLaw:
         )
     if np.ptp(load) == 0:
         raise InputError(f"normal_load is {load[0]:g} N throughout; expected several loads")
-    line = stats.linregress(np.log(load), np.log(coefficient))
-    # scipy has no standard error for the same coefficient throughout, where nothing scatters
-    error = 0.0 if math.isnan(line.stderr) else float(line.stderr)
-    slope, reach = float(line.slope), float(stats.t.ppf((1 + CONFIDENCE) / 2, load.size - 2)) * error
-    return PowerLaw(slope, slope - reach, slope + reach, math.exp(line.intercept))
+    return through_logarithms(load, coefficient)
+
+
+def through_logarithms(normal_load: Floats, values: Floats) -> PowerLaw:
+    """Return the power law through positive values (load) at two or more loads [N], of which not all are equal."""
+    line = straight_line(np.log(normal_load), np.log(values))
+    return PowerLaw(line.slope, line.slope_low, line.slope_high, math.exp(line.intercept))

@@ -14,7 +14,8 @@ from historysim.basics.arguments import scalar
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.measured.definitions import DEFAULT, Definitions, FirstLoad, LastPart
-from historysim.measured.loops import BRANCH_QUANTITIES, Loops, Trace
+from historysim.measured.load_steps import at_one_load
+from historysim.measured.loops import BRANCH_QUANTITIES, Loops, NoLoopError, Trace
 from historysim.measured.reduction import channel, check_order, turning_points
 
 if TYPE_CHECKING:
@@ -31,10 +32,6 @@ WRONG_WAY = -0.05
 """Energy of loops over the area of the boxes around them from which on they run the wrong way round."""
 
 
-class NoLoopError(InputError):
-    """A record has no whole loop, or none is left after those that are skipped."""
-
-
 def loop_dead_band(displacement: npt.ArrayLike, said: float | None = None) -> float:
     """Return the dead band of loops [m]: what is said, else 5 % of the range of the displacement (sample) [m]."""
     if said is not None:
@@ -43,7 +40,12 @@ def loop_dead_band(displacement: npt.ArrayLike, said: float | None = None) -> fl
 
 
 def loops_of_history(
-    history: "xr.Dataset", *, dead_band: float | None = None, skip: int = 0, definitions: Definitions = DEFAULT
+    history: "xr.Dataset",
+    *,
+    dead_band: float | None = None,
+    skip: int = 0,
+    skip_per_level: int = 0,
+    definitions: Definitions = DEFAULT,
 ) -> Loops:
     """Return the friction loops of a simulated history.
 
@@ -53,7 +55,7 @@ def loops_of_history(
     ----------
     history : xarray.Dataset
         A history, with or without asperities.
-    dead_band, skip, definitions
+    dead_band, skip, skip_per_level, definitions
         As for `loops_of_channels`.
 
     Raises
@@ -67,12 +69,24 @@ def loops_of_history(
         raise InputError(f"the Dataset has no {', '.join(missing)}; expected a history, as replay and run return it")
     time, displacement, tangential_load, normal_load = (history[name].values for name in names)
     return loops_of_channels(
-        time, displacement, tangential_load, normal_load, dead_band=dead_band, skip=skip, definitions=definitions
+        time,
+        displacement,
+        tangential_load,
+        normal_load,
+        dead_band=dead_band,
+        skip=skip,
+        skip_per_level=skip_per_level,
+        definitions=definitions,
     )
 
 
 def loops_of_measurement(
-    measurement: "Measurement", *, dead_band: float | None = None, skip: int = 0, definitions: Definitions = DEFAULT
+    measurement: "Measurement",
+    *,
+    dead_band: float | None = None,
+    skip: int = 0,
+    skip_per_level: int = 0,
+    definitions: Definitions = DEFAULT,
 ) -> Loops:
     """Return the friction loops of a measurement.
 
@@ -83,7 +97,7 @@ def loops_of_measurement(
     dead_band : float, optional
         As for `loops_of_channels`; by default what the measurement says of its tangential displacement, else 5 % of
         the range.
-    skip, definitions
+    skip, skip_per_level, definitions
         As for `loops_of_channels`.
 
     Raises
@@ -99,6 +113,7 @@ def loops_of_measurement(
         measurement.get("normal_load"),
         dead_band=measurement.dead_band.get("tangential_displacement") if dead_band is None else dead_band,
         skip=skip,
+        skip_per_level=skip_per_level,
         definitions=definitions,
     )
     return attrs.evolve(loops, remarks=measurement.remarks)
@@ -112,6 +127,7 @@ def loops_of_channels(
     *,
     dead_band: float | None = None,
     skip: int = 0,
+    skip_per_level: int = 0,
     definitions: Definitions = DEFAULT,
 ) -> Loops:
     """Return the friction loops of the channels of a record.
@@ -119,7 +135,8 @@ def loops_of_channels(
     A loop is two branches, one forward and one backward, that follow each other between three reversals; loops do not
     overlap. The branch from the start of the record to its first reversal, often that of virgin loading, and the one
     from its last reversal to the end of the record belong to a loop only if that loop closes: if the displacements at
-    its two ends differ by no more than the dead band.
+    its two ends differ by no more than the dead band. Branches on which the normal load moves have no values, and loops
+    of such branches are left out (`load_steps`).
 
     Parameters
     ----------
@@ -136,6 +153,8 @@ def loops_of_channels(
         amplitude; by default 5 % of the range of U. See `turning_points`.
     skip : int
         How many loops at the start are left out.
+    skip_per_level : int
+        How many loops are left out at the start of each series at one normal load.
     definitions : Definitions
 
     Returns
@@ -155,24 +174,41 @@ def loops_of_channels(
         raise InputError(f"definitions is {definitions!r}; expected Definitions(...)")
     moved, load = trace.displacement, trace.tangential_load
     band = loop_dead_band(moved, dead_band)
-    ends = _loop_ends(moved, band)
-    left_out = _left_out(ends, moved.size)
+    ends, lone = _loop_ends(moved, band)
+    pieces = _left_out(ends, moved.size)
     number = _kept_loops(len(ends), skip, band)
-    ends = ends[number]
-    energy = np.array([_enclosed(moved[start : end + 1], load[start : end + 1]) for start, _, end in ends])
-    _check_sense(energy, moved[ends], load[ends])
-    return Loops(
+    energy = np.array([_enclosed(moved[start : end + 1], load[start : end + 1]) for start, _, end in ends[number]])
+    _check_sense(energy, moved[ends[number]], load[ends[number]])
+    steady = at_one_load(
+        moved, trace.normal_load, number, ends[number], lone, dead_band=band, share=definitions.load_share
+    )
+    # a loop that lost a branch, or that a step goes through, encloses nothing
+    whole = ~(steady.left_out | steady.stepped).any(axis=1)
+    energy = np.where(whole, np.append(energy, math.nan)[steady.number - number[0]], math.nan)
+    ends, backward = steady.ends, moved[steady.ends[:, 1]] < moved[steady.ends[:, 0]]
+    left_out, stepped = (np.where(backward[:, None], each[:, ::-1], each) for each in (steady.left_out, steady.stepped))
+    values = _branches(trace, ends, definitions)
+    values[left_out] = math.nan
+    for name in ("preliminary_displacement", "tangential_stiffness"):
+        values[stepped, list(BRANCH_QUANTITIES).index(name)] = math.nan
+    lengths = np.abs(np.diff(moved[ends], axis=1))
+    loops = Loops(
         trace,
         definitions,
         band,
-        number,
+        steady.number,
         ends,
-        left_out,
-        **dict(zip(BRANCH_QUANTITIES, np.moveaxis(_branches(trace, ends, definitions), -1, 0), strict=True)),
+        pieces,
+        **dict(zip(BRANCH_QUANTITIES, np.moveaxis(values, -1, 0), strict=True)),
         dissipated_energy=energy,
-        displacement_gap=moved[ends[:, 2]] - moved[ends[:, 0]],
-        tangential_load_gap=load[ends[:, 2]] - load[ends[:, 0]],
+        displacement_gap=np.where(whole, moved[ends[:, 2]] - moved[ends[:, 0]], math.nan),
+        tangential_load_gap=np.where(whole, load[ends[:, 2]] - load[ends[:, 0]], math.nan),
+        amplitude=np.average(lengths, weights=~steady.left_out, axis=1) / 2,
+        left_out_branches=left_out,
+        stepped_branches=stepped,
+        told=steady.told,
     )
+    return loops.without_first(check_skip(skip_per_level, "skip_per_level"))
 
 
 def _trace(
@@ -189,17 +225,17 @@ def _trace(
     return Trace(times, moved, load, channel("normal_load", given, moved.size))
 
 
-def check_skip(skip: float) -> int:
-    """Return how many loops are left out at the start.
+def check_skip(skip: float, name: str = "skip") -> int:
+    """Return how many loops are left out at the start; the name is that of the argument, for the message.
 
     Raises
     ------
     InputError
         Not a whole number of 0 or more.
     """
-    count = scalar("skip", skip)
+    count = scalar(name, skip)
     if count % 1 or count < 0:
-        raise InputError(f"skip is {count:g}; expected a whole number of loops to leave out, 0 or more")
+        raise InputError(f"{name} is {count:g}; expected a whole number of loops to leave out, 0 or more")
     return int(count)
 
 
@@ -241,19 +277,24 @@ def _branches(trace: Trace, ends: Integers, definitions: Definitions) -> Floats:
     return branches
 
 
-def _loop_ends(displacement: Floats, dead_band: float) -> Integers:
-    """Return the first, middle and last sample of each loop, (loop, 3)."""
+def _loop_ends(displacement: Floats, dead_band: float) -> tuple[Integers, tuple[int, int] | None]:
+    """Return the first, middle and last sample of each loop, (loop, 3), and the ends of a whole branch behind them."""
     kept = turning_points(displacement, dead_band)
     swings = np.abs(np.diff(displacement[kept]))
     branches = np.flatnonzero((swings > 0) & (swings >= dead_band))
     if branches.size < 2:
-        return np.empty((0, 3), dtype=np.int64)
+        return np.empty((0, 3), dtype=np.int64), None
     # only the first and the last swing may be too small to be a branch
     turns = kept[branches[0] : branches[-1] + 2]
     triples = np.column_stack([turns[:-2], turns[1:-1], turns[2:]])
     closed = np.abs(displacement[triples[:, 2]] - displacement[triples[:, 0]]) <= dead_band
     loops = triples[0 if closed[0] else 1 :: 2]
-    return loops[:-1] if loops.size and loops[-1, 2] == turns[-1] and not closed[-1] else loops
+    if loops.size and loops[-1, 2] == turns[-1] and not closed[-1]:
+        loops = loops[:-1]
+    behind = turns[turns >= loops[-1, 2]] if len(loops) else turns[:0]
+    # a last branch that no reversal ends is whole where it closes a loop with the one before
+    whole = behind.size > 2 or (behind.size == 2 and bool(closed[-1]))
+    return loops, (int(behind[0]), int(behind[1])) if whole else None
 
 
 def _check_sense(energy: Floats, displacement: Floats, load: Floats) -> None:

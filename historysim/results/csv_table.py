@@ -45,6 +45,8 @@ def _rows(dataset: xr.Dataset) -> Iterator[list[Any]]:
         raise InputError("the table has no dimension; expected one with a row for each member of its first dimension")
     along = dims[0]
     columns = [name for name, each in dataset.variables.items() if each.dims[:1] == (along,) and each.ndim <= 2]
+    # what tells the rows apart comes first
+    columns.sort(key=lambda name: name not in dataset.coords)
     header = []
     for name in columns:
         variable = dataset[name]

@@ -9,6 +9,7 @@ import xarray as xr
 
 from historysim.basics.file_kinds import is_log, is_netcdf
 from historysim.errors import InputError
+from historysim.measured.loop_table import CONTENT_OF_TABLE
 from historysim.measured.loops import CONTENT
 from historysim.results.sweeps import CONTENT as SWEEP
 
@@ -46,7 +47,7 @@ def kind_of(path: Path) -> Kind:
     # height maps come as netCDF, too; what does not open is left to the reader of results, which says what is wrong
     with suppress(OSError, RuntimeError), netCDF4.Dataset(path) as file:
         told = {name: file.getncattr(name) for name in file.ncattrs()}
-        if told.get("content") in (CONTENT, SWEEP):
+        if told.get("content") in (CONTENT, CONTENT_OF_TABLE, SWEEP):
             return "sweep" if told["content"] == SWEEP else "loops"
         if "historysim_version" not in told:
             return "height map"
@@ -76,7 +77,7 @@ def open_result(path: Path) -> Iterator[xr.Dataset]:
     if not is_netcdf(path):
         raise InputError(f"{path}: is not a netCDF file; {expected}")
     with _opened(path) as history:
-        if history.attrs.get("content") == CONTENT:
+        if history.attrs.get("content") in {CONTENT, CONTENT_OF_TABLE}:
             raise InputError(f"{path}: holds friction loops; {expected}")
         if history.attrs.get("content") == SWEEP:
             raise InputError(f"{path}: holds a sweep; {expected}")
@@ -98,7 +99,7 @@ def read_sweep(path: Path) -> xr.Dataset:
 
 
 def read_loops(path: Path) -> xr.Dataset:
-    """Read the friction loops that `Loops.to_dataset` gave.
+    """Read the friction loops, or the table of them, that `Loops.to_dataset` or `LoopTable.to_dataset` gave.
 
     Raises
     ------

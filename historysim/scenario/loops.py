@@ -21,6 +21,7 @@ def find_loops(
     *,
     dead_band: float | None = None,
     skip: int = 0,
+    skip_per_level: int = 0,
     definitions: "Definitions | None" = None,
 ) -> "Loops":
     """Return the friction loops of a record, measured or simulated.
@@ -35,6 +36,8 @@ def find_loops(
         or its scenario says of that channel, else 5 % of the range of the displacement.
     skip : int
         How many loops at the start are left out.
+    skip_per_level : int
+        How many loops are left out at the start of each series at one normal load.
     definitions : Definitions, optional
         What is taken for sliding, for reached, and for the beginning of a branch.
 
@@ -58,6 +61,7 @@ def find_loops(
     options: dict[str, Any] = {
         "dead_band": dead_band,
         "skip": skip,
+        "skip_per_level": skip_per_level,
         "definitions": DEFAULT if definitions is None else definitions,
     }
     if isinstance(record, str | Path):

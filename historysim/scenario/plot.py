@@ -113,6 +113,10 @@ def _dataset(what: "xr.Dataset", name: str, step: int | str | None) -> "Figure":
         from historysim.results.plots.loop_trends import plot_loop_trends
 
         return plot_loop_trends(what)
+    if "loops" in what.coords:
+        from historysim.results.plots.loop_levels import plot_loop_levels
+
+        return plot_loop_levels(what)
     raise InputError(f"{name} is no history; expected a Dataset from historysim, with all its variables")
 
 

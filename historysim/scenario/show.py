@@ -87,7 +87,7 @@ def _dataset(history: "xr.Dataset") -> Lines:
 
     if history.attrs.get("content") == sweeps.CONTENT:
         return Lines(sweeps.summary(history))
-    if "loop" in history.dims:
+    if "loop" in history.dims or "loops" in history.coords:
         return Lines(loops.summary(history))
     if "total_normal_load" not in history:
         raise InputError("this Dataset is no history; expected one from historysim, with all its variables")

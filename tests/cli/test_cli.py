@@ -238,15 +238,22 @@ def test_loops_are_written_drawn_and_read_again(folder):
     assert done.output.splitlines()[-2:] == ["l.nc", "ball_loops.png"]
     assert call("loops", "ball.nc", "-o", "l.csv").output.splitlines()[-1] == "l.csv"
     header, *rows = (folder / "l.csv").read_text(encoding="utf-8").splitlines()
-    assert header.startswith("friction_force forward [N],friction_force backward [N],")
+    assert header.startswith(
+        "loop,start_time [s],end_time [s],amplitude [m],load_level,friction_force forward [N],fric"
+    )
     with xr.open_dataset(folder / "l.nc") as written:
-        forces = [[float(value) for value in row.split(",")[:2]] for row in rows]
+        forces = [[float(value) for value in row.split(",")[5:7]] for row in rows]
         assert written.friction_force.values.tolist() == forces
-    said = "l.xlsx: .xlsx ending; expected .nc or .csv"
+    said = "l.xlsx: .xlsx ending; expected .nc or .csv or .png or .pdf or .svg"
     check_refusal(process(folder, "loops", "ball.nc", "-o", "l.xlsx"), 2, said)
     assert (folder / "ball_loops.png").read_bytes().startswith(b"\x89PNG")
     assert "friction force" in call("show", "l.nc").output
     assert call("plot", "l.nc").output == "l.png\n"
+    assert call("loops", "ball.nc", "--levels", "n.nc", "-o", "l.pdf").output.splitlines()[-2:] == ["l.pdf", "n.nc"]
+    assert (folder / "l.pdf").read_bytes().startswith(b"%PDF")
+    assert "50 mN" in call("show", "n.nc").output
+    assert call("plot", "n.nc", "-o", "n.svg").output == "n.svg\n"
+    assert "friction coefficient" in (folder / "n.svg").read_text(encoding="utf-8")
     check_refusal(process(folder, "loops", "l.nc"), 2, "l.nc: is no scenario (.toml) and no result of historysim run")
     check_refusal(process(folder, "loops", "ball.history"), 2, "ball.history: is the log of a run; expected its result")
     said = "ball_loops.png: would overwrite what it is made from"

@@ -48,7 +48,9 @@ def test_loops_and_their_energies_by_another_way(compared):
         (compared.measured, observed.displacement, observed.tangential_load),
         (compared.model, compared.passage.displacement, compared.passage.tangential_load),
     ):
-        energy = [area(moved[start : end + 1], load[start : end + 1]) for start, _, end in loops.ends]
+        energy = np.array([area(moved[start : end + 1], load[start : end + 1]) for start, _, end in loops.ends])
+        # the load steps in the second loop, and the last one is cut off
+        energy[[1, 3]] = np.nan
         assert_allclose(loops.dissipated_energy, energy, rtol=1e-12)
 
 
@@ -66,11 +68,11 @@ def test_the_table_has_both_side_by_side(compared):
     ]
     assert float(table["friction coefficient"][0].split()[0]) == pytest.approx(0.2, rel=1e-2)
     assert float(table["friction coefficient"][1].split()[0]) == pytest.approx(0.19, rel=1e-2)
-    mean, _, scatter, unit = table["energy per loop"][1].split()
+    mean, _, scatter, unit, *_ = table["energy per loop"][1].split()
     energy = compared.model.dissipated_energy
     assert unit == "nJ"
-    assert float(mean) == pytest.approx(1e9 * energy.mean(), rel=1e-3)
-    assert float(scatter) == pytest.approx(1e9 * energy.std(ddof=1), rel=6e-2)
+    assert float(mean) == pytest.approx(1e9 * np.nanmean(energy), rel=1e-3)
+    assert float(scatter) == pytest.approx(1e9 * np.nanstd(energy, ddof=1), rel=6e-2)
 
 
 def test_skipped_loops_are_left_out_of_all():
@@ -165,5 +167,5 @@ def test_energies_below_zero_and_of_zero_are_seen(compared, sign):
     )
     axes = plot_comparison(turned).axes[2]
     low, high = axes.get_ylim()
-    assert low <= min(line.get_ydata().min() for line in axes.lines)
-    assert high >= max(line.get_ydata().max() for line in axes.lines)
+    assert low <= min(np.nanmin(line.get_ydata()) for line in axes.lines)
+    assert high >= max(np.nanmax(line.get_ydata()) for line in axes.lines)

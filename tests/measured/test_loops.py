@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 import historysim as hs
 from historysim.contact import mindlin
 from historysim.measured.definitions import Definitions, FirstDisplacement, FirstLoad, LastPart, Plateau
-from historysim.measured.loops import BRANCH_QUANTITIES, CONTENT, LOOP_QUANTITIES
+from historysim.measured.loops import BRANCH_QUANTITIES, CONTENT, LOOP_QUANTITIES, NoLoopError
 from historysim.measured.measurement import Measurement
 from historysim.measured.reduction import reversals
-from historysim.measured.splitting import NoLoopError, loops_of_channels, loops_of_history, loops_of_measurement
+from historysim.measured.splitting import loops_of_channels, loops_of_history, loops_of_measurement
 from historysim.results import analysis
 
 PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
@@ -134,6 +134,15 @@ def test_changing_loads_are_told_apart_loop_by_loop():
     found = analysis.friction_loops(hs.replay(SPHERE, sorted(events, key=lambda event: event.time), substeps=50))
     assert found.normal_load == pytest.approx(np.array([[50e-3] * 2, [70e-3] * 2, [90e-3] * 2]), rel=1e-9)
     assert found.friction_coefficient == pytest.approx(np.full((3, 2), FRICTION), rel=1e-9)
+    # the load rises at the reversals into the second and the third backward branch: those take δ1 + δ2
+    assert found.stepped_branches.tolist() == [[False, False], [False, True], [False, True]]
+    for values in (found.preliminary_displacement, found.tangential_stiffness):
+        assert np.isnan(values).tolist() == found.stepped_branches.tolist()
+    assert np.isnan(found.dissipated_energy).tolist() == [False, True, True]
+    (note,) = found.notes
+    assert note.startswith(
+        "2 branches begin with a step of the normal load of more than 10 % (load_share): without prel"
+    )
 
 
 # ---------------------------------------------------------------- what is a loop

@@ -87,18 +87,25 @@ GIVEN = ["measured.csv", "s.toml"]
 def test_loops_of_a_record(folder):
     done = call("loops", "s.toml")
     assert done.exit_code == 0, done.output
-    dead_band, pairs, law, header, *rows = done.output.splitlines()
+    dead_band, pairs, values, line, power, *_ = lines = done.output.splitlines()
     assert dead_band.split()[:4] == ["dead", "band", "20", "nm,"]
     assert pairs.startswith("range pairs ")
-    exponent, low, high = map(float, re.findall(r"[+-]\d\.\d+", law))
-    assert low < exponent < high
+    assert values == "values                  mean ± standard deviation of one loop"
+    assert line.startswith("friction over load      F = 0.2 N ")
+    assert line.endswith("through the means at 2 loads, which give no interval")
+    (exponent,) = map(float, re.findall(r"[+-]\d\.\d+", power))
     assert abs(exponent) < 0.01
-    assert header.split() == ["quantity", "forward", "backward", "both"]
-    assert rows[-1].split() == ["loops", "3"]
+    # two loops at each of two loads; of the second one the forward branch crosses the step, or the end of the record
+    assert "note                    1 branch is left out, on which the normal load moves by 44.4 %" in done.output
+    levels = [line.split() for line in lines if re.match(r"[59]0 mN +2 +forward", line)]
+    assert [line[:4] for line in levels] == [["50", "mN", "2", "forward"], ["90", "mN", "2", "forward"]]
+    assert lines[-1].split() == ["loops", "4"]
     assert files(folder) == GIVEN
-    # virgin loading, three and a half loops from reversal to reversal, of which one crosses the change of the load
-    assert call("loops", "s.toml", "--skip", "1").output.splitlines()[-1].split()[:2] == ["loops", "2,"]
-    assert call("loops", "s.toml", "--dead-band", "300 nm").output.splitlines()[-1].split() == ["loops", "3"]
+    assert call("loops", "s.toml", "--skip", "1").output.splitlines()[-1].split()[:2] == ["loops", "3,"]
+    assert call("loops", "s.toml", "--skip-per-level", "1").output.splitlines()[-1].split()[:2] == ["loops", "2,"]
+    assert call("loops", "s.toml", "--dead-band", "300 nm").output.splitlines()[-1].split() == ["loops", "4"]
+    # with the step let through the loops are those of the reversals
+    assert call("loops", "s.toml", "--load-share", ".5").output.splitlines()[-1].split() == ["loops", "3"]
 
 
 def test_loops_are_written(folder):
@@ -107,14 +114,14 @@ def test_loops_are_written(folder):
     assert done.output.endswith("loops.nc\n")
     assert files(folder) == ["loops.nc", *GIVEN]
     with netCDF4.Dataset(folder / "loops.nc") as written:
-        assert len(written.dimensions["loop"]) == 3
+        assert len(written.dimensions["loop"]) == 4
 
 
 def test_loops_of_a_result(folder):
     assert call("run", "s.toml", "-q").exit_code == 0
     done = call("loops", "s.nc", "--dead-band", "20 nm")
     assert done.exit_code == 0, done.output
-    assert done.output.splitlines()[-1].split() == ["loops", "3"]
+    assert done.output.splitlines()[-1].split() == ["loops", "4"]
     assert files(folder) == ["measured.csv", "s.history", "s.nc", "s.toml"]
 
 
@@ -123,8 +130,8 @@ def test_compare_says_and_draws(folder):
     assert done.exit_code == 0, done.output
     assert number(done.output, "samples compared") == 1
     assert "samples compared  1,281\n" in done.output
-    assert re.search(r"^friction coefficient +0\.2\S* ± \S+ +0\.26", done.output, re.MULTILINE)
-    assert re.search(r"^energy per loop .* nJ +.* nJ$", done.output, re.MULTILINE)
+    assert re.search(r"^friction coefficient +0\.2\S* ± \S+ \(of 2\) +0\.26", done.output, re.MULTILINE)
+    assert re.search(r"^energy per loop .* nJ \(of 2\) +.* nJ \(of 2\)$", done.output, re.MULTILINE)
     assert done.output.endswith("s_comparison.png\n")
     assert (folder / "s_comparison.png").read_bytes().startswith(b"\x89PNG")
     assert files(folder) == ["measured.csv", "s.toml", "s_comparison.png"]
@@ -354,6 +361,9 @@ def test_a_friction_damper(tmp_path, monkeypatch):
     done = call("loops", "d.toml")
     assert done.exit_code == 0, done.output
     assert done.output.splitlines()[-1].split() == ["loops", "6"]
+    # means are of the loops of full amplitude, and the small ones have a row of their own
+    assert "those of 0.5 of the largest amplitude or more: 5 of 6 loops" in done.output
+    assert re.search(r"^9\.84 mm +1 +forward .*\n.*\n.*\n22\.72 mm +5 +forward", done.output, re.MULTILINE)
     done = call("fit", "d.toml")
     assert done.exit_code == 0, done.output
     assert "note " in done.output  # one ball does not know what a rubber band does

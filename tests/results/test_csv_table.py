@@ -31,8 +31,8 @@ def test_a_row_for_each_member_of_the_first_dimension(tmp_path, monkeypatch, at_
     monkeypatch.setattr(csv_table, "CELLS_AT_ONCE", at_once)
     write_csv(TABLE, tmp_path / "t.csv")
     header, *rows = read(tmp_path / "t.csv")
-    assert header == ["energy 7 [J]", "energy 9 [J]", "ratio", "loop", "start_time [s]"]
-    assert rows == [["1.0", "2.0", "0.25", "3", "0.0"], ["3.0", "4.5", "nan", "4", "1.5"]]
+    assert header == ["loop", "start_time [s]", "energy 7 [J]", "energy 9 [J]", "ratio"]
+    assert rows == [["3", "0.0", "1.0", "2.0", "0.25"], ["4", "1.5", "3.0", "4.5", "nan"]]
 
 
 def test_an_array_is_a_table_too_and_numbers_come_back(tmp_path):

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from historysim.basics.units import prefixed
 from historysim.measured.comparison import Comparison
 from historysim.measured.correction import contact_displacement
-from historysim.results.plots.style import FAINT, INK, STYLE, plain_title
+from historysim.results.plots.style import FAINT, INK, STYLE, legend_below, plain_title
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -44,6 +44,7 @@ def plot_comparison(comparison: Comparison, title: str = "") -> "Figure":
         _draw_loads(over_time, comparison)
         _draw_energies(figure.add_subplot(grid[1, 0]), comparison)
         _draw_difference(figure.add_subplot(grid[1, 1], sharex=over_time), comparison)
+        legend_below(figure, figure.axes[0], markerscale=3)
         if title:
             figure.suptitle(plain_title(title), x=0.01, ha="left", fontsize=9.5)
     return figure
@@ -95,7 +96,6 @@ def _draw_loops(axes: "Axes", comparison: Comparison) -> None:
         contact = contact_displacement(passage.displacement, modelled, stiffness).values
         line["linestyle"] = (0, (4, 1.5))
         axes.plot(contact[order] * factor, modelled[order] * force, label="model, of the contact", **line)
-    axes.legend(loc="center", markerscale=3)
     axes.margins(0.06)
     axes.set(
         title="Friction loops",
@@ -141,17 +141,20 @@ def _draw_energies(axes: "Axes", comparison: Comparison) -> None:
         axes.set(xticks=[], yticks=[])
         return
     energies = [loops.dissipated_energy for loops in (comparison.measured, comparison.model)]
-    factor, prefix = prefixed(max(float(np.abs(energy).max()) for energy in energies))
+    known = np.concatenate(energies)
+    # a loop in which the normal load steps has no energy
+    known = known[np.isfinite(known)] if np.isfinite(known).any() else np.zeros(1)
+    factor, prefix = prefixed(float(np.abs(known).max()))
     for loops, energy, colour, marker, name in zip(
         (comparison.measured, comparison.model), energies, (MEASURED, MODEL), "ox", ("measured", "model"), strict=True
     ):
         axes.plot(loops.number + 1, energy * factor, marker, color=colour, markersize=4, mfc="none", label=name)
     # from zero, so that heights compare; a record whose signs are mixed up has energies below it
-    lowest, highest = (factor * float(at(np.concatenate(energies))) for at in (np.min, np.max))
+    lowest, highest = (factor * float(at(known)) for at in (np.min, np.max))
     axes.set_ylim(min(0.0, 1.15 * lowest), max(0.0, 1.15 * highest) or None)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_ylabel(f"$∮T\\,dU$ ({prefix}J)")
-    axes.legend(loc="best")
+    axes.set_title("○ measured  × model", loc="right", color=FAINT, fontsize=7, fontweight="normal")
 
 
 def _force(comparison: Comparison) -> tuple[float, str]:

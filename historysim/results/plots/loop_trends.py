@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from historysim.basics.units import prefixed
-from historysim.measured.loops import LoopStatistics
+from historysim.measured.statistics import LoopStatistics
 from historysim.results.plots.style import FAINT, STATE_COLOURS, STYLE, plain_title
 
 if TYPE_CHECKING:

@@ -4,12 +4,16 @@ Colours are told apart by readers with any colour vision and in grey print: ligh
 """
 
 import textwrap
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.units import prefixed
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 Floats = npt.NDArray[np.float64]
 
@@ -46,3 +50,24 @@ def scaled(values: Floats, unit: str) -> tuple[Floats, str]:
 def plain_title(title: str) -> str:
     """Return a title that fits the width of a figure, with no mathematics between dollar signs."""
     return textwrap.shorten(title, 110, placeholder=" …").replace("$", r"\$")
+
+
+def legend_below(figure: "Figure", *axes: "Axes", extra: str = "", columns: int = 4, **options: Any) -> None:
+    """Name what is drawn in some axes below the figure, each name once, where no data can lie."""
+    named: dict[str, Any] = {}
+    for each in axes:
+        for handle, label in zip(*each.get_legend_handles_labels(), strict=True):
+            named.setdefault(label, handle)
+    if extra:
+        from matplotlib.lines import Line2D
+
+        named[extra] = Line2D([], [], linestyle="")
+    figure.legend(
+        named.values(),
+        named.keys(),
+        loc="outside lower left",
+        ncols=columns,
+        columnspacing=2.0,
+        handlelength=1.6,
+        **options,
+    )

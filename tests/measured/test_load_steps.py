@@ -1,0 +1,129 @@
+"""Records in which the normal load steps: which branches are at one load, and what is said of the others."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import historysim as hs
+from historysim.measured.definitions import Definitions
+from historysim.measured.loops import NoLoopError
+from historysim.measured.splitting import loops_of_channels
+
+PART = 40
+
+
+def record(turns, loads, *, noise=0.0, seed=1):
+    """Go straight from turn to turn; `loads` maps the place of a turn to the normal load from there on."""
+    u = np.concatenate([np.linspace(a, b, PART, endpoint=False) for a, b in pairwise(turns)] + [turns[-1:]])
+    normal = np.empty(u.size)
+    for place, load in loads.items():
+        normal[round(place * PART) :] = load
+    normal *= 1 + noise * np.random.default_rng(seed).normal(size=u.size)
+    return np.arange(float(u.size)), u, 0.2 * normal * np.sign(np.diff(u, prepend=-1)), normal
+
+
+def programme(loads, loops=2):
+    """Loops from 0 to 0 at each load, which steps at 0."""
+    turns = [0.0] + len(loads) * loops * [1.0, -1.0, 0.0]
+    return record(turns, {3 * loops * place: load for place, load in enumerate(loads)})
+
+
+def test_each_load_of_a_programme_has_its_loops():
+    found = loops_of_channels(*programme([1.0, 2.0, 4.0]))
+    assert found.number.tolist() == [0, 1, 2, 3, 4, 5]
+    assert found.load_level.tolist() == [0, 0, 1, 1, 2, 2]
+    # each second loop has lost the branch on which the load steps, and the last one what the record does not have
+    lost = np.array([[False, False], [True, False]] * 3)
+    assert found.left_out_branches.tolist() == lost.tolist()
+    for values in (found.friction_force, found.normal_load):
+        assert np.isnan(values).tolist() == lost.tolist()
+    assert np.isnan(found.dissipated_energy).tolist() == lost.any(axis=1).tolist()
+    assert_allclose(found.amplitude, 1.0)
+    assert found.told == (
+        "2 branches are left out, on which the normal load moves by 50 % of its greatest value, over 10 % (load_share)",
+    )
+    table = found.by_load()
+    assert_allclose(table.value, [1, 2, 4])
+    assert [each.count for each in table.statistics("friction_force", "forward")] == [1, 1, 1]
+    assert [each.count for each in table.statistics("friction_force", "backward")] == [2, 2, 2]
+    assert_allclose(table.means("friction_force"), [0.2, 0.4, 0.8])
+
+
+def test_the_shipped_record_of_an_instrument():
+    """Two loops at each of four loads; the values are those of the branches cut out by hand."""
+    measurement = hs.load("scenarios/15_instrument_in_series.toml").measurement()
+    found = hs.find_loops(measurement)
+    table = found.by_load()
+    assert_allclose(table.value, [30e-3, 50e-3, 70e-3, 90e-3], rtol=1e-4)
+    assert [members.size for members in table.members] == [2, 2, 2, 2]
+    forward = [each.mean for each in table.statistics("preliminary_displacement", "forward")]
+    channels = [measurement[name] for name in ("tangential_displacement", "tangential_load", "normal_load")]
+    for mean, start, end in zip(forward, (70, 560, 1050, 1540), (310, 800, 1290, 1780), strict=True):
+        alone = loops_of_channels(
+            measurement.time[start : end + 1], *(values[start : end + 1] for values in channels), dead_band=10e-9
+        )
+        assert alone.preliminary_displacement[0, 0] == mean
+    assert_allclose(np.array(forward) * 1e9, [56.1, 81.7, 114.2, 141.5], atol=0.05)
+    line = table.friction_line()
+    assert line.slope_low < 0.2 < line.slope_high
+    assert line.intercept_low < 0 < line.intercept_high
+
+
+def test_an_even_load_loses_nothing():
+    steady = loops_of_channels(*record([0.0, 1, -1, 1, -1, 1, 0], {0: 1.0}, noise=0.03))
+    assert (len(steady), steady.told) == (2, ())
+    assert not steady.left_out_branches.any()
+
+
+def test_a_load_that_moves_on_every_branch_is_the_way_of_the_test():
+    time, u, load, normal = record([0.0, 1, -1, 1, -1, 1, 0], {0: 1.0})
+    found = loops_of_channels(time, u, load, normal * (1 + 0.2 * u))
+    assert len(found) == 2
+    assert not found.left_out_branches.any()
+    (told,) = found.told
+    assert told.startswith("the normal load moves by ")
+    assert told.endswith("on every branch, more than 10 % (load_share): none is left out")
+
+
+def test_the_share_is_chosen():
+    channels = record([0.0, 1, -1, 1, -1, 1, -1, 1, 0], {0: 1.0, 4.5: 1.25})
+    assert loops_of_channels(*channels).left_out_branches.sum() == 1
+    assert loops_of_channels(*channels, definitions=Definitions(load_share=0.3)).left_out_branches.sum() == 0
+    with pytest.raises(hs.InputError, match=r"load_share of Definitions is 1\.5; expected a share, between 0 and 1"):
+        Definitions(load_share=1.5)
+
+
+def test_a_loop_without_any_branch_at_one_load_is_left_out():
+    found = loops_of_channels(*record([0.0, 1, -1, 1, -1, 1, -1, 1, 0], {0: 1.0, 3.5: 1.5, 4.5: 2.0}))
+    assert found.number.tolist() == [0, 2]
+    assert found.told[0].startswith("2 branches are left out, on which the normal load moves by 25 % to 33.3 %")
+
+
+@pytest.mark.parametrize("rise", [1.3, 0.7])
+def test_a_step_at_rest_leaves_the_friction(rise):
+    """The step belongs to the branch behind it, in front of which the displacement rests."""
+    u = np.concatenate([np.linspace(0, 1, 40), np.linspace(1, -1, 80), -np.ones(20), np.linspace(-1, 1, 80)[1:]])
+    u = np.concatenate([u, np.linspace(1, -1, 80)[1:], np.linspace(-1, 0, 40)[1:]])
+    normal = np.where(np.arange(u.size) < 130, 1.0, rise)
+    found = loops_of_channels(np.arange(float(u.size)), u, 0.2 * normal * np.sign(np.gradient(u) + 1e-9), normal)
+    assert found.stepped_branches[0].tolist() == [True, False]
+    assert not found.left_out_branches[0].any()
+    assert_allclose(found.normal_load[0], [rise, 1.0])
+    assert np.isnan(found.preliminary_displacement[0]).tolist() == [True, False]
+    assert np.isnan(found.dissipated_energy[0])
+
+
+def test_first_loops_of_each_load_are_left_out_on_request():
+    channels = programme([1.0, 2.0], loops=3)
+    found = loops_of_channels(*channels, skip_per_level=1)
+    assert found.number.tolist() == [1, 2, 4, 5]
+    assert found.told[-1] == "the first 1 loop is left out at each load, 2 in all"
+    # at one load it is what skip is
+    one = record([0.0, 1, -1, 1, -1, 1, 0], {0: 1.0})
+    assert loops_of_channels(*one, skip_per_level=1).number.tolist() == [1]
+    with pytest.raises(NoLoopError, match="no series of loops at one normal load has more than the 3 that are to be"):
+        loops_of_channels(*channels, skip_per_level=3)
+    with pytest.raises(hs.InputError, match=r"skip_per_level is 0\.5; expected a whole number of loops"):
+        loops_of_channels(*channels, skip_per_level=0.5)

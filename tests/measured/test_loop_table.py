@@ -1,0 +1,126 @@
+"""Loops in groups: their statistics against those by hand, and laws against those they were made with."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy import stats
+
+from historysim.measured.loop_table import same_amplitude, same_load
+from historysim.measured.power_law import straight_line
+from historysim.measured.splitting import loops_of_channels
+
+
+def made(loads, amplitudes=(1.0,), offset=0.0, exponent=0.0, scatter=0.0, seed=3, loops=3):
+    """Loops of Coulomb friction F = 0.2 N^(1 + exponent) + offset behind a spring, some at each load."""
+    random = np.random.default_rng(seed)
+    pieces = []
+    for load in loads:
+        for amplitude in amplitudes:
+            for _ in range(loops):
+                force = (0.2 * load ** (1 + exponent) + offset) * (1 + scatter * random.normal())
+                # one loop from -A to A and back, with sliding after a twentieth of the way
+                turns = np.array([-1.0, -0.9, 1.0, 0.9, -1.0]) * amplitude
+                u = np.concatenate([np.linspace(a, b, 20, endpoint=False) for a, b in pairwise(turns)])
+                t = np.interp(np.arange(u.size), [0, 20, 40, 60, 80], force * np.array([-1, 1, 1, -1, -1]))
+                pieces.append((u, t, np.full(u.size, load)))
+    u, t, normal = (np.append(np.concatenate(each), each[0][0]) for each in zip(*pieces, strict=True))
+    return loops_of_channels(np.arange(float(u.size)), u, t, normal, dead_band=0.01)
+
+
+def test_statistics_of_each_load_are_those_by_hand():
+    found = made([1.0, 3.0, 2.0], scatter=0.05)
+    table = found.by_load()
+    # the sample at which one load ends and the next one begins is of both
+    assert_allclose(table.value, [1, 2, 3], rtol=0.01)
+    for group, load in enumerate(table.value):
+        taken = np.abs(np.nanmean(found.normal_load, axis=1) - load) < 0.5
+        for direction, values in (
+            ("forward", found.friction_force[taken, 0]),
+            ("backward", found.friction_force[taken, 1]),
+            ("both", found.friction_force[taken].mean(axis=1)),
+        ):
+            known = values[np.isfinite(values)]
+            one = table.statistics("friction_force", direction)[group]
+            assert one.count == known.size > 1
+            assert_allclose([one.mean, one.standard_deviation], [known.mean(), known.std(ddof=1)])
+
+
+def test_laws_are_those_the_loops_were_made_with():
+    table = made([1.0, 2.0, 4.0, 8.0], offset=0.05).by_load()
+    line = table.friction_line()
+    assert_allclose([line.slope, line.intercept], [0.2, 0.05], rtol=1e-9)
+    assert made([1.0, 2.0, 4.0], exponent=-1 / 3).by_load().power_law("friction_coefficient").exponent == pytest.approx(
+        -1 / 3, abs=1e-9
+    )
+    texts = dict(table.laws())
+    assert texts["friction over load"].startswith("F = 0.2 N + 50 mN (95 %: 0.2 to 0.2; 50 mN to 50 mN), through")
+    assert made([1.0]).by_load().laws() == []
+    two = made([1.0, 2.0]).by_load()
+    assert two.laws()[0][1].endswith("through the means at 2 loads, which give no interval")
+    assert np.isnan(two.friction_line().slope_low)
+
+
+def test_a_straight_line_by_another_way():
+    random = np.random.default_rng(4)
+    x, y = np.linspace(1, 2, 7), random.normal(size=7)
+    (slope, intercept), covariance = np.polyfit(x, y, 1, cov=True)
+    reach = stats.t.ppf(0.975, 5) * np.sqrt(np.diag(covariance))
+    line = straight_line(x, y)
+    assert_allclose([line.slope_low, line.slope_high], [slope - reach[0], slope + reach[0]], rtol=1e-9)
+    assert_allclose([line.intercept_low, line.intercept_high], [intercept - reach[1], intercept + reach[1]], rtol=1e-9)
+
+
+def test_intervals_hold_the_truth_in_95_of_100():
+    """Over loads, with loops that scatter."""
+    random = np.random.default_rng(5)
+    load, held = np.array([0.03, 0.05, 0.07, 0.09]), np.zeros(2)
+    for _ in range(400):
+        force = np.mean(0.2 * load + 1e-4 + 1e-3 * random.normal(size=(3, load.size)), axis=0)
+        line = straight_line(load, force)
+        held += line.slope_low <= 0.2 <= line.slope_high, line.intercept_low <= 1e-4 <= line.intercept_high
+    # four standard deviations of a binomial count
+    assert (np.abs(held - 380) < 4 * np.sqrt(400 * 0.95 * 0.05)).all()
+
+
+def test_small_loops_are_kept_out_of_means_and_have_a_class_of_their_own():
+    found = made([1.0], amplitudes=(1.0, 0.001, 0.3), loops=2)
+    assert found.large.tolist() == (found.amplitude >= 0.5).tolist()
+    assert 0 < found.large.sum() < len(found)
+    kept = found.friction_force[found.large].mean(axis=1)
+    assert found.statistics("friction_force").mean == pytest.approx(np.nanmean(kept))
+    assert found.statistics("friction_force").count == found.large.sum()
+    assert dict(found.summary())["values"].startswith("mean ± standard deviation of one loop, those of 0.5 of the larg")
+    table = found.by_amplitude()
+    assert sum(members.size for members in table.members) == len(found)
+    assert np.diff(table.value).min() > 0
+    for members in table.members:
+        assert np.ptp(np.log2(found.amplitude[members])) <= 1 + 1e-6
+    assert table.laws() == []
+
+
+def test_what_is_one_load_and_one_amplitude():
+    assert same_load(np.array([50.0, 53.0, 70.0, np.nan, 49.9, 90.0]), 0.1).tolist() == [0, 0, 1, -1, 0, 2]
+    # a slow rise is cut wherever it has gone by the share: the logarithm of 2 over that of 1/0.9 is 6.6
+    assert same_load(np.linspace(1, 2, 101), 0.1).max() == 6
+    assert same_amplitude(np.array([1.0, 0.51, 0.5, 0.1, 0.26])).tolist() == [2, 2, 2, 0, 1]
+
+
+def test_the_dataset_and_the_texts_hold_everything():
+    table = made([1.0, 2.0, 3.0], scatter=0.05).by_load()
+    dataset = table.to_dataset()
+    assert dict(dataset.sizes) == {"level": 3, "direction": 3}
+    assert dataset.loops.values.tolist() == [members.size for members in table.members]
+    for direction in ("forward", "backward", "both"):
+        for group, one in enumerate(table.statistics("preliminary_displacement", direction)):
+            at = {"level": group, "direction": ["forward", "backward", "both"].index(direction)}
+            assert dataset.preliminary_displacement.isel(at) == one.mean
+            assert dataset.preliminary_displacement_standard_deviation.isel(at) == one.standard_deviation
+            assert dataset.preliminary_displacement_count.isel(at) == one.count
+    assert dataset.attrs["friction_line_slope"] == table.friction_line().slope
+    assert dataset.attrs["load_share"] == 0.1
+    heading, *rows = table.rows()
+    assert heading[:3] == ("normal load", "loops", "direction")
+    assert [row[2] for row in rows] == 3 * ["forward", "backward", "both"]
+    assert rows[2][3] == table.statistics("friction_force")[0].text("N", table.members[0].size)
