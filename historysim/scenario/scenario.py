@@ -176,9 +176,7 @@ class Scenario:
             Loads that cannot be used; the message names file and field, or line and column.
         """
         with reported(self.path.name):
-            loading = self.sections.loading
-            folder = self.path.parent
-            events = loading.events(folder, tell) if isinstance(loading, MeasuredLoading) else loading.events(folder)
+            events = self.sections.loading.events(self.path.parent, tell)
             if not events:
                 raise misfit("no waypoints; expected one or more", "loading")
             steps = len(events) * self.substeps

@@ -457,3 +457,95 @@ def test_what_is_written_out_was_not_measured(folder):
     )
     with pytest.raises(InputError, match=r"s\.toml: loading: is written out; expected a measured file"):
         scenario.load(folder / "s.toml").measurement()
+
+
+# -- channels that a waypoint does not name ----------------------------------------------------------
+
+
+def events_of(written, folder):
+    path = folder / "s.toml"
+    head = '[materials]\nfirst = "silicon"\nsecond = "silica"\n[surface]\nkind = "sphere"\nradius = "1 mm"\n'
+    path.write_text(f"{head}[friction]\ncoefficient = 0.2\n[loading]\n{written}", encoding="utf-8")
+    told = []
+    return [(event.name, event.time, event.value) for event in hs.load(path).events(told.append)], told
+
+
+# a normal load that goes from 50 to 45 mN unnoticed while the tangential load rises
+UNNAMED = """waypoints = [
+    { time = 0, normal_load = 0.05 },
+    { time = 1, tangential_load = 0.005 },
+    { time = 2, normal_load = 0.045 },
+    { time = 3, tangential_load = 0.002 },
+]
+"""
+
+
+def test_a_channel_that_runs_on_unnamed_is_told_and_may_be_held(tmp_path):
+    as_ever, told = events_of(UNNAMED, tmp_path)
+    (notice,) = told
+    assert notice == (
+        "loading.waypoints[1]: normal_load is not named here, and runs on from 50 mN at 0 s to 45 mN at 2 s, "
+        "and so in 1 other place; set loading.hold = true to hold it, or hold = false where this is meant"
+    )
+    assert as_ever == [
+        ("normal_load", 0.0, 0.05),
+        ("tangential_load", 1.0, 0.005),
+        ("normal_load", 2.0, 0.045),
+        ("tangential_load", 3.0, 0.002),
+    ]
+    assert events_of("hold = false\n" + UNNAMED, tmp_path) == (as_ever, [])
+    held, told = events_of("hold = true\n" + UNNAMED, tmp_path)
+    assert told == []
+    assert held == [
+        ("normal_load", 0.0, 0.05),
+        ("tangential_load", 1.0, 0.005),
+        ("normal_load", 1.0, 0.05),
+        ("normal_load", 2.0, 0.045),
+        ("tangential_load", 2.0, 0.005),
+        ("tangential_load", 3.0, 0.002),
+        ("normal_load", 3.0, 0.045),
+    ]
+
+
+def test_loads_that_are_held_stay_at_every_step(tmp_path):
+    events_of("hold = true\nsubsteps = 4\n" + UNNAMED, tmp_path)
+    history = hs.run(tmp_path / "s.toml")
+    normal = history.total_normal_load.values[history.time.values <= 1]
+    np.testing.assert_allclose(normal, 0.05, rtol=1e-12)
+    between = (history.time.values >= 1) & (history.time.values <= 2)
+    np.testing.assert_allclose(history.total_tangential_load.values[between], 0.005, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "written",
+    [
+        # it is where it was; it is named at the same time; nothing comes after; it begins later
+        "waypoints = [{time=0, normal_load=1}, {time=1, tangential_load=0.1}, {time=2, normal_load=1}]",
+        "waypoints = [{time=0, normal_load=1}, {time=1, tangential_load=0.1}, {time=1, normal_load=2}]",
+        "waypoints = [{time=0, normal_load=1}, {time=1, tangential_load=0.1}, {time=2, tangential_load=0}]",
+        "waypoints = [{time=0, normal_load=1}, {time=1, normal_load=2}, {time=2, tangential_load=0.1}]",
+        "\n".join(
+            f"[[loading.blocks]]\nwaypoints = [{{after=1, {reached}}}]"
+            for reached in ("normal_load=1", "tangential_load=0.1", "normal_load=2")
+        ),
+    ],
+)
+def test_a_channel_that_stays_or_is_named_is_not_told(tmp_path, written):
+    assert events_of(written, tmp_path)[1] == []
+
+
+def test_a_channel_that_runs_on_within_a_block_or_with_another_control_is_told(tmp_path):
+    block = "[[loading.blocks]]\nrepeat = 2\nwaypoints = [\n"
+    block += "{after=1, normal_load=1}, {after=1, tangential_load=0.1}, {after=1, normal_load=2}]"
+    (notice,) = events_of(block, tmp_path)[1]
+    # the tangential load stays, the normal one runs past it each time
+    assert notice.startswith("loading.blocks[0].waypoints[1]: normal_load is not named here, and runs on from")
+    assert "in 1 other place" in notice
+    other = "waypoints = [{time=0, normal_load=1}, {time=1, tangential_load=0.1}, {time=2, normal_displacement=1e-8}]"
+    (notice,) = events_of(other, tmp_path)[1]
+    assert "runs on from 1 N at 0 s to 10 nm at 2 s; set loading.hold" in notice
+
+
+def test_hold_is_true_or_false(tmp_path):
+    with pytest.raises(hs.InputError, match=r"loading.hold: the text 'yes'; expected true or false"):
+        events_of('hold = "yes"\n' + UNNAMED, tmp_path)

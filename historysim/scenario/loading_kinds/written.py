@@ -6,9 +6,11 @@ from typing import Annotated, Any
 
 import attrs
 
+from historysim.basics.notices import Teller, silent
 from historysim.basics.places import at, misfit
-from historysim.basics.wording import shown
-from historysim.errors import InputError
+from historysim.basics.units import quantity_text
+from historysim.basics.wording import counted, shown
+from historysim.errors import InputError, path_text
 from historysim.loads.events import EVENT_KINDS, Event, LoadEvent
 from historysim.scenario.loading_kinds.base import Loading, one_of_each
 from historysim.scenario.schema import Force, Length, Numbers, Quantity, Time
@@ -45,22 +47,44 @@ class Waypoint:
         return {key: value for key in EVENT_KINDS if (value := getattr(self, key)) is not None}
 
 
+Place = tuple[str | int, ...]
+
+
 @attrs.define
 class _Timeline:
-    """Events in time order; knows where each channel stands."""
+    """Events in time order; knows where each channel stands.
 
+    Attributes
+    ----------
+    holds : bool, optional
+        Whether a channel stays where it stands at each waypoint that does not name it; None where nothing is said.
+    passed : dict
+        By channel, when and where a waypoint came first since its own last one, that does not name it.
+    drifts : list
+        What was reached in this way: the place, the event before and the one after.
+    """
+
+    holds: bool | None = None
     now: float = 0.0
     events: list[Event] = attrs.Factory(list)
     standing: dict[str, LoadEvent] = attrs.Factory(dict)
+    passed: dict[str, tuple[float, Place]] = attrs.Factory(dict)
+    drifts: list[tuple[Place, LoadEvent, LoadEvent]] = attrs.Factory(list)
 
-    def reach(self, time: float, changes: Mapping[str, Any]) -> None:
+    def reach(self, time: float, changes: Mapping[str, Any], *place: str | int) -> None:
         for key, value in changes.items():
             with at(key):
                 event = EVENT_KINDS[key](time, value)
             self.events.append(event)
             if isinstance(event, LoadEvent):
+                self._look_back(event)
                 self.standing[event.channel] = event
         self.now = time
+        if self.holds:
+            self.hold()
+        for channel, event in self.standing.items():
+            if event.time < time:
+                self.passed.setdefault(channel, (time, place))
 
     def hold(self) -> None:
         """Let every channel stay where it stands until now."""
@@ -69,23 +93,54 @@ class _Timeline:
                 held = attrs.evolve(event, time=self.now)
                 self.events.append(held)
                 self.standing[channel] = held
+                self.passed.pop(channel, None)
+
+    def _look_back(self, event: LoadEvent) -> None:
+        """See whether a channel has moved past waypoints that do not name it."""
+        time, place = self.passed.pop(event.channel, (event.time, ()))
+        before = self.standing.get(event.channel)
+        if before is not None and time < event.time and (before.name, before.value) != (event.name, event.value):
+            self.drifts.append((place, before, event))
+
+    def tell_drifts(self, tell: Teller) -> None:
+        """Tell where a channel goes on at waypoints that do not name it, unless that is what the loading says."""
+        if not self.drifts or self.holds is not None:
+            return
+        place, before, after = self.drifts[0]
+        more = f", and so in {counted(len(self.drifts) - 1, 'other place', 'other places')}" if self.drifts[1:] else ""
+        tell(
+            f"{path_text(place)}: {before.name} is not named here, and runs on from {_reached(before)} to "
+            f"{_reached(after)}{more}; set loading.hold = true to hold it, or hold = false where this is meant"
+        )
+
+
+def _reached(event: LoadEvent) -> str:
+    return f"{quantity_text(event.value, event.unit)} at {event.time:g} s"
 
 
 @attrs.frozen(kw_only=True)
-class Waypoints(Loading):
+class Written(Loading):
+    """A loading that is written out; whether a channel is held at waypoints that do not name it."""
+
+    hold: bool | None = None
+
+
+@attrs.frozen(kw_only=True)
+class Waypoints(Written):
     """``loading.waypoints``: what is reached, and when."""
 
     waypoints: tuple[Waypoint, ...]
 
-    def events(self, folder: Path) -> list[Event]:  # noqa: ARG002 - they are in the scenario itself
-        """Return the events."""
-        line = _Timeline()
+    def events(self, folder: Path, tell: Teller = silent) -> list[Event]:  # noqa: ARG002 - they are in the scenario
+        """Return the events, and tell where a channel runs on unnamed."""
+        line = _Timeline(self.hold)
         for index, waypoint in enumerate(self.waypoints):
             with at("loading", "waypoints", index):
                 time = line.now + waypoint.after if waypoint.time is None else waypoint.time  # type: ignore[operator]
                 if line.events and time < line.now:
                     raise misfit(f"{time:g} s comes after {line.now:g} s; expected times that do not decrease", "time")
-                line.reach(time, waypoint.changes)
+                line.reach(time, waypoint.changes, "loading", "waypoints", index)
+        line.tell_drifts(tell)
         return line.events
 
 
@@ -149,8 +204,8 @@ class Block:
         """What is reached before each run of the repeated waypoints."""
         return self.each.turns if self.each else [{}]
 
-    def extend(self, line: _Timeline) -> None:
-        """Append the block's events.
+    def extend(self, line: _Timeline, *place: str | int) -> None:
+        """Append the block's events; the block stands at a place of the scenario.
 
         Channels that the block does not name stay where they stand: without an event at its beginning
         they would run straight from their last waypoint to their next one, across all the loops.
@@ -160,28 +215,29 @@ class Block:
             line.hold()
             if self.each:
                 with at("each"):
-                    line.reach(line.now + self.each.after, turn)
+                    line.reach(line.now + self.each.after, turn, *place, "each")
                 line.hold()
             for _ in range(self.repeat):
                 for index, (after, changes) in enumerate(run):
                     with at("waypoints", index):
-                        line.reach(line.now + after, changes)
+                        line.reach(line.now + after, changes, *place, "waypoints", index)
 
 
 @attrs.frozen(kw_only=True)
-class Blocks(Loading):
+class Blocks(Written):
     """``[[loading.blocks]]``: runs of waypoints, one after the other."""
 
     blocks: tuple[Block, ...]
 
-    def events(self, folder: Path) -> list[Event]:  # noqa: ARG002 - they are in the scenario itself
-        """Return the events."""
+    def events(self, folder: Path, tell: Teller = silent) -> list[Event]:  # noqa: ARG002 - they are in the scenario
+        """Return the events, and tell where a channel runs on unnamed."""
         count = sum(block.count() for block in self.blocks)
         if count > MOST_EVENTS:
             problem = f"{shown(count)} events; expected {MOST_EVENTS:,} at most; repeat less often"
             raise misfit(problem, "loading", "blocks")
-        line = _Timeline()
+        line = _Timeline(self.hold)
         for index, block in enumerate(self.blocks):
             with at("loading", "blocks", index):
-                block.extend(line)
+                block.extend(line, "loading", "blocks", index)
+        line.tell_drifts(tell)
         return line.events
