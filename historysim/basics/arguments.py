@@ -12,6 +12,9 @@ from historysim.errors import InputError
 
 Values = npt.NDArray[np.float64]
 
+NUMBERS = "iufO"
+"""Kinds of arrays that may hold numbers; of objects, fractions and the like."""
+
 
 def checked(name: str, values: npt.ArrayLike, *, above: float = -math.inf, least: float = -math.inf) -> Values:
     """Return an argument as floats.
@@ -31,9 +34,13 @@ def checked(name: str, values: npt.ArrayLike, *, above: float = -math.inf, least
         A value that is not a finite number or out of these bounds.
     """
     try:
-        result = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name} is {values!r}; expected numbers in SI") from error
+        given = np.asarray(values)
+        # texts, booleans and complex numbers would become floats, too
+        result = given.astype(np.float64, copy=False) if given.dtype.kind in NUMBERS else None
+    except (TypeError, ValueError):
+        result = None
+    if result is None:
+        raise InputError(f"{name} is {values!r}; expected numbers in SI")
     wrong = ~(np.isfinite(result) & (result > above) & (result >= least))
     if wrong.any():
         bound = (

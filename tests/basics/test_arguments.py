@@ -37,6 +37,9 @@ def test_it_is_an_array_of_its_own_that_cannot_be_changed():
         ([], 2, "radius has 0 values for 2 summits"),
         ([1, 0], 2, r"radius\[1\] is 0; expected a finite number greater than 0"),
         ("high", None, "radius is 'high'; expected numbers in SI"),
+        ("5", None, "radius is '5'; expected numbers in SI"),
+        (True, None, "radius is True; expected numbers in SI"),
+        ([1, 2j], None, r"radius is \[1, 2j\]; expected numbers in SI"),
     ],
 )
 def test_what_does_not_fit_is_refused(values, count, message):
