@@ -42,10 +42,12 @@ if TYPE_CHECKING:
     from historysim.results.plots.history import plot_history as plot_history
     from historysim.results.plots.loops import plot_loops as plot_loops
     from historysim.results.plots.surface import plot_surface as plot_surface
+    from historysim.results.plots.swept import plot_swept as plot_swept
     from historysim.scenario.compare import compare as compare
     from historysim.scenario.fit import fit as fit
     from historysim.scenario.loops import find_loops as find_loops
     from historysim.scenario.plot import plot as plot
+    from historysim.scenario.report import report as report
     from historysim.scenario.run import run as run
     from historysim.scenario.scenario import load as load
     from historysim.scenario.show import show as show
@@ -79,10 +81,12 @@ _HOMES = {
     "results.plots.history": ("plot_history",),
     "results.plots.loops": ("plot_loops",),
     "results.plots.surface": ("plot_surface",),
+    "results.plots.swept": ("plot_swept",),
     "scenario.compare": ("compare",),
     "scenario.fit": ("fit",),
     "scenario.loops": ("find_loops",),
     "scenario.plot": ("plot",),
+    "scenario.report": ("report",),
     "scenario.run": ("run",),
     "scenario.scenario": ("load",),
     "scenario.show": ("show",),

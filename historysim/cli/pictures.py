@@ -1,4 +1,4 @@
-"""Commands that look at a file: show, plot."""
+"""Commands that look at a file: show, plot, report."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from historysim.cli.arguments import check_target, path_type, scenario_or_file, set_option
-from historysim.cli.output import print_lines, save
+from historysim.cli.output import check_ending, print_lines, save
 from historysim.errors import InputError
 
 
@@ -77,6 +77,24 @@ def plot(
     click.echo(output)
 
 
+@click.command()
+@click.argument("file", type=path_type)
+@click.option("-o", "--output", type=path_type, help="The page (HTML). [default: FILE's name with _report.html]")
+def report(file: Path, output: Path | None) -> None:
+    """Write a report of FILE: one HTML page that opens anywhere, without a network.
+
+    A result: summary, validity, pictures, provenance, and a slider through time that moves loop and contact map. A
+    sweep; friction loops; a scenario whose loading is measured, which is fitted or compared.
+    """
+    output = output or file.with_name(f"{file.stem}_report.html")
+    check_target(output, file)
+    check_ending(output, ".html", ".htm")
+    from historysim.scenario.report import report as written
+
+    written(file, output)
+    click.echo(output)
+
+
 def _given(height_map: dict[str, Any]) -> dict[str, Any]:
     """Return the options of a height map that were given, as `read_surface` takes them."""
     given = {name: value for name, value in height_map.items() if value not in {None, ()}}
@@ -90,4 +108,4 @@ def _given(height_map: dict[str, Any]) -> dict[str, Any]:
     return given
 
 
-COMMANDS = (show, plot)
+COMMANDS = (show, plot, report)

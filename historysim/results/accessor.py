@@ -64,5 +64,6 @@ class Questions:
     stick_ratio = _asked(analysis.stick_ratio)
     summary = _asked(analysis.summary)
     tangential_stiffness = _asked(analysis.tangential_stiffness)
+    telling_step = _asked(analysis.telling_step)
     total_mean_pressure = _asked(analysis.total_mean_pressure)
     validity = _asked(analysis.validity)

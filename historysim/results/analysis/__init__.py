@@ -15,7 +15,7 @@ from historysim.results.analysis.pressure import (
     total_mean_pressure,
 )
 from historysim.results.analysis.recorded import is_complete
-from historysim.results.analysis.shares import slip_shares
+from historysim.results.analysis.shares import slip_shares, telling_step
 from historysim.results.analysis.slips import first_slips, slides_first
 from historysim.results.analysis.stiffness import tangential_stiffness
 from historysim.results.analysis.summary import summary, validity
@@ -38,6 +38,7 @@ __all__ = [
     "stick_ratio",
     "summary",
     "tangential_stiffness",
+    "telling_step",
     "total_mean_pressure",
     "validity",
 ]

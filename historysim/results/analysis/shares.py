@@ -63,3 +63,27 @@ def slip_shares(history: xr.Dataset) -> xr.Dataset:
         {**found, "slipping_area": ("step", slipping, {"units": "1", "long_name": text})},
         coords={"time": history["time"], "slip_state": list(STATES)},
     )
+
+
+def telling_step(history: xr.Dataset) -> int:
+    """Return the step whose contact map shows most: where half of the contact area slips, or nearest to that.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        As for `slip_shares`.
+
+    Returns
+    -------
+    int
+        The position of the first such step; that of the greatest normal load where no contact ever slips in part.
+
+    Raises
+    ------
+    InputError
+        As for `slip_shares`.
+    """
+    slipping = slip_shares(history)["slipping_area"].values
+    if ((slipping > 0) & (slipping < 1)).any():
+        return int(np.abs(slipping - 0.5).argmin())
+    return int(history["total_normal_load"].values.argmax())

@@ -1,0 +1,197 @@
+"""Picture of a quantity over what was swept, with its spread over the rest, such as seeds."""
+
+from collections.abc import Hashable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from historysim.basics.units import prefixed
+from historysim.errors import InputError
+from historysim.results.plots.sizes import COLUMN, Size, new_figure
+from historysim.results.plots.style import INK, STATE_COLOURS, STYLE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Floats = npt.NDArray[np.float64]
+
+SPREADS = ("deviation", "quantiles", "none")
+QUANTILES = (0.1, 0.9)
+MOST_LINES = 6
+LINES = (
+    (STATE_COLOURS[1], "-", "o"),
+    (STATE_COLOURS[2], "--", "s"),
+    ("#4aa8e0", "-.", "^"),
+    ("#7a7a7a", ":", "D"),
+    ("#b08a1e", (0, (5, 1, 1, 1, 1, 1)), "v"),
+    (INK, (0, (1, 2)), "P"),
+)
+"""Colour, dashes and marker of each line: told apart in grey print, too."""
+
+
+def plot_swept(
+    sweep: xr.Dataset,
+    quantity: str,
+    over: str | None = None,
+    *,
+    each: str | None = None,
+    spread: str = "deviation",
+    size: Size | None = None,
+) -> "Figure":
+    """Draw a quantity of a sweep over a swept one.
+
+    Parameters
+    ----------
+    sweep : xarray.Dataset
+        From `historysim.sweep`, or any Dataset whose ``quantity`` has only dimensions that were swept.
+    quantity : str
+        The variable to draw.
+    over : str, optional
+        The dimension along the axis; by default the first with numbers that are not those of seeds.
+    each : str, optional
+        A dimension whose members are lines of their own; by default the next one, where it has at most 6.
+    spread : {"deviation", "quantiles", "none"}
+        Over all other dimensions, such as seeds, the mean is drawn with error bars of one standard deviation, or the
+        median with a band from the 10 to the 90 % quantile, or the mean alone.
+    size : (float, float), optional
+        Width and height [mm].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A figure 90 mm wide, or of that size.
+
+    Raises
+    ------
+    InputError
+        Names that the sweep does not have, a quantity that is no number, more lines than can be told apart, or another
+        spread.
+    """
+    import matplotlib as mpl
+
+    values, over, each = _chosen(sweep, quantity, over, each)
+    if spread not in SPREADS:
+        raise InputError(f"spread is {spread!r}; expected one of {', '.join(SPREADS)}")
+    rest = [name for name in values.dims if name not in {over, each}]
+    along, label, ticks = _axis(sweep, over)
+    factor, unit = _unit(values)
+    members: list[Any] = [None] if each is None else list(range(sweep.sizes[each]))
+    with mpl.rc_context(STYLE):
+        figure = new_figure(size, (COLUMN, 70.0))
+        axes = figure.add_subplot()
+        for member, line in zip(members, LINES, strict=False):
+            part = values if member is None else values.isel({each: member})
+            order = [over, *rest]
+            numbers = part.transpose(*order).values.reshape(along.size, -1) * factor
+            _draw(axes, along, numbers, spread, line, "" if member is None else _member(sweep, str(each), member))
+        if ticks:
+            axes.set_xticks(along, ticks)
+        axes.set(xlabel=label, ylabel=f"{quantity.replace('_', ' ')}{unit}")
+        axes.margins(0.06, 0.08)
+        if each is not None:
+            # beside the axes: inside, it might lie on a line
+            figure.legend(loc="outside lower center", ncols=min(len(members), 3))
+        axes.set_title(_caption(values, rest, spread), fontsize=7, fontweight="normal")
+    return figure
+
+
+def _chosen(
+    sweep: xr.Dataset, quantity: str, over: str | None, each: str | None
+) -> tuple[xr.DataArray, str, str | None]:
+    if quantity not in sweep.data_vars or sweep[quantity].dtype.kind not in "fiu" or not sweep[quantity].dims:
+        known = [str(name) for name, values in sweep.data_vars.items() if values.dtype.kind in "fiu" and values.dims]
+        raise InputError(f"quantity is {quantity!r}; expected one of {', '.join(known)}")
+    values = sweep[quantity]
+    # seeds repeat, and are no quantity to draw over
+    free = [str(name) for name in values.dims if "seed" not in str(name)]
+    if over is None:
+        over = next((name for name in free if name != each and _numbers(sweep, name)), None)
+        over = over or next((str(name) for name in values.dims if name != each), "")
+    for name in filter(None, (over, each)):
+        if name not in values.dims:
+            raise InputError(
+                f"{quantity} does not go over {name!r}; expected one of {', '.join(map(str, values.dims))}"
+            )
+    if over == each:
+        raise InputError(f"each is {each!r}, which is on the axis already; expected another dimension")
+    if each is None:
+        each = next((name for name in free if name != over and sweep.sizes[name] <= MOST_LINES), None)
+    elif sweep.sizes[each] > MOST_LINES:
+        raise InputError(f"each is {each!r} with {sweep.sizes[each]} members; expected at most {MOST_LINES} lines")
+    return values, over, each
+
+
+def _numbers(sweep: xr.Dataset, name: Hashable) -> bool:
+    return name not in sweep.coords or sweep[name].dtype.kind in "fiu"
+
+
+def _axis(sweep: xr.Dataset, over: str) -> tuple[Floats, str, list[str]]:
+    """Return where the members of a dimension stand on the axis, its label, and their names where they are texts."""
+    label = over.replace("_", " ")
+    if over in sweep.coords and _numbers(sweep, over):
+        factor, unit = _unit(sweep[over])
+        return sweep[over].values * factor, f"{label}{unit}", []
+    names = [str(value) for value in sweep[over].values] if over in sweep.coords else []
+    return np.arange(sweep.sizes[over], dtype=np.float64), label, names
+
+
+def _unit(values: xr.DataArray) -> tuple[float, str]:
+    """Return the factor of a readable prefix, and the unit in brackets."""
+    unit = str(values.attrs.get("units", ""))
+    if unit in {"", "1"}:
+        return 1.0, ""
+    # prefixes of squares and cubes would be misread
+    if any(character.isdigit() for character in unit):
+        return 1.0, f" ({unit})"
+    factor, prefix = prefixed(float(np.nanmax(np.abs(values.values), initial=0.0)))
+    return factor, f" ({prefix}{unit})"
+
+
+def _member(sweep: xr.Dataset, each: str, member: int) -> str:
+    label = each.replace("_", " ")
+    if each not in sweep.coords:
+        return f"{label} {member}"
+    value = sweep[each].values[member]
+    if not _numbers(sweep, each):
+        return f"{label} {value}"
+    factor, unit = _unit(sweep[each])
+    return f"{label} {value * factor:.4g}{unit.replace('(', '').replace(')', '')}"
+
+
+def _draw(axes: "Axes", along: Floats, numbers: Floats, spread: str, line: tuple[Any, ...], label: str) -> None:
+    colour, dashes, marker = line
+    looks: dict[str, Any] = {"color": colour, "linestyle": dashes, "marker": marker, "ms": 3.5, "linewidth": 1.0}
+    # cells that have failed are gaps
+    there = np.isfinite(numbers).any(axis=1)
+    along, numbers = along[there], numbers[there]
+    if not along.size:
+        return
+    if spread == "quantiles" and numbers.shape[1] > 1:
+        low, middle, high = np.nanquantile(numbers, [QUANTILES[0], 0.5, QUANTILES[1]], axis=1)
+        axes.fill_between(along, low, high, color=colour, alpha=0.2, linewidth=0)
+        axes.plot(along, middle, label=label, **looks)
+        return
+    mean = np.nanmean(numbers, axis=1)
+    count = np.isfinite(numbers).sum(axis=1)
+    deviation = None
+    if spread == "deviation" and (count > 1).any():
+        # of one cell there is no deviation
+        square = np.nansum((numbers - mean[:, np.newaxis]) ** 2, axis=1)
+        deviation = np.where(count > 1, np.sqrt(square / np.maximum(count - 1, 1)), np.nan)
+    axes.errorbar(along, mean, yerr=deviation, capsize=2, elinewidth=0.8, label=label, **looks)
+
+
+def _caption(values: xr.DataArray, rest: list[Hashable], spread: str) -> str:
+    cells = int(np.prod([values.sizes[name] for name in rest]))
+    if cells == 1 or not rest:
+        return ""
+    over = ", ".join(str(name).replace("_", " ") for name in rest)
+    told = {
+        "deviation": "mean ± standard deviation",
+        "quantiles": f"median, {QUANTILES[0]:.0%} to {QUANTILES[1]:.0%} quantile",
+        "none": "mean",
+    }
+    return f"{told[spread]} over {cells} cells each ({over})"

@@ -1,0 +1,326 @@
+"""The interactive part of a report: a slider through time that moves loop and contact map, and asperities to click on.
+
+A page is to open at once: of a large result a part is embedded, and the page says which.
+"""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from historysim.basics.units import prefixed
+from historysim.errors import InputError
+from historysim.results import rebuilt
+from historysim.results.analysis.recorded import present_friction
+from historysim.results.analysis.shares import telling_step
+from historysim.results.plots.style import FAINT, INK, MARK, STATE_COLOURS, STATES
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+MOST_STEPS, MOST_ASPERITIES, MOST_POINTS, MOST_GROUPS = 300, 200, 4000, 12
+"""Steps of the slider, asperities on the map, points of the loop, and friction coefficients with tractions."""
+PROFILE_POINTS = 121
+SCRIPT = Path(__file__).with_name("explorer.js")
+TARGET = "explorer"
+
+
+@attrs.frozen(eq=False)
+class Excerpt:
+    """The part of a history that is embedded.
+
+    Attributes
+    ----------
+    steps : array (step) of int
+        Positions in the history, of which ``first_shown`` is shown when the page opens.
+    columns : array (asperity) of int
+        Positions among the recorded asperities, of those that carry most at the peak normal load.
+    state : array (step, asperity) of int
+    normal, tangential, limit : array (step, asperity)
+        Loads, and the friction limit of the tangential one [N].
+    contact_radius, stick_ratio : array (step, asperity)
+        [m], [1]; of a patch, the radius of the circle of its area.
+    group : array (asperity) of int
+        Friction group.
+    vertices : list of arrays (vertex, 2)
+        Of each step of each friction group after the other: the separation at which the springs of a vertex first
+        touched [m], and its weight in the superposition of Hertz pressures. Empty where the memory cannot be told.
+    notes : tuple of str
+        What is left out.
+    """
+
+    steps: Integers
+    first_shown: int
+    columns: Integers
+    state: npt.NDArray[np.uint8]
+    normal: Floats
+    tangential: Floats
+    limit: Floats
+    contact_radius: Floats
+    stick_ratio: Floats
+    group: Integers
+    vertices: list[Floats]
+    notes: tuple[str, ...]
+
+
+def excerpt(history: xr.Dataset) -> Excerpt:
+    """Return the part of a history with asperities that a page shows: all of a small one."""
+    total, recorded = history.sizes["step"], history.sizes["asperity"]
+    telling = telling_step(history)
+    spaced = np.linspace(0, total - 1, min(total, MOST_STEPS)).round().astype(np.int64)
+    steps = np.union1d(spaced, telling)
+    peak = history["normal_load"].isel(step=int(history["total_normal_load"].values.argmax())).values
+    columns = np.sort(np.argsort(-peak, kind="stable")[:MOST_ASPERITIES])
+    patches = "contact_area" in history
+    sizes = ("contact_area", "stick_area") if patches else ("contact_radius", "stick_radius")
+    names = ("slip_state", "normal_load", "tangential_load", *sizes)
+    # step by step: all of them at once may not fit into memory
+    rows = [[history[name].isel(step=int(step)).values[columns] for name in names] for step in steps]
+    state, normal, tangential, contact, stick = (np.array(values) for values in zip(*rows, strict=True))
+    if patches:
+        contact, stick = np.sqrt(contact / np.pi), np.sqrt(stick / np.pi)
+    friction = present_friction(history)
+    coefficients = np.broadcast_to(friction.of(steps if friction.changes else 0), (steps.size, recorded))[:, columns]
+    group, vertices, missing = _memories(history, steps, columns)
+    notes = []
+    if steps.size < total:
+        notes.append(f"{steps.size:,} of {total:,} steps")
+    if columns.size < recorded:
+        carried = 100 * peak[columns].sum() / max(peak.sum(), 1e-300)
+        notes.append(
+            f"{columns.size:,} of {recorded:,} recorded asperities, which carry {carried:.3g} % of the peak normal load"
+        )
+    return Excerpt(
+        steps=steps,
+        first_shown=int(np.searchsorted(steps, telling)),
+        columns=columns,
+        state=state.astype(np.uint8),
+        normal=normal,
+        tangential=tangential,
+        limit=coefficients * normal,
+        contact_radius=contact,
+        stick_ratio=np.divide(stick, contact, out=np.zeros_like(stick), where=contact > 0),
+        group=group,
+        vertices=vertices,
+        notes=(*notes, *missing),
+    )
+
+
+def _memories(history: xr.Dataset, steps: Integers, columns: Integers) -> tuple[Integers, list[Floats], list[str]]:
+    """Return the friction group of each asperity, the vertices of each group at each step, and why there are none."""
+    height, friction = history["summit_height"].values[columns], history["friction"].values[columns]
+    coefficients, group = np.unique(friction, return_inverse=True)
+    if coefficients.size > MOST_GROUPS:
+        told = f"{coefficients.size:,} friction coefficients, and up to {MOST_GROUPS} are embedded"
+        return group, [], [f"no traction profiles: there are {told}"]
+    vertices: list[Floats] = []
+    for number in range(coefficients.size):
+        # the highest asperity of a group sees all that the group remembers
+        highest = columns[group == number][height[group == number].argmax()]
+        label = int(history["asperity"].values[highest])
+        try:
+            found = rebuilt.asperities_at(history, label, steps.tolist())
+        except InputError as error:
+            return group, [], [f"no traction profiles: {error}"]
+        for asperity in found:
+            touched = asperity.summit_height - asperity.memory.radius**2 / asperity.summit_radius
+            vertices.append(np.stack([touched, asperity.memory.jump], axis=1))
+    return group, vertices, []
+
+
+def explorer(history: xr.Dataset) -> tuple[str, str, tuple[str, ...]]:
+    """Return the library of a page, its interactive part as HTML, and what that leaves out of the history.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history with asperities.
+
+    Raises
+    ------
+    ImportError
+        Bokeh is not installed.
+    """
+    from bokeh.core.types import ID
+    from bokeh.embed import json_item
+    from bokeh.resources import Resources
+
+    part = excerpt(history)
+    layout, slider, place = _layout(history, part)
+    item = json.dumps(json_item(layout, ID(TARGET))).replace("</", "<\\/")
+    carries_most = int(part.normal[part.first_shown].argmax())
+    # what is shown first goes the way of all that is shown later
+    begin = (
+        f'view.model.document.get_model_by_id("{place.id}").selected.indices = [{carries_most}];'
+        f'view.model.document.get_model_by_id("{slider.id}").value = {part.first_shown};'
+    )
+    body = (
+        f'<div id="{TARGET}"></div>\n<script>\nBokeh.embed.embed_item({item}).then((views) => {{'
+        f"for (const view of views) {{ {begin} }} }});\n</script>"
+    )
+    # nothing is fetched: the library stands in the page
+    library = Resources(mode="inline", minified=True, components=["bokeh", "bokeh-widgets"]).render()
+    return library, body, part.notes
+
+
+def _layout(history: xr.Dataset, part: Excerpt) -> tuple[Any, Any, Any]:
+    """Return the layout, its slider, and the source of its map."""
+    from bokeh.layouts import column, row
+    from bokeh.models import ColumnDataSource, CustomJS
+    from bokeh.models.widgets import Div, Slider
+
+    def source(name: str, **columns: Any) -> ColumnDataSource:
+        return ColumnDataSource(columns, name=name)
+
+    names = ("time", "tangential_displacement", "total_normal_load", "total_tangential_load", "separation")
+    time, displacement, normal, load, separation = (history[name].values for name in names)
+    scales, units = {}, {}
+    for quantity, values, unit in (
+        ("length", displacement, "m"),
+        ("force", load, "N"),
+        ("normal", normal, "N"),
+        ("own", part.normal, "N"),
+        ("radius", part.contact_radius, "m"),
+        ("stress", _peak_traction(part), "Pa"),
+    ):
+        scales[quantity], prefix = prefixed(float(np.abs(values).max(initial=0.0)))
+        units[quantity] = f"{prefix}{unit}"
+    steps, own = part.steps, scales["own"]
+    thin = np.union1d(np.linspace(0, time.size - 1, min(time.size, MOST_POINTS)).round().astype(np.int64), steps)
+    lists = np.concatenate([np.zeros((0, 2)), *part.vertices])
+    sources = {
+        "steps": source(
+            "steps",
+            step=steps.astype(np.int32),
+            time=time[steps],
+            displacement=displacement[steps] * scales["length"],
+            load=load[steps] * scales["force"],
+            normal=normal[steps] * scales["normal"],
+            separation=separation[steps],
+        ),
+        "cells": source(
+            "cells",
+            state=part.state.ravel(),
+            normal=(part.normal.ravel() * own).astype(np.float32),
+            tangential=(part.tangential.ravel() * own).astype(np.float32),
+            limit=(part.limit.ravel() * own).astype(np.float32),
+            stick_ratio=part.stick_ratio.ravel().astype(np.float32),
+        ),
+        "vertices": source("vertices", separation=lists[:, 0], weight=lists[:, 1]),
+        "ends": source("ends", end=np.cumsum([len(each) for each in part.vertices], dtype=np.int32)),
+        "map": source("map", **_places(history, part)),
+        # filled as soon as the page is there; without a point no axis would know where it begins
+        "marker": source("marker", x=[0.0], y=[0.0]),
+        "moment": source("moment", x=[0.0], y=[0.0]),
+        "curve": source("curve", time=[0.0], load=[0.0], limit=[0.0], below=[0.0]),
+        "profile": source("profile", radius=[0.0], traction=[0.0], limit=[0.0], below=[0.0]),
+    }
+    line = source("line", x=displacement[thin] * scales["length"], y=load[thin] * scales["force"])
+    last = max(steps.size - 1, 1)
+    slider = Slider(start=0, end=last, value=0, step=1, title="time: drag, or use the arrow keys", show_value=False)
+    slider.update(name="slider", width=1020)
+    told, clicked = Div(name="told", width=1020), Div(name="clicked", width=1020)
+    constants = {
+        "modulus": float(history.attrs["contact_modulus"]),
+        "colours": list(STATE_COLOURS),
+        "names": list(STATES),
+        "count": int(part.columns.size),
+        "points": PROFILE_POINTS,
+        "scales": scales,
+        "units": units,
+    }
+    moved = CustomJS(
+        args={**sources, "slider": slider, "told": told, "clicked": clicked, **constants},
+        code=SCRIPT.read_text(encoding="utf-8"),
+    )
+    slider.js_on_change("value", moved)
+    sources["map"].selected.js_on_change("indices", moved)
+    loop, contacts, own_history, profile = _figures(history, sources, line, units)
+    return column(slider, told, row(loop, contacts), clicked, row(own_history, profile)), slider, sources["map"]
+
+
+def _peak_traction(part: Excerpt) -> Floats:
+    """Return the friction limit of the traction in the middle of each asperity [Pa], for the unit of its picture."""
+    area = np.pi * part.contact_radius**2
+    return 1.5 * np.divide(part.limit, area, out=np.zeros_like(area), where=area > 0)
+
+
+def _places(history: xr.Dataset, part: Excerpt) -> dict[str, Any]:
+    """Return what the map is drawn from: positions where there are some, else summit heights and radii."""
+    own = history.isel(asperity=part.columns)
+    height = own["summit_height"].values
+    radius = own["summit_radius"].values if "summit_radius" in own.coords else np.ones_like(height)
+    across, up = ("x", "y") if _placed(history) else ("summit_height", "summit_radius")
+    x, y = (own[name].values if name in own.coords else np.zeros_like(height) for name in (across, up))
+    return {
+        "asperity": own["asperity"].values.astype(np.int32),
+        "x": x * prefixed(float(np.abs(x).max(initial=0.0)))[0],
+        "y": y * prefixed(float(np.abs(y).max(initial=0.0)))[0],
+        "fill": [STATE_COLOURS[0]] * height.size,
+        "height": height,
+        "radius": radius,
+        "friction": own["friction"].values,
+        "group": part.group.astype(np.int32),
+        "reach": part.contact_radius.max(axis=0),
+    }
+
+
+def _placed(history: xr.Dataset) -> bool:
+    return {"x", "y"} <= set(history.coords)
+
+
+def _figures(history: xr.Dataset, sources: dict[str, Any], line: Any, units: dict[str, str]) -> list[Any]:
+    from bokeh.models import HoverTool, TapTool
+    from bokeh.plotting import figure
+
+    def panel(title: str, across: str, up: str, **options: Any) -> Any:
+        made = figure(
+            width=508,
+            height=340,
+            title=title,
+            x_axis_label=across,
+            y_axis_label=up,
+            toolbar_location="above",
+            **options,
+        )
+        made.toolbar.logo = None
+        made.grid.grid_line_alpha = 0.4
+        return made
+
+    drag = "pan,box_zoom,wheel_zoom,reset,save"
+    loop = panel("Friction loop", f"U ({units['length']})", f"T ({units['force']})", tools=drag, name="loop_figure")
+    loop.line("x", "y", source=line, line_color=FAINT)
+    loop.scatter("x", "y", source=sources["marker"], size=11, fill_color=STATE_COLOURS[2], line_color=INK)
+
+    names = ("x", "y") if _placed(history) else ("summit_height", "summit_radius")
+    labels = []
+    for name in names:
+        largest = float(np.abs(history[name].values).max(initial=0.0)) if name in history.coords else 0.0
+        labels.append(f"{name.replace('_', ' ')} ({prefixed(largest)[1]}m)")
+    title = "Contact map: click an asperity" if _placed(history) else "Asperities by height: click one"
+    contacts = panel(title, *labels, tools=drag, name="contacts_figure", match_aspect=_placed(history))
+    marks = contacts.scatter("x", "y", source=sources["map"], size=9, fill_color="fill", line_color=INK)
+    # what is not clicked keeps its colour
+    marks.nonselection_glyph = None
+    marks.selection_glyph = marks.glyph.clone(size=14, line_width=3)
+    contacts.add_tools(TapTool(renderers=[marks]), HoverTool(renderers=[marks], tooltips=[("asperity", "@asperity")]))
+
+    own = panel("The asperity over time", "time (s)", f"T ({units['own']})", tools=drag, name="history_figure")
+    own.line("time", "load", source=sources["curve"], line_color=MARK, line_width=1.5)
+    profile = panel(
+        "Traction over its radius",
+        f"r ({units['radius']})",
+        f"τ ({units['stress']})",
+        tools=drag,
+        name="profile_figure",
+    )
+    profile.line("radius", "traction", source=sources["profile"], line_color=MARK, line_width=1.5)
+    for made, source, across in ((own, sources["curve"], "time"), (profile, sources["profile"], "radius")):
+        for side in ("limit", "below"):
+            made.line(across, side, source=source, line_color=FAINT, line_dash="dashed")
+    own.scatter("x", "y", source=sources["moment"], size=9, fill_color=STATE_COLOURS[2], line_color=INK)
+    return [loop, contacts, own, profile]

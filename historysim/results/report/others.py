@@ -1,0 +1,142 @@
+"""Reports of what is no history: friction loops of a record, a sweep, and a model beside what was measured."""
+
+from collections.abc import Iterable, Sequence
+
+import xarray as xr
+
+from historysim.measured.comparison import Comparison
+from historysim.results import loops as loops_of_record
+from historysim.results import sweeps
+from historysim.results.plots.comparison import plot_comparison
+from historysim.results.plots.loop_trends import plot_loop_trends
+from historysim.results.plots.swept import plot_swept
+from historysim.results.report.page import Section, code, folded, page, paragraph, picture, table
+
+LABELS = {"critical_asperity"}
+"""Variables of a sweep that name something, and are no quantity to draw."""
+MOST_ROWS = 500
+"""Cells of a sweep that a page lists."""
+
+
+def loops_page(loops: xr.Dataset) -> str:
+    """Return friction loops, as `Loops.to_dataset` gives them, as one HTML page that fetches nothing."""
+    title = str(loops.attrs.get("title") or "Friction loops")
+    lines = loops_of_record.summary(loops)
+    split = next((number for number, (label, _) in enumerate(lines) if not label), len(lines))
+    return page(
+        title,
+        [
+            Section("Summary", (paragraph("Mean ± standard deviation over the loops."), table(lines[:split]))),
+            Section(
+                "Pictures",
+                (
+                    picture(
+                        plot_loop_trends(loops), "How the loops change from one to the next; lines are their means."
+                    ),
+                ),
+            ),
+            Section("How they were found", (table(lines[split + 1 :]),)),
+        ],
+    )
+
+
+def sweep_page(sweep: xr.Dataset) -> str:
+    """Return a sweep, as `historysim.sweep` gives it, as one HTML page that fetches nothing."""
+    lines = sweeps.summary(sweep)
+    warnings = [paragraph(text, "warning") for label, text in lines if label == "warning"]
+    held = paragraph("All assumptions that are checked hold in every cell.")
+    heading, *rows = ([str(value) for value in row] for row in sweeps.rows(sweep))
+    shown = table([_short(row) for row in rows[:MOST_ROWS]], heading)
+    listed = [shown] if len(rows) <= MOST_ROWS else [shown, paragraph(_left_out(len(rows)), "note")]
+    pictures = []
+    swept = {dim for name in sweep.coords for dim in sweep[name].dims}
+    for name, values in sweep.data_vars.items():
+        # a number of each cell, which is not the same in all; a label is none
+        known = values.dtype.kind == "f" and name not in LABELS
+        if known and values.dims and set(values.dims) <= swept and _varies(values):
+            label = str(values.attrs.get("long_name", name))
+            pictures.append(picture(plot_swept(sweep, str(name)), label))
+    attributes = {str(name): str(value) for name, value in sweep.attrs.items()}
+    scenario = attributes.get("scenario", "")
+    provenance = [table([(name, text) for name, text in attributes.items() if "\n" not in text.strip()])]
+    if scenario:
+        provenance.append(folded("the scenario, as it stands in the file", scenario))
+    return page(
+        str(sweep.attrs.get("title") or "Sweep"),
+        [
+            Section("Summary", (table(line for line in lines if line[0] != "warning"),)),
+            Section("Validity", tuple(warnings or [held])),
+            Section("Pictures", tuple(pictures or [paragraph("No number changes from cell to cell.")])),
+            Section("Cells", tuple(listed)),
+            Section("Provenance", tuple(provenance)),
+            _again("historysim sweep scenario.toml -o sweep.nc"),
+        ],
+    )
+
+
+def comparison_page(
+    comparison: Comparison,
+    title: str,
+    scenario: str,
+    *,
+    fitted: Iterable[tuple[str, str]] = (),
+    result: str = "",
+) -> str:
+    """Return a model beside what was measured as one HTML page that fetches nothing.
+
+    Parameters
+    ----------
+    comparison : Comparison
+    title : str
+    scenario : str
+        The text of the scenario.
+    fitted : lines of (label, text), optional
+        What was fitted, and how sure it is.
+    result : str, optional
+        The text of the scenario with the fitted values.
+    """
+    fitted = list(fitted)
+    found: list[Section] = [Section("What was fitted", (table(fitted),))] if fitted else []
+    rows: Sequence[tuple[str, str, str]] = comparison.rows()
+    means = table(rows[1:], rows[0]) if rows else paragraph("There is no whole loop to compare.")
+    drawn = picture(plot_comparison(comparison, title), "Measured loops and loads, and those of the model.")
+    texts = [folded("the scenario", scenario)]
+    if result:
+        texts.append(folded("the scenario with the fitted values", result))
+    return page(
+        title,
+        [
+            *found,
+            Section("Summary", (table(comparison.summary()),)),
+            Section("Loops", (means,)),
+            Section("Pictures", (drawn,)),
+            Section("Provenance", tuple(texts)),
+            _again(f"historysim {'fit' if fitted else 'compare'} scenario.toml"),
+        ],
+    )
+
+
+def _varies(values: xr.DataArray) -> bool:
+    low, high = float(values.min()), float(values.max())
+    return high > low
+
+
+def _short(row: Sequence[str]) -> list[str]:
+    return [f"{float(text):.6g}" if _is_number(text) else text for text in row]
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _left_out(count: int) -> str:
+    return f"The first {MOST_ROWS:,} of {count:,} cells; historysim sweep -o sweep.csv lists all."
+
+
+def _again(command: str) -> Section:
+    text = "The scenario above, saved as scenario.toml where its files are, makes it again:"
+    return Section("How to reproduce", (paragraph(text), code(command)))

@@ -1,0 +1,112 @@
+"""A report of whatever has one: a page of HTML that opens anywhere."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from historysim.basics.files import replacing
+from historysim.errors import InputError
+from historysim.scenario.opening import opened
+from historysim.scenario.scenario import Scenario
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from historysim.measured.loops import Loops
+    from historysim.scenario.fit import Fit
+
+    Reportable = str | Path | xr.Dataset | Scenario | Fit | Loops
+
+EXPECTED = (
+    "expected a result of historysim run, a sweep, friction loops, a fit, or a scenario whose loading is measured"
+)
+
+
+def report(what: "Reportable", output: str | Path | None = None) -> str:
+    """Return a result as one self-contained HTML page: it opens without a network, and holds all that it shows.
+
+    Parameters
+    ----------
+    what : path, xarray.Dataset, Scenario, Fit or Loops
+        A history, with a slider through time that moves loop and contact map, and asperities to click on (which needs
+        Bokeh: ``pip install "historysim[report]"``); a sweep; friction loops; a fit. A scenario whose loading is
+        measured is fitted, where it has ``[fit]``, or compared with what was measured.
+    output : path, optional
+        A file to write the page to, which appears when it is complete.
+
+    Returns
+    -------
+    str
+        The page.
+
+    Raises
+    ------
+    InputError
+        Something that has no report, or a file that cannot be used.
+    OSError
+        ``output`` cannot be written.
+    """
+    if isinstance(what, str | Path):
+        with opened(what) as found:
+            text = _page(found, str(what))
+    else:
+        text = _page(what, f"this {type(what).__name__}")
+    if output is not None:
+        with replacing(Path(output)) as unfinished:
+            unfinished.write_text(text, encoding="utf-8")
+    return text
+
+
+def _page(what: Any, name: str) -> str:
+    import xarray as xr
+
+    from historysim.log.event_log import EventLog
+    from historysim.measured.loops import CONTENT as LOOPS
+    from historysim.measured.loops import Loops
+    from historysim.results.report.history import history_page
+    from historysim.results.report.others import loops_page, sweep_page
+    from historysim.results.sweeps import CONTENT as SWEEP
+    from historysim.scenario.fit import Fit
+
+    if isinstance(what, Scenario):
+        return _measured(what)
+    if isinstance(what, Fit):
+        return _fitted(what)
+    if isinstance(what, Loops):
+        return loops_page(what.to_dataset())
+    if isinstance(what, xr.Dataset):
+        pages = {LOOPS: loops_page, SWEEP: sweep_page}
+        if what.attrs.get("content") in pages:
+            return pages[what.attrs["content"]](what)
+        if "total_normal_load" in what:
+            return history_page(what)
+    if isinstance(what, EventLog):
+        raise InputError(f"{name}: is a log; expected its result; historysim run {name} makes it again")
+    raise InputError(f"{name}: has no report; {EXPECTED}")
+
+
+def _measured(scenario: Scenario) -> str:
+    from historysim.results.report.others import comparison_page
+    from historysim.scenario.compare import compare
+    from historysim.scenario.fit import fit
+
+    if scenario.sections.fit is not None:
+        return _fitted(fit(scenario))
+    try:
+        _ = scenario.measured_files
+    except InputError as error:
+        raise InputError(f"{error}, to set the model beside; the result of historysim run has a report, too") from error
+    comparison = compare(scenario)
+    return comparison_page(comparison, scenario.title or scenario.path.stem, scenario.text)
+
+
+def _fitted(fit: "Fit") -> str:
+    from historysim.results.report.others import comparison_page
+
+    scenario = fit.scenario
+    return comparison_page(
+        fit.comparison,
+        scenario.title or scenario.path.stem,
+        scenario.text,
+        fitted=fit.estimates.summary(),
+        result=fit.scenario_text(scenario.path),
+    )

@@ -1,0 +1,127 @@
+"""The interactive part of a report, as a browser without a network shows it."""
+
+import numpy as np
+import pytest
+from browser import opened
+
+import historysim as hs
+from historysim.results.plots.style import STATE_COLOURS
+from historysim.results.report import explorer
+
+pytest.importorskip("bokeh", reason="the interactive part of a report needs Bokeh")
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
+HEIGHTS = np.array([0.0, -20e-9, -35e-9, -60e-9])
+PLACES = {"x": np.array([0.0, 4e-6, 8e-6, 2e-6]), "y": np.array([0.0, 6e-6, 3e-6, 9e-6])}
+ENSEMBLE = hs.Ensemble(PAIR, HEIGHTS, [10e-6, 30e-6, 15e-6, 40e-6], [0.2, 0.12, 0.2, 0.2], **PLACES)
+EVENTS = [hs.NormalLoad(0.0, 4e-3)]
+EVENTS += [hs.TangentialDisplacement(float(time), sign * 30e-9) for time, sign in ((1, 1), (2, -1), (3, 1))]
+
+SHOWN = """() => {
+  const document = Bokeh.documents[0];
+  const entries = (name) => Object.entries(document.get_model_by_name(name).data);
+  const columns = (name) => Object.fromEntries(entries(name).map(([key, list]) => [key, Array.from(list)]));
+  return {
+    value: document.get_model_by_name("slider").value,
+    marker: columns("marker"), fill: columns("map").fill, moment: columns("moment"), profile: columns("profile"),
+    curve: columns("curve"), told: document.get_model_by_name("told").text,
+    clicked: document.get_model_by_name("clicked").text,
+  };
+}"""
+READY = "() => window.Bokeh && Bokeh.documents.length && Bokeh.documents[0].is_idle"
+WHERE = """(label) => {
+  const document = Bokeh.documents[0];
+  const figure = document.get_model_by_name("contacts_figure");
+  const find = (views) => {
+    for (const view of views) {
+      if (view.model === figure) return view;
+      const found = find(view.child_views ?? []);
+      if (found) return found;
+    }
+  };
+  const view = find(Bokeh.index.roots);
+  const data = document.get_model_by_name("map").data;
+  const i = Array.from(data.asperity).indexOf(label);
+  const box = view.canvas_view.el.getBoundingClientRect();
+  return [box.x + view.frame.x_scale.compute(data.x[i]), box.y + view.frame.y_scale.compute(data.y[i])];
+}"""
+
+
+@pytest.fixture(scope="module")
+def history():
+    return hs.replay(ENSEMBLE, EVENTS, substeps=10)
+
+
+def check(shown, history, label):
+    """What is shown belongs to one step and one asperity of the history."""
+    row = history.isel(step=shown["value"])
+    assert f"step {shown['value']}<" in shown["told"]
+    assert shown["marker"]["x"] == pytest.approx([float(row.tangential_displacement) * 1e9], rel=1e-9, abs=1e-9)
+    assert shown["marker"]["y"] == pytest.approx([float(row.total_tangential_load) * 1e6], rel=1e-9, abs=1e-9)
+    assert shown["fill"] == [STATE_COLOURS[state] for state in row.slip_state.values]
+    own = history.sel(asperity=label)
+    assert f"asperity {label}<" in shown["clicked"]
+    assert shown["curve"]["load"] == pytest.approx((own.tangential_load.values * 1e3).tolist(), rel=1e-6, abs=1e-9)
+    limit = own.normal_load.values * float(own.friction)
+    assert shown["curve"]["limit"] == pytest.approx((limit * 1e3).tolist(), rel=1e-6)
+    assert shown["moment"]["x"] == [float(row.time)]
+    expected = history.contact.asperity(label, shown["value"])
+    radius = np.array(shown["profile"]["radius"]) * 1e-9
+    traction = expected.traction(radius) * 1e-6
+    # the square root is steep at a front, where rounding of its radius shows
+    assert np.abs(np.array(shown["profile"]["traction"]) - traction).max() < 1e-4 * expected.pressure(0.0) * 1e-6
+    assert shown["profile"]["limit"] == pytest.approx(
+        expected.friction * expected.pressure(radius) * 1e-6, rel=1e-5, abs=1.0
+    )
+
+
+def test_the_slider_moves_loop_and_map_and_a_click_shows_an_asperity(history, tmp_path):
+    path = tmp_path / "r.html"
+    text = hs.report(history, path)
+    assert len(text) < 3e6
+    with opened(path) as page:
+        page.wait_for_function(READY)
+        first = page.evaluate(SHOWN)
+        # the page opens where half of the area slips, at the asperity that carries most
+        assert first["value"] == history.contact.telling_step()
+        heaviest = int(history.asperity[history.normal_load.values[first["value"]].argmax()])
+        check(first, history, heaviest)
+
+        handle = page.locator(".noUi-handle")
+        for _ in range(8):
+            handle.press("ArrowRight")
+        second = page.evaluate(SHOWN)
+        assert second["value"] == first["value"] + 8
+        assert second["fill"] != first["fill"]
+        check(second, history, heaviest)
+
+        other = next(label for label in history.asperity.values.tolist() if label != heaviest)
+        page.mouse.click(*page.evaluate(WHERE, other))
+        page.wait_for_function(f"() => ({SHOWN})().clicked.includes('asperity {other}<')")
+        check(page.evaluate(SHOWN), history, other)
+
+
+def test_of_a_large_history_a_part_is_embedded_and_the_page_says_which(history, monkeypatch):
+    monkeypatch.setattr(explorer, "MOST_STEPS", 5)
+    monkeypatch.setattr(explorer, "MOST_ASPERITIES", 2)
+    part = explorer.excerpt(history)
+    telling = history.contact.telling_step()
+    assert part.steps.tolist() == sorted({0, 8, 15, 22, 30, telling})
+    assert part.steps[part.first_shown] == telling
+    loads = history.normal_load.values[0]
+    assert set(part.columns) == set(np.argsort(-loads)[:2])
+    carried = 100 * loads[part.columns].sum() / loads.sum()
+    assert part.notes == (
+        f"{part.steps.size} of 31 steps",
+        f"2 of 3 recorded asperities, which carry {carried:.3g} % of the peak normal load",
+    )
+    assert explorer.explorer(history)[2] == part.notes
+
+
+def test_tractions_that_cannot_be_told_are_left_out_and_the_page_says_so(history, monkeypatch):
+    at_once = [*EVENTS, hs.TangentialDisplacement(3.0, 20e-9)]
+    (told,) = explorer.excerpt(hs.replay(ENSEMBLE, at_once, substeps=10)).notes
+    assert told.startswith("no traction profiles: asperity")
+    monkeypatch.setattr(explorer, "MOST_GROUPS", 1)
+    (told,) = explorer.excerpt(history).notes
+    assert told.startswith("no traction profiles: there are 2 friction coefficients")

@@ -1,0 +1,65 @@
+"""Reports of a history: what stands in the page."""
+
+import re
+import sys
+from html import unescape
+
+import pytest
+
+import historysim as hs
+from historysim.results.report.history import validity_section
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
+EVENTS = [hs.NormalLoad(0.0, 4e-3), hs.TangentialDisplacement(1.0, 5e-9), hs.TangentialDisplacement(2.0, -5e-9)]
+
+
+@pytest.fixture
+def without_bokeh(monkeypatch):
+    monkeypatch.setitem(sys.modules, "bokeh", None)
+    monkeypatch.setitem(sys.modules, "bokeh.embed", None)
+    monkeypatch.setitem(sys.modules, "bokeh.core.types", None)
+
+
+def replayed(**options):
+    return hs.replay(hs.Ensemble(PAIR, [0.0, -2e-8], 1e-5, 0.2), EVENTS, substeps=4, **options)
+
+
+def sections(text):
+    return re.findall(r"<h2>(.*?)</h2>", text)
+
+
+@pytest.mark.usefixtures("without_bokeh")
+def test_a_page_says_what_came_out_and_where_it_is_from(tmp_path):
+    history = replayed()
+    history.attrs |= {"title": "a <b> & c", "scenario": "[loading]\nsubsteps = 4 # <script>"}
+    text = hs.report(history, tmp_path / "r.html")
+    assert (tmp_path / "r.html").read_text(encoding="utf-8") == text
+    assert sections(text) == ["Summary", "Validity", "Through time", "Pictures", "Provenance", "How to reproduce"]
+    assert "<h1>a &lt;b&gt; &amp; c</h1>" in text
+    plain = unescape(re.sub("<[^>]*>", " ", text))
+    for label, told in hs.show(history):
+        assert "\n" in told or (label in plain and told in plain)
+    assert "substeps = 4 # <script>" in plain
+    assert "<script>" not in text
+    assert text.count("data:image/png;base64,") == 2
+    assert "needs Bokeh: pip install" in plain
+    # nothing is fetched
+    assert re.findall(r'(?:src|href)="(?!data:)', text) == []
+
+
+def test_findings_stand_as_warnings_with_their_numbers():
+    history = hs.replay(hs.Ensemble(PAIR, 0.0, 1e-6, 0.2), [hs.NormalLoad(0.0, 5e-3)])
+    (finding,) = history.contact.validity()
+    plain = unescape("".join(validity_section(history).parts))
+    assert finding.text in plain
+    assert f"{finding.value:.3g}" in plain
+    del history.attrs["validity"]
+    assert "did not check its assumptions" in validity_section(history).parts[0]
+    assert "All assumptions that are checked hold" in validity_section(replayed()).parts[0]
+
+
+@pytest.mark.usefixtures("without_bokeh")
+def test_totals_alone_have_a_page_without_asperities():
+    text = hs.report(replayed(record="totals"))
+    assert "there are no asperities to show" in text
+    assert text.count("data:image/png;base64,") == 1

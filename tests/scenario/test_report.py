@@ -1,0 +1,122 @@
+"""Whatever has a report, and what has none."""
+
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+import historysim as hs
+from historysim.cli import main
+
+ROOT = Path(__file__).parents[2]
+BALL = """
+title = "a ball"
+[materials]
+first = "silicon"
+second = "float glass"
+[surface]
+kind = "sphere"
+radius = "2.5 mm"
+[friction]
+coefficient = 0.2
+[loading]
+substeps = 10
+waypoints = [
+    { time = 0, normal_load = "50 mN" },
+    { after = 1, tangential_displacement = "40 nm" },
+    { after = 1, tangential_displacement = "-40 nm" },
+    { after = 1, tangential_displacement = "40 nm" },
+]
+"""
+MEASURED = """
+[loading]
+file = "measured.csv"
+[loading.columns]
+time = "t"
+normal_load = { column = "Fn", unit = "N" }
+tangential_displacement = { column = "x", unit = "m" }
+[loading.response]
+tangential_load = { column = "Ft", unit = "N" }
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "ball.toml").write_text(BALL, encoding="utf-8")
+    return tmp_path
+
+
+@pytest.fixture
+def measured(folder):
+    history = hs.run("ball.toml")
+    names = ("time", "total_normal_load", "tangential_displacement", "total_tangential_load")
+    rows = zip(*(history[name].values.tolist() for name in names), strict=True)
+    lines = ["t,Fn,x,Ft", *(",".join(map(repr, row)) for row in rows)]
+    (folder / "measured.csv").write_text("\n".join(lines), encoding="utf-8")
+    text = BALL[: BALL.index("[loading]")] + MEASURED
+    (folder / "measured.toml").write_text(text, encoding="utf-8")
+    (folder / "fit.toml").write_text(text + '\n[fit]\nparameters = ["friction"]\n', encoding="utf-8")
+    return folder
+
+
+def call(*arguments):
+    return CliRunner().invoke(main, list(arguments))
+
+
+def test_loops_have_a_report(folder):
+    loops = hs.find_loops(hs.run("ball.toml"))
+    loops.to_dataset().to_netcdf("l.nc")
+    done = call("report", "l.nc")
+    assert (done.exit_code, done.output) == (0, "l_report.html\n")
+    text = (folder / "l_report.html").read_text(encoding="utf-8")
+    assert "<h1>1 friction loop</h1>" in text
+    assert loops.text("friction_force", "N") in text
+    assert text == hs.report(loops)
+
+
+def test_a_sweep_has_a_report(folder):
+    sweep = hs.sweep("ball.toml", {"friction.coefficient": [0.1, 0.2]})
+    text = hs.report(sweep, folder / "s.html")
+    assert "friction.coefficient of the scenario" in text
+    for value in sweep["preliminary_displacement"].values:
+        assert f'<td style="text-align: left">{value:.6g}</td>' in text
+    assert "historysim sweep scenario.toml" in text
+
+
+@pytest.mark.usefixtures("measured")
+def test_a_scenario_with_a_record_is_set_beside_it():
+    text = hs.report("measured.toml")
+    assert "rms difference" in text
+    assert "What was fitted" not in text
+    assert "historysim compare scenario.toml" in text
+
+
+@pytest.mark.usefixtures("measured")
+def test_a_fit_has_a_report():
+    assert call("report", "fit.toml", "-o", "f.html").exit_code == 0
+    text = Path("f.html").read_text(encoding="utf-8")
+    fit = hs.fit("fit.toml")
+    assert fit.values["friction"] == pytest.approx(0.2, rel=1e-3)
+    for _, told in fit.estimates.summary():
+        assert told.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;") in text
+    assert "the scenario with the fitted values" in text
+
+
+@pytest.mark.usefixtures("folder")
+def test_what_has_no_report_is_refused():
+    assert call("run", "ball.toml", "-q").exit_code == 0
+    for file, told in (
+        ("ball.toml", "ball.toml: loading: is written out; expected a measured file"),
+        ("ball.history", "ball.history: is a log; expected its result; historysim run ball.history makes it again"),
+        ("nothing.nc", "nothing.nc: there is no such file"),
+    ):
+        done = call("report", file)
+        assert done.exit_code == 2
+        assert told in done.output
+    refused = call("report", "ball.nc", "-o", "r.pdf")
+    assert refused.exit_code == 2
+    assert "r.pdf: .pdf ending; expected .html or .htm" in refused.output
+    with pytest.raises(hs.InputError, match="this Asperity: has no report; expected a result"):
+        hs.report(hs.run("ball.toml").contact.asperity(0, 5))
+    assert not list(Path().glob("*.html"))
