@@ -99,6 +99,7 @@ class Comparison:
             return []
         table = [("quantity", "measured", "model")]
         for name, (label, unit) in {**BRANCH_QUANTITIES, **LOOP_QUANTITIES}.items():
-            if not name.endswith("_gap"):
+            # what is left out here is the displacement read in another way
+            if not name.endswith("_gap") and name not in {"displacement_from_zero_load", "virgin_displacement"}:
                 table.append((label, self.measured.text(name, unit), self.model.text(name, unit)))
         return table

@@ -141,6 +141,7 @@ class LoopTable:
         for label, quantity, text in (
             ("", "friction_coefficient", "coefficient"),
             ("displacement over load", "preliminary_displacement", "preliminary displacement"),
+            ("", "virgin_displacement", "virgin displacement"),
         ):
             law = self.power_law(quantity)
             if law is not None:
@@ -149,22 +150,22 @@ class LoopTable:
         return lines
 
     def rows(self) -> list[tuple[str, ...]]:
-        """Return the table as texts, for each group one row for each direction and one for both.
+        """Return the table as texts: for each quantity its name, and below it a row for each group.
 
         Values are mean ± standard deviation of one loop; where not all loops of the group have a value, how many.
         """
-        shown = {name: each for name, each in self.quantities.items() if name != self.along}
-        table = [(HEADINGS[self.along], "loops", "direction", *(each.label for each in shown.values()))]
-        for group, (value, members) in enumerate(zip(self.value, self.members, strict=True)):
-            for direction in (*self.directions, BOTH):
-                head = (quantity_text(float(value), UNITS[self.along]), str(members.size))
-                texts = (
-                    self.statistics(name, direction)[group].text(each.unit, members.size)
-                    if each.values.ndim == 2 or direction == BOTH
-                    else ""
-                    for name, each in shown.items()
-                )
-                table.append((*(head if direction == self.directions[0] else ("", "")), direction, *texts))
+        table = [(HEADINGS[self.along], "loops", *self.directions, BOTH)]
+        for name, each in self.quantities.items():
+            if name == self.along:
+                continue
+            table.append((each.label, "", *("" for _ in self.directions), ""))
+            directions = (*self.directions, BOTH) if each.values.ndim == 2 else (BOTH,)
+            found = [self.statistics(name, direction) for direction in directions]
+            for group, (value, members) in enumerate(zip(self.value, self.members, strict=True)):
+                texts = [of[group].text(each.unit, members.size) for of in found]
+                blank = [""] * (len(self.directions) + 1 - len(texts))
+                head = f"  {quantity_text(float(value), UNITS[self.along])}", f"{members.size:,}"
+                table.append((*head, *blank, *texts))
         return table
 
     def to_dataset(self) -> "xr.Dataset":
@@ -207,7 +208,7 @@ class LoopTable:
         told: dict[str, float] = {}
         if line is not None:
             told = {f"friction_line_{name}": value for name, value in attrs.asdict(line).items()}
-        for quantity in ("friction_coefficient", "preliminary_displacement"):
+        for quantity in ("friction_coefficient", "preliminary_displacement", "virgin_displacement"):
             law = self.power_law(quantity)
             if law is not None:
                 told.update({f"{quantity}_{name}": value for name, value in attrs.asdict(law).items()})

@@ -11,9 +11,9 @@ What is read off a branch, with the choices that `Definitions` has:
 - **friction force** F: the mean of f over the displacement of the sliding part, ∫ f du / ∫ du. An offset of T moves it
   up on one branch and down on the other; the mean of both is free of it.
 - **normal load** and **friction coefficient**: the mean of N over the same displacement, and F over it.
-- **preliminary displacement**: u where f has first come a given share p of the way from the reversal to F. One asperity
-  at constant normal load that slid before the reversal has 2 θμδ (1 - (1 - p)^(2/3)), which tends to 2 θμδ, twice the
-  preliminary displacement of virgin loading (Masing).
+- **preliminary displacement**: u where f has first come a given share p of the way from the reversal to F; the
+  **displacement from zero load** to the same place; and the **virgin displacement** θμδ, by Mindlin's curve through the
+  branch up to there. `preliminary` says what each is on a sphere, and how it stands noise.
 - **stiffness** at the reversal: the slope of the least-squares line through the first part of the branch, of U over T
   where that part is told by the load, and of T over U where it is told by the displacement, so that noise of the other
   channel does not tilt it. It is less than k_t = 8 G* Σa by what the curve bends there.
@@ -27,6 +27,7 @@ Branches on which the normal load moves by more than `Definitions.load_share` ha
 see `load_steps`.
 """
 
+import math
 from typing import TYPE_CHECKING, Literal
 
 import attrs
@@ -39,6 +40,7 @@ from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.measured.definitions import Definitions
 from historysim.measured.loop_table import Along, LoopTable, Quantity, same_amplitude, same_load
+from historysim.measured.preliminary import reversal_factor, zero_load_factor
 from historysim.measured.range_pairs import range_pairs
 from historysim.measured.statistics import LoopStatistics
 
@@ -57,8 +59,12 @@ BRANCH_QUANTITIES = {
     "normal_load": ("normal load", "N"),
     "friction_coefficient": ("friction coefficient", "1"),
     "preliminary_displacement": ("preliminary displacement", "m"),
+    "displacement_from_zero_load": ("displacement from zero load", "m"),
+    "virgin_displacement": ("virgin displacement θμδ", "m"),
     "tangential_stiffness": ("stiffness at reversal", "N m-1"),
 }
+OF_SLIDING = "friction_force", "normal_load", "friction_coefficient"
+"""The quantities of a branch that are read off its sliding part, and do not need the reversal."""
 LOOP_QUANTITIES = {
     "dissipated_energy": ("energy per loop", "J"),
     "displacement_gap": ("gap in displacement", "m"),
@@ -122,7 +128,11 @@ class Loops:
     friction_coefficient : array (loop, direction)
         [1].
     preliminary_displacement : array (loop, direction)
-        From the reversal [m].
+        From the reversal to a share of the limit [m].
+    displacement_from_zero_load : array (loop, direction)
+        From zero load to the same share [m].
+    virgin_displacement : array (loop, direction)
+        θμδ of the sphere that is nearest, without the instrument [m].
     tangential_stiffness : array (loop, direction)
         At the reversal [N/m].
     dissipated_energy : array (loop)
@@ -137,6 +147,8 @@ class Loops:
         Branches without preliminary displacement and stiffness, since they begin with a step of the normal load.
     told : tuple of str
         What was left out, and why.
+    lateral_stiffness : float
+        Of an instrument in series whose drive the displacement is that of [N/m]; inf for that of the contact.
     remarks : tuple of (label, text)
         What was done to the record before.
     """
@@ -151,6 +163,8 @@ class Loops:
     normal_load: Floats
     friction_coefficient: Floats
     preliminary_displacement: Floats
+    displacement_from_zero_load: Floats
+    virgin_displacement: Floats
     tangential_stiffness: Floats
     dissipated_energy: Floats
     displacement_gap: Floats
@@ -159,6 +173,7 @@ class Loops:
     left_out_branches: npt.NDArray[np.bool_]
     stepped_branches: npt.NDArray[np.bool_]
     told: tuple[str, ...] = ()
+    lateral_stiffness: float = math.inf
     remarks: tuple[tuple[str, str], ...] = ()
 
     def __len__(self) -> int:
@@ -273,6 +288,7 @@ class Loops:
             ("dead band", self._dead_band_text()),
             ("range pairs", self._range_pairs_text()),
             ("values", self._values_text()),
+            *self._preliminary_texts(),
             *(self.by_load().laws()),
             *(("note", text) for text in self.notes),
         ]
@@ -289,6 +305,22 @@ class Loops:
         needed = f"the first part of a branch, {self.definitions.initial}, needs two samples or more that rise"
         mend = "record more often (substeps of a simulation), or take a longer first part"
         return (*self.told, f"{missing}: {needed}; {mend}")
+
+    def _preliminary_texts(self) -> list[tuple[str, str]]:
+        """Return what each reading of the preliminary displacement is."""
+        if not np.isfinite(self.preliminary_displacement).any():
+            return []
+        reached = self.definitions.reached
+        drive = ""
+        if math.isfinite(self.lateral_stiffness):
+            drive = f", and what the load bends the instrument of {quantity_text(self.lateral_stiffness, 'N/m')} by"
+        place = f"to where {reached:.3g} of the way from the reversal to the friction force is first reached"
+        first, second = (f"{of(reached):.3g} θμδ on a sphere{drive}" for of in (reversal_factor, zero_load_factor))
+        return [
+            ("preliminary displacement", f"from the reversal {place}: {first}"),
+            ("displacement from zero load", f"to the same place: {second}; to slip itself it would be 1.26 θμδ"),
+            ("virgin displacement θμδ", "by Mindlin's curve through the branch up to there; that of one sphere"),
+        ]
 
     def _values_text(self) -> str:
         large, share = int(self.large.sum()), self.definitions.amplitude_share

@@ -15,7 +15,8 @@ from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.measured.definitions import DEFAULT, Definitions, FirstLoad, LastPart
 from historysim.measured.load_steps import at_one_load
-from historysim.measured.loops import BRANCH_QUANTITIES, Loops, NoLoopError, Trace
+from historysim.measured.loops import BRANCH_QUANTITIES, OF_SLIDING, Loops, NoLoopError, Trace
+from historysim.measured.preliminary import virgin_displacement
 from historysim.measured.reduction import channel, check_order, turning_points
 
 if TYPE_CHECKING:
@@ -87,6 +88,7 @@ def loops_of_measurement(
     skip: int = 0,
     skip_per_level: int = 0,
     definitions: Definitions = DEFAULT,
+    lateral_stiffness: float = math.inf,
 ) -> Loops:
     """Return the friction loops of a measurement.
 
@@ -97,7 +99,7 @@ def loops_of_measurement(
     dead_band : float, optional
         As for `loops_of_channels`; by default what the measurement says of its tangential displacement, else 5 % of
         the range.
-    skip, skip_per_level, definitions
+    skip, skip_per_level, definitions, lateral_stiffness
         As for `loops_of_channels`.
 
     Raises
@@ -115,6 +117,7 @@ def loops_of_measurement(
         skip=skip,
         skip_per_level=skip_per_level,
         definitions=definitions,
+        lateral_stiffness=lateral_stiffness,
     )
     return attrs.evolve(loops, remarks=measurement.remarks)
 
@@ -129,6 +132,7 @@ def loops_of_channels(
     skip: int = 0,
     skip_per_level: int = 0,
     definitions: Definitions = DEFAULT,
+    lateral_stiffness: float = math.inf,
 ) -> Loops:
     """Return the friction loops of the channels of a record.
 
@@ -156,6 +160,9 @@ def loops_of_channels(
     skip_per_level : int
         How many loops are left out at the start of each series at one normal load.
     definitions : Definitions
+    lateral_stiffness : float
+        Of an instrument, in series with the contact, whose drive the displacement is that of [N/m]. It is taken off for
+        the virgin displacement alone.
 
     Returns
     -------
@@ -187,10 +194,11 @@ def loops_of_channels(
     energy = np.where(whole, np.append(energy, math.nan)[steady.number - number[0]], math.nan)
     ends, backward = steady.ends, moved[steady.ends[:, 1]] < moved[steady.ends[:, 0]]
     left_out, stepped = (np.where(backward[:, None], each[:, ::-1], each) for each in (steady.left_out, steady.stepped))
-    values = _branches(trace, ends, definitions)
+    values = _branches(trace, ends, definitions, lateral_stiffness)
     values[left_out] = math.nan
-    for name in ("preliminary_displacement", "tangential_stiffness"):
-        values[stepped, list(BRANCH_QUANTITIES).index(name)] = math.nan
+    for place, name in enumerate(BRANCH_QUANTITIES):
+        if name not in OF_SLIDING:
+            values[stepped, place] = math.nan
     lengths = np.abs(np.diff(moved[ends], axis=1))
     loops = Loops(
         trace,
@@ -207,6 +215,7 @@ def loops_of_channels(
         left_out_branches=left_out,
         stepped_branches=stepped,
         told=steady.told,
+        lateral_stiffness=lateral_stiffness,
     )
     return loops.without_first(check_skip(skip_per_level, "skip_per_level"))
 
@@ -259,7 +268,7 @@ def _left_out(ends: Integers, size: int) -> tuple[tuple[int, int], ...]:
     return tuple(piece for piece in pieces if piece[0] < piece[1])
 
 
-def _branches(trace: Trace, ends: Integers, definitions: Definitions) -> Floats:
+def _branches(trace: Trace, ends: Integers, definitions: Definitions, lateral_stiffness: float) -> Floats:
     """Return the quantities of all branches, (loop, direction, quantity)."""
     branches = np.full((len(ends), 2, len(BRANCH_QUANTITIES)), math.nan)
     moved = trace.displacement
@@ -271,8 +280,10 @@ def _branches(trace: Trace, ends: Integers, definitions: Definitions) -> Floats:
             branches[loop, int(backward)] = _branch(
                 sign * (moved[part] - moved[first]),
                 sign * trace.tangential_load[part],
+                sign * float(trace.tangential_load[max(first - 1, 0)]),
                 None if trace.normal_load is None else trace.normal_load[part],
                 definitions,
+                lateral_stiffness,
             )
     return branches
 
@@ -308,8 +319,13 @@ def _check_sense(energy: Floats, displacement: Floats, load: Floats) -> None:
         )
 
 
-def _branch(u: Floats, f: Floats, normal: Floats | None, definitions: Definitions) -> tuple[float, ...]:
-    """Return the quantities of one branch, in its own direction, in the order of BRANCH_QUANTITIES."""
+def _branch(
+    u: Floats, f: Floats, before: float, normal: Floats | None, definitions: Definitions, lateral_stiffness: float
+) -> tuple[float, ...]:
+    """Return the quantities of one branch, in its own direction, in the order of BRANCH_QUANTITIES.
+
+    `before` is the load one sample before the branch.
+    """
     sliding, initial = definitions.sliding, definitions.initial
     if isinstance(sliding, LastPart):
         slides_from = _crossing(u, (1 - sliding.share) * u[-1])
@@ -318,14 +334,26 @@ def _branch(u: Floats, f: Floats, normal: Floats | None, definitions: Definition
     force = _mean_from(slides_from, u, f)
     load = math.nan if normal is None else _mean_from(slides_from, u, normal)
     rise = force - f[0]
-    preliminary = stiffness = math.nan
+    preliminary = from_zero = virgin = stiffness = math.nan
     if rise > 0:
         preliminary = _at(_crossing(f, f[0] + definitions.reached * rise), u)
+        # a branch that begins beyond zero load has no such place
+        from_zero = preliminary - _at(_crossing(f, 0.0), u) if f[0] < 0 else math.nan
+        virgin = virgin_displacement(
+            u,
+            f,
+            force,
+            # the reversal lies between samples
+            reversal_load=min(before, float(f[0])),
+            reached=definitions.reached,
+            lateral_stiffness=lateral_stiffness,
+        )
         if isinstance(initial, FirstLoad):
             stiffness = 1 / _slope(_crossing(f, f[0] + initial.share * rise), f, u)
         else:
             stiffness = _slope(_crossing(u, initial.length), u, f)
-    return force, load, force / load if load > 0 else math.nan, preliminary, stiffness
+    friction = force / load if load > 0 else math.nan
+    return force, load, friction, preliminary, from_zero, virgin, stiffness
 
 
 def _crossing(values: Floats, level: float) -> float:

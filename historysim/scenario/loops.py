@@ -84,7 +84,8 @@ def find_loops(
     if isinstance(record, Scenario):
         measurement = record.measurement()
         with reported(record.path.name), at("loading"):
-            return loops_of_measurement(measurement, **options)
+            stiffness = record.instrument.lateral_stiffness
+            return loops_of_measurement(measurement, lateral_stiffness=stiffness, **options)
     if isinstance(record, Measurement):
         return loops_of_measurement(record, **options)
     if isinstance(record, xr.Dataset):

@@ -120,7 +120,10 @@ def test_the_dataset_and_the_texts_hold_everything():
             assert dataset.preliminary_displacement_count.isel(at) == one.count
     assert dataset.attrs["friction_line_slope"] == table.friction_line().slope
     assert dataset.attrs["load_share"] == 0.1
-    heading, *rows = table.rows()
-    assert heading[:3] == ("normal load", "loops", "direction")
-    assert [row[2] for row in rows] == 3 * ["forward", "backward", "both"]
-    assert rows[2][3] == table.statistics("friction_force")[0].text("N", table.members[0].size)
+    heading, label, first, *rows = table.rows()
+    assert heading == ("normal load", "loops", "forward", "backward", "both")
+    assert label == ("friction force", "", "", "", "")
+    size = table.members[0].size
+    texts = (table.statistics("friction_force", each)[0].text("N", size) for each in heading[2:])
+    assert first == ("  1 N", str(size), *texts)
+    assert rows[-1][:4] == ("  3 N", str(table.members[2].size), "", "")
