@@ -121,7 +121,8 @@ def test_the_summary_is_readable(history):
     assert summary["steps"] == "3 over 2 s"
     assert summary["asperities touched"] == "3 of 4"
     assert summary["peak normal load"] == f"{normal * 1e3:.4g} mN"
-    assert summary["preliminary displacement"] == f"{by_hand(60e-9).max() * 1e9:.4g} nm at the peak normal load, θμδ of virgin loading"
+    told = f"{by_hand(60e-9).max() * 1e9:.4g} nm at the peak normal load, θμδ of virgin loading"
+    assert summary["preliminary displacement"] == told
     assert summary["critical asperity"] == "1"
     assert summary["dissipated energy"].endswith("J")
 

@@ -65,7 +65,10 @@ def summary(history: xr.Dataset) -> list[tuple[str, str]]:
         lines.append(("preliminary displacement", f"not available: {reason}"))
     else:
         lines += [
-            ("preliminary displacement", f"{quantity_text(displacement[peak].item(), 'm')} at the peak normal load, θμδ of virgin loading"),
+            (
+                "preliminary displacement",
+                f"{quantity_text(displacement[peak].item(), 'm')} at the peak normal load, θμδ of virgin loading",
+            ),
             ("critical asperity", str(asperity[peak].item()) if normal[peak] > 0 else "none"),
         ]
     with suppress(InputError):
