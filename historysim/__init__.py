@@ -51,6 +51,9 @@ if TYPE_CHECKING:
     from historysim.scenario.run import run as run
     from historysim.scenario.scenario import load as load
     from historysim.scenario.show import show as show
+    from historysim.studies.design import design as design
+    from historysim.studies.spread import drift_along as drift_along
+    from historysim.studies.spread import spread as spread
     from historysim.studies.sweep import sweep as sweep
     from historysim.surfaces.distribution import drawn_summits as drawn_summits
     from historysim.surfaces.distribution import quantile_summits as quantile_summits
@@ -90,6 +93,8 @@ _HOMES = {
     "scenario.run": ("run",),
     "scenario.scenario": ("load",),
     "scenario.show": ("show",),
+    "studies.design": ("design",),
+    "studies.spread": ("drift_along", "spread"),
     "studies.sweep": ("sweep",),
     "surfaces.distribution": ("drawn_summits", "quantile_summits"),
     "surfaces.heights": ("Surface",),

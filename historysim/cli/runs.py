@@ -1,9 +1,9 @@
-"""Commands that replay a scenario: run, validate, sweep."""
+"""Commands that replay a scenario: run, validate, sweep, design."""
 
 import csv
 import os
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -11,6 +11,9 @@ from historysim.basics.files import replacing
 from historysim.cli.arguments import check_target, path_type, scenario_or_file, set_option
 from historysim.cli.output import check_ending, notice, print_lines, save
 from historysim.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @click.command()
@@ -116,14 +119,46 @@ def sweep(
 
     loaded = load(scenario, values)
     found = carry_out(loaded, store=store, workers=workers or processors(), progress=not quiet, tell=notice)
+    save_sweep(found, output)
+    if not quiet:
+        print_lines([*sweeps.summary(found), ("cells kept in", str(store)), ("result", str(output))])
+
+
+@click.command()
+@click.argument("scenario", type=path_type)
+@click.option(
+    "-o", "--output", type=path_type, help="Also write what was found at each point to this file (.nc or .csv)."
+)
+@click.option("--workers", type=click.IntRange(1), help="Processes that compute. [default: one for each processor]")
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing.")
+@set_option
+def design(scenario: Path, output: Path | None, workers: int | None, quiet: bool, values: dict[str, Any]) -> None:
+    """Find the value of a key of SCENARIO (TOML) at which the history gives what is wanted, as its [design] says."""
+    if output is not None:
+        check_ending(output, ".nc", ".csv")
+        check_target(output, scenario)
+    from historysim.scenario.scenario import load
+    from historysim.studies.design import design as carry_out
+    from historysim.studies.design import summary
+
+    loaded = load(scenario, values)
+    found = carry_out(loaded, workers=workers or processors(), progress=not quiet, tell=notice)
+    if output is not None:
+        save_sweep(found, output)
+    if not quiet:
+        print_lines([*summary(found), *([("result", str(output))] if output else [])])
+
+
+def save_sweep(found: "xr.Dataset", output: Path) -> None:
+    """Write a sweep as netCDF, or as CSV with a row for each cell."""
+    from historysim.results import sweeps
+
     with replacing(output) as unfinished:
         if output.suffix.lower() == ".csv":
             with unfinished.open("w", encoding="utf-8", newline="") as stream:
                 csv.writer(stream).writerows(sweeps.rows(found))
         else:
             found.to_netcdf(unfinished)
-    if not quiet:
-        print_lines([*sweeps.summary(found), ("cells kept in", str(store)), ("result", str(output))])
 
 
 def processors() -> int:
@@ -131,4 +166,4 @@ def processors() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-COMMANDS = (run, validate, sweep)
+COMMANDS = (run, validate, sweep, design)

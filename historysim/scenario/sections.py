@@ -183,6 +183,29 @@ class SweepSection:
 
 
 @attrs.frozen
+class DesignSection:
+    """``[design]``: a key that is free, and what `historysim.design` finds its value for."""
+
+    key: str
+    between: tuple[Any, ...]
+    target: Any
+    output: str = "drift"
+    over: dict[str, Any] | None = None
+
+    def __attrs_post_init__(self) -> None:
+        """Check the ends, and that there is a grid where one is asked for."""
+        if len(self.between) != 2:
+            raise misfit(f"{len(self.between)} values; expected two, the least and the greatest", "between")
+        self.grid()
+
+    def grid(self) -> "Grid":
+        """Return the grid over which the search is repeated: of one point where there is none."""
+        from historysim.scenario.grid import Grid, grid_of
+
+        return grid_of(self.over) if self.over is not None else Grid(())
+
+
+@attrs.frozen
 class Sections:
     """A scenario file, section by section."""
 
@@ -195,4 +218,5 @@ class Sections:
     record: RecordSection = RecordSection()
     fit: FitSection | None = None
     sweep: SweepSection | None = None
+    design: DesignSection | None = None
     title: str = ""

@@ -37,7 +37,7 @@ def cell(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str] = 
         Values of its keys, as ``{"friction.coefficient": 0.3, "surface.seed": 7}``.
     outputs : sequence of str
         Names of summaries, of totals along ``step``, or of variables of each asperity along ``step`` and ``asperity``;
-        all summaries by default.
+        `historysim.studies.outputs.UNASKED` by default.
 
     Returns
     -------
@@ -107,7 +107,7 @@ def _history(loaded: Scenario, *, each: bool) -> "xr.Dataset":
     # totals cost the same whatever the number of asperities; of these only what the summaries read is put beside them
     history = attrs.evolve(job, record="totals").dataset()
     own = job.ensemble.coordinates
-    beside = {name: ("asperity", own[name]) for name in ("summit_height", "friction")}
+    beside = {name: ("asperity", own[name]) for name in ("summit_height", "summit_radius", "friction") if name in own}
     return history.assign_coords({"asperity": np.arange(len(job.ensemble)), **beside})
 
 

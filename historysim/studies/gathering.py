@@ -128,7 +128,7 @@ def swept_coordinates(scenario: Scenario, grid: Grid) -> dict[str, "xr.Variable"
     found: dict[str, xr.Variable] = {}
     for axis in grid.axes:
         for key, *written in zip(axis.keys, *axis.values, strict=True):
-            unit = _unit_of(sections, key)
+            unit = unit_of(sections, key)
             with reported(scenario.path.name), at(*place_of(key)):
                 values = [quantity(value, unit) if unit and not isinstance(value, list) else value for value in written]
             told = {"long_name": f"{key} of the scenario", **({"units": unit} if unit else {})}
@@ -149,7 +149,7 @@ def _text(value: Any) -> str:
     return f"[{', '.join(map(_text, value))}]" if isinstance(value, list | tuple) else str(value)
 
 
-def _unit_of(sections: Any, key: str) -> str:
+def unit_of(sections: Any, key: str) -> str:
     """Return the unit in SI of what a key holds, empty where it has none."""
     here, unit = sections, ""
     for step in place_of(key):

@@ -34,17 +34,12 @@ class Summary:
     of: "Callable[[xr.Dataset], float]"
 
 
-def _peak(history: "xr.Dataset") -> int:
-    return int(history["total_normal_load"].values.argmax())
+def _at_peak(history: "xr.Dataset") -> "xr.Dataset":
+    return history.isel(step=[int(history["total_normal_load"].values.argmax())])
 
 
 def _first(history: "xr.Dataset") -> int:
     return int((history["contact_count"].values > 0).argmax())
-
-
-def _displacement(history: "xr.Dataset") -> "np.ndarray[tuple[int], np.dtype[np.float64]]":
-    found: np.ndarray[tuple[int], np.dtype[np.float64]] = analysis.preliminary_displacement(history).values
-    return found
 
 
 SUMMARIES = {
@@ -53,7 +48,9 @@ SUMMARIES = {
         "N", "greatest tangential load, of either sign", lambda h: np.abs(h["total_tangential_load"].values).max()
     ),
     "preliminary_displacement": Summary(
-        "m", "preliminary displacement at the greatest normal load", lambda h: _displacement(h)[_peak(h)]
+        "m",
+        "preliminary displacement at the greatest normal load",
+        lambda h: analysis.preliminary_displacement(_at_peak(h)).values[0],
     ),
     "drift": Summary(
         "m",
@@ -68,7 +65,7 @@ SUMMARIES = {
     "critical_asperity": Summary(
         "1",
         "asperity that is the last to slide at the greatest normal load",
-        lambda h: analysis.critical_asperity(h).values[_peak(h)],
+        lambda h: analysis.critical_asperity(_at_peak(h)).values[0],
     ),
     "peak_contact_count": Summary(
         "1", "greatest number of asperities in contact", lambda h: h["contact_count"].values.max()
@@ -82,15 +79,23 @@ SUMMARIES = {
     "final_dissipated_energy": Summary(
         "J", "energy dissipated by friction in the whole history", lambda h: h["total_dissipated_energy"].values[-1]
     ),
+    "presliding_work": Summary(
+        "J",
+        "mechanical work of pre-sliding at the greatest normal load, closed loop between ±δ",
+        lambda h: analysis.presliding_work(_at_peak(h)).values[0],
+    ),
 }
-"""The numbers that a sweep gives where nothing else is asked for, by name."""
+"""Numbers that sum a history up, by name."""
+
+UNASKED = tuple(name for name in SUMMARIES if name != "presliding_work")
+"""What a sweep gives where nothing is asked for: all that any contact has, also one of patches."""
 
 ROWS = frozenset(variable.name for variable in (*TOTALS, *BEHIND_A_SPRING, *WHERE_FRICTION_CHANGES))
 OF_EACH = frozenset(variable.name for variable in (*PER_ASPERITY, *PER_PATCH))
 
 
 def chosen_outputs(names: Iterable[str]) -> tuple[str, ...]:
-    """Return the outputs of these names, all summaries where there are none.
+    """Return the outputs of these names, `UNASKED` where there are none.
 
     Raises
     ------
@@ -102,7 +107,7 @@ def chosen_outputs(names: Iterable[str]) -> tuple[str, ...]:
     for index, name in enumerate(names):
         if name not in known:
             raise misfit(f"{shown(name)}; {nearest(str(name), known)}", "outputs", index)
-    return tuple(dict.fromkeys(names)) or tuple(SUMMARIES)
+    return tuple(dict.fromkeys(names)) or UNASKED
 
 
 def asks_for_each(outputs: Sequence[str]) -> bool:

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 FORM = 1
 ENDING = ".cell"
 HEADER = "header"
-SAYS_NOTHING = ("title", "sweep", "fit", "adhesion", "metadata")
+SAYS_NOTHING = ("title", "sweep", "design", "fit", "adhesion", "metadata")
 """Sections that do not change what comes out of a cell."""
 
 

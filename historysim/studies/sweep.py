@@ -1,8 +1,7 @@
 """Sweeps: a scenario at many points, each a cell that is computed once, kept, and put together with all others."""
 
-import contextlib
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +17,7 @@ from historysim.studies.cell import cell
 from historysim.studies.gathering import gathered, swept_coordinates
 from historysim.studies.outputs import chosen_outputs
 from historysim.studies.store import Store, digest
-from historysim.studies.workers import BrokenError, Here, as_executor, ending, outcomes, processes
+from historysim.studies.workers import AHEAD, BrokenError, check_workers, ending, executor_for, outcomes, processes
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -29,8 +28,6 @@ MOST_AT_ONCE = 16
 """Cells that a worker is given in one go, at most: handing over costs some tenths of a millisecond."""
 TURNS = 8
 """Goes that each worker has at least, so that all end at about the same time."""
-WORKERS_OF_ANY = 256
-"""Workers that an executor is taken to have at most, where it does not tell how many."""
 ENDED = "the process that computed it was ended from outside, perhaps for want of memory"
 
 
@@ -94,13 +91,15 @@ def sweep(
     else:
         with at("sweep"):
             grid, outputs = grid_of(over, together), chosen_outputs(outputs)
-    if not isinstance(workers, int) or isinstance(workers, bool) or workers < 1:
-        raise InputError(f"workers is {workers!r}; expected a whole number of 1 or more")
+    check_workers(workers)
     # what the scenario does not take is told before anything is computed
     swept_coordinates(scenario, grid)
     plan = _Plan(scenario, grid, outputs, None if store is None else Path(store))
-    with _executor(workers, executor) as (chosen, count):
-        plan.carry_out(chosen, count, progress=progress)
+    if executor is None and workers > 1:
+        plan.carry_out(None, workers, progress=progress)
+    else:
+        with executor_for(workers, executor) as (chosen, count):
+            plan.carry_out(chosen, count, progress=progress)
     for number, (index, reason) in enumerate(plan.reasons.items()):
         if number == 10:
             tell(f"… and {len(plan.reasons) - 10:,} more cells have failed")
@@ -127,17 +126,6 @@ def sweep_of(scenario: Scenario, outputs: Sequence[str] = ()) -> tuple[Grid, tup
 
 def _told(point: Point) -> str:
     return ", ".join(f"{key} = {value}" for key, value in point.items())
-
-
-@contextlib.contextmanager
-def _executor(workers: int, given: Any) -> "Iterator[tuple[Executor | None, int]]":
-    """Yield an executor and its number of workers; None where processes of this sweep are to be made."""
-    if given is not None:
-        yield as_executor(given), getattr(given, "_max_workers", WORKERS_OF_ANY)
-    elif workers == 1:
-        yield Here(), 1
-    else:
-        yield None, workers
 
 
 @attrs.frozen
@@ -277,13 +265,13 @@ class _Plan:
                 bar.update(outcome is not None)
 
         if executor is not None:
-            for batch, found in outcomes(computed, batches, executor, 2 * workers):
+            for batch, found in outcomes(computed, batches, executor, AHEAD * workers):
                 take(batch, found)
             return passed_over
         while batches:
             try:
                 with ending(processes(min(workers, len(batches)))) as own:
-                    for batch, found in outcomes(computed, batches, own, 2 * workers):
+                    for batch, found in outcomes(computed, batches, own, AHEAD * workers):
                         take(batch, found)
                 batches = []
             except BrokenError as broken:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from typing import Any, ParamSpec, TypeVar, final
 
-from historysim.errors import InputError
+from historysim.errors import HistorySimError, InputError
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -52,6 +52,41 @@ def _begin() -> None:
 def _end_with(sentinel: int) -> None:
     multiprocessing.connection.wait([sentinel])
     os._exit(1)
+
+
+WORKERS_OF_ANY = 256
+"""Workers that an executor is taken to have, where it does not tell how many."""
+
+
+def check_workers(workers: int) -> None:
+    """Check a number of workers.
+
+    Raises
+    ------
+    InputError
+        It is not a whole number of 1 or more.
+    """
+    if not isinstance(workers, int) or isinstance(workers, bool) or workers < 1:
+        raise InputError(f"workers is {workers!r}; expected a whole number of 1 or more")
+
+
+@contextlib.contextmanager
+def executor_for(workers: int, given: Any = None) -> Iterator[tuple[Executor, int]]:
+    """Yield who computes, and how many that are: whoever is given, this process, or processes that end with the block.
+
+    Raises
+    ------
+    InputError
+        No such number of workers, or no executor.
+    """
+    check_workers(workers)
+    if given is not None:
+        yield as_executor(given), getattr(given, "_max_workers", WORKERS_OF_ANY)
+    elif workers == 1:
+        yield Here(), 1
+    else:
+        with ending(processes(workers)) as own:
+            yield own, workers
 
 
 def as_executor(given: Any) -> Executor:
@@ -109,7 +144,7 @@ def outcomes(
             raise BrokenError([*running.values()], [*waiting]) from error
 
 
-class BrokenError(Exception):
+class BrokenError(HistorySimError):
     """A process that carried out tasks was ended from outside.
 
     Attributes
@@ -121,5 +156,7 @@ class BrokenError(Exception):
     """
 
     def __init__(self, suspects: list[Any], waiting: list[Any]) -> None:
-        super().__init__("a process was ended")
+        super().__init__(
+            "a process that computed was ended from outside, perhaps for want of memory; take fewer workers"
+        )
         self.suspects, self.waiting = suspects, waiting

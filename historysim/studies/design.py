@@ -1,0 +1,325 @@
+"""The inverse of a sweep: the value of a key at which a history gives what is wanted, and how far that is chance."""
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import attrs
+import numpy as np
+
+from historysim._version import __version__
+from historysim.basics.display import Lines
+from historysim.basics.notices import Teller, silent
+from historysim.basics.places import at
+from historysim.basics.units import quantity, quantity_text
+from historysim.basics.wording import counted, nearest
+from historysim.errors import HistorySimError, InputError
+from historysim.recording.provenance import made_with
+from historysim.results.sweeps import CONTENT
+from historysim.scenario.grid import Grid, Point, grid_of, variable_name
+from historysim.scenario.scenario import Scenario, as_scenario
+from historysim.scenario.schema import reported
+from historysim.studies.cell import at_point, cell
+from historysim.studies.gathering import FAILURE, swept_coordinates, unit_of
+from historysim.studies.outputs import SUMMARIES
+from historysim.studies.workers import AHEAD, executor_for, outcomes
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SCANNED = 9
+"""Values between the ends, both among them, at which the output is looked at before a root is sought."""
+CLOSE = 1e-9
+"""Of the value that is found: how near it is to the root."""
+JUMPS = 1e-3
+"""Of the target: how far the output may be from it where a root was found; beyond it the output jumps there."""
+
+
+@attrs.frozen
+class Problem:
+    """What is sought: the value of a key between two ends at which an output is a target; numbers are SI."""
+
+    scenario: Scenario
+    key: str
+    low: float
+    high: float
+    output: str
+    target: float
+
+    def output_at(self, point: Point, value: float) -> float:
+        """Return the output at a point, for a value of the key."""
+        return float(cell(self.scenario, {**point, self.key: value}, (self.output,))[self.output])
+
+
+@attrs.frozen
+class Found:
+    """A root, or why there is none.
+
+    Attributes
+    ----------
+    value, output : float
+        Of the key, and what the scenario gives there; NaN where there is none.
+    reason : str
+        Why there is none.
+    others : int
+        Further values in the range at which the output crosses the target.
+    """
+
+    value: float = math.nan
+    output: float = math.nan
+    reason: str = ""
+    others: int = 0
+
+
+def design(
+    scenario: Scenario | str | os.PathLike[str],
+    key: str | None = None,
+    between: Sequence[Any] | None = None,
+    target: float | str | None = None,
+    *,
+    output: str = "drift",
+    over: Mapping[str, Any] | None = None,
+    workers: int = 1,
+    executor: Any = None,
+    progress: bool = False,
+    tell: Teller = silent,
+) -> "xr.Dataset":
+    """Find the value of a key at which a scenario gives what is wanted, such as the finish for a drift.
+
+    Parameters
+    ----------
+    scenario : Scenario or path
+    key : str, optional
+        The key that is free, one that takes any number: ``"surface.rms_height"``. By default, and with it all that
+        follows up to `over`, what ``[design]`` of the scenario says.
+    between : sequence of two
+        The least and the greatest value of the key, in SI or with a unit.
+    target : float or str
+        What the output shall be, in SI or with a unit.
+    output : str
+        The name of a number that sums a history up, see `historysim.studies.outputs.SUMMARIES`.
+    over : dict, optional
+        Keys with values for each of which a value is found, such as ``{"surface.seed": range(20)}``: they tell how far
+        it is chance.
+    workers, executor, progress, tell
+        As for `historysim.sweep`; one search is one task.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along the keys of `over`: the value of the key that was found, called by the key with ``_`` for all but letters
+        and digits; the output there; and ``OUTPUT_at_median``, the output if all had the median of these values, which
+        is how far one finish lets it spread. Where there is no such value, NaN, and ``failure`` says why. Where the
+        output crosses the target more than once, the least value counts, which is told.
+
+    Raises
+    ------
+    InputError
+        A scenario, a key or a range that cannot be used, or no value was found at all.
+
+    Notes
+    -----
+    The output is looked at for nine values over the range, evenly or, where both ends are positive, evenly in their
+    logarithm; where it crosses the target between two of them the root is found by Brent's method (scipy).
+    """
+    scenario = as_scenario(scenario)
+    problem, grid = _problem(scenario, key, between, target, output, over)
+    points = list(grid.points())
+    with executor_for(workers, executor) as (chosen, count):
+        found = _each(_search, [(problem, point) for point in points], chosen, count, progress)
+        for index, one in enumerate(found):
+            where = ", ".join(f"{name} = {value}" for name, value in points[index].items())
+            if one.reason:
+                tell(f"{where or scenario.path.name}: {one.reason}")
+            if one.others:
+                more = counted(one.others, "more value", "more values")
+                tell(f"{where or scenario.path.name}: the least value counts; {more} of {problem.key} would do, too")
+        values = np.array([one.value for one in found])
+        if not np.isfinite(values).any():
+            raise InputError(f"{scenario.path.name}: design: no value of {problem.key} was found; {found[0].reason}")
+        middle = float(np.nanmedian(values))
+        beside = _each(_output_at, [(problem, point, middle) for point in points], chosen, count, progress)
+    return _dataset(problem, grid, found, beside, middle)
+
+
+def _problem(
+    scenario: Scenario,
+    key: str | None,
+    between: Sequence[Any] | None,
+    target: float | str | None,
+    output: str,
+    over: Mapping[str, Any] | None,
+) -> tuple[Problem, Grid]:
+    """Return what is sought, in SI."""
+    with reported(scenario.path.name), at("design"):
+        if key is None:
+            section = scenario.sections.design
+            if section is None:
+                raise InputError("missing; expected [design], or a key, the values that it lies between, and a target")
+            key, between, target = section.key, section.between, section.target
+            output, grid = section.output, section.grid()
+        else:
+            grid = Grid(()) if over is None else grid_of(over)
+        if between is None or len(between) != 2 or target is None:
+            raise InputError("expected a target, and two values for the key to lie between")
+        if output not in SUMMARIES:
+            raise InputError(f"output is {output!r}; {nearest(output, SUMMARIES)}")
+    unit = unit_of(at_point(scenario, {**next(grid.points()), key: between[0]}).sections, key)
+    with reported(scenario.path.name), at("design"):
+        if not unit:
+            raise InputError(f"{key} takes no plain number or quantity; expected one such as surface.rms_height")
+        with at("between"):
+            low, high = (quantity(value, unit) for value in between)
+            if not low < high:
+                raise InputError(f"{low:g} and {high:g}; expected the least value, then the greatest")
+        with at("target"):
+            wanted = quantity(target, SUMMARIES[output].units)
+    swept_coordinates(scenario, grid)
+    return Problem(scenario, key, low, high, output, wanted), grid
+
+
+def _each(function: Any, tasks: Sequence[Any], executor: Any, count: int, progress: bool) -> list[Any]:
+    """Carry tasks out, and return their results in their order."""
+    from tqdm import tqdm
+
+    results: list[Any] = [None] * len(tasks)
+    numbered = [(index, function, task) for index, task in enumerate(tasks)]
+    with tqdm(total=len(tasks), unit="search", disable=None if progress else True, leave=False) as bar:
+        for (index, _, _), outcome in outcomes(_called, numbered, executor, AHEAD * count):
+            results[index] = outcome
+            bar.update()
+    return results
+
+
+def _called(task: tuple[int, Any, Any]) -> Any:
+    return task[1](*task[2])
+
+
+def _search(problem: Problem, point: Point) -> Found:
+    """Return where the output crosses its target."""
+    try:
+        return _crossing(problem, point)
+    except HistorySimError as error:
+        return Found(reason=str(error))
+
+
+def _crossing(problem: Problem, point: Point) -> Found:
+    from scipy.optimize import brentq
+
+    space = np.geomspace if problem.low > 0 else np.linspace
+    values = space(problem.low, problem.high, SCANNED)
+    outputs = np.array([problem.output_at(point, value) for value in values])
+    missing = outputs - problem.target
+    # a value that meets the target itself is a crossing of the stretch that begins there
+    after = np.append(missing[1:], math.nan)
+    crossings = np.flatnonzero((missing == 0) | (missing * after < 0))
+    if not crossings.size:
+        unit = SUMMARIES[problem.output].units
+        least, most = quantity_text(outputs.min(), unit), quantity_text(outputs.max(), unit)
+        return Found(reason=f"{problem.output} is from {least} to {most} in the range of {problem.key}; widen between")
+    first = int(crossings[0])
+    if missing[first] == 0:
+        return Found(float(values[first]), float(outputs[first]), others=crossings.size - 1)
+    root = float(
+        brentq(
+            lambda value: problem.output_at(point, value) - problem.target,
+            values[first],
+            values[first + 1],
+            xtol=CLOSE * abs(values[first]) or CLOSE * abs(values[first + 1]),
+            rtol=CLOSE,
+        )
+    )
+    output = problem.output_at(point, root)
+    if abs(output - problem.target) > JUMPS * abs(problem.target):
+        unit = SUMMARIES[problem.output].units
+        reached = quantity_text(output, unit)
+        return Found(reason=f"{problem.output} jumps past its target at {problem.key} = {root:.6g}, to {reached}")
+    return Found(root, output, others=crossings.size - 1)
+
+
+def _output_at(problem: Problem, point: Point, value: float) -> float:
+    try:
+        return problem.output_at(point, value)
+    except HistorySimError:
+        return math.nan
+
+
+def _dataset(
+    problem: Problem, grid: Grid, found: Sequence[Found], beside: Sequence[float], middle: float
+) -> "xr.Dataset":
+    import xarray as xr
+
+    dims = tuple(axis.name for axis in grid.axes)
+    key_unit = unit_of(at_point(problem.scenario, {**next(grid.points()), problem.key: middle}).sections, problem.key)
+    summary = SUMMARIES[problem.output]
+
+    def variable(values: Any, units: str, long_name: str) -> "xr.Variable":
+        return xr.Variable(dims, np.reshape(values, grid.shape), {"long_name": long_name, "units": units})
+
+    data = {
+        variable_name(problem.key): variable(
+            [one.value for one in found], key_unit, f"{problem.key} at which {problem.output} is the target"
+        ),
+        problem.output: variable([one.output for one in found], summary.units, summary.long_name),
+        f"{problem.output}_at_median": variable(
+            beside, summary.units, f"{summary.long_name}, with the median of {problem.key}"
+        ),
+    }
+    if any(one.reason for one in found):
+        told = np.reshape([one.reason for one in found], grid.shape)
+        data[FAILURE] = xr.Variable(
+            dims, told, {"long_name": "why there is no value, empty where there is"}, {"dtype": "S1"}
+        )
+    return xr.Dataset(
+        data,
+        swept_coordinates(problem.scenario, grid),
+        {
+            "Conventions": "CF-1.11",
+            "title": problem.scenario.title or f"Design of {problem.scenario.path.name}",
+            "content": CONTENT,
+            "source": f"historysim {__version__}: exact traction memory of Hertz-Mindlin asperities",
+            "historysim_version": __version__,
+            "made_with": made_with(),
+            "scenario": problem.scenario.text,
+            "swept_keys": " ".join(key for axis in grid.axes for key in axis.keys),
+            "design_key": problem.key,
+            "design_output": problem.output,
+            "target": problem.target,
+            "median": middle,
+            "complete": np.int8(1),
+        },
+    )
+
+
+def summary(found: "xr.Dataset") -> Lines:
+    """Return in a few lines what a design has found.
+
+    Parameters
+    ----------
+    found : xarray.Dataset
+        From `design`.
+    """
+    key, output = str(found.attrs["design_key"]), str(found.attrs["design_output"])
+    name = variable_name(key)
+    unit, wanted = str(found[name].attrs["units"]), str(found[output].attrs["units"])
+    values = found[name].values.ravel()
+    values = values[np.isfinite(values)]
+    lines = [("wanted", f"{output} of {_text(found.attrs['target'], wanted)}")]
+    if values.size == 1:
+        return Lines([*lines, (key, _text(values[0], unit))])
+    low, middle, high = np.quantile(values, (0.05, 0.5, 0.95))
+    beside = found[f"{output}_at_median"].values.ravel()
+    beside = beside[np.isfinite(beside)]
+    least, most = np.quantile(beside, (0.05, 0.95))
+    share = float((beside <= found.attrs["target"]).mean())
+    spread = f"{_text(middle, unit)} (median of {values.size}); 5 to 95 %: {_text(low, unit)} to {_text(high, unit)}"
+    kept = f"5 to 95 %: {_text(least, wanted)} to {_text(most, wanted)}; at or below the wanted in {share:.0%}"
+    lines += [(key, spread), (f"{output} with the median", kept)]
+    if missing := found[name].size - values.size:
+        lines.append(("not found", f"in {missing} of {found[name].size}"))
+    return Lines(lines)
+
+
+def _text(value: float, unit: str) -> str:
+    return f"{value:.4g}" if unit == "1" else quantity_text(value, unit)

@@ -1,0 +1,134 @@
+"""The inverse: the value of a key for a wanted output, against closed forms and against sweeps."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from swept import BALL, CONTACT_MODULUS, ROUGH, SHEAR_MODULUS, displacement
+
+import historysim as hs
+from historysim.studies.design import summary
+
+
+@pytest.fixture
+def ball(tmp_path):
+    path = tmp_path / "ball.toml"
+    path.write_text(BALL, encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def rough(tmp_path):
+    path = tmp_path / "rough.toml"
+    path.write_text(ROUGH, encoding="utf-8")
+    return path
+
+
+def radius_for(drift, friction):
+    """Radius of the ball whose preliminary displacement changes by so much from 50 to 70 mN, by Hertz and Mindlin."""
+    of_one_metre = displacement(70e-3, friction, 1.0) - displacement(50e-3, friction, 1.0)
+    return (of_one_metre / drift) ** 3
+
+
+def test_a_radius_for_a_drift_follows_hertz_and_mindlin(ball):
+    over = {"friction.coefficient": [0.1, 0.2]}
+    found = hs.design(ball, "surface.radius", ["10 µm", "10 m"], "2 nm", over=over)
+    expected = [radius_for(2e-9, friction) for friction in (0.1, 0.2)]
+    np.testing.assert_allclose(found.surface_radius, expected, rtol=1e-7)
+    np.testing.assert_allclose(found.drift, 2e-9, rtol=1e-7)
+    middle = np.median(expected)
+    at_median = [displacement(70e-3, mu, middle) - displacement(50e-3, mu, middle) for mu in (0.1, 0.2)]
+    np.testing.assert_allclose(found.drift_at_median, at_median, rtol=1e-6)
+    assert found.surface_radius.attrs["units"] == "m"
+    assert found.attrs["target"] == 2e-9
+
+
+def test_a_scenario_says_its_own_design(ball):
+    section = '[design]\nkey = "surface.radius"\nbetween = ["1 mm", "10 m"]\ntarget = "5 nm"\noutput = "{output}"\n'
+    ball.write_text(BALL + section.format(output="preliminary_displacement"), encoding="utf-8")
+    found = hs.design(ball)
+    assert found.surface_radius.dims == ()
+    expected = (displacement(70e-3, 0.2, 1.0) / 5e-9) ** 3
+    assert found.surface_radius == pytest.approx(expected, rel=1e-7)
+    assert dict(summary(found))["surface.radius"] == f"{1e3 * expected:.4g} mm"
+
+
+def test_a_finish_for_a_drift_and_its_spread(rough):
+    """The value that is found gives what is wanted; a sweep with the median gives the spread that is told."""
+    over = {"surface.seed": range(3)}
+    found = hs.design(rough, "surface.rms_height", ["5 nm", "100 nm"], "1 nm", over=over)
+    for seed in range(3):
+        value = float(found.surface_rms_height.sel(surface_seed=seed))
+        history = hs.run(hs.load(rough, {"surface.seed": seed, "surface.rms_height": value}))
+        assert hs.analysis.drift(history, 0, -1) == pytest.approx(1e-9, rel=1e-6)
+    middle = float(found.surface_rms_height.median())
+    beside = hs.sweep(rough, {**over, "surface.rms_height": [middle]}).drift.squeeze("surface_rms_height", drop=True)
+    np.testing.assert_array_equal(found.drift_at_median, beside)
+    lines = dict(summary(found))
+    assert lines["wanted"] == "drift of 1 nm"
+    assert "(median of 3); 5 to 95 %: " in lines["surface.rms_height"]
+    assert "at or below the wanted in " in lines["drift with the median"]
+
+
+def test_workers_find_the_same(ball):
+    arguments, over = (ball, "surface.radius", [1e-3, 10.0], 2e-9), {"friction.coefficient": [0.1, 0.2]}
+    with ThreadPoolExecutor(2) as threads:
+        others = hs.design(*arguments, over=over, executor=threads)
+    assert others.identical(hs.design(*arguments, over=over))
+
+
+def test_where_there_is_none_it_says_why(ball):
+    told = []
+    over = {"friction.coefficient": [0.1, 0.2]}
+    most = displacement(70e-3, 0.1, 1e-3) - displacement(50e-3, 0.1, 1e-3)
+    found = hs.design(ball, "surface.radius", ["1 mm", "1 m"], 1.5 * most, over=over, tell=told.append)
+    assert found.surface_radius.isnull().values.tolist() == [True, False]
+    told_range = f"drift is from {1e11 * most:.4g} pm to {1e9 * most:.4g} nm in the range of surface.radius"
+    assert told == [f"friction.coefficient = 0.1: {told_range}; widen between"]
+    assert str(found.failure[0].values).endswith("widen between")
+    with pytest.raises(
+        hs.InputError, match=r"ball\.toml: design: no value of surface\.radius was found; drift is from"
+    ):
+        hs.design(ball, "surface.radius", ["1 mm", "1 m"], "1 µm")
+
+
+def test_a_range_in_which_the_target_is_met_twice_is_told(ball):
+    """A swing of the tangential displacement, up or down by as much, has the same peak load."""
+    last = BALL.index("    { time = 2")
+    ball.write_text(BALL[:last] + "]", encoding="utf-8")
+    told = []
+    swing = (ball, "loading.waypoints[1].tangential_displacement", ["-4 nm", "3.9 nm"], "2 mN")
+    found = hs.design(*swing, output="peak_tangential_load", tell=told.append)
+    assert told == [
+        "ball.toml: the least value counts; 1 more value of loading.waypoints[1].tangential_displacement would do, too"
+    ]
+    assert found.loading_waypoints_1_tangential_displacement < 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((), r"design: missing; expected \[design\]"),
+        (("surface.radius",), "design: expected a target, and two values"),
+        (("surface.radius", [1, 2, 3], 1e-9), "design: expected a target, and two values"),
+        (("surface.radius", [2, 1], 1e-9), "design.between: 2 and 1; expected the least value"),
+        (("surface.radius", ["1 N", 1], 1e-9), "surface.radius: '1 N': 'N' is not a unit of a length"),
+        (("surface.radius", [1, "1 N"], 1e-9), "design.between: '1 N': 'N' is not a unit of a length"),
+        (("surface.radius", [1, 2], "1 N"), "design.target: '1 N': 'N' is not a unit of a length"),
+        (("materials.first", ["silicon", "silica"], 1e-9), "design: materials.first takes no plain number"),
+        (("surface.radios", [1, 2], 1e-9), "surface.radios: unknown key; did you mean 'radius'"),
+    ],
+)
+def test_what_cannot_be_sought_is_told(ball, arguments, message):
+    with pytest.raises(hs.InputError, match=message):
+        hs.design(ball, *arguments)
+
+
+def test_an_unknown_output_is_told(ball):
+    with pytest.raises(hs.InputError, match="output is 'drfit'; did you mean 'drift'"):
+        hs.design(ball, "surface.radius", [1, 2], 1e-9, output="drfit")
+
+
+def test_moduli_of_the_material_table():
+    pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+    assert (pair.contact_modulus, pair.shear_modulus) == pytest.approx((CONTACT_MODULUS, SHEAR_MODULUS), rel=1e-12)

@@ -1,0 +1,59 @@
+"""Spread over seeds against numpy, and drift along a swept quantity."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import historysim as hs
+
+
+@pytest.fixture
+def found():
+    values = np.random.Generator(np.random.PCG64(1)).normal(size=(3, 7))
+    values[1, 2], values[2, 1:] = np.nan, np.nan
+    told = {"units": "m", "long_name": "a length"}
+    data = {
+        "drift": (("load", "surface_seed"), values, told),
+        "failure": (("load", "surface_seed"), values.astype(str)),
+    }
+    return xr.Dataset(data, {"surface_seed": np.arange(7), "load": [1.0, 2.0, 3.0]})
+
+
+def test_spread_is_that_of_numpy_over_what_is_there(found):
+    quantiles = (0, 0.05, 0.3, 0.5, 1)
+    spread = hs.spread(found, quantiles=quantiles)
+    values = found.drift.values
+    np.testing.assert_allclose(spread.drift_mean, np.nanmean(values, axis=1), rtol=1e-14)
+    np.testing.assert_allclose(spread.drift_standard_deviation[:2], np.nanstd(values[:2], axis=1, ddof=1), rtol=1e-13)
+    assert spread.drift_standard_deviation[2].isnull()
+    np.testing.assert_allclose(spread.drift_quantile, np.nanquantile(values, quantiles, axis=1).T, rtol=1e-13)
+    assert spread.drift_count.values.tolist() == [7, 6, 1]
+    assert spread.drift_quantile.dims == ("load", "quantile")
+    assert spread.drift_mean.attrs == {"units": "m", "long_name": "mean of: a length"}
+    assert "failure_mean" not in spread
+
+
+def test_nothing_left_is_nan():
+    empty = xr.Dataset({"drift": ("surface_seed", [np.nan, np.nan])})
+    spread = hs.spread(empty)
+    assert spread.drift_mean.isnull()
+    assert spread.drift_quantile.isnull().all()
+    assert spread.drift_count == 0
+
+
+def test_drift_along_a_dimension(found):
+    drift = hs.drift_along(found, "load", "drift")
+    np.testing.assert_array_equal(drift, np.abs(found.drift - found.drift[0]))
+    assert drift.name == "drift_drift"
+    assert drift.attrs["units"] == "m"
+
+
+def test_what_is_not_there_is_told(found):
+    with pytest.raises(hs.InputError, match="'lod' is no dimension of this sweep; did you mean 'load'"):
+        hs.spread(found, "lod")
+    with pytest.raises(hs.InputError, match="'lod' is no dimension"):
+        hs.drift_along(found, "lod")
+    with pytest.raises(hs.InputError, match="'drfit' is no number of this sweep along load; did you mean 'drift'"):
+        hs.drift_along(found, "load", "drfit")
+    with pytest.raises(hs.InputError, match=r"quantiles are \(2,\); expected numbers from 0 to 1"):
+        hs.spread(found, quantiles=(2,))
