@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from historysim.asperities.asperity import Asperity
-from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, STYLE, scaled
+from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, STYLE, legend_below, scaled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -48,5 +48,5 @@ def plot_asperity(asperity: Asperity) -> "Figure":
         axes.set_xlabel(f"radius ({length_unit})")
         axes.set_ylabel(f"tangential traction ({stress_unit})")
         axes.set_title(f"asperity {asperity.index}, {asperity.slip_state.name.lower().replace('_', ' ')}")
-        axes.legend(loc="best")
+        legend_below(figure, axes)
     return figure

@@ -10,7 +10,7 @@ from historysim.basics.units import prefixed, quantity_text
 from historysim.errors import InputError
 from historysim.log.event_log import EventLog
 from historysim.replay import Replay
-from historysim.results.plots.style import STATE_COLOURS, STYLE, plain_title
+from historysim.results.plots.style import INK, STATE_COLOURS, STYLE, plain_title
 from historysim.surfaces.heights import Surface
 
 if TYPE_CHECKING:
@@ -79,6 +79,7 @@ def plot_contact_map(log: EventLog, at: float, *, title: str = "") -> "Figure":
             axis.set_xlabel(f"$x$ ({unit}m)")
         for axis in axes[:, 0]:
             axis.set_ylabel(f"$y$ ({unit}m)")
+        _draw_legend(figure)
         caption = (
             f"t = {at:.6g} s:  N = {quantity_text(state.normal_load, 'N')},  "
             f"T = {quantity_text(state.tangential_load, 'N')},  U = {quantity_text(state.tangential_displacement, 'm')}"
@@ -86,6 +87,14 @@ def plot_contact_map(log: EventLog, at: float, *, title: str = "") -> "Figure":
         heading = plain_title(title or str(log.settings["title"]))
         figure.suptitle("\n".join(filter(None, [heading, caption])), x=0.01, ha="left", fontsize=9)
     return figure
+
+
+def _draw_legend(figure: "Figure") -> None:
+    from matplotlib.patches import Patch
+
+    states = zip((STATE_COLOURS[1], STATE_COLOURS[3]), ("sticks", "slips"), strict=True)
+    handles = [Patch(facecolor=colour, edgecolor=INK, linewidth=0.4, label=label) for colour, label in states]
+    figure.legend(handles=handles, loc="outside lower left", ncols=2, columnspacing=2.0)
 
 
 def _sides(arrays: Any) -> tuple[float, float]:
@@ -119,17 +128,11 @@ def _independent(log: EventLog, at: float, shape: tuple[int, int], pixel: tuple[
 
 def _draw_zones(axes: "Axes", zone: Floats, extent: tuple[float, float, float, float], name: str) -> None:
     from matplotlib.colors import ListedColormap
-    from matplotlib.patches import Patch
 
     colours = ListedColormap([STATE_COLOURS[1], STATE_COLOURS[3]])
     axes.imshow(zone.T, origin="lower", extent=extent, cmap=colours, vmin=0.5, vmax=2.5, interpolation="nearest")
     shares = [float((zone == kind).mean()) for kind in (STICKS, SLIPS)]
     axes.set_title(f"{name}\n{sum(shares):.2%} touches, {shares[0]:.2%} sticks")
-    handles = [
-        Patch(facecolor=colours(index), edgecolor="#222222", linewidth=0.4, label=label)
-        for index, label in enumerate(("sticks", "slips"))
-    ]
-    axes.legend(handles=handles, loc="upper right", frameon=True, framealpha=0.9)
 
 
 def _draw_field(

@@ -73,14 +73,15 @@ def _draw_loop(axes: "Axes", thin: xr.Dataset) -> None:
         axes.plot(
             displacement[index], force[index], marker, color=colour, mec="white", mew=0.6, ms=5, label=name, zorder=4
         )
-    axes.legend(loc="upper left", handletextpad=0.1, borderaxespad=0.1)
     axes.margins(0.06)
     axes.set(
         title="Friction loop",
         xlabel=f"tangential displacement $U$ ({unit})",
         ylabel=f"tangential load $T$ ({force_unit})",
     )
-    axes.set_title("colour: time, as on the right", loc="right", color=FAINT, fontsize=7, fontweight="normal")
+    axes.set_title(
+        "colour: time, as on the right\n● start  ■ end", loc="right", color=FAINT, fontsize=7, fontweight="normal"
+    )
 
 
 def _draw_loads(normal_axes: "Axes", tangential_axes: "Axes", thin: xr.Dataset) -> None:

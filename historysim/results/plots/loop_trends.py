@@ -21,7 +21,7 @@ TRENDS = "friction_force", "preliminary_displacement", "tangential_stiffness", "
 
 
 def plot_loop_trends(loops: xr.Dataset, *, title: str = "") -> "Figure":
-    """Draw friction force, preliminary displacement, stiffness and energy of each loop, with their means.
+    """Draw friction force, preliminary displacement, stiffness and energy of each loop, with their means at one load.
 
     Parameters
     ----------
@@ -74,7 +74,9 @@ def _draw_trend(axes: "Axes", sets: Sequence[xr.Dataset], quantity: str) -> None
         for column, marker in zip(value.T, markers, strict=True):
             line: dict[str, Any] = {"color": colour, "ms": 3.5, "mec": "white", "mew": 0.4, "clip_on": False}
             axes.plot(loops["loop"].values, column * factor, marker, **line)
-        axes.axhline(LoopStatistics.of(value).mean * factor, color=colour, linewidth=0.7, zorder=0)
+        # a mean over several loads says nothing
+        if "load_level" not in loops or np.unique(loops["load_level"].values).size == 1:
+            axes.axhline(LoopStatistics.of(value).mean * factor, color=colour, linewidth=0.7, zorder=0)
     axes.margins(x=0.08)
     if finite.size:
         low, high = finite.min() * factor, finite.max() * factor

@@ -6,15 +6,19 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.units import prefixed, quantity_text
+from historysim.basics.wording import counted
 from historysim.measured.loops import DIRECTIONS, Loops
 from historysim.results.plots.loop_trends import COLOURS, TRENDS, draw_trends
 from historysim.results.plots.style import FAINT, INK, STYLE
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
 
 MOST_POINTS = 100_000
 
@@ -24,9 +28,10 @@ def plot_loops(
 ) -> "Figure":
     """Draw friction loops over each other, with the means of what they say, and how that changes from loop to loop.
 
-    The loop of median energy is drawn stronger than the others, and at it the means of the first set are marked: the
-    friction force of both directions, and the preliminary displacement and the stiffness of the forward branches. What
-    the record has besides its loops is grey.
+    At one normal load the loop of median energy is drawn stronger than the others, and at it the means of the first set
+    are marked: the friction force of both directions, and the preliminary displacement and the stiffness of the forward
+    branches. At several loads the loops have the colours of their loads. What the record has besides its loops, and
+    branches that are left out of them, is grey.
 
     Parameters
     ----------
@@ -51,47 +56,114 @@ def plot_loops(
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.1, 4.6), layout="constrained")
         grid = figure.add_gridspec(len(TRENDS), 2, width_ratios=(1.75, 1))
-        _draw_loops(figure.add_subplot(grid[:, 0]), sets, labels)
+        levels = int(loops.load_level.max()) + 1
+        if levels > 1:
+            _draw_levels(figure.add_subplot(grid[:, 0]), sets, labels)
+        else:
+            _draw_loops(figure.add_subplot(grid[:, 0]), sets, labels)
         draw_trends(figure, [grid[row, 1] for row in range(len(TRENDS))], [each.to_dataset() for each in sets])
-        figure.legend(loc="outside lower left", ncols=3, columnspacing=2.0)
+        figure.legend(loc="outside lower left", ncols=4 if levels > 1 else 3, columnspacing=2.0)
         if title:
             figure.suptitle(title.replace("$", r"\$"), x=0.01, ha="left", fontsize=9.5)
     return figure
 
 
 def _draw_loops(axes: "Axes", sets: list[Loops], labels: tuple[str, str]) -> None:
+    """Draw the loops of one normal load, each set in its colour."""
+    length, force = _frame(axes, sets)
+    for each, colour, label in zip(sets, COLOURS, labels, strict=False):
+        draw = _pen(axes, each, length, force)
+        for start, end in each.left_out:
+            draw(start, end, color=FAINT, linewidth=0.6, alpha=0.7, zorder=1)
+        if each.left_out_branches.any() or np.any(np.diff(each.number) > 1):
+            draw(each.ends[0, 0], each.ends[-1, 2], color=FAINT, linewidth=0.6, alpha=0.7, zorder=1)
+            for start, end in _branches(each):
+                draw(start, end, color=colour, linewidth=0.6, alpha=0.4, zorder=2)
+        else:
+            # loops follow each other, so that one line draws them all
+            draw(each.ends[0, 0], each.ends[-1, 2], color=colour, linewidth=0.6, alpha=0.4, zorder=2)
+        start, _, end = each.ends[_typical(each)]
+        draw(start, end, color=colour, linewidth=1.3, zorder=3, label=_name(each, label if len(sets) > 1 else ""))
+    _mark_means(axes, sets[0], length, force)
+
+
+def _draw_levels(axes: "Axes", sets: list[Loops], labels: tuple[str, str]) -> None:
+    """Draw the loops of several normal loads, each in the colour of its load; a second set is dashed."""
+    import matplotlib as mpl
+
+    length, force = _frame(axes, sets)
+    loads = sets[0].by_load()
+    # the light end is left out: it is lost on white paper
+    colours = mpl.colormaps["viridis_r"](np.linspace(0.15, 1.0, len(loads)))
+    for order, (each, label) in enumerate(zip(sets, labels, strict=False)):
+        draw = _pen(axes, each, length, force)
+        if order == 0:
+            draw(0, each.trace.time.size - 1, color=FAINT, linewidth=0.5, alpha=0.6, zorder=1)
+        for value, colour in zip(loads.value, colours, strict=True):
+            load = np.nanmean(each.normal_load, axis=1)
+            here = np.flatnonzero(np.abs(load - value) <= each.definitions.load_share * value)
+            name = f"{quantity_text(float(value), 'N', 3)}, {counted(here.size, 'loop', 'loops')}"
+            line: dict[str, Any] = {"color": colour, "linewidth": 1.0, "zorder": 2}
+            if order:
+                name = label.replace("$", r"\$")
+                line = {"color": INK, "linewidth": 0.8, "zorder": 3, "linestyle": (0, (3, 1.5))}
+            for place, (start, end) in enumerate(_branches(each, here)):
+                named = place == 0 and not (order and value > loads.value[0])
+                draw(start, end, label=name if named else None, **line)
+    if len(sets) > 1:
+        for colour, label in zip(COLOURS, labels, strict=True):
+            plain = label.replace("$", r"\$")
+            axes.plot([], [], "o", color=colour, ms=3.5, label=f"{plain}, on the right")
+
+
+def _frame(axes: "Axes", sets: list[Loops]) -> tuple[float, float]:
+    """Label the axes, and return what displacement and load are multiplied by."""
     length, length_prefix = prefixed(max(float(np.abs(each.trace.displacement).max()) for each in sets))
     force, force_prefix = prefixed(max(float(np.abs(each.trace.tangential_load).max()) for each in sets))
     axes.axhline(0, color=FAINT, linewidth=0.4, zorder=0)
     axes.axvline(0, color=FAINT, linewidth=0.4, zorder=0)
-    for each, colour, label in zip(sets, COLOURS, labels, strict=False):
-        record, typical = each.trace, _typical(each)
-        stride = -(-record.time.size // MOST_POINTS)
-
-        def draw(start: int, end: int, stride: int = stride, record: Any = record, **line: Any) -> None:
-            part = np.union1d(np.arange(start, end + 1, stride), end)
-            x, y = record.displacement[part] * length, record.tangential_load[part] * force
-            axes.plot(x, y, rasterized=True, solid_joinstyle="round", **line)
-
-        for start, end in each.left_out:
-            draw(start, end, color=FAINT, linewidth=0.6, alpha=0.7, zorder=1)
-        # loops follow each other, so that one line draws them all
-        draw(each.ends[0, 0], each.ends[-1, 2], color=colour, linewidth=0.6, alpha=0.4, zorder=2)
-        start, _, end = each.ends[typical]
-        draw(start, end, color=colour, linewidth=1.3, zorder=3, label=_name(each, label if len(sets) > 1 else ""))
-    _mark_means(axes, sets[0], length, force)
     axes.margins(0.05, 0.09)
     axes.set(
         title="Friction loops",
         xlabel=f"tangential displacement $U$ ({length_prefix}m)",
         ylabel=f"tangential load $T$ ({force_prefix}N)",
     )
+    return length, force
+
+
+def _pen(axes: "Axes", loops: Loops, length: float, force: float) -> "Callable[..., None]":
+    """Return what draws a record from sample to sample, with no more points than a page can show."""
+    record = loops.trace
+    stride = -(-record.time.size // MOST_POINTS)
+
+    def draw(start: int, end: int, **line: Any) -> None:
+        part = np.union1d(np.arange(start, end + 1, stride), end)
+        x, y = record.displacement[part] * length, record.tangential_load[part] * force
+        axes.plot(x, y, rasterized=True, solid_joinstyle="round", **line)
+
+    return draw
+
+
+def _branches(loops: Loops, which: "Integers | None" = None) -> list[list[int]]:
+    """Return the ends of the branches that are not left out, joined where they follow each other."""
+    pieces: list[list[int]] = []
+    for loop in range(len(loops)) if which is None else which:
+        ends = loops.ends[loop]
+        for first, last in ((ends[0], ends[1]), (ends[1], ends[2])):
+            backward = int(loops.trace.displacement[last] < loops.trace.displacement[first])
+            if loops.left_out_branches[loop, backward] or first == last:
+                continue
+            if pieces and pieces[-1][1] == first:
+                pieces[-1][1] = int(last)
+            else:
+                pieces.append([int(first), int(last)])
+    return pieces
 
 
 def _name(loops: Loops, label: str) -> str:
     # matplotlib takes what stands between dollar signs for mathematics
     plain = label.replace("$", r"\$")
-    count = f"{len(loops):,} loop{'s' if len(loops) > 1 else ''}"
+    count = counted(len(loops), "loop", "loops")
     return f"{plain}, {count}" if plain else count
 
 
