@@ -1,6 +1,5 @@
 """What the commands share: what they print, and the files that they write."""
 
-import warnings
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -64,6 +63,5 @@ def save(figure: "Figure", picture: Path) -> None:
     kind = picture.suffix.removeprefix(".").lower()
     if kind not in known:
         raise InputError(f"{picture}: {kind or 'no'} ending; expected one of {', '.join(sorted(known))}")
-    with replacing(picture) as unfinished, warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="Glyph .* missing from")
-        figure.savefig(unfinished, format=kind, dpi=200)
+    with replacing(picture) as unfinished:
+        figure.savefig(unfinished, format=kind)

@@ -7,13 +7,14 @@ import numpy.typing as npt
 
 from historysim.basics.units import prefixed
 from historysim.contact.adhesion import Branch
-from historysim.results.plots.style import FAINT, INK, MARK, STYLE, plain_title
+from historysim.results.plots.paper import Size, new_figure
+from historysim.results.plots.style import FAINT, INK, MARK, plain_title
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def plot_adhesion_branch(branch: Branch, *, title: str = "") -> "Figure":
+def plot_adhesion_branch(branch: Branch, *, title: str = "", size: Size | None = None) -> "Figure":
     """Draw the load of a contact over its approach: what is stable, and where it jumps.
 
     Parameters
@@ -22,19 +23,17 @@ def plot_adhesion_branch(branch: Branch, *, title: str = "") -> "Figure":
         The equilibria, as `historysim.contact.adhesion.branch` gives them.
     title : str
         A heading; by default the theory.
+    size : (float, float), optional
+        Width and height [mm].
 
     Returns
     -------
     matplotlib.figure.Figure
         A figure 130 mm wide.
     """
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
-
     length, length_prefix = prefixed(float(np.abs(branch.approach).max()))
     force, force_prefix = prefixed(float(np.abs(branch.normal_load).max()))
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(5.1, 4.0), layout="constrained")
+    with new_figure(size, (130.0, 102.0)) as figure:
         axes = figure.add_subplot()
         axes.axhline(0, color=FAINT, linewidth=0.4, zorder=0)
         axes.axvline(0, color=FAINT, linewidth=0.4, zorder=0)

@@ -10,7 +10,8 @@ import numpy.typing as npt
 
 from historysim.contact.adhesion import DMT_BELOW, JKR_ABOVE, Regime, hertz_boundary, regime, rigid_boundary
 from historysim.errors import InputError, LoadError
-from historysim.results.plots.style import FAINT, INK, MARK, STYLE
+from historysim.results.plots.paper import Size, new_figure
+from historysim.results.plots.style import FAINT, INK, MARK
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -41,7 +42,7 @@ FILLS = {
 }
 
 
-def plot_adhesion_map(contacts: Contacts | None = None) -> "Figure":
+def plot_adhesion_map(contacts: Contacts | None = None, *, size: Size | None = None) -> "Figure":
     """Draw the zones in which the theories of adhesion hold, after Johnson and Greenwood (1997), and contacts in them.
 
     The zones are those of `historysim.contact.adhesion.regime`.
@@ -52,6 +53,8 @@ def plot_adhesion_map(contacts: Contacts | None = None) -> "Figure":
         By label, the Maugis parameter λ and the load parameter N/(πWR) of contacts to mark. The map grows to hold
         them. A contact that is unloaded or pulled has no place on a logarithmic axis: an arrow at the lower edge
         marks it, where the zones hardly change with the load.
+    size : (float, float), optional
+        Width and height [mm].
 
     Returns
     -------
@@ -65,12 +68,8 @@ def plot_adhesion_map(contacts: Contacts | None = None) -> "Figure":
     LoadError
         A contact pulled beyond pull-off.
     """
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
-
     marked = _checked({} if contacts is None else contacts)
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(5.1, 4.2), layout="constrained")
+    with new_figure(size, (130.0, 107.0)) as figure:
         axes = figure.add_subplot()
         axes.set(
             xscale="log",

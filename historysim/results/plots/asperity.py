@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from historysim.asperities.asperity import Asperity
-from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, STYLE, legend_below, scaled
+from historysim.results.plots.paper import COLUMN, Size, new_figure
+from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, legend_below, scaled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -13,22 +14,21 @@ if TYPE_CHECKING:
 POINTS = 801
 
 
-def plot_asperity(asperity: Asperity) -> "Figure":
+def plot_asperity(asperity: Asperity, *, size: Size | None = None) -> "Figure":
     """Draw the tangential traction of an asperity over the radius, within ± friction times the pressure.
 
     Parameters
     ----------
     asperity : Asperity
         From `Ensemble.asperity`.
+    size : (float, float), optional
+        Width and height [mm].
 
     Returns
     -------
     matplotlib.figure.Figure
         A figure 90 mm wide; radii of the reversal points are dotted.
     """
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
-
     extent = 1.1 * asperity.contact_radius or 1.0
     radius = np.linspace(0.0, extent, POINTS)
     limit = asperity.friction * asperity.pressure(radius)
@@ -36,8 +36,7 @@ def plot_asperity(asperity: Asperity) -> "Figure":
     lengths, length_unit = scaled(radius, "m")
     stresses, stress_unit = scaled(np.concatenate([traction, limit, -limit]), "Pa")
     traction, above, below = np.split(stresses, 3)
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(3.55, 2.6), layout="constrained")
+    with new_figure(size, (COLUMN, 66.0)) as figure:
         axes = figure.add_subplot()
         axes.plot(lengths, above, color=FAINT, linewidth=0.8, linestyle="--", label="± friction × pressure")
         axes.plot(lengths, below, color=FAINT, linewidth=0.8, linestyle="--")

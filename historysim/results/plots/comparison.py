@@ -8,7 +8,8 @@ import numpy.typing as npt
 from historysim.basics.units import prefixed
 from historysim.measured.comparison import Comparison
 from historysim.measured.correction import contact_displacement
-from historysim.results.plots.style import FAINT, INK, STYLE, legend_below, plain_title
+from historysim.results.plots.paper import PAGE, Size, new_figure
+from historysim.results.plots.style import FAINT, INK, legend_below, plain_title
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,24 +21,22 @@ MOST_POINTS = 50_000
 MEASURED, CORRECTED, MODEL = "#d1603d", "#e0b73c", "#12355b"
 
 
-def plot_comparison(comparison: Comparison, title: str = "") -> "Figure":
+def plot_comparison(comparison: Comparison, title: str = "", *, size: Size | None = None) -> "Figure":
     """Draw loops and time series of measurement and model over each other, what is left, and the energy of each loop.
 
     Parameters
     ----------
     comparison : Comparison
     title : str
+    size : (float, float), optional
+        Width and height [mm].
 
     Returns
     -------
     matplotlib.figure.Figure
         A figure 180 mm wide.
     """
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
-
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.1, 5.4), layout="constrained")
+    with new_figure(size, (PAGE, 137.0)) as figure:
         grid = figure.add_gridspec(2, 2, height_ratios=(1.25, 1))
         _draw_loops(figure.add_subplot(grid[0, 0]), comparison)
         over_time = figure.add_subplot(grid[0, 1])

@@ -10,7 +10,8 @@ from historysim.basics.units import prefixed, quantity_text
 from historysim.errors import InputError
 from historysim.log.event_log import EventLog
 from historysim.replay import Replay
-from historysim.results.plots.style import INK, STATE_COLOURS, STYLE, plain_title
+from historysim.results.plots.paper import PAGE, Size, new_figure
+from historysim.results.plots.style import INK, STATE_COLOURS, plain_title
 from historysim.surfaces.heights import Surface
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ Floats = npt.NDArray[np.float64]
 STICKS, SLIPS = 1.0, 2.0
 
 
-def plot_contact_map(log: EventLog, at: float, *, title: str = "") -> "Figure":
+def plot_contact_map(log: EventLog, at: float, *, title: str = "", size: Size | None = None) -> "Figure":
     """Draw the stick and slip zones, the pressures and the tractions of a contact, and what independent summits give.
 
     Parameters
@@ -33,6 +34,8 @@ def plot_contact_map(log: EventLog, at: float, *, title: str = "") -> "Figure":
         Time [s].
     title : str
         A heading; by default that of the log.
+    size : (float, float), optional
+        Width and height [mm].
 
     Returns
     -------
@@ -45,9 +48,6 @@ def plot_contact_map(log: EventLog, at: float, *, title: str = "") -> "Figure":
     InputError
         A log of another surface, or a time before the first event.
     """
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
-
     arrays = log.surface
     if "solved_pressure" not in arrays:
         raise InputError(f'{log.path}: has no contact maps; expected the log of a surface with interaction = "full"')
@@ -68,8 +68,7 @@ def plot_contact_map(log: EventLog, at: float, *, title: str = "") -> "Figure":
     traction = whole(found.tangential @ arrays["solved_pressure"] * modulus)
     lengths, unit = prefixed(max(_sides(arrays)))
     extent = (0.0, shape[0] * pixel[0] * lengths, 0.0, shape[1] * pixel[1] * lengths)
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.1, 6.4), layout="constrained")
+    with new_figure(size, (PAGE, 163.0)) as figure:
         axes = figure.subplots(2, 2, sharex=True, sharey=True)
         _draw_zones(axes[0, 0], whole(zone), extent, "whole map")
         _draw_zones(axes[0, 1], _independent(log, at, shape, pixel), extent, "independent summits")

@@ -10,7 +10,8 @@ import numpy.typing as npt
 import xarray as xr
 
 from historysim.basics.units import prefixed
-from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, STATES, STYLE, plain_title, scaled
+from historysim.results.plots.paper import PAGE, Size, new_figure
+from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, STATES, plain_title, scaled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,7 +25,7 @@ MOST_ROWS = 1_000
 COLOURS = 256
 
 
-def plot_history(history: xr.Dataset) -> "Figure":
+def plot_history(history: xr.Dataset, *, size: Size | None = None) -> "Figure":
     """Draw the friction loop, the loads over time, and which asperities stick or slip.
 
     Parameters
@@ -32,19 +33,17 @@ def plot_history(history: xr.Dataset) -> "Figure":
     history : xarray.Dataset
         A history. One without asperities gets its dissipated energy in place of the map of slip state. Long
         histories are thinned to what a page can show.
+    size : (float, float), optional
+        Width and height [mm].
 
     Returns
     -------
     matplotlib.figure.Figure
         A figure 180 mm wide.
     """
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
-
-    with mpl.rc_context(STYLE):
-        rows = history.sizes.get("asperity", 0) if "slip_state" in history else 0
-        map_height = 1.5 if rows == 0 else 0.35 + 1.65 * min(rows / 12, 1)
-        figure = Figure(figsize=(7.1, 3.9 + map_height), layout="constrained")
+    rows = history.sizes.get("asperity", 0) if "slip_state" in history else 0
+    map_height = 1.5 if rows == 0 else 0.35 + 1.65 * min(rows / 12, 1)
+    with new_figure(size, (PAGE, 99.0 + 25.4 * map_height)) as figure:
         grid = figure.add_gridspec(3, 2, width_ratios=(1, 1), height_ratios=(1.1, 1.9, map_height))
         normal_axes = figure.add_subplot(grid[0, 1])
         thin = _thinned(history)

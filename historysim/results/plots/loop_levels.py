@@ -7,7 +7,8 @@ import numpy.typing as npt
 import xarray as xr
 
 from historysim.basics.units import prefixed
-from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, STYLE, legend_below, plain_title
+from historysim.results.plots.paper import PAGE, Size, new_figure
+from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, legend_below, plain_title
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,7 +22,7 @@ APART = 0.02
 """How far the marks of one load stand from each other, over the range of the loads."""
 
 
-def plot_loop_levels(table: xr.Dataset, *, title: str = "") -> "Figure":
+def plot_loop_levels(table: xr.Dataset, *, title: str = "", size: Size | None = None) -> "Figure":
     """Draw friction force, friction coefficient, preliminary displacement and energy over the normal load.
 
     Error bars are the standard deviation of one loop; lines are the laws that were fitted to the means at the loads.
@@ -33,17 +34,15 @@ def plot_loop_levels(table: xr.Dataset, *, title: str = "") -> "Figure":
         place of loads (``by_amplitude``) there are no laws.
     title : str
         A heading.
+    size : (float, float), optional
+        Width and height [mm].
 
     Returns
     -------
     matplotlib.figure.Figure
         A figure 180 mm wide.
     """
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
-
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.1, 4.8), layout="constrained")
+    with new_figure(size, (PAGE, 122.0)) as figure:
         grid = figure.subplots(2, 2, sharex=True)
         for axes, quantity in zip(grid.flat, PANELS, strict=True):
             _draw(axes, table, quantity)

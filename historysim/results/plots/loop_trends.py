@@ -8,7 +8,8 @@ import xarray as xr
 
 from historysim.basics.units import prefixed
 from historysim.measured.statistics import LoopStatistics
-from historysim.results.plots.style import FAINT, STATE_COLOURS, STYLE, plain_title
+from historysim.results.plots.paper import PAGE, Size, new_figure
+from historysim.results.plots.style import FAINT, STATE_COLOURS, plain_title
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,7 +21,7 @@ MARKERS = "^", "v"
 TRENDS = "friction_force", "preliminary_displacement", "tangential_stiffness", "dissipated_energy"
 
 
-def plot_loop_trends(loops: xr.Dataset, *, title: str = "") -> "Figure":
+def plot_loop_trends(loops: xr.Dataset, *, title: str = "", size: Size | None = None) -> "Figure":
     """Draw friction force, preliminary displacement, stiffness and energy of each loop, with their means at one load.
 
     Parameters
@@ -29,17 +30,15 @@ def plot_loop_trends(loops: xr.Dataset, *, title: str = "") -> "Figure":
         From `Loops.to_dataset`, or the file that ``historysim loops -o`` writes.
     title : str
         A heading; by default that of the loops.
+    size : (float, float), optional
+        Width and height [mm].
 
     Returns
     -------
     matplotlib.figure.Figure
         A figure 180 mm wide.
     """
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
-
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.1, 3.8), layout="constrained")
+    with new_figure(size, (PAGE, 97.0)) as figure:
         grid = figure.add_gridspec(2, 2)
         draw_trends(figure, [grid[row, column] for row in range(2) for column in range(2)], [loops], columns=2)
         figure.suptitle(plain_title(title or str(loops.attrs.get("title", ""))), x=0.01, ha="left", fontsize=9.5)

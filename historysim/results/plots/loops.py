@@ -9,7 +9,8 @@ from historysim.basics.units import prefixed, quantity_text
 from historysim.basics.wording import counted
 from historysim.measured.loops import DIRECTIONS, Loops
 from historysim.results.plots.loop_trends import COLOURS, TRENDS, draw_trends
-from historysim.results.plots.style import FAINT, INK, STYLE
+from historysim.results.plots.paper import PAGE, Size, new_figure
+from historysim.results.plots.style import FAINT, INK
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -24,7 +25,12 @@ MOST_POINTS = 100_000
 
 
 def plot_loops(
-    loops: Loops, model: Loops | None = None, *, labels: tuple[str, str] = ("measured", "model"), title: str = ""
+    loops: Loops,
+    model: Loops | None = None,
+    *,
+    labels: tuple[str, str] = ("measured", "model"),
+    title: str = "",
+    size: Size | None = None,
 ) -> "Figure":
     """Draw friction loops over each other, with the means of what they say, and how that changes from loop to loop.
 
@@ -43,18 +49,16 @@ def plot_loops(
         What the two sets are called, where there are two.
     title : str
         A heading.
+    size : (float, float), optional
+        Width and height [mm].
 
     Returns
     -------
     matplotlib.figure.Figure
         A figure 180 mm wide.
     """
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
-
     sets = [loops] if model is None else [loops, model]
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.1, 4.6), layout="constrained")
+    with new_figure(size, (PAGE, 117.0)) as figure:
         grid = figure.add_gridspec(len(TRENDS), 2, width_ratios=(1.75, 1))
         levels = int(loops.load_level.max()) + 1
         if levels > 1:

@@ -13,7 +13,8 @@ from historysim.basics.units import prefixed, quantity_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.recording import surface_group
-from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, STATES, STYLE, plain_title
+from historysim.results.plots.paper import PAGE, Size, new_figure
+from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, STATES, plain_title
 from historysim.surfaces.heights import Surface
 
 if TYPE_CHECKING:
@@ -85,7 +86,12 @@ def surface_of(history: xr.Dataset) -> xr.Dataset:
 
 
 def plot_surface(
-    surface: xr.Dataset | Surface, history: xr.Dataset | None = None, step: int | str = -1, *, title: str = ""
+    surface: xr.Dataset | Surface,
+    history: xr.Dataset | None = None,
+    step: int | str = -1,
+    *,
+    title: str = "",
+    size: Size | None = None,
 ) -> "Figure":
     """Draw a surface with its summits, and the asperity distribution: radius against height.
 
@@ -100,6 +106,8 @@ def plot_surface(
         At this step of it, or at that of the greatest normal load; negative ones count from the end.
     title : str
         A heading; by default the title of the history, or else of the surface.
+    size : (float, float), optional
+        Width and height [mm].
 
     Returns
     -------
@@ -111,9 +119,6 @@ def plot_surface(
     InputError
         A Dataset without summits, a history of other summits, or a step that it does not have.
     """
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
-
     if isinstance(surface, Surface):
         with representable():
             summits = surface.summits(3 if 1 in surface.shape else 9)
@@ -124,8 +129,7 @@ def plot_surface(
     state = np.zeros(surface.sizes["summit"], dtype=np.int8) if contact is None else contact.state
     has_map = "height" in surface
     placed = {"summit_x", "summit_y"} <= set(surface.variables) and (has_map or state.size > 0)
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.1, 3.8), layout="constrained")
+    with new_figure(size, (PAGE, 97.0)) as figure:
         grid = figure.add_gridspec(1, 2, width_ratios=(1.25, 1)) if placed else figure.add_gridspec(1, 1)
         if placed:
             axes = figure.add_subplot(grid[0, 0])

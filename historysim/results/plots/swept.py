@@ -9,8 +9,8 @@ import xarray as xr
 
 from historysim.basics.units import prefixed
 from historysim.errors import InputError
-from historysim.results.plots.sizes import COLUMN, Size, new_figure
-from historysim.results.plots.style import INK, STATE_COLOURS, STYLE
+from historysim.results.plots.paper import COLUMN, Size, new_figure
+from historysim.results.plots.style import INK, STATE_COLOURS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -70,8 +70,6 @@ def plot_swept(
         Names that the sweep does not have, a quantity that is no number, more lines than can be told apart, or another
         spread.
     """
-    import matplotlib as mpl
-
     values, over, each = _chosen(sweep, quantity, over, each)
     if spread not in SPREADS:
         raise InputError(f"spread is {spread!r}; expected one of {', '.join(SPREADS)}")
@@ -79,8 +77,7 @@ def plot_swept(
     along, label, ticks = _axis(sweep, over)
     factor, unit = _unit(values)
     members: list[Any] = [None] if each is None else list(range(sweep.sizes[each]))
-    with mpl.rc_context(STYLE):
-        figure = new_figure(size, (COLUMN, 70.0))
+    with new_figure(size, (COLUMN, 70.0)) as figure:
         axes = figure.add_subplot()
         for member, line in zip(members, LINES, strict=False):
             part = values if member is None else values.isel({each: member})

@@ -3,7 +3,6 @@
 import base64
 import io
 import textwrap
-import warnings
 from collections.abc import Iterable, Sequence
 from html import escape
 from typing import TYPE_CHECKING
@@ -81,9 +80,7 @@ def folded(label: str, text: str) -> str:
 def picture(figure: "Figure", caption: str) -> str:
     """Return a figure, embedded as PNG, with a caption below it."""
     stream = io.BytesIO()
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="Glyph .* missing from")
-        figure.savefig(stream, format="png", dpi=DOTS_PER_INCH)
+    figure.savefig(stream, format="png", dpi=DOTS_PER_INCH)
     data = base64.b64encode(stream.getvalue()).decode("ascii")
     return (
         f'<figure><img alt="{escape(caption)}" src="data:image/png;base64,{data}">'

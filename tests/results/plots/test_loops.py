@@ -50,7 +50,7 @@ def legend(figure):
 
 def test_loops_and_their_means_are_drawn(model):
     figure, (loops, *trends) = drawn(model)
-    assert figure.get_size_inches()[0] == pytest.approx(7.1)
+    assert figure.get_size_inches()[0] * 25.4 == pytest.approx(180)
     assert loops.get_xlabel() == "tangential displacement $U$ (nm)"
     assert loops.get_ylabel() == "tangential load $T$ (mN)"
     assert legend(figure) == ["3 loops", "means"]

@@ -1,11 +1,14 @@
-"""The size of a picture, in millimetres on paper."""
+"""What a picture begins with: a figure of a size in millimetres, in the one style that all pictures share."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from historysim.basics.arguments import checked
 from historysim.errors import InputError
+from historysim.results.plots.style import STYLE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -19,8 +22,9 @@ MILLIMETRES_PER_INCH = 25.4
 LEAST, MOST = 20.0, 2000.0
 
 
-def new_figure(size: Size | None, default: Size) -> "Figure":
-    """Return an empty figure.
+@contextmanager
+def new_figure(size: Size | None, default: Size) -> Iterator["Figure"]:
+    """Yield an empty figure, to be drawn in the style of all pictures.
 
     Parameters
     ----------
@@ -34,10 +38,13 @@ def new_figure(size: Size | None, default: Size) -> "Figure":
     InputError
         What is no width and height from 20 to 2000 mm.
     """
-    from matplotlib.figure import Figure
+    import matplotlib as mpl
+
+    from historysim.results.plots.printed import PrintedFigure
 
     given = default if size is None else size
     sides = checked("size", given, above=0)
     if sides.shape != (2,) or np.any((sides < LEAST) | (sides > MOST)):
         raise InputError(f"size is {size!r}; expected width and height from {LEAST:.0f} to {MOST:.0f} mm, as (90, 70)")
-    return Figure(figsize=tuple(sides / MILLIMETRES_PER_INCH), layout="constrained")
+    with mpl.rc_context(STYLE):
+        yield PrintedFigure(figsize=tuple(sides / MILLIMETRES_PER_INCH), layout="constrained")
