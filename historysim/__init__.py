@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from historysim.asperities.asperity import Asperity as Asperity
     from historysim.asperities.asperity import SlipState as SlipState
     from historysim.asperities.ensemble import Ensemble as Ensemble
-    from historysim.asperities.ensemble import EnsembleState as EnsembleState
     from historysim.asperities.instrument import Instrument as Instrument
+    from historysim.asperities.state import EnsembleState as EnsembleState
     from historysim.contact.greenwood_williamson import GreenwoodWilliamson as GreenwoodWilliamson
     from historysim.contact.materials import Material as Material
     from historysim.contact.materials import MaterialPair as MaterialPair
@@ -65,8 +65,9 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "asperities.asperity": ("Asperity", "SlipState"),
-    "asperities.ensemble": ("Ensemble", "EnsembleState"),
+    "asperities.ensemble": ("Ensemble",),
     "asperities.instrument": ("Instrument",),
+    "asperities.state": ("EnsembleState",),
     "contact.greenwood_williamson": ("GreenwoodWilliamson",),
     "contact.materials": ("Material", "MaterialPair", "material"),
     "interaction.solutions": ("NormalSolutions",),

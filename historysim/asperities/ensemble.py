@@ -2,6 +2,7 @@
 
 import math
 from functools import partial
+from pathlib import Path
 from typing import Any, Self
 
 import attrs
@@ -12,19 +13,19 @@ from historysim.asperities import friction as friction_laws
 from historysim.asperities.asperity import Asperity
 from historysim.asperities.curves import NormalCurves, Superposition
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
+from historysim.asperities.saved_state import read
+from historysim.asperities.state import EnsembleState
+from historysim.asperities.stepper import HELD, Stepper, Totals, channel, goals, stepped
 from historysim.basics.arguments import checked, one_per, scalar
-from historysim.basics.units import quantity_text, range_text
+from historysim.basics.units import range_text
 from historysim.basics.wording import counted
 from historysim.contact.materials import MaterialPair
 from historysim.errors import FrictionLimitError, InputError
 from historysim.interaction.solutions import NormalSolutions
-from historysim.memory.energy import stored_energy
 from historysim.memory.friction import change_friction, refresh_loads
 from historysim.memory.layout import (
     APPROACH,
     DISPLACEMENT,
-    DISSIPATED,
-    NORMAL_LOAD,
     TANGENTIAL,
     TANGENTIAL_LOAD,
     Contact,
@@ -33,111 +34,14 @@ from historysim.memory.layout import (
     copied,
 )
 from historysim.memory.normal import approach_at
-from historysim.memory.paths import DISPLACED, LOAD, STILL, Goals, Paths, paths_to
+from historysim.memory.paths import DISPLACED, LEAST_APPROACH, LEAST_LOAD, LOAD, STILL, Goals, Paths, paths_to
 from historysim.memory.polyline import Aim
 from historysim.memory.rows import Rows, blank_rows
-from historysim.memory.slip import sticking_stiffness
 from historysim.memory.traction import TractionMemory
 from historysim.memory.walk import walk_paths
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
-
-
-LEAST_APPROACH, LEAST_LOAD = 1e-150, 1e-225
-"""Approach over the largest radius, and load in its unit, below which there is no contact that floats could hold."""
-
-
-@attrs.frozen(eq=False, repr=False)
-class EnsembleState:
-    """The state of an ensemble: a value, never changed once made.
-
-    Attributes
-    ----------
-    contact : Contact
-        Geometry and present friction, in the order of the friction groups.
-    order : array (asperity)
-        The ensemble's index of each asperity in that order.
-    memory : Memory
-        What the asperities remember, and the present loads, dimensionless.
-    units : Units
-    normal_control, tangential_control : int
-        How each channel was last controlled (`LOAD` or `DISPLACED`), which is how it is
-        held until it is told to move.
-    """
-
-    contact: Contact
-    order: Integers
-    memory: Memory
-    units: Units
-    normal_control: int = LOAD
-    tangential_control: int = LOAD
-
-    def __repr__(self) -> str:
-        told = [
-            f"normal load {quantity_text(self.normal_load, 'N')}",
-            f"tangential load {quantity_text(self.tangential_load, 'N')}",
-            f"approach {quantity_text(self.approach, 'm')}",
-            f"tangential displacement {quantity_text(self.tangential_displacement, 'm')}",
-        ]
-        return f"<EnsembleState: {', '.join(told)}>"
-
-    @property
-    def normal_load(self) -> float:
-        """Total normal load [N]."""
-        return float(self.memory.now[NORMAL_LOAD]) * self.units.load
-
-    @property
-    def tangential_load(self) -> float:
-        """Total tangential load [N]."""
-        return float(self.memory.now[TANGENTIAL_LOAD]) * self.units.load
-
-    @property
-    def approach(self) -> float:
-        """Approach of the highest summit from first touch [m]; negative where nothing touches."""
-        return float(self.memory.now[APPROACH]) * self.units.length
-
-    @property
-    def tangential_displacement(self) -> float:
-        """Rigid tangential displacement U [m]."""
-        return float(self.memory.now[DISPLACEMENT]) * self.units.displacement
-
-    @property
-    def friction(self) -> Floats:
-        """Present friction coefficient of each asperity (asperity)."""
-        coefficients = np.empty(self.order.size)
-        coefficients[self.order] = np.repeat(self.contact.friction, np.diff(self.contact.first))
-        return coefficients
-
-    @property
-    def dissipated_energy(self) -> float:
-        """Energy that friction has taken since the start, all asperities [J]."""
-        return float(self.memory.now[DISSIPATED]) * self.units.energy
-
-    def stiffness(self, direction: int) -> float:
-        """Return dT/dU at a fixed approach when the displacement goes on in a direction [N/m].
-
-        Springs that slide in that direction take no part; those that slide the other way stick again.
-
-        Parameters
-        ----------
-        direction : int
-            1 for a growing displacement, -1 for a falling one.
-
-        Raises
-        ------
-        InputError
-            Another direction.
-        """
-        if isinstance(direction, bool) or direction not in {1, -1}:
-            raise InputError(f"direction is {direction!r}; expected 1 (the displacement grows) or -1 (it falls)")
-        return sticking_stiffness(self.contact, self.memory, float(direction)) * self.units.stiffness
-
-    @property
-    def stored_energy(self) -> float:
-        """Tangential elastic energy that all asperities hold [J]."""
-        unused = np.zeros(self.order.size)
-        return stored_energy(self.contact, self.memory, unused) * self.units.energy
 
 
 @attrs.frozen(eq=False, init=False, repr=False)
@@ -382,14 +286,94 @@ class Ensemble:
             A value that is not finite, a negative normal load, both a load and a displacement of one channel, or
             what is no instrument.
         """
-        normal = _channel("normal", normal_load, normal_displacement, state.normal_control, least=0.0)
-        tangential = _channel("tangential", tangential_load, tangential_displacement, state.tangential_control)
-        state = self.walk(state, paths_to(normal, tangential), saturate=saturate, instrument=instrument)
+        normal = channel("normal", normal_load, normal_displacement, state.normal_control, 0.0)
+        tangential = channel("tangential", tangential_load, tangential_displacement, state.tangential_control)
+        if self.curves is not None:
+            self.curves.check_reach(paths_to(goals(normal), goals(tangential)))
+        compliance = 0.0 if instrument is RIGID else _compliance(instrument, state.units)
+        options = (saturate, self.tolerance, compliance)
+        state = stepped(state, normal, tangential, *options)
         if friction is not None:
-            hold = paths_to(Goals(state.normal_control, *STILL), Goals(state.tangential_control, *STILL))
             state = self.with_friction(state, friction, instrument=instrument)
-            state = self.walk(state, hold, saturate=saturate, instrument=instrument)
+            state = stepped(state, (state.normal_control, HELD), (state.tangential_control, HELD), *options)
         return state
+
+    def advance_many(
+        self,
+        state: EnsembleState,
+        *,
+        normal_load: "npt.ArrayLike | None" = None,
+        normal_displacement: "npt.ArrayLike | None" = None,
+        tangential_load: "npt.ArrayLike | None" = None,
+        tangential_displacement: "npt.ArrayLike | None" = None,
+        saturate: bool = False,
+        instrument: Instrument = RIGID,
+    ) -> tuple[EnsembleState, Totals]:
+        """Return the state after straight paths, one after the other, and the totals at the end of each.
+
+        It is what as many calls of `advance` would do, bit for bit.
+
+        Parameters
+        ----------
+        state : EnsembleState
+        normal_load, normal_displacement, tangential_load, tangential_displacement : array_like (path), optional
+            As for `advance`, one value for each path; one number stands for all of them.
+        saturate : bool
+            Hold tangential loads beyond the limit at the limit.
+        instrument : Instrument, optional
+            In series with the contact.
+
+        Returns
+        -------
+        EnsembleState
+        Totals
+
+        Raises
+        ------
+        FrictionLimitError, CurveEndError
+            With the position of the path that cannot be walked.
+        InputError
+            As for `advance`, or lists of different lengths.
+        """
+        normal = _goals_of("normal", normal_load, normal_displacement, state.normal_control, least=0.0)
+        tangential = _goals_of("tangential", tangential_load, tangential_displacement, state.tangential_control)
+        counts = {np.size(goals.target) for goals in (normal, tangential)} - {1}
+        if len(counts) > 1:
+            raise InputError(
+                f"the channels have {min(counts)} and {max(counts)} values; expected as many, or one number"
+            )
+        if 0 in counts:
+            raise InputError("there is no value; expected one for each path")
+        paths = paths_to(normal, tangential)
+        rows = blank_rows(paths.parts.size, 0)
+        state = self.walk(state, paths, rows=rows, saturate=saturate, instrument=instrument)
+        return state, Totals.of(rows.totals)
+
+    def stepper(
+        self, state: EnsembleState | None = None, *, saturate: bool = False, instrument: Instrument = RIGID
+    ) -> Stepper:
+        """Return what steps a state in place, for tight loops; it starts unloaded by default.
+
+        Raises
+        ------
+        InputError
+            What is no instrument.
+        """
+        state = state or self.initial_state()
+        compliance = _compliance(instrument, state.units)
+        return Stepper(state, saturate=saturate, tolerance=self.tolerance, compliance=compliance, curves=self.curves)
+
+    def load_state(self, path: "str | Path") -> EnsembleState:
+        """Return a state of this ensemble from a file that `EnsembleState.save` has written.
+
+        Raises
+        ------
+        InputError
+            A file that is none of a state, one that a later version wrote, or one of other asperities.
+        OSError
+            The file cannot be read.
+        """
+        return read(self.initial_state(), Path(path))
 
     def with_friction(
         self, state: EnsembleState, friction: "npt.ArrayLike", *, instrument: Instrument = RIGID
@@ -621,17 +605,24 @@ def _compliance(instrument: Instrument, units: Units) -> float:
     return units.stiffness / as_instrument(instrument).lateral_stiffness
 
 
-def _channel(
-    name: str, load: float | None, displacement: float | None, control: int, least: float = -math.inf
+def _goals_of(
+    name: str,
+    load: "npt.ArrayLike | None",
+    displacement: "npt.ArrayLike | None",
+    control: int,
+    least: float = -math.inf,
 ) -> Goals:
-    """Where one channel of a single path goes."""
+    """Where one channel of several paths goes."""
     if load is not None and displacement is not None:
         raise InputError(f"both {name}_load and {name}_displacement came; expected one of them")
-    if load is not None:
-        return Goals(LOAD, float(checked(f"{name}_load", load, least=least)))
-    if displacement is not None:
-        return Goals(DISPLACED, float(checked(f"{name}_displacement", displacement)))
-    return Goals(control, *STILL)
+    kind, values, least = (LOAD, load, least) if load is not None else (DISPLACED, displacement, -math.inf)
+    if values is None:
+        return Goals(control, *STILL)
+    kind_name = "load" if kind == LOAD else "displacement"
+    targets = checked(f"{name}_{kind_name}", values, least=least)
+    if targets.ndim > 1:
+        raise InputError(f"{name}_{kind_name} has shape {targets.shape}; expected one number, or a list")
+    return Goals(kind, targets)
 
 
 def _scaled(paths: Paths, units: Units) -> Paths:

@@ -2,8 +2,9 @@
 
 import attrs
 
-from historysim.asperities.ensemble import Ensemble, EnsembleState
+from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
+from historysim.asperities.state import EnsembleState
 
 
 @attrs.frozen

@@ -9,7 +9,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.asperities.ensemble import EnsembleState
+from historysim.asperities.state import EnsembleState
 from historysim.errors import InputError
 from historysim.loads.events import (
     Event,

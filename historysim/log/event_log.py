@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any, Self
 import attrs
 import numpy as np
 
-from historysim.asperities.ensemble import Ensemble, EnsembleState
+from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
+from historysim.asperities.state import EnsembleState
 from historysim.basics.arguments import scalar
 from historysim.basics.notices import Teller, silent
 from historysim.basics.wording import counted

@@ -4,7 +4,7 @@ import math
 from pathlib import Path
 from typing import Any
 
-from historysim.asperities.ensemble import EnsembleState
+from historysim.asperities.state import EnsembleState
 from historysim.basics.notices import Teller, silent
 from historysim.errors import InputError, LoadError
 from historysim.loads.events import time_text

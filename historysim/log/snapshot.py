@@ -1,19 +1,17 @@
 """Snapshots: the state at one moment of a log, as bytes, with what it depends on. A shortcut, never a truth."""
 
 import hashlib
-import io
 import json
-import zipfile
 from typing import Any, Self
 
 import attrs
-import numpy as np
 
 from historysim._version import __version__
-from historysim.asperities.ensemble import Ensemble, EnsembleState
-from historysim.errors import InputError
+from historysim.asperities import saved_state
+from historysim.asperities.ensemble import Ensemble
+from historysim.asperities.saved_state import packed
+from historysim.asperities.state import EnsembleState
 from historysim.loads.schedule import Standing
-from historysim.memory.layout import EXCESS, Memory
 from historysim.recording.provenance import made_with
 
 
@@ -32,7 +30,7 @@ class Snapshot:
     program : str
         Versions that computed the state.
     state : bytes
-        See `packed`.
+        See `saved_state.packed`.
     """
 
     standing: Standing
@@ -70,62 +68,12 @@ def program() -> str:
     return f"historysim {__version__}, {made_with()}"
 
 
-def packed(state: EnsembleState) -> bytes:
-    """Return a state as bytes (NPZ).
-
-    Of the vertex stacks only what is filled is kept: the room above is not part of the state. The geometry
-    is that of the ensemble, in the order that is kept.
-    """
-    memory, depth = state.memory, state.memory.depth
-    filled = np.arange(memory.vertices.shape[1]) < depth[:, np.newaxis]
-    buffer = io.BytesIO()
-    np.savez(
-        buffer,
-        order=state.order,
-        first=state.contact.first,
-        friction=state.contact.friction,
-        vertices=memory.vertices[filled],
-        depth=depth,
-        steep=memory.steep,
-        dissipated=memory.dissipated,
-        now=memory.now,
-        control=np.array([state.normal_control, state.tangential_control]),
-    )
-    return buffer.getvalue()
-
-
 def unpacked(ensemble: Ensemble, content: bytes) -> EnsembleState:
-    """Return the state of an ensemble that `packed` has made bytes of.
+    """Return the state of an ensemble that a snapshot holds.
 
     Raises
     ------
     InputError
         Bytes that are no state of this ensemble.
     """
-    try:
-        with np.load(io.BytesIO(content), allow_pickle=False) as file:
-            kept = {name: file[name] for name in file.files}
-        return _state(ensemble, kept)
-    except (KeyError, ValueError, IndexError, OSError, EOFError, zipfile.BadZipFile) as error:
-        raise InputError(f"is no state of these asperities ({error})") from error
-
-
-def _state(ensemble: Ensemble, kept: dict[str, Any]) -> EnsembleState:
-    beginning = ensemble.initial_state()
-    gap, weight = np.empty(ensemble.elements), np.empty(ensemble.elements)
-    gap[beginning.order], weight[beginning.order] = beginning.contact.gap, beginning.contact.weight
-    order, depth = kept["order"], kept["depth"]
-    vertices = np.zeros((depth.size, max(int(depth.max(initial=0)), 1) + 2, beginning.memory.vertices.shape[2]))
-    vertices[np.arange(vertices.shape[1]) < depth[:, np.newaxis]] = kept["vertices"]
-    contact = beginning.contact._replace(
-        gap=gap[order], weight=weight[order], first=kept["first"], friction=kept["friction"]
-    )
-    now = beginning.memory.now.copy()
-    # in snapshots of earlier versions, which are longer, what follows is no part of the state
-    told = now.size if kept["now"].size == now.size else EXCESS
-    now[:told] = kept["now"][:told]
-    memory = Memory(vertices=vertices, depth=depth, steep=kept["steep"], dissipated=kept["dissipated"], now=now)
-    normal, tangential = kept["control"].tolist()
-    return attrs.evolve(
-        beginning, contact=contact, order=order, memory=memory, normal_control=normal, tangential_control=tangential
-    )
+    return saved_state.unpacked(ensemble.initial_state(), content)

@@ -11,7 +11,8 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.asperities.ensemble import EnsembleState
+from historysim.asperities.saved_state import packed
+from historysim.asperities.state import EnsembleState
 from historysim.basics.file_kinds import is_log, is_netcdf, told_kind
 from historysim.basics.notices import Teller, silent
 from historysim.errors import InputError
@@ -19,7 +20,7 @@ from historysim.loads.events import Event, time_text
 from historysim.loads.schedule import Start
 from historysim.log.file import LogFile
 from historysim.log.result import log_beside
-from historysim.log.snapshot import packed, program
+from historysim.log.snapshot import program
 from historysim.log.starts import trusted_snapshots
 from historysim.memory.rows import Rows
 from historysim.recording.recorder import Recorder, coordinates_of

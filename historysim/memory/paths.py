@@ -12,6 +12,9 @@ LOAD, DISPLACED = 0, 1
 # target and fraction of a channel that is held
 STILL = (0.0, 0.0)
 
+LEAST_APPROACH, LEAST_LOAD = 1e-150, 1e-225
+"""Approach over the largest radius, and load in its unit, below which there is no contact that floats could hold."""
+
 
 class Paths(NamedTuple):
     """Straight paths, one after the other: where each channel goes, and how many rows are recorded on the way.

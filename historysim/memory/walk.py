@@ -1,5 +1,7 @@
 """Walk paths one after the other, and record their rows."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from historysim.memory.compiled import compiled
@@ -11,6 +13,7 @@ from historysim.memory.layout import (
     NORMAL_LOAD,
     TANGENTIAL_LOAD,
     Contact,
+    Floats,
     Integers,
     Memory,
     Units,
@@ -27,20 +30,45 @@ from historysim.memory.search import displacement_at
 from historysim.memory.tolerances import LIMIT_SLACK
 
 
+class Path(NamedTuple):
+    """One straight path, dimensionless: how each channel is controlled, its target, and the fraction of the way."""
+
+    normal_control: int
+    normal_target: float
+    normal_fraction: float
+    tangential_control: int
+    tangential_target: float
+    tangential_fraction: float
+
+
+class Journey(NamedTuple):
+    """What one path asks for, found before it is walked: where it goes, and how.
+
+    ``meets`` where a load meets the friction limit on the way; the course is then cut into ``pieces``. Displacements
+    in between are straight from ``displacements``' first to its second.
+    """
+
+    course: Course
+    aim: Aim
+    meets: bool
+    pieces: int
+    displacements: tuple[float, float]
+
+
 @compiled
 def destination(
-    contact: Contact, memory: Memory, paths: Paths, p: int, compliance: float, request: float
+    contact: Contact, memory: Memory, path: Path, compliance: float, request: float
 ) -> tuple[float, float, Aim]:
     """Where a path goes: approach, normal load, and the aim of the tangential channel, which now asks for a request."""
     now = memory.now
-    if paths.normal_control[p] == LOAD:
-        load = toward(now[NORMAL_LOAD], paths.normal_target[p], paths.normal_fraction[p])
+    if path.normal_control == LOAD:
+        load = toward(now[NORMAL_LOAD], path.normal_target, path.normal_fraction)
         d = approach_for(contact, memory, load)
     else:
-        d = toward(now[APPROACH], paths.normal_target[p], paths.normal_fraction[p])
-        load = load_at(contact.sorted_gap, contact.sorted_weight, d)[0]
-    target, fraction = paths.tangential_target[p], paths.tangential_fraction[p]
-    if paths.tangential_control[p] == LOAD:
+        d = toward(now[APPROACH], path.normal_target, path.normal_fraction)
+        load = now[NORMAL_LOAD] if d == now[APPROACH] else load_at(contact.sorted_gap, contact.sorted_weight, d)[0]
+    target, fraction = path.tangential_target, path.tangential_fraction
+    if path.tangential_control == LOAD:
         return d, load, to_load(toward(request, target, fraction))
     present = now[DISPLACEMENT] + compliance * now[TANGENTIAL_LOAD]
     return d, load, Aim(toward(present, target, fraction), 1.0, compliance)
@@ -55,6 +83,70 @@ def hold(memory: Memory, request: float) -> bool:
     if held:
         now[EXCESS] = excess
     return held
+
+
+@compiled
+def planned(
+    contact: Contact,
+    memory: Memory,
+    path: Path,
+    ends: Floats,
+    sides: Integers,
+    saturate: bool,
+    compliance: float,
+    direct: bool,
+) -> tuple[Journey, bool, float, float]:
+    """Plan one path, which is ``direct`` where nothing is recorded on its way; the memory is only read.
+
+    Returns also whether it is refused, as it asks for more than the friction limit, with the request and the limit.
+    Shares and sides of the pieces of a course that is cut are written to ``ends`` and ``sides``.
+    """
+    now = memory.now
+    load0, d0, v0 = now[NORMAL_LOAD], now[APPROACH], now[DISPLACEMENT]
+    force0 = now[TANGENTIAL_LOAD] + (now[EXCESS] if saturate else 0.0)
+    d1, load, aim = destination(contact, memory, path, compliance, force0)
+    request, by_force = aim.value, aim.rigid == 0.0
+    loads = path.normal_control == LOAD and by_force
+    course = Course(loads, (max(d0, 0.0) if loads and load > 0.0 else d0, d1), (load0, load), (force0, request))
+    meets = by_force and meets_limit(contact, course)
+    pieces = cut(contact, course, ends, sides) if meets else 0
+    asked, limit, refused = 0.0, 0.0, False
+    if meets and not saturate:
+        asked, limit = overload(contact, course, ends[:pieces], sides[:pieces])
+        refused = abs(asked) > limit * (1.0 + LIMIT_SLACK)
+    v1 = aim.value
+    if aim.compliance > 0.0 and not (loads or meets or refused or direct):
+        v1 = displacement_at(contact, memory, group_loads(contact, d1), d1, aim)
+    return Journey(course, aim, meets, pieces, (v0, v1)), refused, asked, limit
+
+
+@compiled
+def walk_on(
+    contact: Contact,
+    memory: Memory,
+    journey: Journey,
+    ends: Floats,
+    sides: Integers,
+    before: float,
+    share: float,
+    tolerance: float,
+) -> tuple[Memory, bool]:
+    """Walk a planned path from one share to another; return also whether a load is held at the limit there."""
+    course, aim, side = journey.course, journey.aim, 0
+    if journey.meets:
+        pieces = journey.pieces
+        memory, side = follow(contact, memory, course, ends[:pieces], sides[:pieces], before, share, tolerance)
+    elif course.both:
+        load = toward(course.loads[0], course.loads[1], share)
+        memory = ramp(contact, memory, load, toward(course.forces[0], course.forces[1], share), tolerance)
+    else:
+        d = toward(course.approaches[0], course.approaches[1], share)
+        arrives = d == course.approaches[1]
+        load = course.loads[1] if arrives else load_at(contact.sorted_gap, contact.sorted_weight, d)[0]
+        displacement = toward(journey.displacements[0], journey.displacements[1], share)
+        memory = move(contact, memory, d, load, aim if share == 1.0 else to_displacement(displacement))
+    memory.now[EXCESS] = 0.0
+    return memory, side != 0 and hold(memory, toward(course.forces[0], course.forces[1], share))
 
 
 @compiled
@@ -81,39 +173,24 @@ def walk_paths(
     ends, sides = np.ones(MOST_PIECES), np.zeros(MOST_PIECES, dtype=np.int64)
     flag = False
     for p in range(paths.parts.size):
-        now = memory.now
         parts = paths.parts[p]
-        load0, d0, v0 = now[NORMAL_LOAD], now[APPROACH], now[DISPLACEMENT]
-        force0 = now[TANGENTIAL_LOAD] + (now[EXCESS] if saturate else 0.0)
-        d1, load, aim = destination(contact, memory, paths, p, compliance, force0)
-        request, by_force = aim.value, aim.rigid == 0.0
-        loads = paths.normal_control[p] == LOAD and by_force
-        course = Course(loads, (max(d0, 0.0) if loads and load > 0.0 else d0, d1), (load0, load), (force0, request))
-        meets = by_force and meets_limit(contact, course)
-        pieces = cut(contact, course, ends, sides) if meets else 0
-        if meets and not saturate:
-            asked, limit = overload(contact, course, ends[:pieces], sides[:pieces])
-            if abs(asked) > limit * (1.0 + LIMIT_SLACK):
-                return memory, p, asked, limit
-        v1 = aim.value
-        if aim.compliance > 0.0 and not (loads or meets or (parts == 1 and until == 1.0)):
-            v1 = displacement_at(contact, memory, group_loads(contact, d1), d1, aim)
+        path = Path(
+            int(paths.normal_control[p]),
+            paths.normal_target[p],
+            paths.normal_fraction[p],
+            int(paths.tangential_control[p]),
+            paths.tangential_target[p],
+            paths.tangential_fraction[p],
+        )
+        direct = bool(parts == 1 and until == 1.0)
+        journey, refused, asked, limit = planned(contact, memory, path, ends, sides, saturate, compliance, direct)
+        if refused:
+            return memory, p, asked, limit
         before = 0.0
         for part in range(1, parts + 1):
             share = until * (part / parts)
-            side = 0
-            if meets:
-                memory, side = follow(contact, memory, course, ends[:pieces], sides[:pieces], before, share, tolerance)
-            elif loads:
-                memory = ramp(contact, memory, toward(load0, load, share), toward(force0, request, share), tolerance)
-            else:
-                d = toward(d0, d1, share)
-                step_load = load if d == d1 else load_at(contact.sorted_gap, contact.sorted_weight, d)[0]
-                step = aim if share == 1.0 else to_displacement(toward(v0, v1, share))
-                memory = move(contact, memory, d, step_load, step)
+            memory, held = walk_on(contact, memory, journey, ends, sides, before, share, tolerance)
             before = share
-            memory.now[EXCESS] = 0.0
-            held = side != 0 and hold(memory, toward(force0, request, share))
             # several paths may lead to one row
             flag = flag or held
             if part < parts or paths.recorded[p]:

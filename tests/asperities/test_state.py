@@ -1,0 +1,138 @@
+"""What a state tells, and that it can be compared, pickled and kept in a file."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import historysim as hs
+from historysim.asperities.state import BLOCK
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=2.0, shear_modulus=0.3)
+
+
+def rough(count=20, friction=0.4):
+    rng = np.random.default_rng(3)
+    return hs.Ensemble(PAIR, rng.normal(0.0, 0.01, count), rng.lognormal(0.0, 0.4, count), friction)
+
+
+ENSEMBLE = rough()
+STUCK = ENSEMBLE.advance(ENSEMBLE.initial_state(), normal_load=0.3)
+
+
+def spiral(ensemble, state, turns, largest=0.02):
+    """Ever smaller reversals, each of which is remembered."""
+    for turn in range(turns):
+        state = ensemble.advance(state, tangential_displacement=(-1) ** turn * largest * (1 - turn / (turns + 20)))
+    return state
+
+
+def test_the_normal_stiffness_is_the_slope_of_the_load():
+    step = 1e-5 * STUCK.approach
+    above, below = (ENSEMBLE.advance(STUCK, normal_displacement=STUCK.approach + side * step) for side in (1, -1))
+    slope = (above.normal_load - below.normal_load) / (2 * step)
+    assert STUCK.normal_stiffness == pytest.approx(slope, rel=1e-8)
+    assert ENSEMBLE.initial_state().normal_stiffness == 0.0
+
+
+def test_stiffness_count_and_share_are_those_that_are_recorded():
+    state = ENSEMBLE.advance(STUCK, tangential_displacement=0.01)
+    radii = [(a.contact_radius, a.stick_radius) for a in (ENSEMBLE.asperity(i, state) for i in range(len(ENSEMBLE)))]
+    contact, stick = np.sum(radii, axis=0)
+    assert state.contact_count == sum(radius > 0 for radius, _ in radii) > 3
+    assert state.tangential_stiffness == pytest.approx(8 * PAIR.shear_modulus * stick, rel=1e-12)
+    assert state.slip_share == pytest.approx(1 - stick / contact, rel=1e-10)
+    assert 0 < state.slip_share < 1
+    assert STUCK.slip_share == pytest.approx(0, abs=1e-15)
+    assert ENSEMBLE.initial_state().slip_share == 0
+    assert ENSEMBLE.advance(STUCK, tangential_displacement=1.0).slip_share == 1
+
+
+def test_equal_states_have_the_same_bits():
+    again = ENSEMBLE.advance(ENSEMBLE.initial_state(), normal_load=0.3)
+    assert again == STUCK
+    assert hash(STUCK) == hash(again)
+    assert ENSEMBLE.advance(STUCK, tangential_displacement=1e-9) != STUCK
+    # the same loads at rest, but held by displacement
+    assert ENSEMBLE.advance(STUCK, normal_displacement=STUCK.approach) != STUCK
+    assert rough(19).initial_state() != ENSEMBLE.initial_state()
+    assert rough(friction=0.3).initial_state() != ENSEMBLE.initial_state()
+    assert ENSEMBLE.initial_state() != "unloaded"
+
+
+@pytest.mark.parametrize("turns", [3, 5 * BLOCK])
+def test_a_state_can_be_pickled_and_saved(tmp_path, turns):
+    state = spiral(ENSEMBLE, STUCK, turns)
+    assert state.memory.depth[0] > turns
+    assert pickle.loads(pickle.dumps(state)) == state  # noqa: S301 - our own
+    path = tmp_path / "state.npz"
+    state.save(path)
+    back = ENSEMBLE.load_state(path)
+    assert back == state
+    assert ENSEMBLE.advance(back, tangential_load=0.01) == ENSEMBLE.advance(state, tangential_load=0.01)
+
+
+def changed(path, **values):
+    with np.load(path) as file:
+        kept = dict(file)
+    kept.update(values)
+    with path.open("wb") as file:
+        np.savez(file, **{name: value for name, value in kept.items() if value is not None})
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({"format": 2, "program": "9.9"}, r"format 2, written by historysim 9.9; expected one of format 1"),
+        ({"format": None}, "is no saved state"),
+        ({"depth": np.array([7])}, "is no state of these asperities"),
+        ({"order": np.array([99] * 20)}, "is no state of these asperities"),
+        ({"gap": np.zeros(20)}, "holds the state of other asperities"),
+    ],
+)
+def test_a_file_that_is_no_state_of_the_ensemble_is_refused(tmp_path, values, said):
+    path = tmp_path / "state.npz"
+    STUCK.save(path)
+    changed(path, **values)
+    with pytest.raises(hs.InputError, match=said) as error:
+        ENSEMBLE.load_state(path)
+    assert str(path) in str(error.value)
+
+
+def test_other_files_are_refused(tmp_path):
+    path = tmp_path / "state.npz"
+    STUCK.save(path)
+    with pytest.raises(hs.InputError, match=r"no state of these asperities|of other asperities"):
+        rough(21).load_state(path)
+    for content in (b"", b"text", path.read_bytes()[:-200]):
+        path.write_bytes(content)
+        with pytest.raises(hs.InputError, match="is no state"):
+            ENSEMBLE.load_state(path)
+    np.save(tmp_path / "array.npy", np.zeros(3))
+    with pytest.raises(hs.InputError, match="is no state"):
+        ENSEMBLE.load_state(tmp_path / "array.npy")
+    with pytest.raises(FileNotFoundError):
+        ENSEMBLE.load_state(tmp_path / "none.npz")
+
+
+def test_a_deep_memory_is_shared_and_whole_when_it_is_asked_for():
+    state = spiral(ENSEMBLE, STUCK, 6 * BLOCK)
+    arrays, deeper = state.outer
+    assert arrays[1][0] <= 3 * BLOCK
+    assert deeper is not None
+    onward = ENSEMBLE.advance(state, tangential_displacement=state.tangential_displacement + 1e-9)
+    assert onward.outer[1] is deeper
+    assert onward.memory.depth[0] >= 6 * BLOCK
+    labels = state.memory.vertices[0, : state.memory.depth[0], 0]
+    assert np.all(np.diff(labels) > 0)
+
+
+def test_a_step_that_wipes_out_a_deep_memory_is_that_of_the_whole():
+    state = spiral(ENSEMBLE, STUCK, 8 * BLOCK)
+    whole = pickle.loads(pickle.dumps(state))  # noqa: S301 - our own
+    targets = np.linspace(state.tangential_displacement, 0.03, 9)
+    for target in targets:
+        state = ENSEMBLE.advance(state, tangential_displacement=target)
+    many, _ = ENSEMBLE.advance_many(whole, tangential_displacement=targets)
+    assert state == many
+    assert state.memory.depth[0] < 6

@@ -1,0 +1,231 @@
+"""Stepping by hand: the bits of a replay, in place and not, and the derivatives of what it leads to."""
+
+import pickle
+
+import numpy as np
+import positioning_stage
+import pytest
+from histories import random_contact, random_moves, to_events
+
+import historysim as hs
+from historysim.memory.paths import DISPLACED, LOAD
+from historysim.memory.stepping import forked, step
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=2.0, shear_modulus=0.3)
+
+
+def rough(count=8, friction=0.4, seed=3):
+    rng = np.random.default_rng(seed)
+    return hs.Ensemble(PAIR, rng.normal(0.0, 0.01, count), rng.lognormal(0.0, 0.4, count), friction)
+
+
+def random_history(seed, several):
+    rng = np.random.default_rng(seed)
+    contact = random_contact(rng, 4, several)
+    pair = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
+    ensemble = hs.Ensemble(pair, contact.summit_height, contact.summit_radius, contact.friction)
+    return ensemble, random_moves(rng, contact, 0.02, 15)
+
+
+@pytest.mark.parametrize("several", [False, True])
+@pytest.mark.parametrize("seed", range(8))
+def test_a_stepper_and_a_state_have_the_bits_of_a_replay(seed, several):
+    ensemble, moves = random_history(seed, several)
+    replayed = hs.Replay(ensemble, to_events(moves), record="totals", saturate=True).state()
+    state, stepper = ensemble.initial_state(), ensemble.stepper(saturate=True)
+    for k, move in enumerate(moves):
+        where = {
+            f"normal_{move.normal_kind}": move.normal_value,
+            f"tangential_{move.tangential_kind}": move.tangential_value,
+        }
+        before = state
+        state = ensemble.advance(state, **where, saturate=True)
+        if k % 3 == 1:
+            stepper.restore(before)
+        if k % 4 == 1:
+            stepper = pickle.loads(pickle.dumps(stepper))  # noqa: S301 - our own
+        stepper.step(**where)
+        assert stepper.save() == state
+    assert state == replayed
+    assert stepper.tangential_load == state.tangential_load
+    assert stepper.normal_load == state.normal_load
+    assert stepper.approach == state.approach
+    assert stepper.tangential_displacement == state.tangential_displacement
+    assert stepper.dissipated_energy == state.dissipated_energy
+
+
+def test_many_paths_at_once_are_as_many_single_ones():
+    ensemble = rough()
+    start = ensemble.advance(ensemble.initial_state(), normal_load=0.3)
+    way = 0.01 * np.sin(np.arange(9.0))
+    state, totals = ensemble.advance_many(start, normal_load=0.3, tangential_displacement=way)
+    single = start
+    for k, displacement in enumerate(way):
+        single = ensemble.advance(single, normal_load=0.3, tangential_displacement=displacement)
+        assert totals.tangential_load[k] == single.tangential_load
+        assert totals.normal_load[k] == single.normal_load
+        assert totals.approach[k] == single.approach
+        assert totals.tangential_displacement[k] == single.tangential_displacement
+        assert totals.contact_count[k] == single.contact_count
+        assert totals.tangential_stiffness[k] == single.tangential_stiffness
+        assert totals.dissipated_energy[k] == single.dissipated_energy
+    assert state == single
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({"normal_load": [1, 2], "tangential_load": [0, 0, 0]}, "2 and 3 values"),
+        ({"normal_load": [1, 2], "normal_displacement": 0.1}, "both normal_load and normal_displacement"),
+        ({"normal_load": [0.1, -1]}, "normal_load"),
+        ({"tangential_displacement": [[0.1]]}, r"shape \(1, 1\)"),
+        ({"tangential_displacement": [np.nan]}, "tangential_displacement"),
+        ({"tangential_displacement": []}, "no value"),
+    ],
+)
+def test_paths_that_cannot_be_read_are_refused(values, said):
+    ensemble = rough()
+    with pytest.raises(hs.InputError, match=said):
+        ensemble.advance_many(ensemble.initial_state(), **values)
+
+
+def test_a_step_that_is_refused_changes_nothing():
+    ensemble = rough()
+    stepper = ensemble.stepper(ensemble.advance(ensemble.initial_state(), normal_load=0.3, tangential_load=0.05))
+    before = stepper.save()
+    with pytest.raises(hs.FrictionLimitError):
+        stepper.step(tangential_load=1.0)
+    with pytest.raises(hs.InputError, match="tangential_load"):
+        stepper.step(tangential_load=np.inf)
+    with pytest.raises(hs.InputError, match="normal_load"):
+        stepper.step(normal_load=-1.0)
+    with pytest.raises(hs.InputError, match="both"):
+        stepper.step(normal_load=0.1, normal_displacement=0.1)
+    assert stepper.save() == before
+    stepper.step(tangential_load=np.float32(0.0625))
+    assert stepper.tangential_load == pytest.approx(0.0625, rel=1e-15)
+
+
+def test_a_stepper_of_a_normal_curve_stays_on_it():
+    approach = np.linspace(0, 1e-6, 30)
+    ensemble = hs.Ensemble.from_normal_curves(PAIR, approach, 1e3 * approach**1.5)
+    stepper = ensemble.stepper()
+    stepper.step(normal_displacement=5e-7, tangential_displacement=1e-8)
+    assert stepper.save() == ensemble.advance(
+        ensemble.initial_state(), normal_displacement=5e-7, tangential_displacement=1e-8
+    )
+    with pytest.raises(hs.LoadError, match="beyond the normal curve"):
+        stepper.step(normal_displacement=2e-6)
+    with pytest.raises(hs.LoadError, match="beyond the normal curve"):
+        ensemble.advance(stepper.save(), normal_displacement=2e-6)
+
+
+def richardson(function, step):
+    """Derivative at 0 by central differences, extrapolated; the best of the table by its own error estimate."""
+    table, best, error = [], None, np.inf
+    for _ in range(7):
+        row = [(function(step) - function(-step)) / (2 * step)]
+        for k, former in enumerate(table[-1] if table else []):
+            row.append(row[k] + (row[k] - former) / (4.0 ** (k + 1) - 1))
+            spread = max(abs(row[k + 1] - row[k]), abs(row[k + 1] - former))
+            if spread < error:
+                best, error = row[k + 1], spread
+        table.append(row)
+        step /= 2
+    return best
+
+
+ENDS = {
+    "sticks while it approaches": (0.031, 0.0042),
+    "slips while it approaches": (0.031, 0.012),
+    "slips back while it approaches": (0.0305, -0.009),
+    "slips at a held approach": (0.03, 0.008),
+    "turns": (0.03, 0.001),
+    "slips while it withdraws": (0.027, 0.006),
+    "withdraws and turns": (0.0285, 0.002),
+    "slides": (0.03, 0.2),
+    "first touches": (0.004, 0.0005),
+}
+
+
+@pytest.mark.parametrize("friction", [0.4, "each"])
+@pytest.mark.parametrize("end", ENDS)
+def test_the_derivatives_at_the_end_are_those_of_differences(friction, end):
+    ensemble = rough(5, friction if friction == 0.4 else np.linspace(0.3, 0.5, 5))
+    state = ensemble.initial_state()
+    if end == "first touches":
+        state = ensemble.advance(state, normal_displacement=-0.001)
+    else:
+        for place in ((0.03, 0.0), (0.03, 0.006), (0.03, -0.002), (0.03, 0.004)):
+            state = ensemble.advance(state, normal_displacement=place[0], tangential_displacement=place[1])
+    approach, displacement = ENDS[end]
+
+    def reached(d, u):
+        return ensemble.advance(state, normal_displacement=approach + d, tangential_displacement=displacement + u)
+
+    stepper = ensemble.stepper(state)
+    stepper.step(normal_displacement=approach, tangential_displacement=displacement)
+    found = stepper.slopes()
+    scale = stepper.save().normal_stiffness
+    assert found.tangential == pytest.approx(
+        richardson(lambda u: reached(0, u).tangential_load, 1e-4), rel=1e-9, abs=1e-10 * scale
+    )
+    if approach != 0.03:
+        # at a held approach the derivative differs from one side to the other
+        assert found.coupling == pytest.approx(
+            richardson(lambda d: reached(d, 0).tangential_load, 1e-4), rel=1e-9, abs=1e-10 * scale
+        )
+    assert found.normal == pytest.approx(richardson(lambda d: reached(d, 0).normal_load, 1e-4), rel=1e-9)
+
+
+def test_the_derivative_after_friction_has_fallen_is_that_of_differences():
+    ensemble = rough(5)
+    state = ensemble.advance(ensemble.initial_state(), normal_displacement=0.03, tangential_displacement=0.008)
+    state = ensemble.advance(state, tangential_displacement=0.003, friction=0.15)
+    assert state.memory.steep[0]
+    stepper = ensemble.stepper(state)
+    stepper.step(normal_displacement=0.0295, tangential_displacement=0.0022)
+
+    def load(d, u):
+        return ensemble.advance(
+            state, normal_displacement=0.0295 + d, tangential_displacement=0.0022 + u
+        ).tangential_load
+
+    found = stepper.slopes()
+    assert found.tangential == pytest.approx(richardson(lambda u: load(0, u), 2e-5), rel=1e-9)
+    assert found.coupling == pytest.approx(richardson(lambda d: load(d, 0), 2e-5), rel=1e-9)
+
+
+@pytest.mark.slow
+def test_compiled_code_steps_without_python():
+    from numba import njit
+
+    ensemble = rough()
+    stepper = ensemble.stepper(ensemble.advance(ensemble.initial_state(), normal_load=0.3))
+    kept = stepper.save()
+    way = 0.01 * np.sin(np.arange(60.0)) * np.linspace(1, 0.1, 60)
+
+    @njit
+    def along(body, way):
+        trial, _ = step(forked(body), LOAD, np.nan, DISPLACED, 1.0)
+        refused = False
+        for displacement in way:
+            body, refused = step(body, LOAD, 0.3, DISPLACED, displacement)
+        _, refused = step(body, LOAD, np.nan, LOAD, 10.0)
+        return body, trial, refused
+
+    body, trial, refused = along(stepper.body, way)
+    assert refused
+    stepper.body = body
+    assert stepper.save() == ensemble.advance_many(kept, normal_load=0.3, tangential_displacement=way)[0]
+    stepper.body = trial
+    assert stepper.tangential_load == pytest.approx(0.4 * 0.3)
+
+
+def test_a_controlled_stage_balances_its_energy_and_arrives():
+    motion = positioning_stage.controlled(positioning_stage.rough_contact(200), duration=0.3)
+    kept = motion.kinetic + motion.stored + motion.dissipated
+    # the leap-frog method is of first order in the work of a force that depends on the way
+    assert motion.work == pytest.approx(kept, rel=2e-3)
+    assert motion.dissipated > 0.02 * motion.work
+    assert motion.place[-1] == pytest.approx(15e-9, abs=1e-12)

@@ -1,0 +1,74 @@
+"""Time of one step by hand: `Ensemble.advance`, `Stepper.step` and its derivatives, with a shallow and a deep memory.
+
+Run on one thread, after the package is installed::
+
+    python tests/benchmarks/stepping_speed.py [--reversals 10000]
+
+The least of seven means of 200 steps counts; all asperities touch, totals alone are asked for, in µs.
+"""
+
+import argparse
+import os
+import time
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("NUMBA_NUM_THREADS", "1")
+
+import numpy as np
+
+import historysim as hs
+
+
+def least_time(action, count=200):
+    """Return the time of an action [µs]."""
+    action()
+    times = []
+    for _ in range(7):
+        start = time.perf_counter()
+        for _ in range(count):
+            action()
+        times.append((time.perf_counter() - start) / count)
+    return 1e6 * min(times)
+
+
+def deep(ensemble, state, reversals):
+    """Return a state that remembers ever smaller reversals, and one that it turns to."""
+    largest = 8e-9
+    way = largest * (-1.0) ** np.arange(reversals) * (1 - np.arange(reversals) / (reversals + 200))
+    return ensemble.advance_many(state, tangential_displacement=way)[0]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--reversals", type=int, default=10_000)
+    options = parser.parse_args()
+    print(
+        f"{'asperities':>10}{'vertices':>10}{'advance to U':>14}{'advance to T':>14}{'Stepper.step':>14}{'slopes':>8}"
+    )
+    for count in (1, 200, 10_000):
+        rng = np.random.default_rng(1)
+        pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+        ensemble = hs.Ensemble(pair, rng.normal(0, 40e-9, count), rng.uniform(10e-6, 30e-6, count), 0.2)
+        state = ensemble.advance(
+            ensemble.initial_state(), normal_displacement=float(np.ptp(ensemble.summit_height)) + 30e-9
+        )
+        state = ensemble.advance(state, normal_load=state.normal_load)
+        for reversals in (2, options.reversals):
+            start = deep(ensemble, state, reversals)
+            stepper = ensemble.stepper(start)
+            displacement, load = start.tangential_displacement, start.tangential_load
+            shares = iter(1.0 - 1e-8 * np.arange(1_000_000))
+            times = [
+                least_time(lambda: ensemble.advance(start, tangential_displacement=displacement * (1 - 1e-7))),  # noqa: B023
+                least_time(lambda: ensemble.advance(start, tangential_load=load * (1 - 1e-7))),  # noqa: B023
+                least_time(lambda: stepper.step(tangential_displacement=displacement * next(shares))),  # noqa: B023
+                least_time(stepper.slopes),
+            ]
+            advance_u, advance_t, step, slopes = times
+            print(
+                f"{count:>10}{start.memory.depth[0]:>10}{advance_u:>14.2f}{advance_t:>14.2f}{step:>14.2f}{slopes:>8.2f}"
+            )
+
+
+if __name__ == "__main__":
+    main()
