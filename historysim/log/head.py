@@ -43,7 +43,8 @@ class Head:
         Numbers and texts that can stand in JSON: versions, the scenario as TOML text with its title and seed (a list
         of several; None where nothing is drawn by chance), the moduli [Pa], the tolerance of the ensemble, the lateral
         stiffness of the instrument [N/m] (None where rigid), substeps, saturate, and what is recorded; as far as they
-        are known, the limits of the pair, the nominal area [m²] and the resolutions of the instrument.
+        are known, the limits of the pair, the nominal area [m²], the resolutions of the instrument, and what the
+        scenario says of who made it and under which licence.
     arrays : dict
         Of the ensemble, and what the result shows of the surface under names that begin with ``surface.``.
     """
@@ -58,6 +59,7 @@ class Head:
         *,
         scenario: str = "",
         title: str = "",
+        metadata: Mapping[str, str] | None = None,
         seeds: Sequence[int] = (),
         substeps: int = 1,
         saturate: bool = False,
@@ -83,6 +85,7 @@ class Head:
             "tolerance": ensemble.tolerance,
             "lateral_stiffness": None if instrument.rigid else instrument.lateral_stiffness,
             **_known(ensemble, instrument),
+            **({"metadata": dict(metadata)} if metadata else {}),
             "substeps": substeps,
             "saturate": bool(saturate),
             "record": record if isinstance(record, str) else [int(index) for index in record],
@@ -143,7 +146,8 @@ class Head:
     def attributes(self) -> dict[str, Any]:
         """Attributes of a result that the scenario adds to those of its replay."""
         told = {name: self.settings[name] for name in ("scenario", "title", "seed")}
-        return {name: value for name, value in told.items() if value not in (None, "")}
+        known = {name: value for name, value in told.items() if value not in (None, "")}
+        return {**known, **self.settings.get("metadata", {})}
 
     @property
     def version(self) -> str:

@@ -133,8 +133,9 @@ def _assemble(file: LogFile, job: Replay, target: PartRecorder, output: Path, co
 
 
 def digest_attribute(link: bytes) -> dict[str, str]:
-    """Return the attribute of a result that says which log it belongs to, by the last link of its chain."""
-    return {"log_digest": f"sha256:{link.hex()}"}
+    """Return the attributes of a result that say which log it belongs to, by the last link of its chain."""
+    digest = f"sha256:{link.hex()}"
+    return {"log_digest": digest, "id": digest}
 
 
 def _is_result_of(output: Path, tip: bytes) -> bool:

@@ -14,6 +14,9 @@ from historysim.basics.wording import counted
 from historysim.loads.events import Event, digest
 from historysim.recording import validity
 
+CONVENTIONS = "CF-1.11, ACDD-1.3"
+KEYWORDS = "friction, pre-sliding, rough surfaces, contact mechanics, hysteresis"
+
 
 def made_with() -> str:
     """Return what computes: the last bits may differ between versions, compilers and processors."""
@@ -32,8 +35,13 @@ def attributes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrume
     found = validity.findings(ensemble, events, instrument)
     in_series = {} if instrument.rigid else {"lateral_stiffness": instrument.lateral_stiffness}
     return {
-        "Conventions": "CF-1.11",
+        "Conventions": CONVENTIONS,
         "title": f"Load history of {counted(len(ensemble), 'asperity', 'asperities')}",
+        "summary": (
+            f"Loads, displacements, slip and dissipated energy of {counted(len(ensemble), 'asperity', 'asperities')} "
+            f"in frictional contact along {counted(len(events), 'load event', 'load events')}."
+        ),
+        "keywords": KEYWORDS,
         "source": f"historysim {__version__}: exact traction memory of Hertz-Mindlin asperities",
         "history": f"replayed from {counted(len(events), 'event', 'events')} by historysim {__version__}",
         "historysim_version": __version__,

@@ -37,7 +37,10 @@ class Variable:
     def attributes(self) -> dict[str, Any]:
         """Attributes as they stand in the Dataset and the file."""
         units = {"units": self.units} if self.units else {}
-        return {"long_name": self.long_name, **units, **self.extra}
+        # what has rows comes out of the model, in the words of ACDD
+        rows = "step" in self.dimensions and self.name != "time"
+        content = {"coverage_content_type": "modelResult"} if rows else {}
+        return {"long_name": self.long_name, **units, **content, **self.extra}
 
 
 _STEP, _ASPERITY, _BOTH = ("step",), ("asperity",), ("step", "asperity")

@@ -99,6 +99,7 @@ def head_of(loaded: scenario.Scenario, tell: Teller = silent) -> tuple[Head, lis
         loaded.ensemble(ground),
         scenario=loaded.text,
         title=loaded.title,
+        metadata=loaded.metadata,
         seeds=loaded.seeds,
         substeps=loaded.substeps,
         saturate=loaded.saturate,

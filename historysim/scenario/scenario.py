@@ -75,6 +75,11 @@ class Scenario:
         return self.sections.instrument.instrument() if self.sections.instrument else RIGID
 
     @property
+    def metadata(self) -> dict[str, str]:
+        """Who made the data, what for, and under which licence: attributes of what is written (ACDD)."""
+        return self.sections.metadata.attributes()
+
+    @property
     def seeds(self) -> list[int]:
         """The seeds of all that is drawn by chance, in the order in which they stand in the file."""
         return _seeds(self.sections.surface)

@@ -153,6 +153,32 @@ class FitSection:
                 raise misfit(f"{value:g}; expected 0 or more", key)
 
 
+@attrs.frozen
+class MetadataSection:
+    """``[metadata]``: who made the data, what for, and under which licence, by the names of ACDD 1.3."""
+
+    summary: str | None = None
+    keywords: tuple[str, ...] | None = None
+    comment: str | None = None
+    creator_name: str | None = None
+    creator_email: str | None = None
+    creator_url: str | None = None
+    institution: str | None = None
+    project: str | None = None
+    publisher_name: str | None = None
+    publisher_email: str | None = None
+    publisher_url: str | None = None
+    acknowledgement: str | None = None
+    references: str | None = None
+    license: str | None = None
+    naming_authority: str | None = None
+    product_version: str | None = None
+
+    def attributes(self) -> dict[str, str]:
+        """Return what is given as attributes of a file; keywords stand in one text, with commas."""
+        return {key: value if isinstance(value, str) else ", ".join(value) for key, value in given(self).items()}
+
+
 RECORDS = ("touching", "all", "totals")
 
 
@@ -217,6 +243,7 @@ class Sections:
     instrument: InstrumentSection | None = None
     record: RecordSection = RecordSection()
     fit: FitSection | None = None
+    metadata: MetadataSection = MetadataSection()
     sweep: SweepSection | None = None
     design: DesignSection | None = None
     title: str = ""

@@ -15,7 +15,7 @@ from historysim.basics.places import at
 from historysim.basics.units import quantity, quantity_text
 from historysim.basics.wording import counted, nearest
 from historysim.errors import HistorySimError, InputError
-from historysim.recording.provenance import made_with
+from historysim.recording.provenance import CONVENTIONS, KEYWORDS, made_with
 from historysim.results.sweeps import CONTENT
 from historysim.scenario.grid import Grid, Point, grid_of, variable_name
 from historysim.scenario.scenario import Scenario, as_scenario
@@ -275,8 +275,11 @@ def _dataset(
         data,
         swept_coordinates(problem.scenario, grid),
         {
-            "Conventions": "CF-1.11",
+            "Conventions": CONVENTIONS,
             "title": problem.scenario.title or f"Design of {problem.scenario.path.name}",
+            "summary": f"The {problem.key} at which a frictional contact has the {problem.output} that is wanted.",
+            "keywords": KEYWORDS,
+            **problem.scenario.metadata,
             "content": CONTENT,
             "source": f"historysim {__version__}: exact traction memory of Hertz-Mindlin asperities",
             "historysim_version": __version__,

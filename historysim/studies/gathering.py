@@ -12,7 +12,7 @@ from historysim.basics.places import at
 from historysim.basics.units import quantity
 from historysim.basics.wording import counted
 from historysim.errors import InputError
-from historysim.recording.provenance import made_with
+from historysim.recording.provenance import CONVENTIONS, KEYWORDS, made_with
 from historysim.recording.validity import ATTRIBUTE
 from historysim.results.sweeps import CONTENT
 from historysim.scenario.grid import Grid, variable_name
@@ -179,8 +179,11 @@ def _unit(kind: Any) -> str:
 
 def _attributes(scenario: Scenario, grid: Grid, there: Sequence["xr.Dataset"]) -> dict[str, Any]:
     return {
-        "Conventions": "CF-1.11",
+        "Conventions": CONVENTIONS,
         "title": scenario.title or f"Sweep of {scenario.path.name}",
+        "summary": f"What {counted(len(grid), 'load history', 'load histories')} of a frictional contact give.",
+        "keywords": KEYWORDS,
+        **scenario.metadata,
         "content": CONTENT,
         "source": f"historysim {__version__}: exact traction memory of Hertz-Mindlin asperities",
         "history": f"{counted(len(grid), 'cell', 'cells')} computed by historysim {__version__}",

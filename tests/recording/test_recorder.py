@@ -9,7 +9,7 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
-from conventions import conventions
+from conventions import conventions, discovery
 
 import historysim as hs
 from historysim.loads.schedule import stretches
@@ -307,7 +307,20 @@ def test_the_file_follows_the_cf_conventions(case, scenario, tmp_path):
     assert errors == []
     assert others == []
     with xr.open_dataset(path) as opened:
-        assert opened.attrs["Conventions"] == "CF-1.11"
+        assert opened.attrs["Conventions"] == "CF-1.11, ACDD-1.3"
+
+
+def test_the_file_says_what_a_catalogue_asks_for(scenario, tmp_path):
+    path = tmp_path / "out.nc"
+    hs.run(scenario(), path).close()
+    assert discovery(path, "highly recommended") == []
+    with netCDF4.Dataset(path, "a") as file:
+        file.delncattr("keywords")
+        file["separation"].delncattr("coverage_content_type")
+    assert discovery(path, "highly recommended") == [
+        "keywords not present",
+        'variable "separation" missing the following attributes: coverage_content_type',
+    ]
 
 
 def test_the_checker_of_the_conventions_sees_what_is_wrong(scenario, tmp_path):

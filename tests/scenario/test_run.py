@@ -79,7 +79,7 @@ def test_run_and_replay_give_the_same_numbers(ensemble, scenario, tmp_path):
     with hs.run(str(scenario), tmp_path / "out.nc") as streamed:
         assert fingerprint(streamed) == fingerprint(replayed)
         assert streamed.attrs == ran.attrs
-    told = {key: ran.attrs[key] for key in ("title", "scenario", "log_digest")}
+    told = {key: ran.attrs[key] for key in ("title", "scenario", "log_digest", "id")}
     assert {**replayed.attrs, **told} == ran.attrs
 
 
@@ -87,7 +87,8 @@ def test_the_result_says_where_it_comes_from(scenario):
     attributes = hs.run(scenario).attrs
     assert attributes["title"] == "five summits"
     assert attributes["scenario"] == SCENARIO
-    assert attributes["Conventions"] == "CF-1.11"
+    assert attributes["Conventions"] == "CF-1.11, ACDD-1.3"
+    assert attributes["id"] == attributes["log_digest"]
     assert attributes["historysim_version"] == hs.__version__
     assert attributes["number_of_events"] == len(EVENTS)
     assert attributes["number_of_asperities"] == len(HEIGHTS)
