@@ -9,7 +9,8 @@ FOLDER = Path(__file__).parent
 
 SAMPLE_RATE = 10  # Hz
 DISPLACEMENT_RESOLUTION = 1.0  # nm
-FORCE_RESOLUTION = 0.006  # mN
+FORCE_RESOLUTION = 0.006  # mN, UNAT
+VAFT_FORCE_ACCURACY = 0.008  # mN
 SPEED = 25.0  # nm/s
 LOAD_RAMP = 2.0  # s
 
@@ -30,9 +31,9 @@ def read_off(value: float, resolution: float, noise: random.Random) -> float:
     return round(value / resolution + noise.gauss(0.0, 12**-0.5)) * resolution
 
 
-def loops(levels: Iterable[float], count: int, amplitude: float) -> list[Waypoint]:
+def loops(levels: Iterable[float], count: int, amplitude: float, speed: float = SPEED) -> list[Waypoint]:
     """Give waypoints (s, mN, nm) of triangular loops at each normal load, without release in between."""
-    quarter = amplitude / SPEED
+    quarter = amplitude / speed
     time = 0.0
     waypoints: list[Waypoint] = [(time, 0.0, 0.0)]
     for load in levels:
@@ -52,13 +53,15 @@ def write(name: str, header: str, rows: Iterable[str]) -> None:
     print(f"{name}: {text.count(chr(10)) - 1} rows")
 
 
-def write_unat(name: str, seed: int, waypoints: Sequence[Waypoint]) -> None:
-    """Write a UNAT sequence as the instrument would have sampled it."""
+def write_sequence(
+    name: str, seed: int, waypoints: Sequence[Waypoint], force_resolution: float = FORCE_RESOLUTION
+) -> None:
+    """Write a sequence as the instrument would have sampled it."""
     noise = random.Random(seed)  # noqa: S311 - a reproducible stream is wanted, not a secret
     rows = []
     for time, load, displacement in sampled(waypoints):
         # the contact does not pull, so neither does its reading
-        force = max(read_off(load, FORCE_RESOLUTION, noise), 0.0)
+        force = max(read_off(load, force_resolution, noise), 0.0)
         moved = read_off(displacement, DISPLACEMENT_RESOLUTION, noise)
         rows.append(f"{time:.1f},{force:.3f},{moved:.0f}")
     write(name, "time_s,normal_load_mN,tangential_displacement_nm", rows)
@@ -87,9 +90,11 @@ def write_summits(name: str, seed: int) -> None:
 
 def main() -> None:
     """Write all files."""
-    write_unat("unat_50.csv", 1, loops([50.0], count=5, amplitude=50.0))
-    write_unat("unat_50_70_90.csv", 2, loops([50.0, 70.0, 90.0], count=4, amplitude=100.0))
-    write_unat("unat_90_70_50.csv", 3, loops([90.0, 70.0, 50.0], count=4, amplitude=100.0))
+    write_sequence("unat_50.csv", 1, loops([50.0], count=5, amplitude=50.0))
+    write_sequence("unat_50_70_90.csv", 2, loops([50.0, 70.0, 90.0], count=4, amplitude=100.0))
+    write_sequence("unat_90_70_50.csv", 3, loops([90.0, 70.0, 50.0], count=4, amplitude=100.0))
+    vaft = loops([30.0, 60.0, 90.0], count=4, amplitude=200.0, speed=2 * SPEED)
+    write_sequence("vaft_30_60_90.csv", 4, vaft, VAFT_FORCE_ACCURACY)
     write_path("path_normal_up_tangential_up.csv", 20.0, 1.0, 4.0)
     write_path("path_normal_down_tangential_up.csv", -20.0, 1.0, 4.0)
     write_path("path_normal_up_tangential_down.csv", 20.0, 5.0, -4.0)
