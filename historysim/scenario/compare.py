@@ -38,6 +38,7 @@ def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> "Comparison":
     from historysim.measured.observation import observe, passed
 
     scenario = as_scenario(scenario)
+    scenario.check_steady_friction()
     measurement = scenario.measurement()
     with reported(scenario.path.name), at("loading"):
         observation = observe(measurement, skip=skip)

@@ -13,6 +13,7 @@ from historysim.basics.file_kinds import told_kind
 from historysim.basics.wording import shown
 from historysim.errors import InputError
 from historysim.scenario.columns import column_hooks
+from historysim.scenario.friction_course import AnyCourse, course_from_toml
 from historysim.scenario.loading_kinds import AnyLoading, channel_hooks, loading_from_toml
 from historysim.scenario.overriding import text_with_values, with_values
 from historysim.scenario.schema import schema_converter, table, text
@@ -79,6 +80,7 @@ def _converter() -> Converter:
         (int | str | None, channel_from_toml),
         (bool | float | None, prune_from_toml),
         (AnyLoading, loading_from_toml),
+        (AnyCourse | None, course_from_toml),
         (str | tuple[int, ...], _record),
         (dict[str, Any], _table),
     ):

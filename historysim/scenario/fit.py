@@ -179,6 +179,7 @@ def fit(scenario: Scenario | str | Path) -> Fit:
     from historysim.measured.observation import observe
 
     scenario = as_scenario(scenario)
+    scenario.check_steady_friction()
     measurement = scenario.measurement()
     section, model, start = model_of(scenario)
     with reported(scenario.path.name), at("loading"):

@@ -184,6 +184,10 @@ class Scenario:
             events = self.sections.loading.events(self.path.parent, tell)
             if not events:
                 raise misfit("no waypoints; expected one or more", "loading")
+            friction = self.sections.friction
+            if friction is not None and friction.course is not None:
+                with at("friction", "course"):
+                    events = friction.course.course(self.path.parent).along(events)
             steps = len(events) * self.substeps
             if steps > MOST_STEPS:
                 problem = f"{steps:,} steps; expected {MOST_STEPS:,} at most; use fewer substeps"
@@ -237,6 +241,21 @@ class Scenario:
         loading = self._measured_loading()
         with reported(self.path.name):
             return loading.measurement(self.path.parent)
+
+    def check_steady_friction(self) -> None:
+        """Check that friction has no course, along which a record is not compared.
+
+        Raises
+        ------
+        InputError
+            It has one.
+        """
+        with reported(self.path.name):
+            if self.sections.friction is not None and self.sections.friction.course is not None:
+                problem = (
+                    "a record is compared with, and fitted by, one coefficient throughout; expected none, or run it"
+                )
+                raise misfit(problem, "friction", "course")
 
     def replay(self, ground: Ground | None = None) -> "Replay":
         """Return the replay that the scenario describes; parameters as for `ensemble`.

@@ -8,6 +8,7 @@ from historysim.asperities.instrument import Instrument
 from historysim.basics.places import at, misfit
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
+from historysim.scenario.friction_course import AnyCourse
 from historysim.scenario.loading_kinds import AnyLoading
 from historysim.scenario.schema import Force, Length, Number, Numbers, Pressure, Stiffness, SurfaceEnergy, given
 from historysim.scenario.surface_kinds import SurfaceKind
@@ -79,9 +80,10 @@ def _material(key: str, entry: MaterialEntry | None) -> "Material":
 
 @attrs.frozen
 class FrictionSection:
-    """``[friction]``: one coefficient, or one for each asperity."""
+    """``[friction]``: one coefficient, or one for each asperity; and its course over time or distance."""
 
     coefficient: Numbers
+    course: AnyCourse | None = None
 
 
 @attrs.frozen

@@ -1,0 +1,85 @@
+"""Friction over time and distance: events by hand, and what the contact then carries."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import historysim as hs
+from historysim.loads.friction_course import FrictionCourse
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
+BALL = hs.Ensemble(PAIR, 0.0, 1e-3, 0.5)
+
+
+def moves(*values, start=1.0):
+    return [hs.TangentialDisplacement(start + i, value) for i, value in enumerate(values)]
+
+
+def changes(events):
+    return [(event.time, event.friction) for event in events if isinstance(event, hs.FrictionChange)]
+
+
+def test_over_time_it_is_that_of_each_event():
+    events = [hs.NormalLoad(0.0, 1.0), *moves(1e-6, 2e-6, 3e-6)]
+    found = FrictionCourse("time", [1.0, 3.0], [0.4, 0.2]).along(events)
+    assert changes(found) == [(0.0, 0.4), (2.0, pytest.approx(0.3)), (3.0, pytest.approx(0.2))]
+    assert [event for event in found if not isinstance(event, hs.FrictionChange)] == events
+    # behind what is reached at its time
+    assert isinstance(found[1], hs.FrictionChange)
+
+
+def test_over_distance_both_ways_count():
+    events = [hs.NormalLoad(0.0, 1.0), *moves(1e-6, -1e-6, 2e-6)]
+    course = FrictionCourse("distance", [0.0, 10e-6], [0.0, 1.0])
+    assert_allclose([mu for _, mu in changes(course.along(events))], [0.0, 0.1, 0.3, 0.6])
+    # a record that begins with its displacement has no way before it, and a step between counts by its share
+    record = [
+        hs.NormalLoad(1.0, 1.0),
+        *moves(5e-6, 7e-6),
+        hs.NormalLoad(2.5, 1.0),
+        hs.TangentialDisplacement(3.0, 9e-6),
+    ]
+    assert_allclose([mu for _, mu in changes(course.along(record))], [0.0, 0.2, 0.3, 0.4])
+
+
+def test_where_nothing_changes_there_is_no_event():
+    events = [hs.NormalLoad(0.0, 1.0), *moves(1e-6, 2e-6, 3e-6)]
+    assert changes(FrictionCourse("time", [0.0], [0.3]).along(events)) == [(0.0, 0.3)]
+
+
+def test_the_contact_slides_at_the_friction_of_the_place():
+    """Far beyond the preliminary displacement, T = μ(s) N at each event."""
+    way = np.linspace(0, 1e-3, 41)[1:]
+    events = [hs.NormalLoad(0.0, 1.0), *moves(*way.tolist())]
+    course = FrictionCourse("distance", [0.0, 0.5e-3], [0.5, 0.2])
+    history = hs.replay(BALL, course.along(events))
+    load = history.total_tangential_load.values[1:]
+    # on the way to an event friction is that of the event before
+    before = np.append(0.5, course.at(way[:-1]))
+    assert_allclose(load, np.minimum(before, course.at(way)), rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda: FrictionCourse("load", [0.0], [0.1]), "over is 'load'; expected 'time' or 'distance'"),
+        (lambda: FrictionCourse("time", [0.0, 1.0], [0.1]), "expected two lists of one length"),
+        (lambda: FrictionCourse("time", [], []), "expected two lists of one length"),
+        (
+            lambda: FrictionCourse("time", [0.0, 0.0], [0.1, 0.2]),
+            "time 0 does not come after 0; expected rising values",
+        ),
+        (lambda: FrictionCourse("distance", [0.0], [-0.1]), "coefficient"),
+        (
+            lambda: FrictionCourse("distance", [0.0], [0.1]).along([hs.NormalLoad(0, 1), hs.TangentialLoad(1, 0.1)]),
+            "no tangential displacement is controlled throughout",
+        ),
+        (
+            lambda: FrictionCourse("time", [0.0], [0.1]).along([hs.FrictionChange(0, 0.2)]),
+            "friction changes in the loading, too",
+        ),
+    ],
+)
+def test_bad_input_is_explained(call, said):
+    with pytest.raises(hs.InputError, match=said):
+        call()
