@@ -84,11 +84,16 @@ SUMMARIES = {
         "mechanical work of pre-sliding at the greatest normal load, closed loop between ±δ",
         lambda h: analysis.presliding_work(_at_peak(h)).values[0],
     ),
+    "peak_mean_pressure": Summary(
+        "Pa",
+        "greatest mean pressure over the real contact area",
+        lambda h: analysis.total_mean_pressure(h).values.max(),
+    ),
 }
 """Numbers that sum a history up, by name."""
 
-UNASKED = tuple(name for name in SUMMARIES if name != "presliding_work")
-"""What a sweep gives where nothing is asked for: all that any contact has, also one of patches."""
+UNASKED = tuple(name for name in SUMMARIES if name not in {"presliding_work", "peak_mean_pressure"})
+"""What a sweep gives where nothing is asked for: all that any contact has, also one of patches, or without areas."""
 
 ROWS = frozenset(variable.name for variable in (*TOTALS, *BEHIND_A_SPRING, *WHERE_FRICTION_CHANGES))
 OF_EACH = frozenset(variable.name for variable in (*PER_ASPERITY, *PER_PATCH))
