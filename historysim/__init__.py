@@ -40,9 +40,15 @@ if TYPE_CHECKING:
     from historysim.results.plots.comparison import plot_comparison as plot_comparison
     from historysim.results.plots.contact_map import plot_contact_map as plot_contact_map
     from historysim.results.plots.history import plot_history as plot_history
+    from historysim.results.plots.loop import plot_loop as plot_loop
     from historysim.results.plots.loops import plot_loops as plot_loops
+    from historysim.results.plots.slip_map import plot_slip_map as plot_slip_map
+    from historysim.results.plots.stiffness import plot_stiffness as plot_stiffness
+    from historysim.results.plots.surface import plot_distribution as plot_distribution
     from historysim.results.plots.surface import plot_surface as plot_surface
     from historysim.results.plots.swept import plot_swept as plot_swept
+    from historysim.results.plots.traction import plot_slip_fronts as plot_slip_fronts
+    from historysim.results.plots.traction import plot_traction as plot_traction
     from historysim.scenario.compare import compare as compare
     from historysim.scenario.fit import fit as fit
     from historysim.scenario.loops import find_loops as find_loops
@@ -83,9 +89,13 @@ _HOMES = {
     "results.plots.comparison": ("plot_comparison",),
     "results.plots.contact_map": ("plot_contact_map",),
     "results.plots.history": ("plot_history",),
+    "results.plots.loop": ("plot_loop",),
     "results.plots.loops": ("plot_loops",),
-    "results.plots.surface": ("plot_surface",),
+    "results.plots.slip_map": ("plot_slip_map",),
+    "results.plots.stiffness": ("plot_stiffness",),
+    "results.plots.surface": ("plot_distribution", "plot_surface"),
     "results.plots.swept": ("plot_swept",),
+    "results.plots.traction": ("plot_slip_fronts", "plot_traction"),
     "scenario.compare": ("compare",),
     "scenario.fit": ("fit",),
     "scenario.loops": ("find_loops",),

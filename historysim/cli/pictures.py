@@ -38,34 +38,46 @@ def show(file: Path, values: dict[str, Any], **height_map: Any) -> None:
 @click.command()
 @click.argument("file", type=path_type)
 @click.option("-o", "--output", type=path_type, help="The picture (PNG, PDF, SVG). [default: FILE's name with .png]")
-@click.option("--step", help="Draw the surface of a result at this step, or at the peak normal load: a number or peak.")
+@click.option(
+    "--picture",
+    help="Of a result: history, loop, slip-map, contact-map, distribution, traction, slip-fronts or stiffness; of a "
+    "sweep: which number.",
+)
+@click.option("--step", help="Draw the contact map of a result at this step: a number, partial or peak.")
+@click.option("--asperity", type=int, help="Whose traction is drawn; with --adhesion, whose equilibria.")
+@click.option("--panels", help="Of the picture history: some of loop,loads,states,energy.")
+@click.option("--size", metavar="WIDTHxHEIGHT", help="Of the picture, in millimetres, as 90x70.")
 @click.option("--adhesion", is_flag=True, help="Draw the adhesion map of a scenario, with asperities of it.")
-@click.option("--asperity", type=int, help="With --adhesion: draw the equilibria of this asperity instead.")
 @set_option
 @height_map_options
 def plot(
     file: Path,
     output: Path | None,
+    picture: str | None,
     step: str | None,
-    adhesion: bool,
     asperity: int | None,
+    panels: str | None,
+    size: str | None,
+    adhesion: bool,
     values: dict[str, Any],
     **height_map: Any,
 ) -> None:
     """Draw FILE.
 
     A result: the friction loop, the loads, and the slip state of the asperities; with --step the surface, its summits
-    in contact coloured by their slip state. A scenario or a height map: the surface with its summits. Friction loops:
-    how they change from one to the next.
+    in contact coloured by their slip state; other pictures by name. A scenario or a height map: the surface with its
+    summits. Friction loops: how they change from one to the next. A sweep: a number over what was swept.
     """
+    millimetres = None if size is None else _millimetres(size)
     from historysim.results.files import kind_of
 
     kind = kind_of(file)
     if output is None:
         # pictures of results stand beside them, others here
-        folder = file.parent if kind in {"result", "loops"} else Path()
+        folder = file.parent if kind in {"result", "loops", "sweep"} else Path()
         surface = step is not None or kind in {"scenario", "height map"}
-        output = folder / f"{file.stem}{'_adhesion' if adhesion else '_surface' if surface else ''}.png"
+        kind_of_picture = f"_{picture}" if picture else "_adhesion" if adhesion else "_surface" if surface else ""
+        output = folder / f"{file.stem}{kind_of_picture}.png"
     check_target(output, file)
     if kind == "log":
         raise InputError(f"{file}: is a log; expected its result; historysim run {file} makes it again")
@@ -73,7 +85,17 @@ def plot(
 
     number = int(step) if step is not None and step.removeprefix("-").isdecimal() else step
     what = scenario_or_file(file, values)
-    save(drawn(what, step=number, adhesion=adhesion, asperity=asperity, **_given(height_map)), output)
+    figure = drawn(
+        what,
+        picture=picture,
+        step=number,
+        panels=None if panels is None else panels.split(","),
+        adhesion=adhesion,
+        asperity=asperity,
+        size=millimetres,
+        **_given(height_map),
+    )
+    save(figure, output)
     click.echo(output)
 
 
@@ -93,6 +115,15 @@ def report(file: Path, output: Path | None) -> None:
 
     written(file, output)
     click.echo(output)
+
+
+def _millimetres(text: str) -> tuple[float, float]:
+    """Return width and height of a picture."""
+    try:
+        width, height = map(float, text.lower().split("x"))
+    except ValueError as error:
+        raise InputError(f"--size {text}: expected width and height in millimetres, as 90x70") from error
+    return width, height
 
 
 def _given(height_map: dict[str, Any]) -> dict[str, Any]:

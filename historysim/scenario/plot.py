@@ -3,12 +3,14 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
+import attrs
+
 from historysim.errors import InputError
 from historysim.scenario.opening import Reading, opened
 from historysim.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
 
     import xarray as xr
     from matplotlib.figure import Figure
@@ -29,29 +31,40 @@ if TYPE_CHECKING:
 def plot(
     what: "Drawable",
     *,
+    picture: str | None = None,
     step: int | str | None = None,
+    panels: "Sequence[str] | None" = None,
     adhesion: bool = False,
     asperity: int | None = None,
+    size: tuple[float, float] | None = None,
     form: str | None = None,
     **reading: Unpack[Reading],
 ) -> "Figure":
     """Return a picture of a history, a surface, a scenario, loops, a comparison or an asperity, or of a file of them.
 
     Each kind has a function of its own with more to choose: `plot_history`, `plot_surface`, `plot_loops`,
-    `plot_comparison`, `plot_asperity`, `plot_adhesion_map`, `plot_adhesion_branch`.
+    `plot_comparison`, `plot_asperity`, `plot_swept`, `plot_adhesion_map`, `plot_adhesion_branch`.
 
     Parameters
     ----------
     what : path, xarray.Dataset, Scenario, Surface, Loops, Comparison, Fit, Asperity, AdheringAsperities or Branch
         Of a history: the friction loop, the loads, and the slip states. Of a scenario or a height map: the surface
-        with its summits.
-    step : int or "peak", optional
-        Of a history, its surface at this step, or at that of the greatest normal load; negative ones count from the
-        end.
+        with its summits. Of a sweep: a number of its cells over what was swept.
+    picture : str, optional
+        Of a history: "history", "loop" (its colour tells how much slips), "slip-map", "contact-map", "distribution" (of
+        summit heights and radii), "traction" (several states of an asperity), "slip-fronts" (of it, step by step) or
+        "stiffness". Of a sweep: which number; by default the preliminary displacement.
+    step : int, "partial" or "peak", optional
+        Of a history, its contact map or asperity distribution at this step; at that where most can be seen, half of the
+        contact area slipping; or at that of the greatest normal load. Negative ones count from the end.
+    panels : sequence of {"loop", "loads", "states", "energy"}, optional
+        Of the picture "history", what to draw.
     adhesion : bool
         Of a scenario with ``[adhesion]``, the adhesion map with its asperities.
     asperity : int, optional
-        With `adhesion`, the equilibria of this asperity in place of the map.
+        With `adhesion`, the equilibria of this asperity in place of the map; of a history, whose traction is drawn.
+    size : (float, float), optional
+        Width and height of the picture [mm].
     form : str, optional
         What is taken off the height map of a file first; by default a plane.
     **reading
@@ -66,61 +79,99 @@ def plot(
     InputError
         Something that has no picture, a file that cannot be used, or an option that does not fit what is drawn.
     """
+    options = _Options(picture, step, panels, adhesion, asperity, size)
     if isinstance(what, str | Path):
         with opened(what, form=form, **reading) as found:
-            return _drawn(found, str(what), Path(what).name, step, adhesion, asperity)
+            return _drawn(found, str(what), Path(what).name, options)
     if form is not None or reading:
         raise InputError("form, pixel_size, …: expected with the path of a height map alone, which is read with them")
-    return _drawn(what, f"this {type(what).__name__}", "", step, adhesion, asperity)
+    return _drawn(what, f"this {type(what).__name__}", "", options)
 
 
-def _drawn(what: Any, name: str, title: str, step: int | str | None, adhesion: bool, asperity: int | None) -> "Figure":
+@attrs.frozen
+class _Options:
+    """What was chosen of a picture; see `plot`."""
+
+    picture: str | None
+    step: int | str | None
+    panels: "Sequence[str] | None"
+    adhesion: bool
+    asperity: int | None
+    size: tuple[float, float] | None
+
+
+def _drawn(what: Any, name: str, title: str, chosen: _Options) -> "Figure":
     import xarray as xr
 
     from historysim.surfaces.heights import Surface
 
-    if step is not None and not (isinstance(what, xr.Dataset) and "total_normal_load" in what):
-        raise InputError(f"step {step}: {name} has no steps; expected a result of historysim run")
-    if adhesion and not isinstance(what, Scenario):
+    history = isinstance(what, xr.Dataset) and "total_normal_load" in what
+    if chosen.step is not None and not history:
+        raise InputError(f"step {chosen.step}: {name} has no steps; expected a result of historysim run")
+    if chosen.panels is not None and not history:
+        raise InputError(f"panels: {name} has none to choose; expected a result of historysim run")
+    if chosen.picture is not None and not isinstance(what, xr.Dataset):
+        raise InputError(f"picture {chosen.picture}: {name} has one picture only; expected a result or a sweep")
+    if chosen.adhesion and not isinstance(what, Scenario):
         raise InputError(f"adhesion: {name} is no scenario; expected a scenario with [adhesion]")
-    if asperity is not None and not adhesion:
-        raise InputError(f"asperity {asperity}: expected with adhesion, to draw the equilibria of this asperity")
+    if chosen.asperity is not None and not (chosen.adhesion or history):
+        raise InputError(
+            f"asperity {chosen.asperity}: expected with adhesion, to draw the equilibria of this asperity, or with the "
+            "picture traction or slip-fronts of a result"
+        )
     if isinstance(what, xr.Dataset):
-        return _dataset(what, name, step)
+        return _dataset(what, name, chosen)
     if isinstance(what, Surface):
         from historysim.results.plots.surface import plot_surface
 
-        return plot_surface(what, title=title)
+        return plot_surface(what, title=title, size=chosen.size)
     if isinstance(what, Scenario):
-        return _adhesion(what, asperity) if adhesion else _ground(what)
-    return _object(what, name)
+        return _adhesion(what, chosen) if chosen.adhesion else _ground(what, chosen)
+    return _object(what, name, chosen)
 
 
-def _dataset(what: "xr.Dataset", name: str, step: int | str | None) -> "Figure":
+def _dataset(what: "xr.Dataset", name: str, chosen: _Options) -> "Figure":
     if "total_normal_load" in what:
-        from historysim.results.plots.history import plot_history
-        from historysim.results.plots.surface import plot_surface, surface_of
+        return _history(what, chosen)
+    if what.attrs.get("content") == "sweep":
+        from historysim.results.plots.swept import plot_swept
 
-        if step is None:
-            return plot_history(what)
-        surface = surface_of(what)
-        return _contact_map(what, step) if "solved_pressure" in surface else plot_surface(surface, what, step)
+        return plot_swept(what, chosen.picture or "preliminary_displacement", size=chosen.size)
+    if chosen.picture is not None:
+        raise InputError(f"picture {chosen.picture}: {name} has one picture only; expected a result or a sweep")
     if "summit_height" in what:
         from historysim.results.plots.surface import plot_surface
 
-        return plot_surface(what)
+        return plot_surface(what, size=chosen.size)
     if "loop" in what.dims:
         from historysim.results.plots.loop_trends import plot_loop_trends
 
-        return plot_loop_trends(what)
+        return plot_loop_trends(what, size=chosen.size)
     if "loops" in what.coords:
         from historysim.results.plots.loop_levels import plot_loop_levels
 
-        return plot_loop_levels(what)
+        return plot_loop_levels(what, size=chosen.size)
     raise InputError(f"{name} is no history; expected a Dataset from historysim, with all its variables")
 
 
-def _contact_map(history: "xr.Dataset", step: int | str) -> "Figure":
+def _history(history: "xr.Dataset", chosen: _Options) -> "Figure":
+    from historysim.results.plots.pictures import draw
+    from historysim.results.plots.surface import surface_of
+
+    picture = chosen.picture or ("history" if chosen.step is None else "contact-map")
+    if picture == "contact-map" and "solved_pressure" in surface_of(history):
+        return _contact_map(history, "partial" if chosen.step is None else chosen.step, chosen.size)
+    return draw(
+        history,
+        picture,
+        step=chosen.step,
+        asperity=chosen.asperity,
+        panels=chosen.panels,
+        size=chosen.size,
+    )
+
+
+def _contact_map(history: "xr.Dataset", step: int | str, size: tuple[float, float] | None) -> "Figure":
     from historysim.log.event_log import EventLog
     from historysim.log.file import ENDING
     from historysim.results.plots.contact_map import plot_contact_map
@@ -131,19 +182,19 @@ def _contact_map(history: "xr.Dataset", step: int | str) -> "Figure":
     with EventLog(path) as log:
         if history.attrs.get("log_digest") != f"sha256:{log.digest}":
             raise InputError(f"{path}: is not the log of this result; expected that, from which the tractions follow")
-        return plot_contact_map(log, float(history["time"].values[position_of(step, history)]))
+        return plot_contact_map(log, float(history["time"].values[position_of(step, history)]), size=size)
 
 
-def _ground(scenario: Scenario) -> "Figure":
+def _ground(scenario: Scenario, chosen: _Options) -> "Figure":
     from historysim.recording import surface_group
     from historysim.results.plots.surface import plot_surface
 
     ground = scenario.ground()
     title = scenario.title or scenario.path.stem
-    return plot_surface(surface_group.dataset(ground.summits, ground.surface), title=title)
+    return plot_surface(surface_group.dataset(ground.summits, ground.surface), title=title, size=chosen.size)
 
 
-def _adhesion(scenario: Scenario, asperity: int | None) -> "Figure":
+def _adhesion(scenario: Scenario, chosen: _Options) -> "Figure":
     from historysim.results.plots.adhesion_branch import plot_adhesion_branch
     from historysim.results.plots.adhesion_map import plot_adhesion_map
 
@@ -152,13 +203,14 @@ def _adhesion(scenario: Scenario, asperity: int | None) -> "Figure":
         raise InputError(
             f"{scenario.path}: has no [adhesion], or nothing touches; expected both to draw how adhesive it is"
         )
-    if asperity is None:
-        return plot_adhesion_map(contact.examples())
-    branch = contact.branch(asperity)
-    return plot_adhesion_branch(branch, title=f"Equilibria of asperity {asperity} after {branch.model.label}")
+    if chosen.asperity is None:
+        return plot_adhesion_map(contact.examples(), size=chosen.size)
+    branch = contact.branch(chosen.asperity)
+    title = f"Equilibria of asperity {chosen.asperity} after {branch.model.label}"
+    return plot_adhesion_branch(branch, title=title, size=chosen.size)
 
 
-def _object(what: object, name: str) -> "Figure":
+def _object(what: object, name: str, chosen: _Options) -> "Figure":
     from historysim.asperities.adhering import AdheringAsperities
     from historysim.asperities.asperity import Asperity
     from historysim.contact.adhesion import Branch
@@ -171,13 +223,14 @@ def _object(what: object, name: str) -> "Figure":
     from historysim.results.plots.loops import plot_loops
     from historysim.scenario.fit import Fit
 
+    size = chosen.size
     drawn: Mapping[type, Callable[[Any], Figure]] = {
-        Loops: plot_loops,
-        Comparison: plot_comparison,
-        Asperity: plot_asperity,
-        AdheringAsperities: lambda adhering: plot_adhesion_map(adhering.examples()),
-        Branch: plot_adhesion_branch,
-        Fit: lambda fit: plot_comparison(fit.comparison, fit.scenario.title),
+        Loops: lambda loops: plot_loops(loops, size=size),
+        Comparison: lambda comparison: plot_comparison(comparison, size=size),
+        Asperity: lambda asperity: plot_asperity(asperity, size=size),
+        AdheringAsperities: lambda adhering: plot_adhesion_map(adhering.examples(), size=size),
+        Branch: lambda branch: plot_adhesion_branch(branch, size=size),
+        Fit: lambda fit: plot_comparison(fit.comparison, fit.scenario.title, size=size),
     }
     for kind, picture in drawn.items():
         if isinstance(what, kind):

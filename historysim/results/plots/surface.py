@@ -13,7 +13,8 @@ from historysim.basics.units import prefixed, quantity_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.recording import surface_group
-from historysim.results.plots.paper import PAGE, Size, new_figure
+from historysim.results.analysis.shares import telling_step
+from historysim.results.plots.paper import COLUMN, PAGE, Size, new_figure
 from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, STATES, plain_title
 from historysim.surfaces.heights import Surface
 
@@ -88,7 +89,7 @@ def surface_of(history: xr.Dataset) -> xr.Dataset:
 def plot_surface(
     surface: xr.Dataset | Surface,
     history: xr.Dataset | None = None,
-    step: int | str = -1,
+    step: int | str = "partial",
     *,
     title: str = "",
     size: Size | None = None,
@@ -102,8 +103,9 @@ def plot_surface(
         height map whose summits are to be found (9-point rule; of a profile, 3-point rule).
     history : xarray.Dataset, optional
         A history; the summits in contact are coloured by their slip state.
-    step : int or "peak"
-        At this step of it, or at that of the greatest normal load; negative ones count from the end.
+    step : int, "partial" or "peak"
+        At this step of it; at that where the map shows most, half of the contact area slipping or nearest to it; or
+        at that of the greatest normal load. Negative ones count from the end.
     title : str
         A heading; by default the title of the history, or else of the surface.
     size : (float, float), optional
@@ -123,8 +125,7 @@ def plot_surface(
         with representable():
             summits = surface.summits(3 if 1 in surface.shape else 9)
         surface = surface_group.dataset(summits, surface)
-    if "summit_height" not in surface or "summit_radius" not in surface:
-        raise InputError("the surface holds no summits; expected the group surface of a result")
+    _check_summits(surface)
     contact = None if history is None else _contact(surface, history, position_of(step, history))
     state = np.zeros(surface.sizes["summit"], dtype=np.int8) if contact is None else contact.state
     has_map = "height" in surface
@@ -147,14 +148,59 @@ def plot_surface(
     return figure
 
 
+def plot_distribution(
+    surface: xr.Dataset, history: xr.Dataset | None = None, step: int | str = "partial", *, size: Size | None = None
+) -> "Figure":
+    """Draw the asperity distribution: the radius of each summit against its height.
+
+    Parameters
+    ----------
+    surface : xarray.Dataset
+        Summits: the group ``surface`` of a result, or `surface_of` a history.
+    history, step
+        As for `plot_surface`: the summits in contact are coloured by their slip state, and the rigid flat is drawn.
+    size : (float, float), optional
+        Width and height [mm].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A figure 90 mm wide, or of that size.
+
+    Raises
+    ------
+    InputError
+        As for `plot_surface`.
+    """
+    _check_summits(surface)
+    contact = None if history is None else _contact(surface, history, position_of(step, history))
+    state = np.zeros(surface.sizes["summit"], dtype=np.int8) if contact is None else contact.state
+    with new_figure(size, (COLUMN, 85.0)) as figure:
+        _draw_distribution(figure.add_subplot(), surface, state, contact)
+        _draw_legend(figure, surface, state, contact, columns=2)
+        if contact:
+            figure.suptitle(contact.caption.replace(":  ", "\n", 1), x=0.01, ha="left", fontsize=7)
+    return figure
+
+
 def position_of(step: int | str, history: xr.Dataset) -> int:
     """Return a step of a history as a number from 0."""
     steps = history.sizes["step"]
-    if step == "peak":
+    if step == "partial" and "slip_state" in history:
+        return telling_step(history)
+    # of totals alone nothing is known of what slips
+    if step in {"partial", "peak"}:
         return int(history["total_normal_load"].values.argmax())
     if not isinstance(step, int | np.integer) or not -steps <= step < steps:
-        raise InputError(f"step {step}: the history has {steps} steps; expected {-steps} to {steps - 1}, or peak")
+        raise InputError(
+            f"step {step}: the history has {steps} steps; expected {-steps} to {steps - 1}, partial or peak"
+        )
     return int(step) % steps
+
+
+def _check_summits(surface: xr.Dataset) -> None:
+    if "summit_height" not in surface or "summit_radius" not in surface:
+        raise InputError("the surface holds no summits; expected the group surface of a result")
 
 
 def _contact(surface: xr.Dataset, history: xr.Dataset, step: int) -> _Contact:
@@ -304,7 +350,9 @@ def _draw_marks(axes: "Axes", x: Floats, y: Floats, state: States) -> None:
         axes.scatter(x[here], y[here], s=area, c=fill, edgecolors=INK, linewidths=0.35, rasterized=True, zorder=3)
 
 
-def _draw_legend(figure: "Figure", surface: xr.Dataset, state: States, contact: _Contact | None) -> None:
+def _draw_legend(
+    figure: "Figure", surface: xr.Dataset, state: States, contact: _Contact | None, *, columns: int | None = None
+) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -325,4 +373,4 @@ def _draw_legend(figure: "Figure", surface: xr.Dataset, state: States, contact: 
     if "height" in surface and 1 not in surface["height"].shape and surface["height"].isnull().any():
         handles.append(Patch(facecolor=MISSING, label="missing height"))
     if handles:
-        figure.legend(handles=handles, loc="outside lower left", ncols=len(handles), columnspacing=1.2)
+        figure.legend(handles=handles, loc="outside lower left", ncols=columns or len(handles), columnspacing=1.2)

@@ -142,7 +142,7 @@ def _unit(values: xr.DataArray) -> tuple[float, str]:
         return 1.0, ""
     # prefixes of squares and cubes would be misread
     if any(character.isdigit() for character in unit):
-        return 1.0, f" ({unit})"
+        return 1.0, f" ({unit.replace('2', '²').replace('3', '³')})"
     factor, prefix = prefixed(float(np.nanmax(np.abs(values.values), initial=0.0)))
     return factor, f" ({prefix}{unit})"
 
@@ -188,7 +188,7 @@ def _caption(values: xr.DataArray, rest: list[Hashable], spread: str) -> str:
     over = ", ".join(str(name).replace("_", " ") for name in rest)
     told = {
         "deviation": "mean ± standard deviation",
-        "quantiles": f"median, {QUANTILES[0]:.0%} to {QUANTILES[1]:.0%} quantile",
+        "quantiles": f"median, {100 * QUANTILES[0]:.0f} to {100 * QUANTILES[1]:.0f} %",
         "none": "mean",
     }
-    return f"{told[spread]} over {cells} cells each ({over})"
+    return f"{told[spread]} over {cells} cells ({over})"

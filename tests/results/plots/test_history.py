@@ -8,8 +8,8 @@ import pytest
 import xarray as xr
 
 import historysim as hs
+from historysim.results.plots import along_path, slip_map, style
 from historysim.results.plots import history as plots
-from historysim.results.plots import style
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
 HEIGHTS = np.array([0.0, -20e-9, -10e-9, -500e-9])
@@ -85,9 +85,9 @@ def test_a_title_is_text_and_not_mathematics():
 
 
 def test_long_histories_are_thinned(monkeypatch):
-    monkeypatch.setattr(plots, "MOST_POINTS", 30)
-    monkeypatch.setattr(plots, "MOST_COLUMNS", 20)
-    monkeypatch.setattr(plots, "MOST_ROWS", 2)
+    monkeypatch.setattr(along_path, "MOST_POINTS", 30)
+    monkeypatch.setattr(slip_map, "MOST_COLUMNS", 20)
+    monkeypatch.setattr(slip_map, "MOST_ROWS", 2)
     history = replayed(loops=5)
     _, panels = drawn(history)
     assert history.sizes["step"] > 100
@@ -117,6 +117,6 @@ def test_states_differ_in_lightness():
 def test_swings_ignore_noise():
     steps = np.concatenate([np.linspace(0, 1, 50), np.linspace(1, -1, 100), np.linspace(-1, 1, 100)])
     noisy = steps + np.random.default_rng(0).normal(0, 0.01, steps.size)
-    swings = list(plots._swings(noisy))
+    swings = list(along_path.swings(noisy))
     assert len(swings) == 3
     assert [steps[end] for _, end in swings] == pytest.approx([1, -1, 1], abs=0.1)

@@ -1,0 +1,86 @@
+"""The pictures of a history by their names."""
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import attrs
+import xarray as xr
+
+from historysim.errors import InputError
+from historysim.results.plots.history import plot_history
+from historysim.results.plots.loop import plot_loop
+from historysim.results.plots.paper import Size
+from historysim.results.plots.slip_map import plot_slip_map
+from historysim.results.plots.stiffness import plot_stiffness
+from historysim.results.plots.surface import plot_distribution, plot_surface, surface_of
+from historysim.results.plots.traction import plot_slip_fronts, plot_traction
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def _contact_map(history: xr.Dataset, **options: Any) -> "Figure":
+    return plot_surface(surface_of(history), history, **options)
+
+
+def _distribution(history: xr.Dataset, **options: Any) -> "Figure":
+    return plot_distribution(surface_of(history), history, **options)
+
+
+@attrs.frozen
+class _Picture:
+    """A picture, and which options it takes beside its size."""
+
+    draw: Callable[..., "Figure"]
+    takes: tuple[str, ...] = ()
+
+
+PICTURES = {
+    "history": _Picture(plot_history, ("panels",)),
+    "loop": _Picture(plot_loop),
+    "slip-map": _Picture(plot_slip_map),
+    "contact-map": _Picture(_contact_map, ("step",)),
+    "distribution": _Picture(_distribution, ("step",)),
+    "traction": _Picture(plot_traction, ("asperity",)),
+    "slip-fronts": _Picture(plot_slip_fronts, ("asperity",)),
+    "stiffness": _Picture(plot_stiffness),
+}
+
+
+def draw(
+    history: xr.Dataset,
+    picture: str = "history",
+    *,
+    step: int | str | None = None,
+    asperity: int | None = None,
+    panels: Sequence[str] | None = None,
+    size: Size | None = None,
+) -> "Figure":
+    """Return a picture of a history by its name.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+    picture : str
+        A key of `PICTURES`.
+    step, asperity, panels
+        For the pictures that take them.
+    size : (float, float), optional
+        Width and height [mm].
+
+    Raises
+    ------
+    InputError
+        Another name, an option that the picture does not take, or as for its function.
+    """
+    if picture not in PICTURES:
+        raise InputError(f"picture is {picture!r}; expected one of {', '.join(PICTURES)}")
+    chosen = PICTURES[picture]
+    given = {
+        name: value for name, value in (("step", step), ("asperity", asperity), ("panels", panels)) if value is not None
+    }
+    for name, value in given.items():
+        if name not in chosen.takes:
+            others = ", ".join(known for known, each in PICTURES.items() if name in each.takes)
+            raise InputError(f"{name} {value}: the picture {picture} takes none; expected with {others}")
+    return chosen.draw(history, **given, size=size)

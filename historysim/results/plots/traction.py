@@ -1,0 +1,161 @@
+"""Pictures of the traction over the radius of an asperity: several states in one, and its slip fronts, step by step."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from historysim.basics.units import prefixed
+from historysim.errors import InputError
+from historysim.results import rebuilt
+from historysim.results.analysis.recorded import GROSS_SLIP, check_recorded
+from historysim.results.analysis.shares import telling_step
+from historysim.results.plots.along_path import line_colours, swings
+from historysim.results.plots.paper import COLUMN, Size, new_figure
+from historysim.results.plots.style import FAINT, STATE_COLOURS, legend_below, scaled
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+STATES_IN_ONE, MOST_IN_ONE = 5, 10
+LINES, MOST_LINES = 24, 200
+POINTS = 401
+
+
+def plot_traction(
+    history: xr.Dataset, asperity: int | None = None, steps: Sequence[int] | None = None, *, size: Size | None = None
+) -> "Figure":
+    """Draw the traction of an asperity over its radius at several steps, and the friction limit of the last one.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history with asperities; see `historysim.results.rebuilt`.
+    asperity : int, optional
+        Its label; by default that of the asperity that carries most where the contact map shows most (`telling_step`).
+    steps : sequence of int, optional
+        Up to 10 positions of steps; by default 5 of the swing of the displacement around that step, from its
+        beginning to where the asperity slides.
+    size : (float, float), optional
+        Width and height [mm].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A figure 90 mm wide, or of that size.
+
+    Raises
+    ------
+    InputError
+        A step or an asperity that the history does not have, more steps than can be told apart, or as for
+        `historysim.results.rebuilt.asperity_at`.
+    """
+    asperity, chosen = _chosen(history, asperity, steps, STATES_IN_ONE)
+    if len(chosen) > MOST_IN_ONE:
+        raise InputError(f"steps has {len(chosen)} steps; expected at most {MOST_IN_ONE}, which can be told apart")
+    found = rebuilt.profiles(history, asperity, chosen, POINTS)
+    radius, radius_unit = scaled(found["radius"].values, "m")
+    factor, prefix = prefixed(float(found["friction_limit"].values.max(initial=0.0)))
+    with new_figure(size, (COLUMN, 80.0)) as figure:
+        axes = figure.add_subplot()
+        axes.axhline(0, color=FAINT, linewidth=0.4, zorder=0)
+        limit = found["friction_limit"].values[-1] * factor
+        axes.plot(radius, limit, color=FAINT, linewidth=0.8, linestyle="--", label=r"$\pm\mu p$")
+        axes.plot(radius, -limit, color=FAINT, linewidth=0.8, linestyle="--")
+        shades = line_colours()(np.linspace(0, 1, len(chosen)))
+        for row, (colour, step) in enumerate(zip(shades, found["step"].values, strict=True)):
+            label = f"step {step}, {found['time'].values[row]:.4g} s"
+            axes.plot(radius, found["traction"].values[row] * factor, color=colour, linewidth=1.2, label=label)
+        axes.set_xlim(0, radius[-1])
+        axes.set(
+            title=f"Traction of asperity {asperity}",
+            xlabel=f"radius $r$ ({radius_unit})",
+            ylabel=rf"traction $\tau$ ({prefix}Pa)",
+        )
+        legend_below(figure, axes, columns=2)
+    return figure
+
+
+def plot_slip_fronts(
+    history: xr.Dataset, asperity: int | None = None, steps: Sequence[int] | None = None, *, size: Size | None = None
+) -> "Figure":
+    """Draw the traction across an asperity step by step, each line above the one before, with the fronts of its slip.
+
+    Parameters
+    ----------
+    history, asperity
+        As for `plot_traction`.
+    steps : sequence of int, optional
+        Up to 200 positions of steps; by default 24 of the swing as in `plot_traction`.
+    size : (float, float), optional
+        Width and height [mm].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A figure 90 mm wide, or of that size. The stick zone is drawn thick; where it ends is the slip front.
+
+    Raises
+    ------
+    InputError
+        As for `plot_traction`.
+    """
+    asperity, chosen = _chosen(history, asperity, steps, LINES)
+    if len(chosen) > MOST_LINES:
+        raise InputError(f"steps has {len(chosen)} steps; expected at most {MOST_LINES} lines")
+    found = rebuilt.profiles(history, asperity, chosen, POINTS)
+    factor, radius_unit = prefixed(float(found["radius"].values[-1]))
+    across = np.concatenate([-found["radius"].values[:0:-1], found["radius"].values]) * factor
+    largest = float(found["friction_limit"].values.max(initial=0.0)) or 1.0
+    # no line covers another one by much, and each change is seen
+    height = 1.6
+    looks: dict[str, dict[str, Any]] = {
+        "slips": {"color": STATE_COLOURS[2], "linewidth": 0.8},
+        "sticks": {"color": STATE_COLOURS[1], "linewidth": 1.6},
+    }
+    with new_figure(size, (COLUMN, 110.0)) as figure:
+        axes = figure.add_subplot()
+        for row in range(len(chosen)):
+            half = found["traction"].values[row] / largest * height
+            line = row + np.concatenate([half[:0:-1], half])
+            for name, radius in (("slips", "contact_radius"), ("sticks", "stick_radius")):
+                inside = np.abs(across) <= float(found[radius].values[row]) * factor
+                if found[radius].values[row] > 0:
+                    axes.plot(across[inside], line[inside], solid_capstyle="butt", label=name, **looks[name])
+        ticks = np.unique(np.linspace(0, len(chosen) - 1, min(len(chosen), 7)).round().astype(int))
+        labels = [f"{found['step'].values[row]},  {found['time'].values[row]:.4g} s" for row in ticks]
+        axes.set_yticks(ticks, labels)
+        axes.set(title=f"Slip fronts of asperity {asperity}", xlabel=f"$r$ ({radius_unit}m)", ylabel="step, time")
+        stress, prefix = prefixed(largest)
+        scale = f"one line is {largest / height * stress:.3g} {prefix}Pa above the next"
+        legend_below(figure, axes, extra=scale, columns=2)
+    return figure
+
+
+def _chosen(
+    history: xr.Dataset, asperity: int | None, steps: Sequence[int] | None, count: int
+) -> tuple[int, list[int]]:
+    """Return the asperity and the steps to draw, where they are not said."""
+    check_recorded(history, "slip_state", "normal_load", "contact_radius")
+    if steps is not None and not len(steps):
+        raise InputError("steps is empty; expected one step or more")
+    telling = telling_step(history)
+    if asperity is None:
+        heaviest = int(history["normal_load"].isel(step=telling).values.argmax())
+        asperity = int(history["asperity"].values[heaviest])
+    column = rebuilt.column_of(asperity, history)
+    return asperity, list(steps) if steps is not None else _of_swing(history, column, telling, count)
+
+
+def _of_swing(history: xr.Dataset, column: int, telling: int, count: int) -> list[int]:
+    """Return steps of the swing around a step, up to where an asperity slides."""
+    parts = list(swings(history["tangential_displacement"].values))
+    first, last = next((part for part in parts if part[0] <= telling <= part[1]), (0, history.sizes["step"] - 1))
+    states: npt.NDArray[np.int8] = history["slip_state"].isel(step=slice(first, last + 1), asperity=column).values
+    # it slides until it turns round: where the swing begins that may still be the case
+    begun = int((states != GROSS_SLIP).argmax())
+    slides = np.flatnonzero(states[begun:] == GROSS_SLIP)
+    end = first + begun + int(slides[0]) if slides.size else last
+    return [int(step) for step in np.unique(np.linspace(first, max(end, first), count).round())]

@@ -1,0 +1,151 @@
+"""Pictures of a history by their names: what stands in them. That they look well was seen by eye."""
+
+import io
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+
+import historysim as hs
+from historysim.errors import InputError
+from historysim.results import analysis, rebuilt
+from historysim.results.plots.pictures import PICTURES
+from historysim.results.plots.style import STATE_COLOURS
+from historysim.results.plots.traction import plot_slip_fronts, plot_traction
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
+ENSEMBLE = hs.Ensemble(PAIR, [0.0, -20e-9, -35e-9, -60e-9], [10e-6, 30e-6, 15e-6, 40e-6], [0.2, 0.12, 0.2, 0.2])
+
+
+@pytest.fixture(scope="module")
+def history():
+    events = [hs.NormalLoad(0.0, 4e-3)]
+    events += [hs.TangentialDisplacement(float(time), sign * 30e-9) for time, sign in ((1, 1), (2, -1), (3, 1))]
+    return hs.replay(ENSEMBLE, events, substeps=12)
+
+
+@pytest.mark.parametrize("picture", PICTURES)
+def test_every_picture_is_drawn_in_a_size_and_changes_nothing(history, picture):
+    settings, before = dict(mpl.rcParams), history.copy(deep=True)
+    figure = hs.plot(history, picture=picture, size=(120, 100))
+    assert figure.get_size_inches() * 25.4 == pytest.approx([120, 100])
+    stream = io.BytesIO()
+    figure.savefig(stream, dpi=40)
+    assert stream.getvalue().startswith(b"\x89PNG")
+    assert history.identical(before)
+    assert dict(mpl.rcParams) == settings
+    for axes in figure.axes:
+        # what stands on an axis says its unit
+        assert "(" in axes.get_xlabel() or not axes.get_xlabel() or axes.get_label() == "<colorbar>"
+
+
+def test_the_colour_of_the_loop_tells_how_much_slips(history):
+    figure = hs.plot(history, picture="loop")
+    (line,) = figure.axes[0].collections
+    slipping = analysis.slip_shares(history)["slipping_area"].values
+    # each piece has the share of the step that it leads to
+    assert line.get_array().tolist() == slipping[1:].tolist()
+    assert line.get_clim() == (0, 1)
+    ends = np.array([segment[-1] for segment in line.get_segments()])
+    assert ends[:, 0] == pytest.approx(history.tangential_displacement.values[1:] * 1e9)
+    with pytest.raises(InputError, match="expected 'slip' or 'time'"):
+        hs.plot_loop(history, "stick")
+
+
+def test_steps_of_the_slip_map_have_their_times_below_them(history):
+    figure = hs.plot(history, picture="slip-map")
+    figure.draw_without_rendering()
+    labels = [label.get_text() for label in figure.axes[0].get_xticklabels() if label.get_text()]
+    assert labels
+    for label in labels:
+        step, time = label.split("\n")
+        assert float(time) == pytest.approx(float(history.time[int(step)]), rel=1e-3)
+
+
+def test_tractions_are_those_of_the_asperity_at_each_step(history):
+    figure = plot_traction(history, 1, [3, 8, -1])
+    lines = {line.get_label(): line for line in figure.axes[0].get_lines()}
+    expected = rebuilt.profiles(history, 1, [3, 8, -1], 401)
+    for row, step in enumerate((3, 8, 36)):
+        line = lines[f"step {step}, {expected.time.values[row]:.4g} s"]
+        assert line.get_ydata() == pytest.approx(expected.traction.values[row] * 1e-6)
+    assert lines[r"$\pm\mu p$"].get_ydata() == pytest.approx(expected.friction_limit.values[-1] * 1e-6)
+
+
+def test_where_nothing_is_said_a_swing_is_drawn_until_the_asperity_slides(history):
+    telling = history.contact.telling_step()
+    heaviest = int(history.asperity[history.normal_load.values[telling].argmax()])
+    axes = plot_traction(history).axes[0]
+    assert axes.get_title(loc="left") == f"Traction of asperity {heaviest}"
+    steps = [int(text.split(",")[0][5:]) for text in axes.get_legend_handles_labels()[1] if text.startswith("step")]
+    states = history.slip_state.sel(asperity=heaviest).values
+    assert steps[0] <= telling
+    # neither sooner nor later
+    assert states[steps[-1]] == hs.SlipState.GROSS_SLIP
+    assert (states[steps[0] + 1 : steps[-1]] != hs.SlipState.GROSS_SLIP).all()
+
+
+def test_slip_fronts_end_where_the_stick_zone_does(history):
+    steps = list(range(13, 25))
+    axes = plot_slip_fronts(history, 0, steps).axes[0]
+    sticks = [line for line in axes.get_lines() if line.get_color() == STATE_COLOURS[1]]
+    radii = history.stick_radius.sel(asperity=0).values[steps]
+    # points of the line are a step of the radius apart
+    spacing = 1.01 * history.contact_radius.values.max() * 1e9 / 400
+    found = [line.get_xdata()[-1] for line in sticks]
+    assert found == pytest.approx((radii[radii > 0] * 1e9).tolist(), abs=spacing)
+
+
+def test_the_stiffness_stands_below_the_load(history):
+    upper, lower = hs.plot(history, picture="stiffness").axes[:2]
+    for axes, name, factor in ((upper, "total_tangential_load", 1e6), (lower, "tangential_stiffness", 1e-3)):
+        ends = np.array([segment[-1] for segment in axes.collections[0].get_segments()])
+        assert ends[-1, 1] == pytest.approx(float(history[name][-1]) * factor)
+
+
+def test_panels_are_chosen(history):
+    figure = hs.plot(history, panels=("energy", "loads"))
+    titles = [axes.get_title(loc="left") for axes in figure.axes]
+    assert titles == ["Dissipated energy", "Loads", ""]
+    for panels in ((), ("loops",), "loop"):
+        with pytest.raises(InputError, match="expected some of loop, loads, states, energy"):
+            hs.plot(history, panels=panels)
+
+
+def test_the_contact_map_shows_partial_slip_by_itself(history):
+    (row,) = (text for text in hs.plot(history, picture="contact-map").get_suptitle().split("\n") if "step" in text)
+    assert row.startswith(f"step {history.contact.telling_step()},")
+    shares = analysis.slip_shares(history)
+    assert shares["share_of_contacts"].sel(slip_state="partial_slip").values[history.contact.telling_step()] > 0
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"picture": "lop"}, "picture is 'lop'; expected one of history, loop, slip-map"),
+        (
+            {"picture": "loop", "step": 3},
+            "step 3: the picture loop takes none; expected with contact-map",
+        ),
+        ({"picture": "history", "asperity": 3}, "asperity 3: the picture history takes none; expected with traction"),
+        ({"picture": "traction", "asperity": 9}, "asperity 9: is not recorded"),
+        ({"size": (1, 1)}, "expected width and height from 20 to 2000 mm"),
+    ],
+)
+def test_what_does_not_fit_is_refused(history, options, told):
+    with pytest.raises(InputError, match=told):
+        hs.plot(history, **options)
+
+
+def test_what_needs_asperities_says_so(history):
+    totals = history.drop_dims("asperity")
+    for picture in ("loop", "slip-map", "traction"):
+        with pytest.raises(InputError, match="expected one recorded with asperities"):
+            hs.plot(totals, picture=picture)
+    hs.plot(totals, picture="stiffness")
+
+
+def test_single_steps_can_be_drawn():
+    history = hs.replay(ENSEMBLE, [hs.NormalLoad(0.0, 4e-3)])
+    for picture in PICTURES:
+        hs.plot(history, picture=picture).draw_without_rendering()

@@ -1,0 +1,83 @@
+"""A quantity over what was swept: what stands in the picture. That it looks well was seen by eye."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import historysim as hs
+from historysim.errors import InputError
+
+VALUES = np.random.default_rng(1).normal(10e-9, 2e-9, (3, 2, 5))
+VALUES[1, 0, 2] = np.nan
+SWEEP = xr.Dataset(
+    {
+        "drift": (("rms_height", "friction", "seed"), VALUES, {"units": "m"}),
+        "count": (("rms_height",), [1, 2, 3]),
+        "name": (("rms_height",), ["a", "b", "c"]),
+    },
+    {
+        "rms_height": ("rms_height", [1e-7, 2e-7, 4e-7], {"units": "m"}),
+        "friction": ("friction", [0.1, 0.2], {"units": "1"}),
+        "seed": ("seed", range(5)),
+    },
+    {"content": "sweep"},
+)
+
+
+def test_means_and_deviations_over_seeds():
+    figure = hs.plot_swept(SWEEP, "drift")
+    (axes,) = figure.axes
+    assert axes.get_xlabel() == "rms height (nm)"
+    assert axes.get_ylabel() == "drift (nm)"
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["friction 0.1", "friction 0.2"]
+    for number, bars in enumerate(axes.containers):
+        line, _, (stems,) = bars.lines
+        assert line.get_xdata() == pytest.approx([100, 200, 400])
+        own = [row[np.isfinite(row)] * 1e9 for row in VALUES[:, number]]
+        assert line.get_ydata() == pytest.approx([row.mean() for row in own])
+        halves = [np.ptp(segment[:, 1]) / 2 for segment in stems.get_segments()]
+        assert halves == pytest.approx([row.std(ddof=1) for row in own])
+    assert "over 5 cells (seed)" in axes.get_title(loc="left")
+
+
+def test_a_band_of_quantiles():
+    (axes,) = hs.plot_swept(SWEEP, "drift", "friction", each="rms_height", spread="quantiles").axes
+    line, band = axes.get_lines()[0], axes.collections[0]
+    assert line.get_ydata() == pytest.approx(np.median(VALUES[0], axis=1) * 1e9)
+    low, high = np.quantile(VALUES[0, 0], [0.1, 0.9]) * 1e9
+    heights = band.get_paths()[0].vertices[:, 1]
+    assert (heights.min() <= low) & (heights.max() >= high)
+    assert any(np.isclose(heights, low)) & any(np.isclose(heights, high))
+
+
+def test_a_dimension_of_names_has_them_as_ticks():
+    named = SWEEP.assign_coords(rms_height=["fine", "middle", "rough"])
+    (axes,) = hs.plot_swept(named, "drift", "rms_height").axes
+    assert [label.get_text() for label in axes.get_xticklabels()] == ["fine", "middle", "rough"]
+
+
+def test_a_sweep_is_drawn_by_the_name_of_its_number():
+    assert hs.plot(SWEEP, picture="drift").axes[0].get_ylabel() == "drift (nm)"
+    assert hs.plot(SWEEP, picture="count").axes[0].get_lines()[0].get_ydata().tolist() == [1, 2, 3]
+    with pytest.raises(InputError, match="quantity is 'preliminary_displacement'; expected one of drift, count"):
+        hs.plot(SWEEP)
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"quantity": "name"}, "quantity is 'name'; expected one of drift, count"),
+        ({"over": "load"}, "drift does not go over 'load'; expected one of rms_height, friction, seed"),
+        ({"over": "seed", "each": "seed"}, "each is 'seed', which is on the axis already"),
+        ({"spread": "variance"}, "spread is 'variance'; expected one of deviation, quantiles, none"),
+    ],
+)
+def test_what_does_not_fit_is_refused(options, told):
+    with pytest.raises(InputError, match=told):
+        hs.plot_swept(SWEEP, **({"quantity": "drift"} | options))
+
+
+def test_more_lines_than_can_be_told_apart_are_refused():
+    many = xr.Dataset({"drift": (("a", "b"), np.ones((3, 7)))}, {"a": range(3), "b": range(7)})
+    with pytest.raises(InputError, match="with 7 members; expected at most 6 lines"):
+        hs.plot_swept(many, "drift", "a", each="b")
