@@ -2,7 +2,7 @@
 
 import functools
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,14 +15,20 @@ Stamp = tuple[str, int, int]
 
 
 def files_of(section: Any, scenario: Scenario) -> Iterator[Path]:
-    """Yield the files that a section of a scenario names, in it and in the sections within it."""
+    """Yield the files that a section of a scenario names, or its document, in it and in what stands within it."""
+    within: Iterable[tuple[Any, Any]] = ()
     if attrs.has(type(section)):
-        for key, value in attrs.asdict(section, recurse=False).items():
-            if key == "file" and value is not None:
-                names = (value,) if isinstance(value, str) else value
-                yield from (scenario.path.parent / name for name in names)
-            else:
-                yield from files_of(value, scenario)
+        within = attrs.asdict(section, recurse=False).items()
+    elif isinstance(section, Mapping):
+        within = section.items()
+    elif isinstance(section, tuple | list):
+        within = enumerate(section)
+    for key, value in within:
+        if key == "file" and value is not None:
+            names = (value,) if isinstance(value, str) else value
+            yield from (scenario.path.parent / name for name in names)
+        elif not isinstance(value, str | int | float):
+            yield from files_of(value, scenario)
 
 
 def stamp(path: Path) -> Stamp:

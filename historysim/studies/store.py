@@ -35,15 +35,14 @@ if TYPE_CHECKING:
 FORM = 1
 ENDING = ".cell"
 HEADER = "header"
-SAYS_NOTHING = ("title", "sweep", "design", "fit", "adhesion", "metadata")
+SAYS_NOTHING = ("title", "sweep", "design", "fit", "metadata")
 """Sections that do not change what comes out of a cell."""
 
 
 def digest(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str]) -> str:
     """Return the digest of all that decides what stands in a cell, as hexadecimal digits."""
-    sections = scenario.sections
-    read = [*files_of(sections.surface, scenario), *files_of(sections.loading, scenario)]
     document = with_values(document_of(scenario), point)
+    read = sorted(set(files_of(document, scenario)))
     decides = {
         "form": FORM,
         "historysim_version": __version__,

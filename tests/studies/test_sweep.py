@@ -231,6 +231,15 @@ def test_a_file_that_the_scenario_reads_counts(tmp_path, counted):
     second = hs.sweep(path, over, store=tmp_path / "cells")
     assert len(counted) == 4
     assert (first.preliminary_displacement != second.preliminary_displacement).all()
+    # the file itself may be swept
+    (tmp_path / "others.csv").write_text("height,radius\n0,1e-6\n-1e-9,3e-6\n", encoding="utf-8")
+    files = {"surface.file": ["summits.csv", "others.csv"]}
+    hs.sweep(path, files, store=tmp_path / "cells")
+    (tmp_path / "others.csv").write_text("height,radius\n0,1e-6\n-1e-9,4e-6\n", encoding="utf-8")
+    found = hs.sweep(path, files, store=tmp_path / "cells")
+    # with the first one it is a cell that is there: friction is 0.2 in the scenario
+    assert counted[4:] == [{"surface.file": "others.csv"}] * 2
+    assert found.preliminary_displacement[0] != found.preliminary_displacement[1]
 
 
 def test_a_damaged_cell_is_computed_again_and_leftovers_go(rough, tmp_path, counted):
