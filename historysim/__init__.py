@@ -57,6 +57,7 @@ if TYPE_CHECKING:
     from historysim.scenario.run import run as run
     from historysim.scenario.scenario import load as load
     from historysim.scenario.show import show as show
+    from historysim.scenario.sliding import find_sliding as find_sliding
     from historysim.studies.design import design as design
     from historysim.studies.spread import drift_along as drift_along
     from historysim.studies.spread import spread as spread
@@ -99,6 +100,7 @@ _HOMES = {
     "scenario.compare": ("compare",),
     "scenario.fit": ("fit",),
     "scenario.loops": ("find_loops",),
+    "scenario.sliding": ("find_sliding",),
     "scenario.plot": ("plot",),
     "scenario.report": ("report",),
     "scenario.run": ("run",),

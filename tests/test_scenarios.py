@@ -311,6 +311,19 @@ def test_16_whatever_presses_on_one_another_slides_as_a_front_of_normal_loads(hi
     assert 4 < history.sizes["asperity"] < 10
 
 
+def test_24_loops_at_three_loads_of_a_second_instrument(histories):
+    history = histories["24_second_instrument"]
+    table = hs.find_loops(history).by_load()
+    np.testing.assert_allclose(table.value, [30e-3, 60e-3, 90e-3], rtol=1e-3)
+    assert [members.size for members in table.members] == [4, 4, 4]
+    line = table.friction_line()
+    assert line.slope == pytest.approx(0.12, rel=1e-3)
+    assert line.intercept == pytest.approx(0, abs=8e-6)
+    peak = int(history.total_normal_load.values.argmax())
+    approach, _ = approaches(float(history.total_normal_load[peak]))
+    assert analysis.preliminary_displacement(history).values[peak] == pytest.approx(RATIO * 0.12 * approach.max())
+
+
 def test_the_data_are_made_again_byte_for_byte(tmp_path):
     for name in ("make_sequences.py", "make_heights.py", "make_loops.py"):
         script = tmp_path / name

@@ -18,6 +18,7 @@ from historysim.cli.output import check_ending, print_lines, print_table, save, 
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
+    from historysim.measured.sliding import Over
     from historysim.scenario.scenario import Scenario
     from historysim.tables import Format
 
@@ -127,6 +128,35 @@ def loops(
 
 
 @click.command()
+@click.argument("file", type=path_type)
+@click.option("--over", type=click.Choice(["time", "distance"]), help="[default: distance, where it is known]")
+@click.option("--windows", default=50, show_default=True, help="Windows of equal length that friction is averaged in.")
+@click.option(
+    "-o", "--output", type=path_type, help="Also write the windows to this file (.nc, .csv), or draw them there."
+)
+@set_option
+def sliding(file: Path, over: "Over | None", windows: int, output: Path | None, values: dict[str, Any]) -> None:
+    """Say how friction goes along FILE, which slides one way: static peak, running-in, steady value.
+
+    FILE is a scenario with a measured record, or a result.
+    """
+    targets = [] if output is None else [output]
+    for target in targets:
+        check_target(target, file)
+        check_ending(target, ".nc", ".csv", ".png", ".pdf", ".svg")
+    from historysim.results.plots.sliding import plot_sliding
+    from historysim.scenario.sliding import find_sliding
+
+    record = _loaded(file, values, *targets) if file.suffix == ".toml" else scenario_or_file(file, values)
+    found = find_sliding(record, over=over, windows=windows)
+    if output is not None:
+        save_table(found.to_dataset(), output, lambda _: plot_sliding(found, title=file.name))
+    print_lines(found.summary())
+    for target in targets:
+        click.echo(target)
+
+
+@click.command()
 @click.argument("scenario", type=path_type)
 @click.option("--skip", default=0, show_default=True, help="Loops at the start to leave out.")
 @click.option("-o", "--output", type=path_type, help="The picture. [default: SCENARIO's name with _comparison.png]")
@@ -185,4 +215,4 @@ def _loaded(path: Path, values: dict[str, Any], *targets: Path) -> "Scenario":
     return loaded
 
 
-COMMANDS = (columns, loops, compare, fit)
+COMMANDS = (columns, loops, sliding, compare, fit)

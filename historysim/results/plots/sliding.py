@@ -1,0 +1,61 @@
+"""Picture of friction over time or distance: samples, windows, the static peak, and the approach to a steady value."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from historysim.basics.units import prefixed
+from historysim.measured.sliding import UNITS, Sliding
+from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, STYLE, legend_below, plain_title
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MOST_POINTS = 20_000
+
+
+def plot_sliding(sliding: Sliding, *, title: str = "") -> "Figure":
+    """Draw the friction coefficient over time or distance.
+
+    Parameters
+    ----------
+    sliding : Sliding
+        From `historysim.find_sliding`.
+    title : str
+        A heading.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A figure 180 mm wide.
+    """
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.1, 3.6), layout="constrained")
+        axes = figure.add_subplot()
+        factor, prefix = prefixed(float(np.abs(sliding.place).max())) if sliding.over == "distance" else (1.0, "")
+        stride = -(-sliding.place.size // MOST_POINTS)
+        dots: dict[str, Any] = {"linestyle": "", "marker": ".", "ms": 1.6, "mew": 0, "color": FAINT, "alpha": 0.5}
+        place, friction = sliding.place[::stride] * factor, sliding.coefficient[::stride]
+        axes.plot(place, friction, rasterized=True, label="samples", zorder=1, **dots)
+        means = sliding.window_place * factor, sliding.window_mean
+        axes.plot(*means, "o", color=STATE_COLOURS[1], ms=3, label="windows", zorder=2)
+        if sliding.approach is not None:
+            way = np.linspace(sliding.approach.origin, sliding.place[-1], 200)
+            line: dict[str, Any] = {"color": STATE_COLOURS[2], "linewidth": 1.2, "zorder": 3}
+            axes.plot(way * factor, sliding.approach.at(way), label="approach", **line)
+            axes.axhline(
+                sliding.approach.steady, color=STATE_COLOURS[2], linewidth=0.7, linestyle=(0, (4, 2)), zorder=0
+            )
+        if sliding.peak is not None:
+            peak = sliding.peak.place * factor, sliding.peak.coefficient
+            axes.plot(*peak, "^", color=INK, ms=5, label="static peak", zorder=4)
+        axes.set(
+            title="Friction coefficient", xlabel=f"{sliding.over} ({prefix}{UNITS[sliding.over]})", ylabel="$μ = T/N$"
+        )
+        legend_below(figure, axes)
+        if title:
+            figure.suptitle(plain_title(title), x=0.01, ha="left", fontsize=9.5)
+    return figure
