@@ -37,7 +37,7 @@ def plot_sliding(sliding: Sliding, *, title: str = "") -> "Figure":
         axes = figure.add_subplot()
         factor, prefix = prefixed(float(np.abs(sliding.place).max())) if sliding.over == "distance" else (1.0, "")
         stride = -(-sliding.place.size // MOST_POINTS)
-        dots: dict[str, Any] = {"linestyle": "", "marker": ".", "ms": 1.6, "mew": 0, "color": FAINT, "alpha": 0.5}
+        dots: dict[str, Any] = {"linestyle": "", "marker": ".", "ms": 2.2, "mew": 0, "color": FAINT, "alpha": 0.6}
         place, friction = sliding.place[::stride] * factor, sliding.coefficient[::stride]
         axes.plot(place, friction, rasterized=True, label="samples", zorder=1, **dots)
         means = sliding.window_place * factor, sliding.window_mean
