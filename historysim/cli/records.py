@@ -194,7 +194,7 @@ def fit(scenario: Path, output: Path | None, values: dict[str, Any]) -> None:
     from historysim.scenario.fit import fit as fit_scenario
 
     loaded = _loaded(scenario, values, output, picture)
-    found = fit_scenario(loaded)
+    found = fit_scenario(loaded, progress=True)
     # both stand under their names, or neither
     with replacing(output) as unfinished:
         unfinished.write_text(found.scenario_text(output), encoding="utf-8")

@@ -27,6 +27,8 @@ from historysim.replay import Replay
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
+LEAST_STEP = 5e-3
+"""Change of the normal load from one sample to the next, over the greatest one, up to which it is no step of it."""
 MOST_BACK = 64
 """Samples that are looked back to for the stiffness that noise may have met."""
 
@@ -60,6 +62,9 @@ class Observation:
     nodes : array (node)
         Indices of the samples whose displacement the contact remembers: the turning points, and those before and after
         a step of the normal load.
+    node_deviation : array (node)
+        How far the true places of the nodes may be from the measured ones [m], as a standard deviation: by the noise
+        of the displacement, and by half the way to the next sample, for a channel may turn between two samples.
     displacement_noise, load_noise : float
         Standard deviations of displacement [m] and tangential load [N].
     dead_band : float
@@ -80,6 +85,7 @@ class Observation:
     normal_load: Floats
     turns: Integers
     nodes: Integers
+    node_deviation: Floats
     displacement_noise: float
     load_noise: float
     dead_band: float
@@ -87,6 +93,24 @@ class Observation:
     skip: int = 0
     first: int = 0
     remarks: tuple[tuple[str, str], ...] = ()
+
+    def thinned(self, most: int) -> "Observation":
+        """Return an observation of all nodes, and of about so many of the samples between them, evenly."""
+        stride = -(-self.time.size // most)
+        if stride <= 1:
+            return self
+        kept = np.union1d(np.arange(0, self.time.size, stride), np.append(self.nodes, self.first))
+        return attrs.evolve(
+            self,
+            time=self.time[kept],
+            displacement=self.displacement[kept],
+            tangential_load=self.tangential_load[kept],
+            normal_load=self.normal_load[kept],
+            turns=np.searchsorted(kept, self.turns),
+            nodes=np.searchsorted(kept, self.nodes),
+            first=int(np.searchsorted(kept, self.first)),
+            loops=None,
+        )
 
 
 def observe(
@@ -130,14 +154,17 @@ def observe(
     except NoLoopError:
         # without a whole loop the samples can still be compared
         loops = None
+    noise = noise_of(displacement) if displacement_noise is None else displacement_noise
+    nodes = np.union1d(turns, _load_steps(normal))
     return Observation(
         time=measurement.time,
         displacement=displacement,
         tangential_load=load,
         normal_load=normal,
         turns=turns,
-        nodes=np.union1d(turns, _load_steps(normal)),
-        displacement_noise=noise_of(displacement) if displacement_noise is None else displacement_noise,
+        nodes=nodes,
+        node_deviation=np.hypot(noise, _half_step(displacement)[nodes]),
+        displacement_noise=noise,
         load_noise=noise_of(load) if load_noise is None else load_noise,
         dead_band=dead_band,
         loops=loops,
@@ -180,12 +207,12 @@ def passed(ensemble: Ensemble, instrument: Instrument, observation: Observation,
         What the displacement was measured by.
     observation : Observation
     shifts : array_like (node)
-        How far the nodes between the first and the last are away from where they were measured, in standard deviations
-        of the displacement; those left out are where they were measured.
+        How far the nodes between the first and the last are away from where they were measured [m]; those left out are
+        where they were measured.
     """
     moved = np.asarray(shifts, dtype=np.float64)
     target = observation.displacement.copy()
-    target[observation.nodes[1 : 1 + moved.size]] += moved * observation.displacement_noise
+    target[observation.nodes[1 : 1 + moved.size]] += moved
     order = np.arange(target.size)
     for start, end in itertools.pairwise(observation.nodes):
         between = np.clip(target[start + 1 : end], *sorted((target[start], target[end])))
@@ -221,9 +248,18 @@ def _stiffest(displacement: Floats, stiffness: Floats, reach: float) -> Floats:
     return found
 
 
+def _half_step(displacement: Floats) -> Floats:
+    """Return half of the way from each sample to the farther one of its neighbours."""
+    steps = np.abs(np.diff(displacement, prepend=displacement[:1], append=displacement[-1:]))
+    half: Floats = np.maximum(steps[:-1], steps[1:]) / 2
+    return half
+
+
 def _load_steps(normal_load: Floats) -> Integers:
     """Return the samples between which the normal load changes by much more than its noise."""
     change = np.abs(np.diff(normal_load))
-    before = np.flatnonzero(change > max(10 * noise_of(normal_load), 1e-2 * float(np.ptp(normal_load))))
+    # the last step of a digitiser is none, though a load that rests on it seems to be free of noise
+    least = max(10 * noise_of(normal_load), 1e-2 * float(np.ptp(normal_load)), LEAST_STEP * float(normal_load.max()))
+    before = np.flatnonzero(change > least)
     steps: Integers = np.union1d(before, before + 1)
     return steps

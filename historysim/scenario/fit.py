@@ -154,13 +154,15 @@ class Fit:
             unfinished.write_text(text, encoding="utf-8")
 
 
-def fit(scenario: Scenario | str | Path) -> Fit:
+def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
     """Return the parameters of a scenario, fitted as its ``[fit]`` says to what was measured.
 
     Parameters
     ----------
     scenario : Scenario or path
         A scenario with ``[fit]`` whose loading is measured, with a tangential load to fit to.
+    progress : bool
+        Count the walks along the record on standard error where that is a terminal and they take long.
 
     Returns
     -------
@@ -174,6 +176,8 @@ def fit(scenario: Scenario | str | Path) -> Fit:
     LoadError
         A normal load that the contact cannot carry.
     """
+    from tqdm import tqdm
+
     from historysim.measured.comparison import Comparison
     from historysim.measured.fitting import fit_parameters
     from historysim.measured.observation import observe
@@ -189,7 +193,9 @@ def fit(scenario: Scenario | str | Path) -> Fit:
             displacement_noise=section.displacement_noise,
             load_noise=section.load_noise,
         )
-        found = fit_parameters(model, start, observation)
+        # how many walks it takes is not known before
+        with tqdm(desc="fitting", unit=" walks", delay=2, disable=None if progress else True) as bar:
+            found = fit_parameters(model, start, observation, walked=bar.update)
     _, instrument = model(found.values)
     return Fit(scenario, found, Comparison.of(observation, found.passage, instrument))
 

@@ -89,7 +89,7 @@ def test_shifted_nodes_are_where_they_are_said_to_be():
     moved_to = moved.copy()
     moved_to[2] += 3e-9
     exact = passed(BALL, SOFT, observe(record_of(moved_to, 0.05)))
-    assert_allclose(passed(BALL, SOFT, observation, [3.0]).tangential_load, exact.tangential_load, rtol=1e-12)
+    assert_allclose(passed(BALL, SOFT, observation, [3e-9]).tangential_load, exact.tangential_load, rtol=1e-12)
 
 
 def test_the_stiffness_is_that_of_contact_and_instrument():

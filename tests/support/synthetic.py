@@ -1,11 +1,7 @@
 """Loops simulated with known parameters, as an instrument with the resolution and stiffness of UNAT would measure them.
 
-Run as a script it fits many of them, and counts how often the intervals of 95 % hold the truth::
-
-    python tests/synthetic.py 200
+`scripts/fit_intervals.py` fits many of them, and counts how often the intervals of 95 % hold the truth.
 """
-
-import sys
 
 import attrs
 import numpy as np
@@ -13,6 +9,7 @@ import numpy as np
 import historysim as hs
 from historysim.measured import fitting, observation
 from historysim.measured.measurement import Measurement
+from historysim.measured.reduction import turning_points
 
 # UNAT: 1 nm, 6 µN, 334 mN/µm
 DISPLACEMENT_NOISE, LOAD_NOISE, STIFFNESS = 1e-9, 6e-6, 334e3
@@ -43,10 +40,13 @@ def rough_heights():
     return np.random.default_rng(3).normal(0.0, 60e-9, 100)
 
 
-def measured(kind, seed, amplitude=200e-9, loads=(50e-3, 90e-3), loops=2, rate=10.0, speed=25e-9):
-    """Simulate a record: triangular loops at each load, 10 Hz, and Gaussian noise on both channels."""
+def measured(kind, seed, amplitude=200e-9, loads=(50e-3, 90e-3), loops=2, rate=10.0, speed=25e-9, noise=1.0):
+    """Simulate triangular loops at each load, with Gaussian noise on both channels; 10 Hz hits where they turn."""
     quarter = amplitude / speed
-    time = np.arange(round(len(loads) * loops * 4 * quarter * rate) + 1) / rate
+    end = len(loads) * loops * 4 * quarter
+    sampled = np.arange(int(end * rate * (1 + 1e-12)) + 1) / rate
+    # where it turns, and where the load has changed
+    time = np.union1d(sampled, np.arange(1, 4 * loops * len(loads)) * quarter)
     phase = (time / quarter) % 4
     displacement = amplitude * np.select([phase < 1, phase < 3], [phase, 2 - phase], phase - 4)
     level = np.minimum((time // (4 * quarter * loops)).astype(int), len(loads) - 1)
@@ -59,37 +59,111 @@ def measured(kind, seed, amplitude=200e-9, loads=(50e-3, 90e-3), loops=2, rate=1
     exact = observation.observe(record, displacement_noise=0.0, load_noise=1.0)
     load = observation.passed(*model(kind)(TRUTHS[kind]), exact).tangential_load
     random = np.random.default_rng(seed)
+    seen = np.isin(time, sampled)
     return attrs.evolve(
         record,
+        time=sampled,
         channels={
-            **record.channels,
-            "tangential_displacement": displacement + random.normal(0.0, DISPLACEMENT_NOISE, time.size),
+            "normal_load": record["normal_load"][seen],
+            "tangential_displacement": displacement[seen]
+            + random.normal(0.0, noise * DISPLACEMENT_NOISE, sampled.size),
         },
-        response={"tangential_load": load + random.normal(0.0, LOAD_NOISE, time.size)},
+        response={"tangential_load": load[seen] + random.normal(0.0, noise * LOAD_NOISE, sampled.size)},
     )
 
 
-def fitted(kind, seed):
-    """Fit a simulated record, from a start 30 % off."""
+def fitted(kind, seed, **shape):
+    """Fit a simulated record that turns between samples, from a start 30 % off."""
     start = {name: 1.3 * value for name, value in TRUTHS[kind].items()}
-    return fitting.fit_parameters(model(kind), start, observation.observe(measured(kind, seed)))
+    record = measured(kind, seed, **{"rate": 10.03, **shape})
+    return fitting.fit_parameters(model(kind), start, observation.observe(record))
 
 
-def held(kind, seed):
-    """Say of each parameter whether its interval holds the truth."""
-    return {
-        parameter.name: parameter.low <= TRUTHS[kind][parameter.name] <= parameter.high
-        for parameter in fitted(kind, seed).parameters
-    }
+def fitted_friction(record):
+    """Fit the friction coefficient of a ball alone."""
+    return fitting.fit_parameters(
+        lambda values: model("ball")({**TRUTHS["ball"], **values}), {"friction": 0.26}, observation.observe(record)
+    )
 
 
-def main(count):
-    """Count how often the truth is held."""
-    for kind, truth in TRUTHS.items():
-        found = [held(kind, seed) for seed in range(count)]
-        shares = ", ".join(f"{name} {np.mean([one[name] for one in found]):.1%}" for name in truth)
-        print(f"{kind}: {shares} of {count} intervals of 95 % hold the truth", flush=True)
+def holds(parameter, low="low", high="high", kind="ball"):
+    """Say whether an interval of a parameter holds the truth."""
+    return getattr(parameter, low) <= TRUTHS[kind][parameter.name] <= getattr(parameter, high)
 
 
-if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 200)
+def reciprocating(seed, loops=48, rows=42_579, *, scatter=0.01, correlation=0.0, run_in=0.0, hum=0.0, amplitude=200e-9):
+    """Simulate loops of a ball at 50 mN whose friction coefficient, 0.2 in the mean, changes from branch to branch.
+
+    Parameters
+    ----------
+    scatter, correlation : float
+        Standard deviation of the logarithm of a branch's coefficient, and its correlation with that of the branch
+        before.
+    run_in : float
+        How much higher the coefficient is at first, as a share; it falls by 1/e in an eighth of the record.
+    hum : float
+        Standard deviation of noise of the load that is correlated over twenty samples [N].
+    """
+    random = np.random.default_rng(seed)
+    sampled = np.arange(rows) / 10
+    # turning points fall between samples
+    quarter = (rows - 0.63) / 10 / (4 * loops)
+    turns = np.arange(1, 4 * loops, 2) * quarter
+    time = np.union1d(sampled, turns)
+    phase = (time / quarter) % 4
+    displacement = amplitude * np.select([phase < 1, phase < 3], [phase, 2 - phase], phase - 4)
+    walk = correlated(random, turns.size + 1, correlation)
+    coefficients = 0.2 * np.exp(scatter * walk) * (1 + run_in * np.exp(-8 * np.arange(walk.size) / walk.size))
+    events = [hs.NormalLoad(0.0, 50e-3)]
+    events += [
+        hs.TangentialDisplacement(at, moved) for at, moved in zip(time.tolist(), displacement.tolist(), strict=True)
+    ]
+    events += [
+        hs.FrictionChange(at, value) for at, value in zip(turns.tolist(), coefficients[1:].tolist(), strict=True)
+    ]
+    events.sort(key=lambda event: event.time)
+    ball, instrument = model("ball")({**TRUTHS["ball"], "friction": float(coefficients[0])})
+    history = hs.replay(ball, events, record="totals", instrument=instrument)
+    seen = np.isin(history["time"].values, sampled)
+    noise = random.normal(0.0, LOAD_NOISE, rows) + hum * correlated(random, rows, np.exp(-1 / 20))
+    return Measurement(
+        sampled,
+        {
+            "normal_load": np.full(rows, 50e-3),
+            "tangential_displacement": displacement[np.isin(time, sampled)]
+            + random.normal(0.0, DISPLACEMENT_NOISE, rows),
+        },
+        {"tangential_load": history["total_tangential_load"].values[seen] + noise},
+        {"tangential_displacement": 20e-9},
+    )
+
+
+def correlated(random, count, correlation):
+    """Draw normal numbers of variance 1, each correlated with the one before it."""
+    values = random.normal(size=count)
+    values[1:] *= np.sqrt(1 - correlation**2)
+    for index in range(1, count):
+        values[index] += correlation * values[index - 1]
+    return values
+
+
+def part(record, chosen):
+    """Give some samples of a record, on a clock that runs through."""
+    chosen = np.asarray(chosen)
+    return attrs.evolve(
+        record,
+        time=record.time[: chosen.size],
+        channels={name: values[chosen] for name, values in record.channels.items()},
+        response={name: values[chosen] for name, values in record.response.items()},
+    )
+
+
+def random_half(record, seed):
+    """Give the loops of a random half of a record, and those of the other half."""
+    random = np.random.default_rng(seed)
+    turns = turning_points(record["tangential_displacement"], 20e-9)[1:-1]
+    # from one forward turning point to the next
+    loops = [np.arange(start, end) for start, end in zip(turns[:-2:2], turns[2::2], strict=True)]
+    first = np.sort(random.permutation(len(loops))[: len(loops) // 2])
+    second = np.setdiff1d(np.arange(len(loops)), first)
+    return [part(record, np.concatenate([loops[index] for index in half])) for half in (first, second)]
