@@ -90,8 +90,18 @@ class Comparison:
             ("samples compared", f"{off.size:,}"),
             ("dead band", quantity_text(self.observation.dead_band, "m")),
             ("loops", "none" if self.measured is None else f"{len(self.measured):,}"),
+            *self._loads(),
             ("rms difference", f"{quantity_text(rms, 'N')}{share}"),
         ]
+
+    def _loads(self) -> list[tuple[str, str]]:
+        """Return a line on the normal loads, where there are several."""
+        loads = [] if self.measured is None else self.measured.by_load().value.tolist()
+        if len(loads) < 2:
+            return []
+        each = ", ".join(quantity_text(load, "N", 3) for load in loads)
+        meant = "means and deviations below are over all of them; historysim loops tells them apart"
+        return [("normal loads", f"{each}; {meant}")]
 
     def rows(self) -> list[tuple[str, str, str]]:
         """Return a table of texts: quantity, measured, model; means over the loops ± their standard deviations."""

@@ -112,8 +112,9 @@ class Definitions:
     initial : FirstLoad or FirstDisplacement
         The part of a branch that the stiffness is the slope of.
     load_share : float
-        How much the normal load may move on a branch, over its greatest value there; a branch on which it moves more is
-        left out. Loops whose loads differ by no more than this share are loops at one load. Between 0 and 1.
+        How much the normal load may move on a branch, over its greatest value there and beyond what it moves on most
+        branches; a branch on which it moves more is left out. Loops whose loads differ by no more than this share are
+        loops at one load. Between 0 and 1.
     amplitude_share : float
         Loops of less than this share of the largest amplitude are kept out of means. Between 0, with which all of them
         count, and 1.

@@ -77,14 +77,21 @@ def test_an_even_load_loses_nothing():
     assert not steady.left_out_branches.any()
 
 
-def test_a_load_that_moves_on_every_branch_is_the_way_of_the_test():
-    time, u, load, normal = record([0.0, 1, -1, 1, -1, 1, 0], {0: 1.0})
-    found = loops_of_channels(time, u, load, normal * (1 + 0.2 * u))
-    assert len(found) == 2
+def test_what_a_load_moves_by_on_every_branch_is_the_way_of_the_test():
+    time, u, load, normal = record([0.0, *(1.0, -1.0) * 8, 0.0], {0: 1.0}, noise=0.02)
+    found = loops_of_channels(time, u, load, normal * (1 + 0.1 * u))
+    assert len(found) == 7
     assert not found.left_out_branches.any()
     (told,) = found.told
-    assert told.startswith("the normal load moves by ")
-    assert told.endswith("on every branch, more than 10 % (load_share): none is left out")
+    assert told.startswith("the normal load moves by 1")
+    assert told.endswith("on three branches of four, over 10 % (load_share): those are not left out")
+    # less of it is not worth telling, and a step is one beside it, too
+    assert loops_of_channels(time, u, load, normal * (1 + 0.03 * u)).told == ()
+    stepped = np.where(np.arange(u.size) < 6.5 * PART, 1.0, 1.5)
+    found = loops_of_channels(time, u, load * stepped, normal * stepped * (1 + 0.1 * u))
+    # and what is behind the last loop counts alone
+    assert np.argwhere(found.left_out_branches).tolist() == [[2, 0], [7, 0]]
+    assert found.told[1].startswith("1 branch is left out, on which the normal load moves by 4")
 
 
 def test_the_share_is_chosen():

@@ -58,7 +58,8 @@ def test_the_command_says_writes_and_draws(folder):
         (("s.toml", "--windows", "0"), "s.toml: loading: windows is 0"),
     ],
 )
-def test_bad_input_is_explained(folder, arguments, said):
+@pytest.mark.usefixtures("folder")
+def test_bad_input_is_explained(arguments, said):
     done = call("sliding", *arguments)
     assert done.exit_code == 2
     assert said in done.output
