@@ -15,6 +15,7 @@ from historysim.errors import FrictionLimitError, HistorySimError, InputError, L
 if TYPE_CHECKING:
     from historysim.asperities.asperity import Asperity as Asperity
     from historysim.asperities.asperity import SlipState as SlipState
+    from historysim.asperities.contact_batch import ContactBatch as ContactBatch
     from historysim.asperities.ensemble import Ensemble as Ensemble
     from historysim.asperities.instrument import Instrument as Instrument
     from historysim.asperities.state import EnsembleState as EnsembleState
@@ -72,6 +73,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "asperities.asperity": ("Asperity", "SlipState"),
+    "asperities.contact_batch": ("ContactBatch",),
     "asperities.ensemble": ("Ensemble",),
     "asperities.instrument": ("Instrument",),
     "asperities.state": ("EnsembleState",),

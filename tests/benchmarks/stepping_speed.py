@@ -1,4 +1,4 @@
-"""Time of one step by hand: `Ensemble.advance`, `Stepper.step` and its derivatives, with a shallow and a deep memory.
+"""Time of one step by hand: `Ensemble.advance`, `Stepper.step`, its derivatives, and `ContactBatch.step`.
 
 Run on one thread, after the package is installed::
 
@@ -38,6 +38,22 @@ def deep(ensemble, state, reversals):
     return ensemble.advance_many(state, tangential_displacement=way)[0]
 
 
+def batch_time(contacts, steps=40):
+    """Return the time of `ContactBatch.step` per contact and step [ns]: loops of 20 steps at a held approach."""
+    rng = np.random.default_rng(1)
+    pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+    batch = hs.ContactBatch(pair, rng.uniform(1e-3, 2e-3, contacts), 0.3, contacts)
+    approach = rng.uniform(0.5e-6, 1.5e-6, contacts)
+    amplitude, phase = rng.uniform(0.05e-6, 0.6e-6, contacts), rng.uniform(0, 2 * np.pi, contacts)
+    times = []
+    for step in range(steps):
+        displacement = amplitude * np.sin(2 * np.pi * step / 20 + phase)
+        start = time.perf_counter()
+        batch.step(approach, displacement)
+        times.append(time.perf_counter() - start)
+    return 1e9 / contacts * float(np.median(times[steps // 2 :]))
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--reversals", type=int, default=10_000)
@@ -68,6 +84,8 @@ def main():
             print(
                 f"{count:>10}{start.memory.depth[0]:>10}{advance_u:>14.2f}{advance_t:>14.2f}{step:>14.2f}{slopes:>8.2f}"
             )
+    for contacts in (1000, 1_000_000):
+        print(f"ContactBatch of {contacts} contacts: {batch_time(contacts):.0f} ns per contact and step")
 
 
 if __name__ == "__main__":

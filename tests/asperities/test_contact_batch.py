@@ -1,0 +1,185 @@
+"""Independent contacts, many at once: each is that of an ensemble of one asperity; impacts have closed forms."""
+
+import impacts
+import numpy as np
+import pytest
+
+import historysim as hs
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=2.0, shear_modulus=0.3)
+THETA = 2.0 / 1.2
+
+
+def random_walk(rng, count, steps):
+    """Approaches and displacements of contacts that come and go, slip, stick, turn and return to where they were."""
+    approach = rng.uniform(-0.02, 0.1, (steps, count))
+    displacement = THETA * 0.4 * 0.1 * rng.uniform(-1.5, 1.5, (steps, count))
+    held = rng.random((steps, count))
+    for k in range(1, steps):
+        approach[k] = np.where(held[k] < 0.4, approach[k - 1], approach[k])
+        back = rng.integers(0, k, count)
+        displacement[k] = np.where(held[k] > 0.7, displacement[back, np.arange(count)], displacement[k])
+    return approach, displacement
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_each_contact_is_an_ensemble_of_one_asperity(seed):
+    rng = np.random.default_rng(seed)
+    count, steps = 12, 60
+    radius, friction = rng.uniform(0.5, 2.0, count), rng.uniform(0.2, 0.6, count)
+    approach, displacement = random_walk(rng, count, steps)
+    batch = hs.ContactBatch(PAIR, radius, friction, count)
+    loads = np.empty((2, steps, count))
+    for k in range(steps):
+        batch.step(approach[k], displacement[k])
+        loads[:, k] = batch.normal_load, batch.tangential_load
+    for i in range(count):
+        single = hs.Ensemble(PAIR, 0.0, radius[i], friction[i])
+        state = single.initial_state()
+        for k in range(steps):
+            state = single.advance(
+                state, normal_displacement=approach[k, i], tangential_displacement=displacement[k, i]
+            )
+            assert loads[0, k, i] == pytest.approx(state.normal_load, rel=1e-13)
+            # rounding of the displacements, with the greatest stiffness
+            assert loads[1, k, i] == pytest.approx(state.tangential_load, abs=1e-13 * 4 * radius.max() * 0.1**1.5)
+
+
+def test_a_deep_memory_finds_room():
+    turns = 300
+    batch = hs.ContactBatch(PAIR, 1.0, 0.4, 3)
+    single = hs.Ensemble(PAIR, 0.0, 1.0, 0.4)
+    way = 0.03 * (-1.0) ** np.arange(turns) * (1 - np.arange(turns) / (turns + 5))
+    state = single.advance(single.initial_state(), normal_displacement=0.1)
+    # the first and the last rest, the middle one remembers
+    batch.step(np.full(3, 0.1), np.zeros(3))
+    for displacement in way:
+        batch.step(np.full(3, 0.1), np.array([0.0, displacement, 0.0]))
+    state, _ = single.advance_many(state, tangential_displacement=way)
+    assert batch.tangential_load[1] == pytest.approx(state.tangential_load, rel=1e-11)
+    assert state.memory.depth[0] > turns
+    for displacement in (way[-41], way[-141]):
+        batch.step(np.full(3, 0.1), np.array([0.0, displacement, 0.0]))
+        state = single.advance(state, tangential_displacement=displacement)
+        assert batch.tangential_load[1] == pytest.approx(state.tangential_load, rel=1e-11)
+    assert batch.tangential_load[0] == batch.tangential_load[2] == 0
+    assert "3 touch" in repr(batch)
+
+
+def test_a_batch_is_saved_restored_and_made_new():
+    batch = hs.ContactBatch(PAIR, 1.0, [0.3, 0.4], 2)
+    batch.step([0.1, 0.1], [0.01, 0.02])
+    kept, loads = batch.save(), batch.tangential_load.copy()
+    batch.step([0.12, 0.1], [-0.05, 0.05])
+    assert np.all(batch.tangential_load != loads)
+    batch.restore(kept)
+    np.testing.assert_array_equal(batch.tangential_load, loads)
+    batch.step([0.1, 0.1], [0.01, 0.02])
+    np.testing.assert_array_equal(batch.tangential_load, loads)
+    np.testing.assert_array_equal(kept.tangential_load, loads)
+    batch.forget(1)
+    assert (batch.tangential_load[1], batch.normal_load[1]) == (0, 0)
+    assert batch.tangential_load[0] == loads[0]
+    new = hs.ContactBatch(PAIR, 1.0, [0.3, 0.4], 2)
+    for one in (batch, new):
+        one.step([0.1, 0.1], [0.01, 0.03])
+    assert batch.tangential_load[1] == new.tangential_load[1]
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"pair": "steel"}, "MaterialPair"),
+        ({"radius": 0.0}, "radius"),
+        ({"radius": [1.0, 1.0]}, "radius has 2 values"),
+        ({"friction": -0.1}, "friction"),
+        ({"friction": [0.1, 0.2]}, "friction has shape"),
+        ({"count": 0}, "count is 0"),
+        ({"count": 2.5}, "count is 2.5"),
+    ],
+)
+def test_batches_that_make_no_sense_are_refused(change, said):
+    with pytest.raises(hs.InputError, match=said):
+        hs.ContactBatch(**{"pair": PAIR, "radius": 1.0, "friction": 0.3, "count": 3} | change)
+
+
+@pytest.mark.parametrize(
+    ("approach", "displacement", "said"),
+    [
+        ([0.1, 0.1], np.zeros(3), r"approach has shape \(2,\)"),
+        (np.zeros(3), 0.1, r"tangential_displacement has shape \(\)"),
+        ([0.1, np.nan, 0.1], np.zeros(3), "approach"),
+        (np.zeros(3), [0, np.inf, 0], "tangential_displacement"),
+    ],
+)
+def test_steps_that_make_no_sense_are_refused(approach, displacement, said):
+    batch = hs.ContactBatch(PAIR, 1.0, 0.3, 3)
+    with pytest.raises(hs.InputError, match=said):
+        batch.step(approach, displacement)
+    with pytest.raises(hs.InputError, match="indices from 0 to 2"):
+        batch.forget(3)
+    with pytest.raises(hs.InputError, match="3 contacts"):
+        hs.ContactBatch(PAIR, 1.0, 0.3, 2).restore(batch)
+
+
+# -- impacts (Chung and Ooi 2011) ------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("impact", [*impacts.TEST_1.values(), *impacts.TEST_2.values()])
+def test_normal_impacts_have_the_load_the_duration_and_the_rebound_of_hertz(impact):
+    found = impacts.rebound(impact)
+    # the leap-frog method is of second order in 1/2000; the contact ends within a step
+    assert found.greatest_load == pytest.approx(impact.greatest_load, rel=3e-6)
+    assert found.duration == pytest.approx(impact.duration, rel=2 / impacts.STEPS)
+    assert -found.normal[0] == pytest.approx(impact.speed, rel=1e-5)
+
+
+def test_oblique_impacts_that_slide_throughout_have_the_impulse_of_friction():
+    impact, friction = impacts.TEST_4, impacts.FRICTION
+    least = (7 - impact.pair.displacement_ratio) * friction
+    angle = np.arctan(least * np.array([1.001, 1.2, 2.0, 8.0]))
+    normal, tangential = impact.speed * np.cos(angle), impact.speed * np.sin(angle)
+    found = impacts.rebound(impact, friction, angle)
+    np.testing.assert_allclose(found.tangential, tangential - 2 * friction * normal, rtol=2e-5)
+    np.testing.assert_allclose(found.surface, tangential - 7 * friction * normal, atol=2e-5 * impact.speed)
+    # a little below, the last springs stick
+    below = np.arctan(least * np.array([0.9, 0.97]))
+    less = impacts.rebound(impact, friction, below).tangential
+    assert np.all(less > impact.speed * (np.sin(below) - 2 * friction * np.cos(below)) * (1 + 1e-4))
+
+
+def test_an_oblique_impact_loses_energy_and_turns_the_surface_back():
+    impact, friction = impacts.TEST_4, impacts.FRICTION
+    angle = np.radians([5.0, 10.0, 20.0, 30.0])
+    found = impacts.rebound(impact, friction, angle)
+    # along and around: m v²/2 + I ω²/2, with R ω = v - v of the surface
+    spin = found.tangential - found.surface
+    kept = found.normal**2 + found.tangential**2 + spin**2 / (impacts.SPIN - 1)
+    assert np.all(kept < impact.speed**2)
+    np.testing.assert_allclose(np.abs(found.normal), impact.speed * np.cos(angle), rtol=1e-5)
+    # what is strained comes back: the surface leaves the other way (Maw, Barber and Fawcett 1976)
+    assert np.all(found.surface[1:3] < 0)
+    assert np.all(np.diff(found.tangential) > 0)
+
+
+class Singles:
+    """What `ContactBatch` does, by ensembles of one asperity."""
+
+    def __init__(self, impact, friction, count):
+        ensemble = hs.Ensemble(impact.pair, 0.0, impact.radius, friction)
+        self.steppers = [ensemble.stepper() for _ in range(count)]
+        self.normal_load = self.tangential_load = np.zeros(count)
+
+    def step(self, approach, displacement):
+        for stepper, d, u in zip(self.steppers, approach, displacement, strict=True):
+            stepper.step(normal_displacement=d, tangential_displacement=u)
+        self.normal_load = np.array([stepper.normal_load for stepper in self.steppers])
+        self.tangential_load = np.array([stepper.tangential_load for stepper in self.steppers])
+
+
+def test_an_oblique_impact_is_that_of_the_engine():
+    impact, friction, angle = impacts.TEST_4, impacts.FRICTION, np.radians([8.0, 25.0])
+    found = impacts.rebound(impact, friction, angle)
+    engine = impacts.rebound(impact, friction, angle, Singles(impact, friction, 2))
+    np.testing.assert_allclose(found.surface, engine.surface, rtol=1e-9)
+    np.testing.assert_allclose(found.tangential, engine.tangential, rtol=1e-9)
