@@ -96,8 +96,8 @@ def at_one_load(
     told_of = []
     if everywhere > share:
         told_of.append(
-            f"the normal load moves by {100 * everywhere:.3g} % of its greatest value or more on three branches of four, "
-            f"over {limit}: those are not left out"
+            f"the normal load moves by {100 * everywhere:.3g} % of its greatest value or more on three branches of "
+            f"four, over {limit}: those are not left out"
         )
     if not stepped.any():
         return attrs.evolve(nothing, told=tuple(told_of))

@@ -87,18 +87,23 @@ GIVEN = ["measured.csv", "s.toml"]
 def test_loops_of_a_record(folder):
     done = call("loops", "s.toml")
     assert done.exit_code == 0, done.output
-    dead_band, pairs, values, line, power, *_ = lines = done.output.splitlines()
-    assert dead_band.split()[:4] == ["dead", "band", "20", "nm,"]
-    assert pairs.startswith("range pairs ")
-    assert values == "values                  mean ± standard deviation of one loop"
-    assert line.startswith("friction over load      F = 0.2 N ")
-    assert line.endswith("through the means at 2 loads, which give no interval")
-    (exponent,) = map(float, re.findall(r"[+-]\d\.\d+", power))
+    lines = done.output.splitlines()
+    told = dict(re.split(r" {2,}", line, maxsplit=1) for line in lines if re.match(r"\S.*?\S {2,}\S", line))
+    assert told["dead band"].startswith("20 nm, ")
+    assert "half cycles" in told["range pairs"]
+    assert told["values"] == "mean ± standard deviation of one loop"
+    assert told["preliminary displacement"].startswith("from the reversal to where 0.95 of the way")
+    assert told["friction over load"].startswith("F = 0.2 N ")
+    assert told["friction over load"].endswith("through the means at 2 loads, which give no interval")
+    (exponent,) = map(float, re.findall(r"coefficient goes with the power ([+-]\d\.\d+)", done.output))
     assert abs(exponent) < 0.01
     # two loops at each of two loads; of the second one the forward branch crosses the step, or the end of the record
-    assert "note                    1 branch is left out, on which the normal load moves by 44.4 %" in done.output
-    levels = [line.split() for line in lines if re.match(r"[59]0 mN +2 +forward", line)]
-    assert [line[:4] for line in levels] == [["50", "mN", "2", "forward"], ["90", "mN", "2", "forward"]]
+    assert told["note"].startswith("1 branch is left out, on which the normal load moves by 44.4 %")
+    heading = next(place for place, line in enumerate(lines) if line.split() == ["friction", "coefficient"])
+    assert [line.split()[:4] for line in lines[heading + 1 : heading + 3]] == [
+        ["50", "mN", "2", "0.2"],
+        ["90", "mN", "2", "0.2"],
+    ]
     assert lines[-1].split() == ["loops", "4"]
     assert files(folder) == GIVEN
     assert call("loops", "s.toml", "--skip", "1").output.splitlines()[-1].split()[:2] == ["loops", "3,"]
@@ -363,7 +368,7 @@ def test_a_friction_damper(tmp_path, monkeypatch):
     assert done.output.splitlines()[-1].split() == ["loops", "6"]
     # means are of the loops of full amplitude, and the small ones have a row of their own
     assert "those of 0.5 of the largest amplitude or more: 5 of 6 loops" in done.output
-    assert re.search(r"^9\.84 mm +1 +forward .*\n.*\n.*\n22\.72 mm +5 +forward", done.output, re.MULTILINE)
+    assert re.search(r"^friction force\n  9\.84 mm +1 .*\n  22\.72 mm +5 ", done.output, re.MULTILINE)
     done = call("fit", "d.toml")
     assert done.exit_code == 0, done.output
     assert "note " in done.output  # one ball does not know what a rubber band does
