@@ -1,20 +1,24 @@
-"""The result of a log: its rows in parts while they are replayed, then one netCDF file, beside snapshots in the log."""
+"""The result of a log: its rows go to their place in a netCDF file; snapshots in the log say which of them stand."""
 
 import math
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from historysim.asperities.state import EnsembleState
+from historysim.basics.files import replacing
 from historysim.basics.notices import Teller, silent
 from historysim.errors import InputError, LoadError
 from historysim.loads.events import time_text
 from historysim.loads.schedule import Standing, Start
 from historysim.log.file import ENDING, Content, LogFile
+from historysim.log.head import Head
 from historysim.log.snapshot import Snapshot
 from historysim.log.starts import start_before
 from historysim.recording import surface_group
-from historysim.recording.netcdf import recording
-from historysim.recording.parts import PartRecorder, Parts
+from historysim.recording.compression import compress
+from historysim.recording.netcdf import FileRecorder
+from historysim.recording.unfinished import Unfinished
 from historysim.replay import Replay
 
 SNAPSHOT_CELLS, MOST_SNAPSHOT_ROWS = 1 << 26, 1 << 16
@@ -69,67 +73,72 @@ def write_result(
         raise InputError(f"{file.path}: holds no events yet; expected at least one: historysim append adds them")
     job = head.replay(content.events)
     steps, tip = job.steps(), content.links[-1]
-    parts = Parts(output, tip, 0 if job.asperities is None else job.asperities.size)
+    unfinished = Unfinished(output)
     keep = False
     try:
         if resume and _is_result_of(output, tip):
             return
-        start = _start(file, content, parts, tell) if resume else Start(head.ensemble.initial_state())
-        parts.forget(start.rows)
-        target = job.recorder(PartRecorder, parts=parts, written=start.rows)
-        every = snapshot_every or max(1, min(MOST_SNAPSHOT_ROWS, SNAPSHOT_CELLS // len(head.ensemble)))
-        last = start.rows
-        keep = last > 0
+        options: dict[str, Any] = {"handle": unfinished.handle, "attributes": _attributes(head, job, tip)}
+        if head.surface:
+            shown = head.settings["surface_attributes"]
+            options["beside"] = partial(surface_group.write, arrays=head.surface, attributes=shown)
+        if not resume:
+            unfinished.forget()
+        with job.recorder(FileRecorder, **options) as target:
+            start = _start(file, content, target, tell) if resume else Start(head.ensemble.initial_state())
+            target.check_room(output.parent)
+            every = snapshot_every or max(1, min(MOST_SNAPSHOT_ROWS, SNAPSHOT_CELLS // len(head.ensemble)))
+            last = start.rows
+            keep = last > 0
 
-        def snapshot(standing: Standing, state: EnsembleState) -> None:
-            nonlocal last, keep
-            if standing.rows - last < every or standing.rows == steps:
-                return
-            # first the rows, then the snapshot that says that they stand
-            target.flush()
-            ahead = max(standing.events, *(index + 1 for index in standing.heading))
-            batches = content.batches_for(ahead)
-            file.add_snapshot(Snapshot.of(standing, batches, content.links[batches], state))
-            last, keep = standing.rows, True
+            def snapshot(standing: Standing, state: EnsembleState) -> None:
+                nonlocal last, keep
+                if standing.rows - last < every or standing.rows == steps:
+                    return
+                # first the rows, then the snapshot that says that they stand
+                written = target.flush()
+                ahead = max(standing.events, *(index + 1 for index in standing.heading))
+                batches = content.batches_for(ahead)
+                file.add_snapshot(Snapshot.of(standing, batches, content.links[batches], state, written))
+                last, keep = standing.rows, True
 
-        job.walk(target, start=start, most_rows=every, progress=progress, after=snapshot)
-        target.flush()
-        _assemble(file, job, target, output, compression)
+            job.walk(target, start=start, most_rows=every, progress=progress, after=snapshot)
+            target.finish()
+        if compression == "none":
+            unfinished.publish()
+        else:
+            with replacing(output, output.with_name(f".{output.name}.part")) as smaller:
+                compress(unfinished.path, smaller, compression)
         keep = False
     except (LoadError, InputError):
         keep = False
         raise
+    except OSError as error:
+        if error.filename is not None:
+            raise
+        raise OSError(error.errno, f"{error.strerror}; then go on with --resume", str(output)) from error
     finally:
-        parts.close(keep=keep)
+        unfinished.close(keep=keep)
 
 
-def _start(file: LogFile, content: Content, parts: Parts, tell: Teller) -> Start:
-    """Return the last snapshot before which all rows stand, or the beginning."""
-    start = start_before(file, content, math.inf, tell, rows=parts.ends())
+def _start(file: LogFile, content: Content, target: FileRecorder, tell: Teller) -> Start:
+    """Return the last snapshot before which all rows stand, or the beginning, and let the recorder go on from there."""
+    known: dict[int, set[bytes]] = {}
+    for snapshot in file.snapshots(content):
+        if not isinstance(snapshot, str) and snapshot.written:
+            known.setdefault(snapshot.standing.rows, set()).add(snapshot.written)
+    standing = target.standing(known)
+    start = start_before(file, content, math.inf, tell, rows=standing)
     if start.standing is None:
         tell(f"{file.path}: has no snapshot whose rows are there; the replay starts at the beginning")
     else:
         tell(f"{file.path}: going on from t = {time_text(start.standing.time)}, after {start.rows:,} rows")
+        target.go_on(start.rows, standing)
     return start
 
 
-def _assemble(file: LogFile, job: Replay, target: PartRecorder, output: Path, compression: str) -> None:
-    """Put the parts together."""
-    head, parts = file.head, target.parts
-    if compression == "none":
-        parts.check_space(output)
-    attributes = job.attributes() | head.attributes | digest_attribute(file.sound().links[-1])
-    place = (output, job.ensemble, job.asperities, target.steps, attributes, job.instrument)
-    options: dict[str, Any] = {"compression": compression, "unfinished": parts.unfinished}
-    with recording(*place, changes=job.changes, **options) as result:
-        if head.surface:
-            shown = surface_group.from_arrays(head.surface, head.settings["surface_attributes"])
-            surface_group.write(result.file, shown)
-        for times, rows in parts.all(target.steps):
-            blank = result.blank(times.size)
-            for name, values in rows._asdict().items():
-                getattr(blank, name)[...] = values
-            result.record(times)
+def _attributes(head: Head, job: Replay, tip: bytes) -> dict[str, Any]:
+    return job.attributes() | head.attributes | digest_attribute(tip)
 
 
 def digest_attribute(link: bytes) -> dict[str, str]:
@@ -145,6 +154,6 @@ def _is_result_of(output: Path, tip: bytes) -> bool:
     try:
         with netCDF4.Dataset(output) as file:
             told = {name: file.getncattr(name) for name in ("log_digest", "complete") if name in file.ncattrs()}
-    except (OSError, RuntimeError):
+    except (OSError, RuntimeError, AttributeError):
         return False
     return told.get("log_digest") == digest_attribute(tip)["log_digest"] and bool(told.get("complete"))

@@ -31,6 +31,8 @@ class Snapshot:
         Versions that computed the state.
     state : bytes
         See `saved_state.packed`.
+    written : bytes
+        Digest of the rows before it, as `FileRecorder.flush` gives it; empty where none are written.
     """
 
     standing: Standing
@@ -38,16 +40,18 @@ class Snapshot:
     link: bytes
     program: str
     state: bytes = attrs.field(repr=False)
+    written: bytes = b""
 
     @classmethod
-    def of(cls, standing: Standing, batches: int, link: bytes, state: EnsembleState) -> Self:
+    def of(cls, standing: Standing, batches: int, link: bytes, state: EnsembleState, written: bytes = b"") -> Self:
         """Take a snapshot of a state."""
-        return cls(standing, batches, link, program(), packed(state))
+        return cls(standing, batches, link, program(), packed(state), written)
 
     @property
     def text(self) -> str:
         """What stands beside the state, as JSON."""
-        return json.dumps({**attrs.asdict(self.standing), "batches": self.batches, "program": self.program})
+        written = {"written": self.written.hex()} if self.written else {}
+        return json.dumps({**attrs.asdict(self.standing), "batches": self.batches, "program": self.program, **written})
 
     @property
     def digest(self) -> bytes:
@@ -58,9 +62,9 @@ class Snapshot:
 def snapshot_from(text: str, link: bytes, state: bytes) -> Snapshot:
     """Take a snapshot from a file."""
     told: dict[str, Any] = json.loads(text)
-    batches, made_by = told.pop("batches"), told.pop("program")
+    batches, made_by, written = told.pop("batches"), told.pop("program"), bytes.fromhex(told.pop("written", ""))
     standing: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in told.items()}
-    return Snapshot(Standing(**standing), batches, link, made_by, state)
+    return Snapshot(Standing(**standing), batches, link, made_by, state, written)
 
 
 def program() -> str:

@@ -286,7 +286,9 @@ def _opened(output: Path) -> Iterator["netCDF4.Dataset"]:
             result.set_auto_maskandscale(False)
             _check_finished(result)
             yield result
-    except (OSError, RuntimeError) as error:
+    except (OSError, RuntimeError, AttributeError) as error:
+        if isinstance(error, AttributeError) and not str(error).startswith("NetCDF: "):
+            raise
         raise InputError(f"{output}: is damaged ({error}); run the scenario again") from error
     except InputError as error:
         known = str(error).startswith(str(output)) or ".history" in str(error)

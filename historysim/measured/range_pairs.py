@@ -26,7 +26,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.measured.compiled import compiled
+from historysim.basics.compiled import compiled
 from historysim.measured.reduction import turning_points
 
 Floats = npt.NDArray[np.float64]

@@ -43,8 +43,8 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import checked, scalar
+from historysim.basics.compiled import compiled
 from historysim.errors import InputError
-from historysim.measured.compiled import compiled
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]

@@ -37,8 +37,8 @@ def kept(function: Any) -> Any:
 
 
 def compiled(function: Function) -> Function:
-    """Return a function compiled, each operation rounded as it is written."""
-    return kept(njit(error_model="numpy")(function))
+    """Return a function compiled, each operation rounded as it is written; other threads go on while it runs."""
+    return kept(njit(error_model="numpy", nogil=True)(function))
 
 
 def reordered(function: Function) -> Function:

@@ -2,9 +2,12 @@
 
 import contextlib
 import errno
-from collections.abc import Iterator, Mapping
+import os
+import shutil
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, final
+from typing import TYPE_CHECKING, Any, Self, final
 
 import attrs
 import numpy as np
@@ -13,79 +16,161 @@ import numpy.typing as npt
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.files import replacing
-from historysim.errors import InputError
-from historysim.memory.rows import Rows
+from historysim.memory.rows import TOTALS_OF_ROW, Rows
+from historysim.recording import recorder
 from historysim.recording.changes import STEADY, Changes
-from historysim.recording.recorder import Recorder, coordinates_of
-from historysim.recording.variables import COORDINATES, Variable
+from historysim.recording.recorder import Recorder
+from historysim.recording.row_file import RowFile
+from historysim.recording.skeleton import skeleton
 
 if TYPE_CHECKING:
-    import netCDF4
+    import h5netcdf
 
 Array = npt.NDArray[Any]
 
-CHUNK_CELLS = 1 << 17
-COMPRESSIONS: dict[str, dict[str, Any]] = {
-    "none": {},
-    "zlib": {"compression": "zlib", "complevel": 1, "shuffle": True},
-    "zstd": {"compression": "zstd", "complevel": 3, "shuffle": True},
-}
+WRITERS = 2
+"""Threads that write while the next rows are computed."""
 
 
 @final
 @attrs.define
 class FileRecorder(Recorder):
-    """Rows of one history, streamed to a netCDF file; use it through `recording`.
+    """Rows of one history, written to the file of a result while the next ones are computed.
 
     Every variable has checksums (Fletcher-32), which the netCDF library checks on reading.
+
+    Parameters
+    ----------
+    handle : int
+        Of a file that is open to read and write.
+    attributes : dict
+        Of the result.
+    beside : callable, optional
+        Writes further groups into the file.
+
+    Raises
+    ------
+    OSError
+        The disk has no room for the result.
     """
 
+    handle: int
     attributes: Mapping[str, Any]
-    file: "netCDF4.Dataset"
-    compression: str = "none"
+    beside: "Callable[[h5netcdf.File], None] | None" = None
+    _file: RowFile = attrs.field(init=False)
+    _held: int = attrs.field(default=0, init=False)
+    _times: list[Array] = attrs.field(factory=list, init=False)
     _rows: Rows = attrs.field(init=False)
+    _spare: Rows = attrs.field(init=False)
+    _writers: ThreadPoolExecutor = attrs.field(init=False)
+    _writing: list[Future[None]] = attrs.field(factory=list, init=False)
 
     def __attrs_post_init__(self) -> None:
-        self.file.setncatts(dict(self.attributes))
-        self.file.createDimension("step", self.steps)
-        if self.asperities is not None:
-            self.file.createDimension("asperity", self.columns)
-        fixed = coordinates_of(self.ensemble, self.asperities)
-        declared = [variable for variable, _ in fixed]
-        declared += [COORDINATES[0], *self.totals, *self.per_asperity]
-        auxiliary = [variable.name for variable in declared if variable in COORDINATES and variable.name != "asperity"]
-        for variable in declared:
-            made = self.file.createVariable(
-                variable.name, variable.dtype, variable.dimensions, fill_value=False, **self._storage(variable)
-            )
-            made.setncatts(variable.attributes)
-            if variable not in COORDINATES:
-                beside = [name for name in auxiliary if self.file[name].dimensions[0] in variable.dimensions]
-                made.coordinates = " ".join(beside)
-        for variable, values in fixed:
-            self.file[variable.name][:] = values
+        self._file = RowFile(self.handle, skeleton(self, self.attributes, self.beside))
+        self._rows, self._spare = self.new_rows(0), self.new_rows(0)
+        self._writers = ThreadPoolExecutor(WRITERS, thread_name_prefix="writer")
 
-    def _storage(self, variable: Variable) -> dict[str, Any]:
-        """How a variable is cut into chunks, which checksums and compression need."""
-        sizes = [len(self.file.dimensions[name]) for name in variable.dimensions]
-        if 0 in sizes:
-            return {}
-        inner = min(sizes[-1], CHUNK_CELLS)
-        outer = [max(1, min(sizes[0], CHUNK_CELLS // inner))] if len(sizes) > 1 else []
-        return {"chunksizes": [*outer, inner], "fletcher32": True, **COMPRESSIONS[self.compression]}
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Wait until nothing is written any more."""
+        self._writers.shutdown(cancel_futures=True)
+
+    def check_room(self, folder: Path) -> None:
+        """Check that a folder's disk has room for what is not written yet.
+
+        Raises
+        ------
+        OSError
+            It has not.
+        """
+        needed, free = self._file.missing, shutil.disk_usage(folder).free
+        if free < needed:
+            raise OSError(
+                errno.ENOSPC,
+                f"No space left on device: the result needs {needed / 1e6:,.1f} MB more, and {free / 1e6:,.1f} MB are "
+                "free; make room",
+            )
+
+    def standing(self, known: Mapping[int, Iterable[bytes]]) -> Mapping[int, object]:
+        """Return where the rows of an earlier run, of which `flush` has told, still stand; see `RowFile.standing`."""
+        return self._file.standing(known)
+
+    def go_on(self, rows: int, standing: Mapping[int, Any]) -> None:
+        """Go on after so many rows, one of the numbers that `standing` has given."""
+        self._file.strips = standing[rows]
+        self._filled = rows
 
     def blank(self, count: int) -> Rows:
         """Return rows for the replay to fill next."""
-        self._rows = self.new_rows(count)
-        return self._rows
+        most = max(1, min(self.steps, recorder.CELLS_AT_ONCE // max(self.columns, TOTALS_OF_ROW)))
+        if self._held and self._held + count > most:
+            self._hand_over()
+        if len(self._rows.totals) < count:
+            self._rows = self.new_rows(max(count, most))
+        return Rows._make(array[self._held : self._held + count] for array in self._rows)
 
     def record(self, times: Array) -> None:
-        """Write the rows that were given last, now filled, as those at these times [s]."""
-        where = slice(self._filled, self._filled + times.size)
-        self.file["time"][where] = times
-        for variable, values in self.projected(self._rows):
-            self.file[variable.name][where] = values
+        """Record the rows that were given last, now filled, as those at these times [s]."""
+        self._times.append(times)
+        self._held += times.size
         self._filled += times.size
+
+    def flush(self) -> bytes:
+        """Write all rows so far to the disk; return a digest of them, by which `standing` finds out whether they are.
+
+        Raises
+        ------
+        OSError
+            They cannot be written.
+        """
+        self._written()
+        with _reported():
+            return self._file.sync()
+
+    def finish(self) -> None:
+        """Make a result of the rows.
+
+        Raises
+        ------
+        OSError
+            It cannot be written.
+        """
+        self._written()
+        with _reported():
+            self._file.finish()
+
+    def _hand_over(self) -> None:
+        """Let the writers have what is held, and make the rows before the last ones free to be filled again."""
+        self._wait()
+        rows = Rows._make(array[: self._held] for array in self._rows)
+        values = [np.concatenate(self._times), *(values for _, values in self.projected(rows))]
+        self._writing = [
+            self._writers.submit(strip.write, each) for strip, each in zip(self._file.strips, values, strict=True)
+        ]
+        self._rows, self._spare = self._spare, self._rows
+        self._held, self._times = 0, []
+
+    def _wait(self) -> None:
+        with _reported():
+            for writing in self._writing:
+                writing.result()
+        self._writing = []
+
+    def _written(self) -> None:
+        if self._held:
+            self._hand_over()
+        self._wait()
+
+
+@contextlib.contextmanager
+def _reported() -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        message = f"the rows cannot be written ({error.strerror}); is the disk full?"
+        raise OSError(error.errno or errno.EIO, message) from error
 
 
 @contextlib.contextmanager
@@ -98,8 +183,6 @@ def recording(
     instrument: Instrument = RIGID,
     *,
     changes: Changes = STEADY,
-    compression: str = "none",
-    unfinished: Path | None = None,
 ) -> Iterator[FileRecorder]:
     """Record into a netCDF file, which appears under its name only when all rows stand in it.
 
@@ -108,40 +191,26 @@ def recording(
     path : Path
         An existing file is replaced, at the end.
     ensemble, asperities, steps, attributes, instrument, changes
-        See `Recorder`.
-    compression : {"none", "zlib", "zstd"}
-    unfinished : Path, optional
-        What the file is called until then, on the same disk; by default a name of its own beside it.
+        See `FileRecorder`.
 
     Raises
     ------
-    InputError
-        Another compression.
     OSError
         The folder cannot be written to, or the disk is full.
     """
-    import netCDF4
+    with replacing(path) as unfinished, opened(unfinished) as handle:
+        place = (ensemble, asperities, steps)
+        with FileRecorder(*place, handle, attributes, instrument=instrument, changes=changes) as target:
+            target.check_room(path.parent)
+            yield target
+            target.finish()
 
-    check_compression(compression)
-    place = (ensemble, asperities, steps)
+
+@contextlib.contextmanager
+def opened(path: Path) -> Iterator[int]:
+    """Open a file that is there, to read and write, and close it when the block ends."""
+    handle = os.open(path, os.O_RDWR | os.O_CLOEXEC)
     try:
-        with replacing(path, unfinished) as name, netCDF4.Dataset(name, "w", format="NETCDF4") as file:
-            yield FileRecorder(*place, attributes, file, compression, instrument=instrument, changes=changes)
-            file.setncattr("complete", np.int8(1))
-    except RuntimeError as error:
-        # the only type of error that the netCDF library has for whatever the system refuses
-        if not str(error).startswith("NetCDF: "):
-            raise
-        raise OSError(errno.EIO, f"the result cannot be written ({error}); is the disk full?", str(path)) from error
-
-
-def check_compression(compression: str) -> None:
-    """Check that a result can be compressed in a way.
-
-    Raises
-    ------
-    InputError
-        An unknown way.
-    """
-    if compression not in COMPRESSIONS:
-        raise InputError(f"compression is {compression!r}; expected one of {', '.join(COMPRESSIONS)}")
+        yield handle
+    finally:
+        os.close(handle)

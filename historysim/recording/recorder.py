@@ -47,8 +47,8 @@ if TYPE_CHECKING:
 Array = npt.NDArray[Any]
 Selection = str | Sequence[int]
 
-CELLS_AT_ONCE = 1 << 21
-"""Rows times asperities that are held in memory between writes to a file."""
+CELLS_AT_ONCE = 1 << 20
+"""Rows times asperities that are held in memory between writes to a file; as many again while they are written."""
 
 
 def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selection) -> npt.NDArray[np.int64] | None:

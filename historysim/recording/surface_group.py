@@ -7,12 +7,13 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.interaction.solutions import NormalSolutions
+from historysim.recording.skeleton import put_attributes
 from historysim.recording.variables import SOLUTIONS, SUMMITS, SURFACE, Variable
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.summits import Summits
 
 if TYPE_CHECKING:
-    import netCDF4
+    import h5netcdf
     import xarray as xr
 
 GROUP = "surface"
@@ -22,10 +23,10 @@ MOST_POINTS = 512
 Array = npt.NDArray[Any]
 
 
-def dataset(
+def contents(
     summits: Summits | None, surface: Surface | None = None, solutions: NormalSolutions | None = None
-) -> "xr.Dataset":
-    """Return summits, and the height map thinned to what a picture can show, as a Dataset.
+) -> tuple[dict[str, Array], dict[str, Any]]:
+    """Return summits, and the height map thinned to what a picture can show, as arrays and attributes of the group.
 
     Parameters
     ----------
@@ -38,10 +39,10 @@ def dataset(
 
     Returns
     -------
-    xarray.Dataset
-        Dimensions ``summit`` and, with a map, ``x`` and ``y``; see `historysim.recording.variables`. The attribute
-        ``thinning``
-        says that every so many-th point of the map is kept along x and along y.
+    arrays : dict
+        Of the variables `SURFACE`, `SUMMITS` and `SOLUTIONS` of `historysim.recording.variables`, by their names.
+    attributes : dict
+        ``thinning`` says that every so many-th point of the map is kept along x and along y.
     """
     arrays: dict[str, Array] = {}
     attributes: dict[str, Any] = {}
@@ -69,13 +70,16 @@ def dataset(
         heights = surface.heights[:: strides[0], :: strides[1]]
         arrays |= zip((variable.name for variable in SURFACE), (*axes, heights), strict=True)
         attributes["thinning"] = strides
-    return from_arrays(arrays, attributes)
+    return arrays, attributes
 
 
-def from_arrays(arrays: Mapping[str, Array], attributes: Mapping[str, Any]) -> "xr.Dataset":
-    """Return what `dataset` gives from the arrays of its variables."""
+def dataset(
+    summits: Summits | None, surface: Surface | None = None, solutions: NormalSolutions | None = None
+) -> "xr.Dataset":
+    """Return what `contents` gives as a Dataset, with dimensions ``summit`` and, with a map, ``x`` and ``y``."""
     import xarray as xr
 
+    arrays, attributes = contents(summits, surface, solutions)
     variables = {
         variable.name: xr.Variable(
             variable.dimensions,
@@ -86,10 +90,13 @@ def from_arrays(arrays: Mapping[str, Array], attributes: Mapping[str, Any]) -> "
         for variable in (*SURFACE, *SUMMITS, *SOLUTIONS)
         if variable.name in arrays
     }
-    kept = {
+    return xr.Dataset(variables, attrs=_kept(attributes))
+
+
+def _kept(attributes: Mapping[str, Any]) -> dict[str, Any]:
+    return {
         key: np.array(value, dtype=np.int32) if isinstance(value, list) else value for key, value in attributes.items()
     }
-    return xr.Dataset(variables, attrs=kept)
 
 
 def _fill_value(variable: Variable) -> float | None:
@@ -97,24 +104,23 @@ def _fill_value(variable: Variable) -> float | None:
     return np.nan if variable.name == "height" else None
 
 
-def write(file: "netCDF4.Dataset", content: "xr.Dataset") -> None:
-    """Write what `dataset` gives into the group ``surface`` of an open file.
+def write(file: "h5netcdf.File", arrays: Mapping[str, Array], attributes: Mapping[str, Any]) -> None:
+    """Write what `contents` gives into the group ``surface`` of an open file.
 
-    What stands there is the same as what ``to_netcdf`` makes of it.
+    What stands there is the same as what ``to_netcdf`` makes of `dataset`.
     """
-    group = file.createGroup(GROUP)
-    group.setncatts(content.attrs)
-    for name, size in content.sizes.items():
-        group.createDimension(str(name), size)
+    group = file.create_group(GROUP)
+    put_attributes(group, _kept(attributes))
     for variable in (*SURFACE, *SUMMITS, *SOLUTIONS):
-        if variable.name in content.variables:
-            fill = _fill_value(variable)
-            made = group.createVariable(
-                variable.name,
-                variable.dtype,
-                variable.dimensions,
-                fill_value=False if fill is None else fill,
-                compression="zlib",
-            )
-            made.setncatts(variable.attributes)
-            made[:] = content[variable.name].values
+        if variable.name not in arrays:
+            continue
+        values = arrays[variable.name]
+        for name, size in zip(variable.dimensions, values.shape, strict=True):
+            if name not in group.dimensions:
+                group.dimensions[name] = size
+        packing = {"compression": "gzip", "shuffle": True} if values.size else {}
+        made = group.create_variable(
+            variable.name, variable.dimensions, variable.dtype, fillvalue=_fill_value(variable), **packing
+        )
+        put_attributes(made, variable.attributes)
+        made[...] = values

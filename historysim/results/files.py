@@ -45,7 +45,7 @@ def kind_of(path: Path) -> Kind:
     import netCDF4
 
     # height maps come as netCDF, too; what does not open is left to the reader of results, which says what is wrong
-    with suppress(OSError, RuntimeError), netCDF4.Dataset(path) as file:
+    with suppress(OSError, RuntimeError, AttributeError), netCDF4.Dataset(path) as file:
         told = {name: file.getncattr(name) for name in file.ncattrs()}
         if told.get("content") in (CONTENT, CONTENT_OF_TABLE, SWEEP):
             return "sweep" if told["content"] == SWEEP else "loops"
@@ -121,12 +121,13 @@ def _check_there(path: Path, expected: str) -> None:
 def _opened(path: Path) -> Iterator[xr.Dataset]:
     try:
         found = xr.open_dataset(path, engine="netcdf4", decode_times=False)
-    except (OSError, RuntimeError, ValueError) as error:
+    except (OSError, RuntimeError, AttributeError, ValueError) as error:
         raise InputError(f"{path}: is damaged ({error}); make it again") from error
     with found:
         try:
             yield found
-        except RuntimeError as error:
+        except (RuntimeError, AttributeError) as error:
+            # the second is what the library raises where an attribute cannot be read
             if not str(error).startswith("NetCDF: "):
                 raise
             raise InputError(f"{path}: is damaged ({error}); make it again") from error

@@ -11,7 +11,7 @@ from historysim.log.file import LogFile, links_of
 from historysim.log.head import Head
 from historysim.log.result import digest_attribute, log_beside, write_result
 from historysim.recording import surface_group
-from historysim.recording.netcdf import check_compression
+from historysim.recording.compression import check_compression
 from historysim.scenario import scenario
 
 if TYPE_CHECKING:
@@ -94,7 +94,7 @@ def head_of(loaded: scenario.Scenario, tell: Teller = silent) -> tuple[Head, lis
     ground = loaded.solved(loaded.ground())
     for notice in ground.notices:
         tell(f"{loaded.path.name}: {notice}")
-    shown = surface_group.dataset(ground.summits, ground.surface, ground.solutions)
+    shown, attributes = surface_group.contents(ground.summits, ground.surface, ground.solutions)
     head = Head.of(
         loaded.ensemble(ground),
         scenario=loaded.text,
@@ -105,8 +105,8 @@ def head_of(loaded: scenario.Scenario, tell: Teller = silent) -> tuple[Head, lis
         saturate=loaded.saturate,
         record=loaded.record,
         instrument=loaded.instrument,
-        surface={str(name): variable.values for name, variable in shown.variables.items()},
-        surface_attributes=shown.attrs,
+        surface=shown,
+        surface_attributes=attributes,
     )
     return head, loaded.events(tell)
 

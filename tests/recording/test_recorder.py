@@ -12,6 +12,7 @@ import xarray as xr
 from conventions import conventions, discovery
 
 import historysim as hs
+from historysim.basics.file_kinds import is_netcdf
 from historysim.loads.schedule import stretches
 from historysim.recording import netcdf, recorder
 from historysim.recording.netcdf import recording
@@ -455,7 +456,11 @@ def test_complete_is_the_last_thing_written(ensemble, tmp_path, monkeypatch):
     monkeypatch.setattr(Path, "replace", watched)
     with recording(path, ensemble, None, steps(plan), {"Conventions": "CF-1.11"}) as file:
         fill(file, plan)
-        assert "complete" not in file.file.ncattrs()
+        file.flush()
+        (unfinished,) = tmp_path.iterdir()
+        # rows stand in it, and no reader takes it for a result
+        assert np.float64(4.0).tobytes() in unfinished.read_bytes()
+        assert not is_netcdf(unfinished)
         assert not path.exists()
     assert moved == [(tmp_path, "complete", 1, 4.0)]
     with xr.open_dataset(path) as opened:

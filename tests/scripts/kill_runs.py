@@ -157,7 +157,7 @@ class Runs:
                 assert variables(self.output) == self.expected
             return
         assert variables(self.output) == self.expected
-        assert not (self.output.parent / ".killed.nc.parts").exists()
+        assert not (self.output.parent / ".killed.nc.unfinished").exists()
         self.completed += 1
         self._begin()
 

@@ -31,7 +31,8 @@ import historysim as hs
 from historysim.basics import files
 from historysim.log import file as log_file
 from historysim.log.file import LogFile
-from historysim.recording import parts
+from historysim.recording import unfinished
+from historysim.recording.row_file import RowFile
 
 SCENARIO = """
 [materials]
@@ -313,16 +314,13 @@ def without(module: ModuleType, name: str) -> AbstractContextManager[object]:
     return mock.patch.object(module, name, nothing)
 
 
-@contextmanager
-def no_sync_of(ending: str) -> Iterator[None]:
-    sync = files.sync_file
-    with mock.patch.object(files, "sync_file", lambda path: None if path.suffix == ending else sync(path)):
-        yield
+def no_sync_of_rows() -> AbstractContextManager[object]:
+    return mock.patch.object(RowFile, "_sync", nothing)
 
 
 @contextmanager
 def no_sync_of_folders() -> Iterator[None]:
-    with without(files, "sync_folder"), without(log_file, "sync_folder"), without(parts, "sync_folder"):
+    with without(files, "sync_folder"), without(log_file, "sync_folder"), without(unfinished, "sync_folder"):
         yield
 
 
@@ -344,12 +342,12 @@ def journal_removed() -> AbstractContextManager[object]:
 
 
 CHANGES = {
-    "no fsync of parts": ("run", lambda: no_sync_of(".part")),
+    "rows not synced before a snapshot": ("run", no_sync_of_rows),
     "no sync of the folder": ("run", no_sync_of_folders),
     "synchronous = OFF": ("append", lambda: with_pragma("synchronous = OFF")),
     "journal = OFF on append": ("append", lambda: with_pragma("journal_mode = OFF")),
-    "the result not synced before its rename": ("run", lambda: no_sync_of(".nc")),
-    "no sync of the folder that parts are made in": ("run of a log", lambda: without(parts, "sync_folder")),
+    "the result not synced before its rename": ("run", lambda: without(unfinished, "sync_file")),
+    "no sync of the folder that rows are written in": ("run of a log", lambda: without(unfinished, "sync_folder")),
     "the journal of a log that is replaced left to the new one": ("run anew", lambda: without(log_file, "_settle")),
     "the journal of a log that is replaced removed at once": ("run anew", journal_removed),
 }

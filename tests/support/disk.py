@@ -21,7 +21,7 @@ import numpy as np
 
 SECTOR = 512
 ENTRY = struct.Struct("<IIQqQ")
-UNFINISHED = (".part", ".parts/result.nc")
+UNFINISHED = ".part"
 MOST_ONE_BY_ONE = 12
 """Changes at a cut of which each alone may be missing, or be the only one there; of more only the names."""
 KINDS = ("mark", "open", "write", "truncate", "rename", "unlink", "make_folder", "remove_folder", "link", "sync")

@@ -1,7 +1,7 @@
 import pytest
 from numba.core.dispatcher import Dispatcher
 
-from historysim.measured.compiled import compiled
+from historysim.basics.compiled import compiled
 
 
 @pytest.mark.parametrize("error", [RuntimeError("no locator available"), OSError("read-only")])

@@ -1,4 +1,4 @@
-"""How the functions of this room are compiled."""
+"""How functions are compiled that call no others: those of the room `memory` do, and have a way of their own."""
 
 import contextlib
 from collections.abc import Callable
@@ -10,8 +10,11 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def compiled(function: Function) -> Function:
-    """Return a function compiled, whose machine code is kept on the disk where a folder can be written."""
-    made: Any = njit(error_model="numpy")(function)
+    """Return a function compiled, whose machine code is kept on the disk where a folder can be written.
+
+    Other threads go on while it runs.
+    """
+    made: Any = njit(error_model="numpy", nogil=True)(function)
     # numba refuses where neither the package nor the home can be written
     with contextlib.suppress(RuntimeError, OSError):
         made.enable_caching()

@@ -1,0 +1,80 @@
+"""A result, smaller: a copy of the whole one, since nobody knows before how much room a compressed row takes."""
+
+import errno
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from historysim.errors import InputError
+
+if TYPE_CHECKING:
+    import netCDF4
+
+COMPRESSIONS: dict[str, dict[str, Any]] = {
+    "none": {},
+    "zlib": {"compression": "zlib", "complevel": 1, "shuffle": True},
+    "zstd": {"compression": "zstd", "complevel": 3, "shuffle": True},
+}
+
+
+def check_compression(compression: str) -> None:
+    """Check that a result can be compressed in a way.
+
+    Raises
+    ------
+    InputError
+        An unknown way.
+    """
+    if compression not in COMPRESSIONS:
+        raise InputError(f"compression is {compression!r}; expected one of {', '.join(COMPRESSIONS)}")
+
+
+def compress(source: Path, target: Path, compression: str) -> None:
+    """Copy a result, and compress its variables; what is compressed already is copied as it is.
+
+    Raises
+    ------
+    OSError
+        The copy cannot be written; is the disk full?
+    """
+    import netCDF4
+
+    try:
+        with netCDF4.Dataset(source) as given, netCDF4.Dataset(target, "w", format="NETCDF4") as made:
+            _copy(given, made, COMPRESSIONS[compression])
+    except RuntimeError as error:
+        # the only type of error that the netCDF library has for whatever the system refuses
+        if not str(error).startswith("NetCDF: "):
+            raise
+        message = f"the compressed result cannot be written ({error}); is the disk full?"
+        raise OSError(errno.EIO, message) from error
+
+
+def _copy(given: "netCDF4.Dataset", made: "netCDF4.Dataset", way: dict[str, Any]) -> None:
+    attributes = {name: given.getncattr(name) for name in given.ncattrs()}
+    complete = attributes.pop("complete", None)
+    made.setncatts(attributes)
+    for name, dimension in given.dimensions.items():
+        made.createDimension(name, len(dimension))
+    for name, variable in given.variables.items():
+        told = {key: variable.getncattr(key) for key in variable.ncattrs()}
+        stored, fill = _storage(variable, way), told.pop("_FillValue", False)
+        copied = made.createVariable(name, variable.dtype, variable.dimensions, fill_value=fill, **stored)
+        copied.setncatts(told)
+        for each in (variable, copied):
+            each.set_auto_maskandscale(False)
+        rows = stored["chunksizes"][0] if stored else 1
+        for first in range(0, variable.shape[0], rows):
+            copied[first : first + rows] = variable[first : first + rows]
+    for name, group in given.groups.items():
+        _copy(group, made.createGroup(name), way)
+    if complete is not None:
+        made.setncattr("complete", complete)
+
+
+def _storage(variable: "netCDF4.Variable[Any]", way: dict[str, Any]) -> dict[str, Any]:
+    """Return how the copy of a variable is kept; what is in one piece has no chunks, and no rows."""
+    chunks, filters = variable.chunking(), variable.filters()
+    if chunks == "contiguous":
+        return {}
+    own = {"compression": "zlib", "complevel": filters["complevel"]} if filters["zlib"] else way
+    return {"chunksizes": chunks, "fletcher32": filters["fletcher32"], **own}
