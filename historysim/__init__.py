@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from historysim.results.csv_table import write_csv as write_csv
     from historysim.results.plots.adhesion_branch import plot_adhesion_branch as plot_adhesion_branch
     from historysim.results.plots.adhesion_map import plot_adhesion_map as plot_adhesion_map
+    from historysim.results.plots.animation import animate_contact_map as animate_contact_map
+    from historysim.results.plots.animation import save_animation as save_animation
     from historysim.results.plots.asperity import plot_asperity as plot_asperity
     from historysim.results.plots.comparison import plot_comparison as plot_comparison
     from historysim.results.plots.contact_map import plot_contact_map as plot_contact_map
@@ -88,6 +90,7 @@ _HOMES = {
     "results.csv_table": ("write_csv",),
     "results.plots.adhesion_branch": ("plot_adhesion_branch",),
     "results.plots.adhesion_map": ("plot_adhesion_map",),
+    "results.plots.animation": ("animate_contact_map", "save_animation"),
     "results.plots.asperity": ("plot_asperity",),
     "results.plots.comparison": ("plot_comparison",),
     "results.plots.contact_map": ("plot_contact_map",),

@@ -10,6 +10,8 @@ from historysim.cli.arguments import check_target, path_type, scenario_or_file, 
 from historysim.cli.output import check_ending, print_lines, save
 from historysim.errors import InputError
 
+MOVING = (".gif", ".mp4", ".webm")
+
 
 def height_map_options(command: Callable[..., None]) -> Callable[..., None]:
     """Add the options that say what a height map leaves open."""
@@ -37,7 +39,12 @@ def show(file: Path, values: dict[str, Any], **height_map: Any) -> None:
 
 @click.command()
 @click.argument("file", type=path_type)
-@click.option("-o", "--output", type=path_type, help="The picture (PNG, PDF, SVG). [default: FILE's name with .png]")
+@click.option(
+    "-o",
+    "--output",
+    type=path_type,
+    help="The picture (PNG, PDF, SVG; GIF or MP4: loop and contact map, moving over the last loop of a result). [default: FILE's name with .png]",
+)
 @click.option(
     "--picture",
     help="Of a result: history, loop, slip-map, contact-map, distribution, traction, slip-fronts or stiffness; of a "
@@ -81,6 +88,9 @@ def plot(
     check_target(output, file)
     if kind == "log":
         raise InputError(f"{file}: is a log; expected its result; historysim run {file} makes it again")
+    if output.suffix.lower() in MOVING:
+        _animate(file, output, millimetres)
+        return
     from historysim.scenario.plot import plot as drawn
 
     number = int(step) if step is not None and step.removeprefix("-").isdecimal() else step
@@ -114,6 +124,16 @@ def report(file: Path, output: Path | None) -> None:
     from historysim.scenario.report import report as written
 
     written(file, output)
+    click.echo(output)
+
+
+def _animate(file: Path, output: Path, size: tuple[float, float] | None) -> None:
+    """Write a moving picture of a result."""
+    from historysim.results.files import open_result
+    from historysim.results.plots.animation import animate_contact_map, save_animation
+
+    with open_result(file) as history:
+        save_animation(animate_contact_map(history, size=size), output)
     click.echo(output)
 
 

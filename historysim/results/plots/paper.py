@@ -1,7 +1,7 @@
 """What a picture begins with: a figure of a size in millimetres, in the one style that all pictures share."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -38,13 +38,18 @@ def new_figure(size: Size | None, default: Size) -> Iterator["Figure"]:
     InputError
         What is no width and height from 20 to 2000 mm.
     """
-    import matplotlib as mpl
-
     from historysim.results.plots.printed import PrintedFigure
 
     given = default if size is None else size
     sides = checked("size", given, above=0)
     if sides.shape != (2,) or np.any((sides < LEAST) | (sides > MOST)):
         raise InputError(f"size is {size!r}; expected width and height from {LEAST:.0f} to {MOST:.0f} mm, as (90, 70)")
-    with mpl.rc_context(STYLE):
+    with in_style():
         yield PrintedFigure(figsize=tuple(sides / MILLIMETRES_PER_INCH), layout="constrained")
+
+
+def in_style() -> AbstractContextManager[None]:
+    """Return a context in which what is drawn has the style of all pictures."""
+    import matplotlib as mpl
+
+    return mpl.rc_context(STYLE)

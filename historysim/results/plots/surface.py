@@ -38,7 +38,7 @@ FLAT: dict[str, Any] = {"color": INK, "linewidth": 0.8, "linestyle": (0, (4, 2))
 
 
 @attrs.frozen(eq=False)
-class _Contact:
+class Contact:
     """What a history says of the summits at one step.
 
     Attributes
@@ -126,7 +126,7 @@ def plot_surface(
             summits = surface.summits(3 if 1 in surface.shape else 9)
         surface = surface_group.dataset(summits, surface)
     _check_summits(surface)
-    contact = None if history is None else _contact(surface, history, position_of(step, history))
+    contact = None if history is None else contact_at(surface, history, position_of(step, history))
     state = np.zeros(surface.sizes["summit"], dtype=np.int8) if contact is None else contact.state
     has_map = "height" in surface
     placed = {"summit_x", "summit_y"} <= set(surface.variables) and (has_map or state.size > 0)
@@ -137,9 +137,9 @@ def plot_surface(
             if has_map and 1 in surface["height"].shape:
                 _draw_profile(axes, surface, state, contact)
             else:
-                _draw_map(axes, surface, state)
-        _draw_distribution(figure.add_subplot(grid[0, -1]), surface, state, contact)
-        _draw_legend(figure, surface, state, contact)
+                draw_map(axes, surface, state)
+        draw_distribution(figure.add_subplot(grid[0, -1]), surface, state, contact)
+        draw_legend(figure, surface, state, contact)
         heading = title or str((surface if history is None else history).attrs.get("title", ""))
         # matplotlib takes what stands between dollar signs for mathematics
         lines = [plain_title(heading), contact.caption if contact else ""]
@@ -173,11 +173,11 @@ def plot_distribution(
         As for `plot_surface`.
     """
     _check_summits(surface)
-    contact = None if history is None else _contact(surface, history, position_of(step, history))
+    contact = None if history is None else contact_at(surface, history, position_of(step, history))
     state = np.zeros(surface.sizes["summit"], dtype=np.int8) if contact is None else contact.state
     with new_figure(size, (COLUMN, 85.0)) as figure:
-        _draw_distribution(figure.add_subplot(), surface, state, contact)
-        _draw_legend(figure, surface, state, contact, columns=2)
+        draw_distribution(figure.add_subplot(), surface, state, contact)
+        draw_legend(figure, surface, state, contact, columns=2)
         if contact:
             figure.suptitle(contact.caption.replace(":  ", "\n", 1), x=0.01, ha="left", fontsize=7)
     return figure
@@ -203,7 +203,8 @@ def _check_summits(surface: xr.Dataset) -> None:
         raise InputError("the surface holds no summits; expected the group surface of a result")
 
 
-def _contact(surface: xr.Dataset, history: xr.Dataset, step: int) -> _Contact:
+def contact_at(surface: xr.Dataset, history: xr.Dataset, step: int) -> Contact:
+    """Return what a history says of the summits of a surface at a step."""
     row = history.isel(step=step)
     count = int(row["contact_count"])
     state = np.full(surface.sizes["summit"], SEPARATED, dtype=np.int8)
@@ -218,7 +219,7 @@ def _contact(surface: xr.Dataset, history: xr.Dataset, step: int) -> _Contact:
         f"U = {quantity_text(float(row['tangential_displacement']), 'm')},  "
         f"{counted(count, 'asperity', 'asperities')} in contact"
     )
-    return _Contact(state, float(row["separation"]), caption)
+    return Contact(state, float(row["separation"]), caption)
 
 
 def _places(surface: xr.Dataset, row: xr.Dataset) -> npt.NDArray[np.int64]:
@@ -235,7 +236,8 @@ def _places(surface: xr.Dataset, row: xr.Dataset) -> npt.NDArray[np.int64]:
     return places
 
 
-def _draw_map(axes: "Axes", surface: xr.Dataset, state: States) -> None:
+def draw_map(axes: "Axes", surface: xr.Dataset, state: States) -> None:
+    """Draw heights and summits from above, those in contact in the colour of their state."""
     x, y = (_ends(surface, axis) for axis in "xy")
     sides = (x[1] - x[0], y[1] - y[0])
     # a single summit has no sides, but a radius
@@ -294,7 +296,7 @@ def _draw_heights(axes: "Axes", surface: xr.Dataset, extent: tuple[float, float,
         bar.outline.set_linewidth(0.4)
 
 
-def _draw_profile(axes: "Axes", surface: xr.Dataset, state: States, contact: _Contact | None) -> None:
+def _draw_profile(axes: "Axes", surface: xr.Dataset, state: States, contact: Contact | None) -> None:
     axis = "x" if surface.sizes["x"] > 1 else "y"
     points, heights, summits = surface[axis].values, surface["height"].values.ravel(), surface["summit_height"].values
     along, unit = _readable(points)
@@ -307,7 +309,8 @@ def _draw_profile(axes: "Axes", surface: xr.Dataset, state: States, contact: _Co
     axes.set(title="Profile and summits", xlabel=f"${axis}$ ({unit})", ylabel=f"height $z$ ({height_unit})")
 
 
-def _draw_distribution(axes: "Axes", surface: xr.Dataset, state: States, contact: _Contact | None) -> None:
+def draw_distribution(axes: "Axes", surface: xr.Dataset, state: States, contact: Contact | None) -> None:
+    """Draw the radius of each summit against its height."""
     heights, radii = surface["summit_height"].values, surface["summit_radius"].values
     along, height_unit = _readable(heights, *([] if contact is None else [contact.separation]))
     up, radius_unit = _readable(radii)
@@ -350,9 +353,16 @@ def _draw_marks(axes: "Axes", x: Floats, y: Floats, state: States) -> None:
         axes.scatter(x[here], y[here], s=area, c=fill, edgecolors=INK, linewidths=0.35, rasterized=True, zorder=3)
 
 
-def _draw_legend(
-    figure: "Figure", surface: xr.Dataset, state: States, contact: _Contact | None, *, columns: int | None = None
+def draw_legend(
+    figure: "Figure",
+    surface: xr.Dataset,
+    state: States,
+    contact: Contact | None,
+    *,
+    columns: int | None = None,
+    flat: bool = True,
 ) -> None:
+    """Name below a figure what its marks are; the rigid flat only where it is drawn."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -369,7 +379,8 @@ def _draw_legend(
             Line2D([], [], marker="o", linestyle="", mfc=colour, mec=INK, mew=0.4, ms=4.5, label=name)
             for name, colour in entries
         ]
-        handles.append(Line2D([], [], label="rigid flat", **FLAT))
+        if flat:
+            handles.append(Line2D([], [], label="rigid flat", **FLAT))
     if "height" in surface and 1 not in surface["height"].shape and surface["height"].isnull().any():
         handles.append(Patch(facecolor=MISSING, label="missing height"))
     if handles:

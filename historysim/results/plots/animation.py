@@ -1,0 +1,133 @@
+"""A moving picture: loop and contact map together over a cycle."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from historysim.basics.files import replacing
+from historysim.basics.units import prefixed
+from historysim.errors import InputError
+from historysim.results.analysis.cycles import friction_loops
+from historysim.results.analysis.recorded import check_recorded, position_of
+from historysim.results.plots.along_path import thinned
+from historysim.results.plots.paper import PAGE, Size, in_style, new_figure
+from historysim.results.plots.style import FAINT, INK, STATE_COLOURS
+from historysim.results.plots.surface import contact_at, draw_distribution, draw_legend, draw_map, surface_of
+
+if TYPE_CHECKING:
+    from matplotlib.animation import FuncAnimation
+
+MOST_FRAMES = 60
+FRAMES_PER_SECOND = 12
+DOTS_PER_INCH = 110
+WRITERS = {".gif": "pillow", ".mp4": "ffmpeg", ".webm": "ffmpeg"}
+"""Endings of moving pictures, and what writes them."""
+
+
+def animate_contact_map(
+    history: xr.Dataset, steps: Sequence[int] | None = None, *, size: Size | None = None
+) -> "FuncAnimation":
+    """Return a moving picture of the contact map, beside the friction loop with a dot where it stands.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history with asperities. Without their positions the asperity distribution takes the place of the map.
+    steps : sequence of int, optional
+        Positions of the steps that are shown; by default up to 60 of the last friction loop, or of all where there is
+        no whole loop.
+    size : (float, float), optional
+        Width and height [mm].
+
+    Returns
+    -------
+    matplotlib.animation.FuncAnimation
+        180 mm wide, or of that size; see `save_animation`.
+
+    Raises
+    ------
+    InputError
+        A history without asperities, or a step that it does not have.
+    """
+    from matplotlib.animation import FuncAnimation
+
+    check_recorded(history, "slip_state")
+    frames = _last_cycle(history) if steps is None else [position_of(step, history) for step in steps]
+    if not frames:
+        raise InputError("steps is empty; expected one step or more")
+    surface = surface_of(history)
+    placed = {"summit_x", "summit_y"} <= set(surface.variables)
+    names = ("tangential_displacement", "total_tangential_load")
+    thin, now = thinned(history), history[list(names)].isel(step=frames).load()
+    (length, length_prefix), (force, force_prefix) = (prefixed(float(np.abs(thin[name]).max())) for name in names)
+    x, y = (now[name].values * factor for name, factor in zip(names, (length, force), strict=True))
+    with new_figure(size, (PAGE, 95.0)) as figure:
+        loop, contacts = figure.subplots(1, 2)
+        loop.plot(thin[names[0]].values * length, thin[names[1]].values * force, color=FAINT, linewidth=0.8)
+        (dot,) = loop.plot([], [], "o", color=STATE_COLOURS[2], mec=INK, ms=6)
+        loop.margins(0.06)
+        loop.set(
+            title="Friction loop",
+            xlabel=f"tangential displacement $U$ ({length_prefix}m)",
+            ylabel=f"tangential load $T$ ({force_prefix}N)",
+        )
+        first = contact_at(surface, history, frames[0])
+        draw_legend(figure, surface, first.state, first, flat=not placed)
+
+    def show(frame: int) -> None:
+        contact = contact_at(surface, history, frames[frame])
+        with in_style():
+            contacts.clear()
+            if placed:
+                draw_map(contacts, surface, contact.state)
+            else:
+                draw_distribution(contacts, surface, contact.state, contact)
+            dot.set_data([x[frame]], [y[frame]])
+            figure.suptitle(contact.caption, x=0.01, ha="left", fontsize=8)
+            # ticks are made when they are first drawn, and that is to be in this style
+            figure.draw_without_rendering()
+
+    # the layout of the first frame is that of all: otherwise the axes would tremble
+    show(0)
+    figure.set_layout_engine("none")
+    return FuncAnimation(figure, show, frames=len(frames), interval=1000 / FRAMES_PER_SECOND, init_func=lambda: None)
+
+
+def save_animation(animation: "FuncAnimation", path: str | Path) -> None:
+    """Write a moving picture to a file, which appears when it is complete.
+
+    Parameters
+    ----------
+    animation : matplotlib.animation.FuncAnimation
+    path : path
+        Ending with .gif, or with .mp4 or .webm where the program ffmpeg is installed.
+
+    Raises
+    ------
+    InputError
+        Another ending, or there is no ffmpeg.
+    OSError
+        The file cannot be written.
+    """
+    from matplotlib.animation import writers
+
+    path = Path(path)
+    writer = WRITERS.get(path.suffix.lower())
+    if writer is None:
+        raise InputError(f"{path}: {path.suffix or 'no'} ending; expected {', '.join(WRITERS)}")
+    if not writers.is_available(writer):
+        raise InputError(f"{path}: is written by the program {writer}, which is not installed; expected .gif")
+    with replacing(path, path.with_name(f".{path.stem}.unfinished{path.suffix}")) as unfinished:
+        animation.save(unfinished, writer=writer, fps=FRAMES_PER_SECOND, dpi=DOTS_PER_INCH)
+
+
+def _last_cycle(history: xr.Dataset) -> list[int]:
+    """Return the steps of the last friction loop, or all, thinned."""
+    try:
+        first, _, last = friction_loops(history).ends[-1]
+    except InputError:
+        first, last = 0, history.sizes["step"] - 1
+    return [int(step) for step in np.unique(np.linspace(first, last, MOST_FRAMES).round())]
