@@ -43,7 +43,8 @@ def show(file: Path, values: dict[str, Any], **height_map: Any) -> None:
     "-o",
     "--output",
     type=path_type,
-    help="The picture (PNG, PDF, SVG; GIF or MP4: loop and contact map, moving over the last loop of a result). [default: FILE's name with .png]",
+    help="The picture (PNG, PDF, SVG), or the contact map moving over the last loop of a result (GIF, MP4). "
+    "[default: FILE's name with .png]",
 )
 @click.option(
     "--picture",

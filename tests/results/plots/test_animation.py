@@ -80,7 +80,7 @@ def test_what_cannot_be_written_is_refused(tmp_path, monkeypatch):
     with pytest.raises(InputError, match=r"m.avi: .avi ending; expected .gif, .mp4, .webm"):
         hs.save_animation(moving, tmp_path / "m.avi")
     monkeypatch.setattr(writers, "is_available", lambda name: name != "ffmpeg")
-    with pytest.raises(InputError, match="is written by the program ffmpeg, which is not installed; expected .gif"):
+    with pytest.raises(InputError, match=r"is written by the program ffmpeg, which is not installed; expected .gif"):
         hs.save_animation(moving, tmp_path / "m.mp4")
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(InputError, match="steps is empty"):
