@@ -20,8 +20,11 @@ What is read off a branch, with the choices that `Definitions` has:
 
 and off a whole loop:
 
-- **energy**: ∮ T dU by the trapezoidal rule through all samples, exact for a polyline, closed by a straight line from
-  the end back to the start; **gaps** say how far those two are apart.
+- **energy**: ∮ T dU by the trapezoidal rule, exact for a polyline, closed by a straight line from the end back to the
+  start; **gaps** say how far those two are apart.
+
+Both integrals, of friction force and energy, take the samples of a branch in the order of their displacements. In the
+order of time, hum that displacement and load have in common would enclose an area of its own in each of its periods.
 
 Branches on which the normal load moves by more than `Definitions.load_share` have no values, and their loops no energy;
 see `load_steps`.

@@ -184,7 +184,8 @@ def loops_of_channels(
     ends, lone = _loop_ends(moved, band)
     pieces = _left_out(ends, moved.size)
     number = _kept_loops(len(ends), skip, band)
-    energy = np.array([_enclosed(moved[start : end + 1], load[start : end + 1]) for start, _, end in ends[number]])
+    along = [_along(moved, *loop) for loop in ends[number].tolist()]
+    energy = np.array([_enclosed(moved[each], load[each]) for each in along])
     _check_sense(energy, moved[ends[number]], load[ends[number]])
     steady = at_one_load(
         moved, trace.normal_load, number, ends[number], lone, dead_band=band, share=definitions.load_share
@@ -328,11 +329,14 @@ def _branch(
     """
     sliding, initial = definitions.sliding, definitions.initial
     if isinstance(sliding, LastPart):
-        slides_from = _crossing(u, (1 - sliding.share) * u[-1])
+        start = (1 - sliding.share) * u[-1]
     else:
-        slides_from = _crossing(f, f[0] + sliding.share * (f.max() - f[0]))
-    force = _mean_from(slides_from, u, f)
-    load = math.nan if normal is None else _mean_from(slides_from, u, normal)
+        start = _at(_crossing(f, f[0] + sliding.share * (f.max() - f[0])), u)
+    # means are over the displacement, whatever noise and hum made of the order of the samples
+    order = np.argsort(u, kind="stable")
+    slides_from = _crossing(u[order], start)
+    force = _mean_from(slides_from, u[order], f[order])
+    load = math.nan if normal is None else _mean_from(slides_from, u[order], normal[order])
     rise = force - f[0]
     preliminary = from_zero = virgin = stiffness = math.nan
     if rise > 0:
@@ -394,6 +398,14 @@ def _slope(place: float, x: Floats, y: Floats) -> float:
 
 def _area(u: Floats, f: Floats) -> float:
     return float(np.diff(u) @ (f[1:] + f[:-1])) / 2
+
+
+def _along(displacement: Floats, start: int, turn: int, end: int) -> Integers:
+    """Return the samples of a loop, those of each branch in the order of their displacements."""
+    rises = displacement[turn] >= displacement[start]
+    there, back = np.arange(start, turn), np.arange(turn, end + 1)
+    ways = (there, displacement[there] * (1 if rises else -1)), (back, displacement[back] * (-1 if rises else 1))
+    return np.concatenate([branch[np.argsort(along, kind="stable")] for branch, along in ways])
 
 
 def _enclosed(u: Floats, f: Floats) -> float:

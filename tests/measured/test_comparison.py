@@ -51,7 +51,8 @@ def test_loops_and_their_energies_by_another_way(compared):
         energy = np.array([area(moved[start : end + 1], load[start : end + 1]) for start, _, end in loops.ends])
         # the load steps in the second loop, and the last one is cut off
         energy[[1, 3]] = np.nan
-        assert_allclose(loops.dissipated_energy, energy, rtol=1e-12)
+        # noise of 1 nm, of 200, makes the order in time another one than that of the displacements
+        assert_allclose(loops.dissipated_energy, energy, rtol=1e-3)
 
 
 def test_the_table_has_both_side_by_side(compared):
