@@ -62,6 +62,7 @@ if TYPE_CHECKING:
     from historysim.scenario.show import show as show
     from historysim.scenario.sliding import find_sliding as find_sliding
     from historysim.studies.design import design as design
+    from historysim.studies.gallery import gallery as gallery
     from historysim.studies.spread import drift_along as drift_along
     from historysim.studies.spread import spread as spread
     from historysim.studies.sweep import sweep as sweep
@@ -113,6 +114,7 @@ _HOMES = {
     "scenario.show": ("show",),
     "studies.design": ("design",),
     "studies.spread": ("drift_along", "spread"),
+    "studies.gallery": ("gallery",),
     "studies.sweep": ("sweep",),
     "surfaces.distribution": ("drawn_summits", "quantile_summits"),
     "surfaces.heights": ("Surface",),

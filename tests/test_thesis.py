@@ -433,16 +433,16 @@ HARD = {"radius": 0.5e-6, "pair": ("alumina", "zirconia")}
 
 def test_6_01_and_6_04_n_equal_asperities():
     """δ goes as n^(-1/2) where R/√n, and as n^(-2/3) where R is kept; at 64 it is 13.26 and 6.63 nm."""
-    count = np.array([1, 2, 4, 8, 16, 32, 64, 128, 256])
+    count = np.array([1, 4, 16, 64, 256])
     one = preliminary(10e-3, 0.5, **HARD)
     found = swept("fig_6_04").preliminary_displacement
     similar, invariant = (found.sel(surface_scaling=law).values for law in ("self-similar", "curvature-invariant"))
     assert similar == pytest.approx(one * count**-0.5, rel=1e-9)
     assert invariant == pytest.approx(one * count ** (-2 / 3), rel=1e-9)
-    assert [similar[6] * 1e9, invariant[6] * 1e9] == pytest.approx([13.26, 6.63], abs=0.005)
+    assert [similar[3] * 1e9, invariant[3] * 1e9] == pytest.approx([13.26, 6.63], abs=0.005)
     area = swept("fig_6_01").peak_contact_area
     single = np.pi * 0.5e-6 * approach(10e-3, 0.5e-6, moduli("alumina", "zirconia")[0])
-    assert area.sel(surface_scaling="self-similar").values == pytest.approx(np.full(9, single), rel=1e-9)
+    assert area.sel(surface_scaling="self-similar").values == pytest.approx(np.full(5, single), rel=1e-9)
     expected = single * count ** (1 / 3)
     assert area.sel(surface_scaling="curvature-invariant").values == pytest.approx(expected, rel=1e-9)
 

@@ -1,4 +1,4 @@
-"""Commands that look at a file: show, plot, report."""
+"""Commands that look at files: show, plot, report, gallery."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -6,8 +6,8 @@ from typing import Any
 
 import click
 
-from historysim.cli.arguments import check_target, path_type, scenario_or_file, set_option
-from historysim.cli.output import check_ending, print_lines, save
+from historysim.cli.arguments import check_target, path_type, processors, scenario_or_file, set_option
+from historysim.cli.output import check_ending, notice, print_lines, save
 from historysim.errors import InputError
 
 MOVING = (".gif", ".mp4", ".webm")
@@ -128,6 +128,23 @@ def report(file: Path, output: Path | None) -> None:
     click.echo(output)
 
 
+@click.command()
+@click.argument("folder", type=path_type, default="scenarios")
+@click.option("-o", "--output", type=path_type, default="gallery.html", show_default=True, help="The page (HTML).")
+@click.option("--workers", type=click.IntRange(1), help="Processes that compute. [default: one for each processor]")
+def gallery(folder: Path, output: Path, workers: int | None) -> None:
+    """Run all scenarios in FOLDER and write their pictures to one HTML page that opens anywhere.
+
+    Scenarios with [sweep] are swept. FOLDER is "scenarios" where none is named, as in the repository.
+    """
+    check_target(output, folder)
+    check_ending(output, ".html", ".htm")
+    from historysim.studies.gallery import gallery as written
+
+    written(folder, output, workers=workers or processors(), progress=True, tell=notice)
+    click.echo(output)
+
+
 def _animate(file: Path, output: Path, size: tuple[float, float] | None) -> None:
     """Write a moving picture of a result."""
     from historysim.results.files import open_result
@@ -160,4 +177,4 @@ def _given(height_map: dict[str, Any]) -> dict[str, Any]:
     return given
 
 
-COMMANDS = (show, plot, report)
+COMMANDS = (show, plot, report, gallery)

@@ -1,14 +1,13 @@
 """Commands that replay a scenario: run, validate, sweep, design."""
 
 import csv
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from historysim.basics.files import replacing
-from historysim.cli.arguments import check_target, path_type, scenario_or_file, set_option
+from historysim.cli.arguments import check_target, path_type, processors, scenario_or_file, set_option
 from historysim.cli.output import check_ending, notice, print_lines, save
 from historysim.errors import InputError
 
@@ -159,11 +158,6 @@ def save_sweep(found: "xr.Dataset", output: Path) -> None:
                 csv.writer(stream).writerows(sweeps.rows(found))
         else:
             found.to_netcdf(unfinished)
-
-
-def processors() -> int:
-    """Return the number of processors that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 COMMANDS = (run, validate, sweep, design)

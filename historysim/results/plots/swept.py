@@ -1,5 +1,6 @@
 """Picture of a quantity over what was swept, with its spread over the rest, such as seeds."""
 
+import math
 from collections.abc import Hashable
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +21,10 @@ Floats = npt.NDArray[np.float64]
 
 SPREADS = ("deviation", "quantiles", "none")
 QUANTILES = (0.1, 0.9)
+WIDE = 30.0
+"""Greatest over smallest number of an axis, from which on it may be logarithmic."""
+OF_A_SCENARIO = " of the scenario"
+"""How the name of a swept key ends."""
 MOST_LINES = 6
 LINES = (
     (STATE_COLOURS[1], "-", "o"),
@@ -86,11 +91,13 @@ def plot_swept(
             _draw(axes, along, numbers, spread, line, "" if member is None else _member(sweep, str(each), member))
         if ticks:
             axes.set_xticks(along, ticks)
+        elif _spaced_by_factors(along):
+            axes.set_xscale("log")
         axes.set(xlabel=label, ylabel=f"{quantity.replace('_', ' ')}{unit}")
         axes.margins(0.06, 0.08)
         if each is not None:
             # beside the axes: inside, it might lie on a line
-            figure.legend(loc="outside lower center", ncols=min(len(members), 3))
+            figure.legend(title=_name(sweep, str(each)), loc="outside lower center", ncols=min(len(members), 3))
         axes.set_title(_caption(values, rest, spread), fontsize=7, fontweight="normal")
     return figure
 
@@ -115,7 +122,7 @@ def _chosen(
     if over == each:
         raise InputError(f"each is {each!r}, which is on the axis already; expected another dimension")
     if each is None:
-        each = next((name for name in free if name != over and sweep.sizes[name] <= MOST_LINES), None)
+        each = next((name for name in free if name != over and 1 < sweep.sizes[name] <= MOST_LINES), None)
     elif sweep.sizes[each] > MOST_LINES:
         raise InputError(f"each is {each!r} with {sweep.sizes[each]} members; expected at most {MOST_LINES} lines")
     return values, over, each
@@ -127,7 +134,7 @@ def _numbers(sweep: xr.Dataset, name: Hashable) -> bool:
 
 def _axis(sweep: xr.Dataset, over: str) -> tuple[Floats, str, list[str]]:
     """Return where the members of a dimension stand on the axis, its label, and their names where they are texts."""
-    label = over.replace("_", " ")
+    label = _name(sweep, over)
     if over in sweep.coords and _numbers(sweep, over):
         factor, unit = _unit(sweep[over])
         return sweep[over].values * factor, f"{label}{unit}", []
@@ -135,27 +142,51 @@ def _axis(sweep: xr.Dataset, over: str) -> tuple[Floats, str, list[str]]:
     return np.arange(sweep.sizes[over], dtype=np.float64), label, names
 
 
+def _name(sweep: xr.Dataset, dimension: str) -> str:
+    """Return what a dimension is called in a picture: of a key of a scenario the last part, or two if that is short."""
+    if dimension not in sweep.coords:
+        return dimension.replace("_", " ")
+    told = str(sweep[dimension].attrs.get("long_name", ""))
+    key = told.removesuffix(OF_A_SCENARIO) if told.endswith(OF_A_SCENARIO) else dimension
+    *before, last = key.split(".")
+    if before and "_" not in last and "[" not in before[-1]:
+        last = f"{before[-1]} {last}"
+    return last.replace("_", " ")
+
+
+def _spaced_by_factors(along: Floats) -> bool:
+    """Return whether numbers span so much, and so evenly by their factors, that a linear axis would crowd them."""
+    if along.size < 4 or not (along > 0).all() or along.max() < WIDE * along.min():
+        return False
+    factors = np.diff(np.log(np.sort(along)))
+    return bool(factors.max() < 4 * max(factors.min(), 1e-12))
+
+
 def _unit(values: xr.DataArray) -> tuple[float, str]:
     """Return the factor of a readable prefix, and the unit in brackets."""
     unit = str(values.attrs.get("units", ""))
     if unit in {"", "1"}:
         return 1.0, ""
-    # prefixes of squares and cubes would be misread
-    if any(character.isdigit() for character in unit):
+    greatest = float(np.nanmax(np.abs(values.values), initial=0.0))
+    if unit == "m2":
+        # the prefix is squared with the metre
+        factor, prefix = prefixed(math.sqrt(greatest))
+        return factor**2, f" ({prefix}m²)"
+    # other prefixes of squares and cubes would be misread; behind the first part of a unit they do not count
+    if any(character.isdigit() for character in unit.split(maxsplit=1)[0]):
         return 1.0, f" ({unit.replace('2', '²').replace('3', '³')})"
-    factor, prefix = prefixed(float(np.nanmax(np.abs(values.values), initial=0.0)))
-    return factor, f" ({prefix}{unit})"
+    factor, prefix = prefixed(greatest)
+    return factor, f" ({prefix}{unit.replace(' m-1', '/m')})"
 
 
 def _member(sweep: xr.Dataset, each: str, member: int) -> str:
-    label = each.replace("_", " ")
     if each not in sweep.coords:
-        return f"{label} {member}"
+        return str(member)
     value = sweep[each].values[member]
     if not _numbers(sweep, each):
-        return f"{label} {value}"
+        return str(value)
     factor, unit = _unit(sweep[each])
-    return f"{label} {value * factor:.4g}{unit.replace('(', '').replace(')', '')}"
+    return f"{value * factor:.4g}{unit.replace('(', '').replace(')', '')}"
 
 
 def _draw(axes: "Axes", along: Floats, numbers: Floats, spread: str, line: tuple[Any, ...], label: str) -> None:

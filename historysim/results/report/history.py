@@ -1,7 +1,7 @@
 """The report of a recorded history: what came out, what the model assumes, pictures, and where it comes from."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
@@ -9,7 +9,11 @@ from historysim.errors import InputError
 from historysim.results import analysis
 from historysim.results.plots.history import plot_history
 from historysim.results.plots.surface import plot_surface, surface_of
+from historysim.results.plots.traction import plot_traction
 from historysim.results.report.page import Section, code, folded, page, paragraph, picture, table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 INSTALL = 'pip install "historysim[report]"'
 SEVERAL_LINES = ("scenario", "validity")
@@ -28,7 +32,8 @@ def history_page(history: xr.Dataset) -> str:
     """
     title = str(history.attrs.get("title") or "Load history")
     library, interactive = _interactive(history)
-    sections = [_summary(history), validity_section(history), interactive, _figures(history), *_provenance(history)]
+    sections = [_summary(history), validity_section(history), interactive]
+    sections += [Section("Pictures", tuple(history_pictures(history))), *_provenance(history)]
     return page(title, sections, head=library)
 
 
@@ -73,19 +78,28 @@ def _interactive(history: xr.Dataset) -> tuple[str, Section]:
     return library, Section(title, (*left_out, body))
 
 
-def _figures(history: xr.Dataset) -> Section:
+def history_pictures(history: xr.Dataset) -> list[str]:
+    """Return the pictures of a history: loops, loads and slip states, and the contact where about half of it slips."""
     drawn = [
         picture(plot_history(history), "The friction loop, the loads over time, and the slip state of each asperity.")
     ]
     if "slip_state" in history:
         try:
-            step = analysis.telling_step(history)
-            figure = plot_surface(surface_of(history), history, step)
+            figure, caption = _contact(history)
         except InputError as error:
             drawn.append(paragraph(f"No contact map: {error}", "note"))
         else:
-            drawn.append(picture(figure, f"The contact at step {step:,}, where about half of its area slips."))
-    return Section("Pictures", tuple(drawn))
+            drawn.append(picture(figure, caption))
+    return drawn
+
+
+def _contact(history: xr.Dataset) -> tuple["Figure", str]:
+    """Return a picture of the contact, and its caption; of one asperity, whose map is a point, its traction."""
+    surface = surface_of(history)
+    if surface.sizes.get("summit") == 1:
+        return plot_traction(history), "The traction of the asperity over its radius, at several steps."
+    step = analysis.telling_step(history)
+    return plot_surface(surface, history, step), f"The contact at step {step:,}, where about half of its area slips."
 
 
 def _provenance(history: xr.Dataset) -> list[Section]:

@@ -48,14 +48,7 @@ def sweep_page(sweep: xr.Dataset) -> str:
     heading, *rows = ([str(value) for value in row] for row in sweeps.rows(sweep))
     shown = table([_short(row) for row in rows[:MOST_ROWS]], heading)
     listed = [shown] if len(rows) <= MOST_ROWS else [shown, paragraph(_left_out(len(rows)), "note")]
-    pictures = []
-    swept = {dim for name in sweep.coords for dim in sweep[name].dims}
-    for name, values in sweep.data_vars.items():
-        # a number of each cell, which is not the same in all; a label is none
-        known = values.dtype.kind == "f" and name not in LABELS
-        if known and values.dims and set(values.dims) <= swept and _varies(values):
-            label = str(values.attrs.get("long_name", name))
-            pictures.append(picture(plot_swept(sweep, str(name)), label))
+    pictures = sweep_pictures(sweep)
     attributes = {str(name): str(value) for name, value in sweep.attrs.items()}
     scenario = attributes.get("scenario", "")
     provenance = [table([(name, text) for name, text in attributes.items() if "\n" not in text.strip()])]
@@ -72,6 +65,19 @@ def sweep_page(sweep: xr.Dataset) -> str:
             _again("historysim sweep scenario.toml -o sweep.nc"),
         ],
     )
+
+
+def sweep_pictures(sweep: xr.Dataset) -> list[str]:
+    """Return pictures of the numbers of each cell of a sweep that are not the same in all."""
+    pictures = []
+    swept = {dim for name in sweep.coords for dim in sweep[name].dims}
+    for name, values in sweep.data_vars.items():
+        # a label is no number
+        known = values.dtype.kind == "f" and name not in LABELS
+        if known and values.dims and set(values.dims) <= swept and _varies(values):
+            label = str(values.attrs.get("long_name", name))
+            pictures.append(picture(plot_swept(sweep, str(name)), label))
+    return pictures
 
 
 def comparison_page(

@@ -38,16 +38,20 @@ class Section:
     title : str
     parts : tuple of str
         HTML, one after the other.
+    anchor : str
+        The name by which links of the page reach it; none where it is empty.
     """
 
     title: str
     parts: tuple[str, ...]
+    anchor: str = ""
 
 
 def page(title: str, sections: Iterable[Section], *, head: str = "") -> str:
     """Return a whole page; ``head`` is HTML that its scripts need."""
     body = "\n".join(
-        f"<section><h2>{escape(each.title)}</h2>\n{chr(10).join(each.parts)}</section>" for each in sections
+        f"<section{_named(each)}><h2>{escape(each.title)}</h2>\n{chr(10).join(each.parts)}</section>"
+        for each in sections
     )
     return (
         f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{escape(title)}</title>\n'
@@ -55,6 +59,16 @@ def page(title: str, sections: Iterable[Section], *, head: str = "") -> str:
         f'<link rel="icon" href="data:,">\n<style>{STYLE}</style>\n{head}\n</head>\n'
         f"<body>\n<h1>{escape(title)}</h1>\n{body}\n</body>\n</html>\n"
     )
+
+
+def _named(section: Section) -> str:
+    return f' id="{escape(section.anchor)}"' if section.anchor else ""
+
+
+def contents(sections: Iterable[Section]) -> Section:
+    """Return a section of links to others."""
+    links = (f'<li><a href="#{escape(each.anchor)}">{escape(each.title)}</a></li>' for each in sections)
+    return Section("Contents", (f"<ul>{''.join(links)}</ul>",))
 
 
 def table(rows: Iterable[Sequence[str]], heading: Sequence[str] = ()) -> str:

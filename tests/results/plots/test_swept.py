@@ -29,7 +29,8 @@ def test_means_and_deviations_over_seeds():
     (axes,) = figure.axes
     assert axes.get_xlabel() == "rms height (nm)"
     assert axes.get_ylabel() == "drift (nm)"
-    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["friction 0.1", "friction 0.2"]
+    assert figure.legends[0].get_title().get_text() == "friction"
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["0.1", "0.2"]
     for number, bars in enumerate(axes.containers):
         line, _, (stems,) = bars.lines
         assert line.get_xdata() == pytest.approx([100, 200, 400])
@@ -38,6 +39,28 @@ def test_means_and_deviations_over_seeds():
         halves = [np.ptp(segment[:, 1]) / 2 for segment in stems.get_segments()]
         assert halves == pytest.approx([row.std(ddof=1) for row in own])
     assert "over 5 cells (seed)" in axes.get_title(loc="left")
+
+
+def test_keys_are_called_by_what_tells_them_and_wide_ranges_are_logarithmic():
+    load = "loading_waypoints_0_normal_load"
+    told = {"units": "N", "long_name": "loading.waypoints[0].normal_load of the scenario"}
+    area = xr.DataArray([2e-12, 5e-12, 9e-12, 16e-12], dims=load, attrs={"units": "m2"})
+    sweep = xr.Dataset({"area": area}, {load: (load, [1e-3, 5e-3, 20e-3, 90e-3], told)})
+    (axes,) = hs.plot_swept(sweep, "area").axes
+    assert axes.get_xlabel() == "normal load (mN)"
+    assert axes.get_ylabel() == "area (µm²)"
+    assert axes.get_lines()[0].get_ydata() == pytest.approx([2, 5, 9, 16])
+    assert axes.get_xscale() == "log"
+    stiff = sweep.assign(stiffness=(load, [1e6, 2e6, 3e6, 4e6], {"units": "N m-1"}))
+    (axes,) = hs.plot_swept(stiff.isel({load: slice(3)}), "stiffness").axes
+    assert axes.get_ylabel() == "stiffness (MN/m)"
+    assert axes.get_xscale() == "linear"
+    first = xr.Dataset(
+        {"area": ("materials_first", [1.0, 2.0])},
+        {"materials_first": ("materials_first", ["a", "b"], {"long_name": "materials.first of the scenario"})},
+    )
+    (axes,) = hs.plot_swept(first, "area").axes
+    assert axes.get_xlabel() == "materials first"
 
 
 def test_a_band_of_quantiles():

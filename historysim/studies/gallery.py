@@ -1,0 +1,183 @@
+"""All pictures of a folder of scenarios on one page that opens anywhere."""
+
+import ast
+import runpy
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import attrs
+
+from historysim.basics.files import replacing
+from historysim.basics.notices import Teller, silent
+from historysim.errors import InputError
+from historysim.scenario.scenario import Scenario, load
+from historysim.studies.workers import executor_for, outcomes
+
+if TYPE_CHECKING:
+    from historysim.results.report.page import Section
+
+TITLE = "Gallery of scenarios"
+SCENARIO, SCRIPT = ".toml", ".py"
+CALCULATED = "calculated"
+"""The function of a script that returns a Dataset to be drawn."""
+
+
+@attrs.frozen
+class Entry:
+    """A file of the folder on the page.
+
+    Attributes
+    ----------
+    section : Section
+    failure : str
+        Why it has no picture; empty where it has.
+    """
+
+    section: "Section"
+    failure: str = ""
+
+
+def gallery(
+    folder: str | Path = "scenarios",
+    output: str | Path | None = None,
+    *,
+    workers: int = 1,
+    progress: bool = False,
+    tell: Teller = silent,
+) -> str:
+    """Return the pictures of all scenarios in a folder, and in those below it, as one self-contained HTML page.
+
+    Scenarios are run or, where they have ``[sweep]``, swept; scripts, which stand beside them, are carried out: their
+    function ``calculated`` returns a Dataset, of which every quantity is drawn. What fails is named on the page, with
+    its reason, and does not sink the rest.
+
+    Parameters
+    ----------
+    folder : path
+        Where scenarios (TOML) and scripts (Python) stand.
+    output : path, optional
+        A file to write the page to, which appears when it is complete.
+    workers : int
+        Processes on this machine; with 1 all is computed in this one. A script that asks for more needs
+        ``if __name__ == "__main__":`` around what it does.
+    progress : bool
+        Show a progress bar on standard error where that is a terminal.
+    tell : callable, optional
+        Takes notices for the user: what has failed, and why.
+
+    Returns
+    -------
+    str
+        The page.
+
+    Raises
+    ------
+    InputError
+        A folder without scenarios, or no such number of workers.
+    OSError
+        ``output`` cannot be written.
+    """
+    from tqdm import tqdm
+
+    from historysim.results.report.page import contents, page
+
+    folder = Path(folder)
+    paths = sorted(path for path in folder.rglob("*") if path.suffix in {SCENARIO, SCRIPT})
+    if not paths:
+        raise InputError(f"{folder}: holds no scenario; expected a folder that does, such as scenarios/ of historysim")
+    tasks = [(folder, path) for path in paths]
+    found: dict[Path, Entry] = {}
+    hidden = None if progress else True
+    with executor_for(workers) as (executor, count), tqdm(total=len(tasks), unit="file", disable=hidden) as bar:
+        for (_, path), entry in outcomes(_shown, tasks, executor, 2 * count):
+            found[path] = entry
+            bar.update()
+    entries = [found[path] for path in paths]
+    for path, entry in zip(paths, entries, strict=True):
+        if entry.failure:
+            tell(f"{path}: {entry.failure}")
+    sections = [entry.section for entry in entries]
+    text = page(TITLE, [contents(sections), *sections])
+    if output is not None:
+        with replacing(Path(output)) as unfinished:
+            unfinished.write_text(text, encoding="utf-8")
+    return text
+
+
+def _shown(task: tuple[Path, Path]) -> Entry:
+    """Return a file of a folder as a section of the page."""
+    from historysim.results.report.page import Section, paragraph
+
+    folder, path = task
+    name = path.relative_to(folder).as_posix()
+    title, parts, failure = name, [paragraph(name, "note")], ""
+    try:
+        title, texts, drawn = _script(path) if path.suffix == SCRIPT else _scenario(path)
+        parts += [paragraph(text) for text in texts] + drawn
+    except Exception as error:  # noqa: BLE001 - whatever it is, it shall not sink the others
+        failure = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
+        parts.append(paragraph(f"No picture: {failure}", "warning"))
+    return Entry(Section(title, tuple(parts), anchor=name), failure)
+
+
+def _script(path: Path) -> tuple[str, list[str], list[str]]:
+    """Return title, text and pictures of a script."""
+    from historysim.results.report.others import sweep_pictures
+
+    text = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or path.name
+    title, *texts = _paragraphs(text.splitlines())
+    calculated = runpy.run_path(str(path)).get(CALCULATED)
+    if calculated is None:
+        raise InputError(f"has no function {CALCULATED}; expected one that returns a Dataset")
+    return title, texts, sweep_pictures(calculated())
+
+
+def _scenario(path: Path) -> tuple[str, list[str], list[str]]:
+    """Return title, text and pictures of a scenario."""
+    from historysim.results.report.others import sweep_pictures
+    from historysim.studies.sweep import sweep
+
+    scenario = load(path)
+    drawn = _adhesion(scenario)
+    drawn += sweep_pictures(sweep(scenario)) if scenario.sections.sweep is not None else _run(scenario)
+    return scenario.title or path.stem, _paragraphs(_head(scenario.text)), drawn
+
+
+def _adhesion(scenario: Scenario) -> list[str]:
+    from historysim.results.report.page import picture
+    from historysim.scenario.plot import plot
+
+    if scenario.sections.adhesion is None:
+        return []
+    return [picture(plot(scenario, adhesion=True), "Its asperities on the adhesion map.")]
+
+
+def _run(scenario: Scenario) -> list[str]:
+    from historysim.results.report.history import history_pictures
+    from historysim.scenario.run import run
+
+    # the surface stands in a file beside the history
+    with tempfile.TemporaryDirectory() as folder, run(scenario, Path(folder) / "result.nc") as history:
+        # one step has no course
+        return history_pictures(history) if history.sizes["step"] > 1 else []
+
+
+def _head(text: str) -> Iterator[str]:
+    """Yield the lines of the comment that a scenario begins with."""
+    for line in text.splitlines():
+        if not line.startswith("#"):
+            return
+        yield line.removeprefix("#")
+
+
+def _paragraphs(lines: "Iterator[str] | list[str]") -> list[str]:
+    """Return paragraphs, which empty lines part."""
+    found: list[list[str]] = [[]]
+    for line in lines:
+        if line.strip():
+            found[-1].append(line.strip())
+        elif found[-1]:
+            found.append([])
+    return [" ".join(each) for each in found if each]

@@ -1,0 +1,108 @@
+"""A folder of scenarios on one page: what is run, swept and carried out, and what cannot be."""
+
+import re
+
+import pytest
+from click.testing import CliRunner
+
+import historysim as hs
+from historysim.cli import main
+
+BALL = """# A ball is loaded.
+#
+# Second paragraph,
+# of two lines.
+
+title = "A ball & a flat"
+
+[materials]
+contact_modulus = 1e10
+shear_modulus = 2.5e9
+
+[surface]
+kind = "sphere"
+radius = "1 mm"
+
+[friction]
+coefficient = 0.2
+
+[loading]
+waypoints = [
+    { time = 0, normal_load = "10 mN" },
+    { time = 1, normal_load = "10 mN", tangential_load = "1 mN" },
+]
+"""
+SWEPT = (
+    BALL.replace("ball & a flat", "sweep")
+    + """
+[sweep]
+outputs = ["preliminary_displacement"]
+
+[sweep.over]
+friction.coefficient = [0.1, 0.2]
+"""
+)
+SCRIPT = '''"""A script.
+
+What it says.
+"""
+
+import xarray as xr
+
+
+def calculated():
+    return xr.Dataset({"square": ("length", [1.0, 4.0], {"units": "m2"})}, {"length": ("length", [1.0, 2.0])})
+'''
+
+
+@pytest.fixture
+def folder(tmp_path):
+    made = tmp_path / "made"
+    (made / "below").mkdir(parents=True)
+    for name, text in (("01_ball.toml", BALL), ("02_sweep.toml", SWEPT), ("below/03_script.py", SCRIPT)):
+        (made / name).write_text(text, encoding="utf-8")
+    return made
+
+
+def sections(text):
+    return dict(re.findall(r'<section id="([^"]+)">(.*?)</section>', text, re.DOTALL))
+
+
+def test_all_are_run_swept_or_carried_out_and_what_fails_is_named(folder):
+    (folder / "bad.toml").write_text(BALL.replace("sphere", "spere"), encoding="utf-8")
+    (folder / "none.py").write_text("X = 1\n", encoding="utf-8")
+    (folder / "wrong.py").write_text("1 / 0\n", encoding="utf-8")
+    told = []
+    text = hs.gallery(folder, tell=told.append)
+    found = sections(text)
+    assert list(found) == ["01_ball.toml", "02_sweep.toml", "bad.toml", "below/03_script.py", "none.py", "wrong.py"]
+    # loop, loads and states; traction
+    assert [body.count("data:image/png;base64,") for body in found.values()] == [2, 1, 0, 1, 0, 0]
+    assert "<h2>A ball &amp; a flat</h2>" in found["01_ball.toml"]
+    assert "<p>Second paragraph, of two lines.</p>" in found["01_ball.toml"]
+    assert "<h2>A script.</h2>" in found["below/03_script.py"]
+    for name, reason in (("bad.toml", "sphere"), ("none.py", "calculated"), ("wrong.py", "division by zero")):
+        assert "No picture" in found[name]
+        assert reason in found[name]
+        assert any(name in note and reason in note for note in told)
+    assert len(told) == 3
+    # every link leads to a section, and nothing is fetched
+    assert set(re.findall(r'href="#([^"]+)"', text)) == set(found)
+    assert not re.search(r'(src|href)="(?!data:|#)', text)
+
+
+def test_the_command_writes_the_page(folder, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(main, ["gallery", str(folder), "--workers", "1"])
+    assert done.exit_code == 0, done.output
+    assert len(sections((tmp_path / "gallery.html").read_text(encoding="utf-8"))) == 3
+
+
+def test_a_folder_without_scenarios_is_refused(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(main, ["gallery"])
+    assert done.exit_code == 2
+    assert "scenarios: holds no scenario; expected a folder that does" in done.output
+    done = CliRunner().invoke(main, ["gallery", "-o", "page.pdf"])
+    assert done.exit_code == 2
+    assert "expected .html" in done.output
