@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from historysim.contact.materials import material as material
     from historysim.interaction.solutions import NormalSolutions as NormalSolutions
     from historysim.loads.events import FrictionChange as FrictionChange
+    from historysim.loads.events import FrictionRamp as FrictionRamp
+    from historysim.loads.events import GeometryChange as GeometryChange
     from historysim.loads.events import NormalDisplacement as NormalDisplacement
     from historysim.loads.events import NormalLoad as NormalLoad
     from historysim.loads.events import TangentialDisplacement as TangentialDisplacement
@@ -83,7 +85,15 @@ _HOMES = {
     "contact.greenwood_williamson": ("GreenwoodWilliamson",),
     "contact.materials": ("Material", "MaterialPair", "material"),
     "interaction.solutions": ("NormalSolutions",),
-    "loads.events": ("FrictionChange", "NormalDisplacement", "NormalLoad", "TangentialDisplacement", "TangentialLoad"),
+    "loads.events": (
+        "FrictionChange",
+        "FrictionRamp",
+        "GeometryChange",
+        "NormalDisplacement",
+        "NormalLoad",
+        "TangentialDisplacement",
+        "TangentialLoad",
+    ),
     "log.event_log": ("EventLog",),
     "log.verification": ("verify",),
     "replay": ("Replay", "replay"),

@@ -15,6 +15,7 @@ from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.asperities.state import EnsembleState
 from historysim.errors import CurveEndError, FrictionLimitError, InputError, LoadError
 from historysim.loads import schedule
+from historysim.loads.acting import changed, friction_goal
 from historysim.loads.events import Event, as_events, events_text, time_text
 from historysim.loads.schedule import Standing, Start, Stretch
 from historysim.memory.rows import Rows
@@ -152,24 +153,27 @@ class Replay:
 
     def _walked(self, stretch: Stretch, state: EnsembleState, rows: Rows, columns: npt.ArrayLike) -> EnsembleState:
         """Return the state after a stretch, and name the event where that is not to be had."""
+        ensemble, instrument, event = self.ensemble, self.instrument, stretch.event[0]
         try:
-            state = self.ensemble.walk(
+            state = ensemble.walk(
                 state,
                 stretch.paths,
                 rows=rows,
                 asperities=columns,
                 saturate=self.saturate,
-                instrument=self.instrument,
+                instrument=instrument,
                 until=stretch.share,
+                friction=friction_goal(ensemble, stretch.ramp, stretch.ramp_part),
             )
+            if stretch.change is None:
+                return state
+            event = stretch.change_event
+            return changed(ensemble, state, stretch.change, saturate=self.saturate, instrument=instrument)
         except (FrictionLimitError, CurveEndError) as error:
-            raise LoadError(f"{self._place(stretch.event[error.path])}: {error}") from None
-        if stretch.friction is None:
-            return state
-        try:
-            return self.ensemble.with_friction(state, stretch.friction.friction, instrument=self.instrument)
+            at = stretch.event[error.path] if event != stretch.change_event else event
+            raise LoadError(f"{self._place(at)}: {error}") from None
         except InputError as error:
-            raise InputError(f"{self._place(stretch.friction_event)}: {error}") from None
+            raise InputError(f"{self._place(event)}: {error}") from None
 
     def _place(self, index: int) -> str:
         return f"event {index} at t = {time_text(self.events[index].time)}"

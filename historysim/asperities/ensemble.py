@@ -12,10 +12,14 @@ import numpy.typing as npt
 from historysim.asperities import friction as friction_laws
 from historysim.asperities.asperity import Asperity
 from historysim.asperities.curves import NormalCurves, Superposition
+from historysim.asperities.evolution import Evolution, FrictionGoal, Present
+from historysim.asperities.evolved import Evolved
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
+from historysim.asperities.laws.base import FrictionLaw
 from historysim.asperities.saved_state import read
 from historysim.asperities.state import EnsembleState
 from historysim.asperities.stepper import HELD, Stepper, Totals, channel, goals, stepped
+from historysim.asperities.wear import WearLaw
 from historysim.basics.arguments import checked, one_per, scalar
 from historysim.basics.units import range_text
 from historysim.basics.wording import counted
@@ -26,6 +30,8 @@ from historysim.memory.friction import change_friction, refresh_loads
 from historysim.memory.layout import (
     APPROACH,
     DISPLACEMENT,
+    EXCESS,
+    NORMAL_LOAD,
     TANGENTIAL,
     TANGENTIAL_LOAD,
     Contact,
@@ -55,8 +61,8 @@ class Ensemble:
         Heights z of the summits over any datum [m], scalar or one per asperity.
     summit_radius : array_like
         Radii R [m], > 0, one for all or one per asperity.
-    friction : array_like
-        Coulomb coefficients μ ≥ 0, one for all or one per asperity.
+    friction : array_like or FrictionLaw
+        Coulomb coefficients μ ≥ 0, one for all or one per asperity, or a law (see `historysim.asperities.laws`).
     x, y : array_like, optional
         Positions of the summits [m]; carried along, without influence.
     nominal_area : float, optional
@@ -67,11 +73,15 @@ class Ensemble:
     curves : NormalCurves, optional
         Of patches, whose elements the summits then are; `from_normal_curves` makes both. Asperities are
         then the patches.
+    wear : WearLaw, optional
+        What sliding takes from the asperities (see `historysim.asperities.wear`).
+    follow_sliding : bool
+        Follow how far each asperity slides, which wear and friction that depends on it do in any case.
 
     Raises
     ------
     InputError
-        A number that is not finite or out of range, or arrays of different lengths.
+        A number that is not finite or out of range, arrays of different lengths, or patches that shall evolve.
     """
 
     pair: MaterialPair
@@ -83,29 +93,37 @@ class Ensemble:
     tolerance: float
     curves: NormalCurves | None
     nominal_area: float | None
+    law: FrictionLaw | None
+    wear: WearLaw | None
+    follow_sliding: bool
 
     def __init__(
         self,
         pair: MaterialPair,
         summit_height: "npt.ArrayLike",
         summit_radius: "npt.ArrayLike",
-        friction: "npt.ArrayLike",
+        friction: "npt.ArrayLike | FrictionLaw",
         *,
         x: "npt.ArrayLike | None" = None,
         y: "npt.ArrayLike | None" = None,
         nominal_area: float | None = None,
         tolerance: float = 1e-6,
         curves: NormalCurves | None = None,
+        wear: WearLaw | None = None,
+        follow_sliding: bool = False,
     ) -> None:
         if not isinstance(pair, MaterialPair):
             raise InputError(f"pair is {pair!r}; expected a MaterialPair")
+        if not (wear is None or isinstance(wear, WearLaw)):
+            raise InputError(f"wear is {wear!r}; expected a WearLaw, such as ArchardWear(coefficient=…, hardness=…)")
         each = partial(one_per, "asperity", "asperities")
         height = each("summit_height", summit_height)
         if not height.size:
             raise InputError("summit_height is empty; expected one number, or a list with one per asperity")
         count = max(height.size, np.size(summit_radius))
         height = each("summit_height", height, count)
-        coefficients = friction_laws.coulomb(friction, count)
+        law = friction if isinstance(friction, FrictionLaw) else None
+        coefficients = friction_laws.at_start(friction, count)
         coefficients.flags.writeable = False
         self.__attrs_init__(
             pair=pair,
@@ -117,7 +135,15 @@ class Ensemble:
             tolerance=float(checked("tolerance", tolerance, above=0)),
             curves=curves,
             nominal_area=None if nominal_area is None else scalar("nominal_area", nominal_area, above=0),
+            law=law,
+            wear=wear,
+            follow_sliding=bool(follow_sliding),
         )
+        if curves is not None and (law is not None or self.evolves):
+            raise InputError(
+                "patches of one contact share one coefficient and keep their normal curves; expected a number for "
+                "friction, and neither wear nor slid distances, or an ensemble of summits"
+            )
 
     @classmethod
     def from_summits(cls, pair: MaterialPair, summits: Any, friction: "npt.ArrayLike", **options: Any) -> Self:
@@ -188,6 +214,8 @@ class Ensemble:
     def __repr__(self) -> str:
         least, most = self.friction.min(), self.friction.max()
         friction = f"friction {least:.4g}" + (f" to {most:.4g}" if most > least else "")
+        if self.law is not None:
+            friction = f"friction of {self.law.text}"
         if self.curves is not None:
             return f"<Ensemble: {counted(len(self), 'patch', 'patches')} with normal curves, {friction}>"
         summits = [("height", self.summit_height, "m"), ("radius", self.summit_radius, "m")]
@@ -198,6 +226,17 @@ class Ensemble:
     def elements(self) -> int:
         """Number of Hertzian contacts that the memory is replayed on: of asperities, or of what carries all patches."""
         return self.summit_height.size
+
+    @property
+    def evolves(self) -> bool:
+        """Whether friction depends on how asperities are loaded, they wear, or what they slide is followed."""
+        changing = self.law is not None and self.law.depends_on != "nothing"
+        return changing or self.wear is not None or self.follow_sliding
+
+    @property
+    def evolution(self) -> Evolution:
+        """What makes the asperities evolve."""
+        return Evolution(self.pair, self.law, self.wear, self._units(), self.highest_summit, self.tolerance)
 
     @property
     def first_touch(self) -> Floats:
@@ -229,7 +268,10 @@ class Ensemble:
 
     def initial_state(self) -> EnsembleState:
         """Return the unloaded state: the highest summit just touches, nothing is remembered."""
-        contact, order = self._contact(self.friction, friction_laws.groups(self.friction))
+        # asperities whose friction depends on themselves share what they remember where they are alike
+        alone = self.wear is not None or (self.law is not None and self.law.depends_on in {"own", "slid"})
+        own = (self.summit_height, self.summit_radius) if alone else ()
+        contact, order = self._contact(self.friction, friction_laws.groups(self.friction, *own), *self._shape())
         count = contact.friction.size
         memory = Memory(
             vertices=np.zeros((count, 1, TANGENTIAL + 1)),
@@ -238,7 +280,8 @@ class Ensemble:
             dissipated=np.zeros(self.elements),
             now=np.zeros(6),
         )
-        return EnsembleState(contact, order, memory, self._units())
+        evolved = Evolved.start(self.summit_height, self.summit_radius) if self.evolves else None
+        return EnsembleState(contact, order, memory, self._units(), evolved=evolved)
 
     def advance(
         self,
@@ -290,13 +333,27 @@ class Ensemble:
         tangential = channel("tangential", tangential_load, tangential_displacement, state.tangential_control)
         if self.curves is not None:
             self.curves.check_reach(paths_to(goals(normal), goals(tangential)))
-        compliance = 0.0 if instrument is RIGID else _compliance(instrument, state.units)
-        options = (saturate, self.tolerance, compliance)
-        state = stepped(state, normal, tangential, *options)
+        state = self._stepped(state, normal, tangential, saturate, instrument)
         if friction is not None:
             state = self.with_friction(state, friction, instrument=instrument)
-            state = stepped(state, (state.normal_control, HELD), (state.tangential_control, HELD), *options)
+            held = (state.normal_control, HELD), (state.tangential_control, HELD)
+            state = self._stepped(state, *held, saturate, instrument)
         return state
+
+    def _stepped(
+        self,
+        state: EnsembleState,
+        normal: tuple[int, float],
+        tangential: tuple[int, float],
+        saturate: bool,
+        instrument: Instrument,
+    ) -> EnsembleState:
+        """Return the state after one straight path to targets in N and m."""
+        if state.evolved is not None:
+            paths = paths_to(goals(normal), goals(tangential))
+            return self.walk(state, paths, saturate=saturate, instrument=instrument)
+        compliance = 0.0 if instrument is RIGID else _compliance(instrument, state.units)
+        return stepped(state, normal, tangential, saturate, self.tolerance, compliance)
 
     def advance_many(
         self,
@@ -357,9 +414,11 @@ class Ensemble:
         Raises
         ------
         InputError
-            What is no instrument.
+            What is no instrument, or asperities that evolve.
         """
         state = state or self.initial_state()
+        if state.evolved is not None:
+            raise InputError("asperities that evolve are not stepped in place; expected advance, path by path")
         compliance = _compliance(instrument, state.units)
         return Stepper(state, saturate=saturate, tolerance=self.tolerance, compliance=compliance, curves=self.curves)
 
@@ -376,7 +435,12 @@ class Ensemble:
         return read(self.initial_state(), Path(path))
 
     def with_friction(
-        self, state: EnsembleState, friction: "npt.ArrayLike", *, instrument: Instrument = RIGID
+        self,
+        state: EnsembleState,
+        friction: "npt.ArrayLike",
+        *,
+        asperities: "npt.ArrayLike | None" = None,
+        instrument: Instrument = RIGID,
     ) -> EnsembleState:
         """Return the state with other friction coefficients from now on.
 
@@ -384,14 +448,29 @@ class Ensemble:
         load stays, and so does the displacement of an instrument's drive: U follows, as it would if the
         coefficients fell in many small steps. A load that friction no longer holds is still what the
         state tells and asks for: the contact slides at the displacement at which it began to, and the
-        next path, if only one that holds the load, is refused, or holds it at the limit.
+        next path, if only one that holds the load, is refused, or holds it at the limit. What is given here takes
+        the place of a law.
+
+        Parameters
+        ----------
+        state : EnsembleState
+        friction : array_like
+            One coefficient, or one per asperity.
+        asperities : array_like, optional
+            Those that it is for, by index; all by default.
+        instrument : Instrument, optional
 
         Raises
         ------
         InputError
-            See `friction.coulomb`, or what is no instrument.
+            See `friction.coulomb`, indices that the ensemble does not have, or what is no instrument.
         """
-        coefficients = self._coefficients(friction)
+        coefficients = self._given_coefficients(state, friction, asperities)
+        evolved = state.evolved
+        if evolved is not None:
+            given = evolved.given.copy()
+            given[slice(None) if asperities is None else np.asarray(asperities)] = True
+            evolved = attrs.evolve(evolved, given=given)
         compliance = _compliance(instrument, state.units)
         state = self._regroup(state, coefficients)
         now, leading = state.memory.now, coefficients[_leaders(state)]
@@ -400,7 +479,80 @@ class Ensemble:
         else:
             held = Aim(now[DISPLACEMENT] + compliance * now[TANGENTIAL_LOAD], 1.0, compliance)
         memory = change_friction(state.contact, copied(state.memory), leading, held, self.tolerance)
-        return attrs.evolve(state, contact=state.contact._replace(friction=leading), memory=memory)
+        contact = state.contact._replace(friction=leading)
+        controls = (state.normal_control, state.tangential_control)
+        return EnsembleState(contact, state.order, memory, state.units, *controls, evolved=evolved)
+
+    def with_geometry(
+        self,
+        state: EnsembleState,
+        *,
+        summit_height: "npt.ArrayLike | None" = None,
+        summit_radius: "npt.ArrayLike | None" = None,
+        asperities: "npt.ArrayLike | None" = None,
+        saturate: bool = False,
+        instrument: Instrument = RIGID,
+    ) -> EnsembleState:
+        """Return the state with other summits from now on, each of which is a new contact.
+
+        What the old contact of a changed summit remembered is erased, its springs are no longer strained; those that
+        keep their height and radius remember. Then each channel goes back to where it was: a controlled load is
+        restored, straight with the other one where both are.
+
+        Parameters
+        ----------
+        state : EnsembleState
+        summit_height, summit_radius : array_like, optional
+            New ones [m], one or one each, the heights over the same datum; those that are not given stay.
+        asperities : array_like, optional
+            Those that they are for, by index; all by default.
+        saturate, instrument
+            As for `advance`.
+
+        Raises
+        ------
+        InputError
+            Numbers out of range, indices that the ensemble does not have, or an ensemble of patches.
+        FrictionLimitError
+            The new contact does not hold the tangential load.
+        """
+        if self.curves is not None:
+            raise InputError("patches have no height and radius to change; expected an ensemble of summits")
+        chosen = self._chosen(asperities)
+        present = self._present(state)
+        height, radius = present.evolved.summit_height.copy(), present.evolved.summit_radius.copy()
+        each = partial(one_per, "asperity", "asperities")
+        if summit_height is not None:
+            height[chosen] = each("summit_height", summit_height, chosen.size)
+        if summit_radius is not None:
+            radius[chosen] = each("summit_radius", summit_radius, chosen.size, above=0)
+        fresh = (height != present.evolved.summit_height) | (radius != present.evolved.summit_radius)
+        if self.wear is not None:
+            # a worn asperity that is replaced, if by its like, is whole again
+            fresh[chosen] = True
+        if not fresh.any():
+            return state
+        evolved = attrs.evolve(
+            present.evolved,
+            summit_height=height,
+            summit_radius=radius,
+            shaped_volume=np.where(fresh, 0.0, present.evolved.shaped_volume),
+            waiting_volume=np.where(fresh, 0.0, present.evolved.waiting_volume),
+        )
+        reshaped = self.evolution.reshaped(attrs.evolve(present, evolved=evolved), fresh)
+        now, units = state.memory.now, state.units
+        request = now[TANGENTIAL_LOAD] + now[EXCESS]
+        changed = self._put(state, self.evolution.ruled(reshaped))
+        drive = now[DISPLACEMENT] + _compliance(instrument, units) * now[TANGENTIAL_LOAD]
+        back = paths_to(
+            Goals(LOAD, now[NORMAL_LOAD] * units.load)
+            if state.normal_control == LOAD
+            else Goals(DISPLACED, now[APPROACH] * units.length),
+            Goals(LOAD, request * units.load)
+            if state.tangential_control == LOAD
+            else Goals(DISPLACED, drive * units.displacement),
+        )
+        return self.walk(changed, back, saturate=saturate, instrument=instrument)
 
     def walk(
         self,
@@ -412,6 +564,7 @@ class Ensemble:
         saturate: bool = False,
         instrument: Instrument = RIGID,
         until: float = 1.0,
+        friction: FrictionGoal | None = None,
     ) -> EnsembleState:
         """Return the state after straight paths, one after the other, and record rows on the way.
 
@@ -431,16 +584,20 @@ class Ensemble:
             In series with the contact: tangential displacements are those of its drive.
         until : float
             Share of each path that is walked.
+        friction : FrictionGoal, optional
+            Where friction goes on each path, straight with the channels.
 
         Raises
         ------
         FrictionLimitError, CurveEndError
             With the position of the path that cannot be walked.
         InputError
-            What is no instrument.
+            What is no instrument, or patches whose friction shall go elsewhere.
         """
         units = state.units
         chosen = np.asarray(asperities, dtype=np.int64)
+        if state.evolved is not None or friction is not None or (rows is not None and rows.evolved.size):
+            return self._evolved(state, paths, rows, chosen, saturate, instrument, until, friction)
         if rows is None:
             rows = blank_rows(0, 0)
             paths = paths._replace(parts=np.ones_like(paths.parts), recorded=np.zeros_like(paths.recorded))
@@ -474,6 +631,7 @@ class Ensemble:
         return attrs.evolve(
             state,
             memory=memory,
+            deeper=None,
             normal_control=int(paths.normal_control[-1]),
             tangential_control=int(paths.tangential_control[-1]),
         )
@@ -522,11 +680,12 @@ class Ensemble:
         if not 0 <= index < len(self):
             raise InputError(f"asperity {index} does not exist; expected an index from 0 to {len(self) - 1}")
         position = int(np.flatnonzero(state.order == index)[0])
+        shape = state.evolved or self
         return Asperity(
             index=index,
             pair=self.pair,
-            summit_height=float(self.summit_height[index]),
-            summit_radius=float(self.summit_radius[index]),
+            summit_height=float(shape.summit_height[index]),
+            summit_radius=float(shape.summit_radius[index]),
             memory=TractionMemory.of(state.contact, state.memory, state.units, position),
         )
 
@@ -535,6 +694,88 @@ class Ensemble:
         if self.curves is not None:
             friction = scalar("friction of patches that share a contact", friction)
         return friction_laws.coulomb(friction, self.elements)
+
+    def _given_coefficients(
+        self, state: EnsembleState, friction: npt.ArrayLike, asperities: npt.ArrayLike | None
+    ) -> Floats:
+        """Friction coefficients of all elements, of which some have been given."""
+        if asperities is None:
+            return self._coefficients(friction)
+        chosen = self._chosen(asperities)
+        if self.curves is not None:
+            raise InputError("patches of one contact share one coefficient; expected a change for all of them")
+        coefficients = state.friction
+        coefficients[chosen] = friction_laws.coulomb(friction, chosen.size)
+        return coefficients
+
+    def _chosen(self, asperities: npt.ArrayLike | None) -> Integers:
+        """Return the indices of asperities that are chosen, or of all."""
+        if asperities is None:
+            return np.arange(self.elements)
+        chosen = np.atleast_1d(np.asarray(asperities))
+        if chosen.dtype.kind not in "iu" or chosen.ndim != 1 or np.unique(chosen).size != chosen.size:
+            raise InputError(f"asperities is {asperities!r}; expected a list of indices, each of them once")
+        outside = chosen[(chosen < 0) | (chosen >= self.elements)]
+        if outside.size:
+            raise InputError(f"asperity {outside[0]} does not exist; expected an index from 0 to {self.elements - 1}")
+        return chosen.astype(np.int64)
+
+    def _present(self, state: EnsembleState) -> Present:
+        evolved = state.evolved or Evolved.start(self.summit_height, self.summit_radius)
+        return Present(state.contact, state.order, state.memory, evolved)
+
+    @staticmethod
+    def _put(state: EnsembleState, present: Present) -> EnsembleState:
+        controls = (state.normal_control, state.tangential_control)
+        return EnsembleState(
+            present.contact, present.order, present.memory, state.units, *controls, evolved=present.evolved
+        )
+
+    def _evolved(
+        self,
+        state: EnsembleState,
+        paths: Paths,
+        rows: Rows | None,
+        chosen: Integers,
+        saturate: bool,
+        instrument: Instrument,
+        until: float,
+        friction: FrictionGoal | None,
+    ) -> EnsembleState:
+        """`walk` where asperities evolve."""
+        if self.curves is not None:
+            raise InputError("patches of one contact keep their friction along a path; expected a change at a time")
+        if rows is None:
+            rows = blank_rows(0, 0)
+            paths = paths._replace(parts=np.ones_like(paths.parts), recorded=np.zeros_like(paths.recorded))
+        if friction is not None:
+            # those that part ways no longer share what they remember
+            told = state.evolved
+            state = self._regroup(state, state.friction, friction.coefficients)
+            given = np.ones(self.elements, dtype=bool)
+            state = attrs.evolve(state, evolved=attrs.evolve(told or self._present(state).evolved, given=given))
+        present = self.evolution.walk(
+            self._present(state),
+            _scaled(paths, state.units),
+            rows,
+            chosen,
+            saturate=saturate,
+            compliance=_compliance(instrument, state.units),
+            until=until,
+            goal=friction,
+        )
+        return attrs.evolve(
+            self._put(state, present),
+            normal_control=int(paths.normal_control[-1]),
+            tangential_control=int(paths.tangential_control[-1]),
+        )
+
+    def _shape(self) -> tuple[Floats, Floats]:
+        """Gaps and weights of the elements at the start, dimensionless."""
+        scale = self.summit_radius.max()
+        gap = (self.summit_height.max() - self.summit_height) / scale
+        weight = np.sqrt(self.summit_radius / scale)
+        return gap, weight if self.curves is None else np.copysign(weight, self.curves.weight)
 
     def _units(self) -> Units:
         length = radius = float(self.summit_radius.max())
@@ -550,13 +791,9 @@ class Ensemble:
             stiffness=load / displacement,
         )
 
-    def _contact(self, friction: Floats, group: Integers) -> tuple[Contact, Integers]:
-        """Order asperities by group and gap; ``friction`` and ``group`` are per asperity."""
-        scale = self.summit_radius.max()
-        gap = (self.summit_height.max() - self.summit_height) / scale
-        weight = np.sqrt(self.summit_radius / scale)
-        if self.curves is not None:
-            weight = np.copysign(weight, self.curves.weight)
+    @staticmethod
+    def _contact(friction: Floats, group: Integers, gap: Floats, weight: Floats) -> tuple[Contact, Integers]:
+        """Order asperities by group and gap; all arguments are per asperity."""
         smallest = np.full(group.max() + 1, np.inf)
         np.minimum.at(smallest, group, gap)
         order = np.lexsort((gap, group, smallest[group]))
@@ -572,11 +809,14 @@ class Ensemble:
         )
         return contact, order.astype(np.int64)
 
-    def _regroup(self, state: EnsembleState, friction: Floats) -> EnsembleState:
-        """Split groups whose asperities no longer share a coefficient; each part keeps what the group remembers."""
+    def _regroup(self, state: EnsembleState, *friction: Floats) -> EnsembleState:
+        """Split groups whose asperities no longer share coefficients; each part keeps what the group remembers."""
         old_group = np.empty(self.elements, dtype=np.int64)
         old_group[state.order] = np.repeat(np.arange(state.contact.friction.size), np.diff(state.contact.first))
-        contact, order = self._contact(state.contact.friction[old_group], friction_laws.groups(old_group, friction))
+        gap, weight = np.empty(self.elements), np.empty(self.elements)
+        gap[state.order], weight[state.order] = state.contact.gap, state.contact.weight
+        group = friction_laws.groups(old_group, *friction)
+        contact, order = self._contact(state.contact.friction[old_group], group, gap, weight)
         if contact.friction.size == state.contact.friction.size:
             return state
         dissipated = np.empty(self.elements)
@@ -592,7 +832,7 @@ class Ensemble:
             now=state.memory.now.copy(),
         )
         refresh_loads(contact, memory)
-        return attrs.evolve(state, contact=contact, order=order, memory=memory)
+        return attrs.evolve(state, contact=contact, order=order, memory=memory, deeper=None)
 
 
 def _leaders(state: EnsembleState) -> Integers:

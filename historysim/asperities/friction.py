@@ -3,6 +3,10 @@
 import numpy as np
 import numpy.typing as npt
 
+from historysim.asperities.laws.base import FrictionLaw
+from historysim.asperities.laws.drawn import DrawnFriction
+from historysim.asperities.laws.power import PowerLaw
+from historysim.asperities.laws.slid import SlidFriction
 from historysim.basics.arguments import checked
 from historysim.errors import InputError
 
@@ -35,6 +39,20 @@ def coulomb(friction: npt.ArrayLike, count: int) -> Floats:
             f"friction has shape {coefficients.shape}; expected one coefficient, or one for each of {count} asperities"
         )
     return np.array(np.broadcast_to(coefficients, count))
+
+
+def at_start(friction: npt.ArrayLike | FrictionLaw, count: int) -> Floats:
+    """Return one coefficient μ per asperity before anything has happened; parameters and errors as for `coulomb`.
+
+    Of a law that depends on the load it is 0, since what carries no load has no friction.
+    """
+    if not isinstance(friction, FrictionLaw):
+        return coulomb(friction, count)
+    if isinstance(friction, DrawnFriction):
+        return friction.drawn(count)
+    if isinstance(friction, SlidFriction):
+        return coulomb(friction.coefficient[0], count)
+    return coulomb(friction.coefficient if isinstance(friction, PowerLaw) and not friction.exponent else 0.0, count)
 
 
 def groups(*keys: npt.NDArray[np.generic]) -> Integers:

@@ -5,19 +5,23 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
-import attrs
 import numpy as np
 
 from historysim._version import __version__
+from historysim.asperities.evolved import Evolved
 from historysim.asperities.state import FORMAT, EnsembleState
 from historysim.errors import InputError
 from historysim.memory.layout import EXCESS, Memory
 
 
 def packed(state: EnsembleState) -> bytes:
-    """Return a state as bytes (NPZ), without the geometry, which is that of its ensemble in the order that is kept."""
+    """Return a state as bytes (NPZ).
+
+    It is without the geometry, which is that of its ensemble in the order that is kept, unless asperities evolve.
+    """
     content = state.content
-    del content["gap"], content["weight"]
+    if state.evolved is None:
+        del content["gap"], content["weight"]
     buffer = io.BytesIO()
     np.savez(buffer, **content)  # type: ignore[arg-type] # they are arrays, none of its options
     return buffer.getvalue()
@@ -66,6 +70,8 @@ def _check_format(kept: dict[str, Any]) -> None:
 
 
 def _check_geometry(state: EnsembleState, kept: dict[str, Any]) -> None:
+    if state.evolved is not None:
+        return
     for name, mine in (("gap", state.contact.gap), ("weight", state.contact.weight)):
         if mine.tobytes() != kept[name].tobytes():
             raise InputError("holds the state of other asperities; expected one of this ensemble's")
@@ -91,17 +97,21 @@ def _filled(beginning: EnsembleState, kept: dict[str, Any]) -> EnsembleState:
     gap, weight = np.empty(count), np.empty(count)
     gap[beginning.order], weight[beginning.order] = beginning.contact.gap, beginning.contact.weight
     order, depth = kept["order"], kept["depth"]
+    evolved = Evolved.of(kept)
+    if evolved is not None:
+        gap[order], weight[order] = kept["gap"], kept["weight"]
     vertices = np.zeros((depth.size, max(int(depth.max(initial=0)), 1) + 2, beginning.memory.vertices.shape[2]))
     vertices[np.arange(vertices.shape[1]) < depth[:, np.newaxis]] = kept["vertices"]
     contact = beginning.contact._replace(
         gap=gap[order], weight=weight[order], first=kept["first"], friction=kept["friction"]
     )
+    if evolved is not None:
+        by_gap = np.argsort(gap, kind="stable")
+        contact = contact._replace(sorted_gap=gap[by_gap], sorted_weight=weight[by_gap])
     now = beginning.memory.now.copy()
     # in snapshots of earlier versions, which are longer, what follows is no part of the state
     told = now.size if kept["now"].size == now.size else EXCESS
     now[:told] = kept["now"][:told]
     memory = Memory(vertices=vertices, depth=depth, steep=kept["steep"], dissipated=kept["dissipated"], now=now)
     normal, tangential = kept["control"].tolist()
-    return attrs.evolve(
-        beginning, contact=contact, order=order, memory=memory, normal_control=normal, tangential_control=tangential
-    )
+    return EnsembleState(contact, order, memory, beginning.units, normal, tangential, evolved=evolved)

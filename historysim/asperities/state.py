@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim._version import __version__
+from historysim.asperities.evolved import Evolved
 from historysim.basics.units import quantity_text
 from historysim.errors import InputError
 from historysim.memory.energy import stored_energy
@@ -67,6 +68,8 @@ class EnsembleState:
     deeper : Deeper, optional
         The deep end of the only vertex stack, of which ``memory`` then holds the outer end alone. States of a deep
         memory share it, so that a step does not copy it.
+    evolved : Evolved, optional
+        Present geometry, slid distances and wear, where asperities evolve.
     """
 
     contact: Contact
@@ -76,6 +79,7 @@ class EnsembleState:
     normal_control: int = LOAD
     tangential_control: int = LOAD
     _deeper: Deeper | None = attrs.field(default=None, alias="deeper")
+    evolved: Evolved | None = None
 
     def __repr__(self) -> str:
         told = [
@@ -90,14 +94,15 @@ class EnsembleState:
         if not isinstance(other, EnsembleState):
             return NotImplemented
         mine, others = self.content, other.content
-        return self.units == other.units and all(mine[name].tobytes() == others[name].tobytes() for name in mine)
+        alike = self.units == other.units and mine.keys() == others.keys()
+        return alike and all(mine[name].tobytes() == others[name].tobytes() for name in mine)
 
     def __hash__(self) -> int:
         return hash(self._now.tobytes())
 
     def __reduce__(self) -> tuple[Any, ...]:
         kept = (self.contact, self.order, self.memory, self.units, self.normal_control, self.tangential_control)
-        return EnsembleState, kept
+        return EnsembleState, (*kept, None, self.evolved)
 
     @cached_property
     def memory(self) -> Memory:
@@ -224,6 +229,7 @@ class EnsembleState:
             "dissipated": memory.dissipated,
             "now": memory.now,
             "control": np.array([self.normal_control, self.tangential_control]),
+            **({} if self.evolved is None else self.evolved.content),
         }
 
     def _edge_slope(self) -> float:

@@ -18,6 +18,7 @@ _KINDS = {
     "N m-1": ("a stiffness", "mN/µm"),
     "rad": ("an angle", "degree"),
     "m2": ("an area", "mm2"),
+    "m3 J-1": ("a volume per energy", "mm3 J-1"),
     "m-2": ("a number per area", "mm-2"),
     "1": ("a plain number", "%"),
 }

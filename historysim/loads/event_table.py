@@ -5,7 +5,6 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from decimal import Decimal
 from pathlib import Path
-from typing import Any
 
 import attrs
 
@@ -14,7 +13,7 @@ from historysim.basics.files import replacing
 from historysim.basics.units import quantity
 from historysim.basics.wording import nearest
 from historysim.errors import InputError
-from historysim.loads.events import EVENT_KINDS, Event, FrictionChange
+from historysim.loads.events import EVENT_KINDS, Event, FrictionChange, FrictionRamp, GeometryChange, LoadEvent
 from historysim.tables import Format, opened_rows
 from historysim.tables.heading import Heading
 from historysim.tables.lines import brief, decimal_hint, number
@@ -31,7 +30,8 @@ def read_events(path: Path, layout: Format | None = None) -> list[Event]:
     event at the time of its line; those of one line come in the order of the columns. Numbers are SI, or in the unit
     that the header has beside the name, as in ``normal_load [mN]``; a value may also carry its own, as in ``50 mN``.
     Several coefficients of friction, one for each asperity, stand in one place with spaces between them; a list of
-    only one stands in brackets, ``[0.2]``.
+    only one stands in brackets, ``[0.2]``. Indices of chosen asperities come first, with a colon: ``0 2: 0.3 0.4``. A
+    change of geometry has heights, a bar, and radii: ``0 2: 1e-9 2e-9 | 1e-6 1e-6``; either may be left out.
 
     Parameters
     ----------
@@ -87,7 +87,25 @@ class _Column:
             raise InputError(f"{brief(text)}; expected a plain number, such as 0.2")
         return quantity(text.replace(decimal, ".", 1), self.unit)
 
+    def event(self, time: float, text: str, decimal: str) -> Event:
+        """Return the event that a cell says."""
+        kind = EVENT_KINDS[self.name]
+        if issubclass(kind, LoadEvent):
+            return kind(time, self.value(text, decimal))
+        chosen, _, told = text.rpartition(":")
+        asperities = tuple(map(_index, chosen.split())) or None
+        if kind is FrictionRamp:
+            return FrictionRamp(time, self.coefficients(text, decimal))
+        if kind is FrictionChange:
+            return FrictionChange(time, self.coefficients(told, decimal), asperities)
+        heights, _, radii = told.partition("|")
+        height, radius = (
+            tuple(self.value(part, decimal) for part in each.split()) or None for each in (heights, radii)
+        )
+        return GeometryChange(time, height, radius, asperities)
+
     def coefficients(self, text: str, decimal: str) -> float | tuple[float, ...]:
+        text = text.strip()
         bare = text.removeprefix("[").removesuffix("]")
         numbers = tuple(self.value(part, decimal) for part in bare.split())
         return numbers[0] if len(numbers) == 1 and bare == text else numbers
@@ -119,8 +137,7 @@ def _events(line: int, texts: Sequence[str], columns: Sequence[_Column], decimal
             if column.name == "time":
                 time = column.value(text, decimal)
             elif text:
-                read: Any = column.coefficients if column.name == "friction" else column.value
-                yield EVENT_KINDS[column.name](time, read(text, decimal))
+                yield column.event(time, text, decimal)
         except InputError as error:
             raise InputError(f"line {line}, column {column.name}: {error}") from error
 
@@ -152,8 +169,21 @@ def write_events(path: Path, events: Iterable[Event]) -> None:
 
 def value_text(event: Event) -> str:
     """Return what an event says, with as many digits as tell it from any other."""
-    value = event.friction if isinstance(event, FrictionChange) else event.value
+    if isinstance(event, LoadEvent):
+        return repr(event.value)
+    chosen = None if isinstance(event, FrictionRamp) else event.asperities
+    whose = "" if chosen is None else f"{' '.join(map(str, chosen))}: "
+    if isinstance(event, GeometryChange):
+        heights, radii = (" ".join(map(repr, each or ())) for each in (event.summit_height, event.summit_radius))
+        return f"{whose}{heights} | {radii}"
+    value = event.friction
     if not isinstance(value, tuple):
-        return repr(value)
+        return f"{whose}{value!r}"
     text = " ".join(map(repr, value))
-    return text if len(value) > 1 else f"[{text}]"
+    return f"{whose}{text}" if len(value) > 1 else f"{whose}[{text}]"
+
+
+def _index(text: str) -> int:
+    if not text.isdecimal():
+        raise InputError(f"{brief(text)}; expected the index of an asperity, 0 or more")
+    return int(text)

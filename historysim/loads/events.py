@@ -110,6 +110,45 @@ def _valid_coefficients(event: object, attribute: "attrs.Attribute[float]", valu
             )
 
 
+def _differ(value: float | tuple[float, ...]) -> bool:
+    return isinstance(value, tuple) and min(value) < max(value)
+
+
+def _lengths(value: Any) -> tuple[float, ...] | None:
+    if value is None:
+        return None
+    lengths = _coefficients(value)
+    return lengths if isinstance(lengths, tuple) else (lengths,)
+
+
+def _valid_lengths(event: object, attribute: "attrs.Attribute[Any]", value: tuple[float, ...] | None) -> None:
+    if value == ():
+        raise InputError(f"{type(event).__name__}: {attribute.name} is empty; expected one length, or one each, in m")
+    for length in value or ():
+        if not (is_number(length) and math.isfinite(length)):
+            raise InputError(f"{type(event).__name__}: {attribute.name} is {length!r}; expected a finite number, in m")
+
+
+def _indices(value: Any) -> Any:
+    if value is None or isinstance(value, str | bytes | Mapping):
+        return value
+    return tuple(value) if isinstance(value, Iterable) else (value,)
+
+
+def _valid_indices(event: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
+    if value is None:
+        return
+    whole = isinstance(value, tuple) and all(
+        is_number(index) and index == int(index) and index >= 0 and not isinstance(index, bool) for index in value
+    )
+    if not whole or not value or len(set(value)) < len(value):
+        raise InputError(
+            f"{type(event).__name__}: {attribute.name} is {value!r}; expected indices of asperities, "
+            "0 or more, each once"
+        )
+    object.__setattr__(event, attribute.name, tuple(int(index) for index in value))
+
+
 @attrs.frozen
 class FrictionChange:
     """A new friction coefficient from a time on.
@@ -117,6 +156,41 @@ class FrictionChange:
     It acts at once, after the load channels have arrived at that time. Springs that the new, lower
     limit cannot hold slip; under load control the tangential displacement then jumps to restore the
     load. A rise changes nothing until the next load.
+
+    Parameters
+    ----------
+    time : float
+        Time [s].
+    friction : float or sequence of float
+        One coefficient for all asperities, or one per asperity in the order of the ensemble.
+    asperities : sequence of int, optional
+        Indices of those that it is for; all by default.
+
+    Raises
+    ------
+    InputError
+        A time or coefficient that is not a finite number, a negative coefficient, or what are no indices.
+    """
+
+    time: float = attrs.field(converter=as_float, validator=_finite)
+    friction: float | tuple[float, ...] = attrs.field(converter=_coefficients, validator=_valid_coefficients)
+    asperities: tuple[int, ...] | None = attrs.field(default=None, converter=_indices, validator=_valid_indices)
+
+    name: ClassVar[str] = "friction"
+    unit: ClassVar[str] = "1"
+
+    @property
+    def differs(self) -> bool:
+        """Whether asperities have different friction after it, as far as it alone tells."""
+        return self.asperities is not None or _differ(self.friction)
+
+
+@attrs.frozen
+class FrictionRamp:
+    """The friction coefficient reached at a time: a waypoint of friction, which runs straight between its waypoints.
+
+    Friction goes there from where it stands at the waypoint before, or at the event time before where it is the first.
+    Rows of a table μ(t) are such events.
 
     Parameters
     ----------
@@ -134,11 +208,56 @@ class FrictionChange:
     time: float = attrs.field(converter=as_float, validator=_finite)
     friction: float | tuple[float, ...] = attrs.field(converter=_coefficients, validator=_valid_coefficients)
 
-    name: ClassVar[str] = "friction"
+    name: ClassVar[str] = "friction_ramp"
     unit: ClassVar[str] = "1"
+    channel: ClassVar[str] = "friction"
+
+    @property
+    def differs(self) -> bool:
+        """Whether asperities have different friction after it."""
+        return _differ(self.friction)
 
 
-Event = LoadEvent | FrictionChange
+@attrs.frozen
+class GeometryChange:
+    """Other summits from a time on: each that changes is a new contact, and what it remembered is erased.
+
+    It acts at once, after the load channels have arrived at that time. Then each channel goes back to where it was:
+    controlled loads are restored. Asperities that get the height and radius that they have remember.
+
+    Parameters
+    ----------
+    time : float
+        Time [s].
+    summit_height, summit_radius : float or sequence of float, optional
+        New ones [m], one for all asperities or one each; heights over the datum of the ensemble. What is not given
+        stays.
+    asperities : sequence of int, optional
+        Indices of those that they are for; all by default, as when the whole surface is replaced.
+
+    Raises
+    ------
+    InputError
+        Neither heights nor radii, numbers out of range, or what are no indices.
+    """
+
+    time: float = attrs.field(converter=as_float, validator=_finite)
+    summit_height: tuple[float, ...] | None = attrs.field(default=None, converter=_lengths, validator=_valid_lengths)
+    summit_radius: tuple[float, ...] | None = attrs.field(default=None, converter=_lengths, validator=_valid_lengths)
+    asperities: tuple[int, ...] | None = attrs.field(default=None, converter=_indices, validator=_valid_indices)
+
+    name: ClassVar[str] = "geometry"
+    unit: ClassVar[str] = "m"
+
+    def __attrs_post_init__(self) -> None:
+        """Check that something changes, to something that a summit can have."""
+        if self.summit_height is None and self.summit_radius is None:
+            raise InputError("GeometryChange: neither summit_height nor summit_radius; expected one of them, or both")
+        if self.summit_radius is not None and min(self.summit_radius) <= 0:
+            raise InputError(f"GeometryChange: summit_radius is {min(self.summit_radius):g}; expected more than 0 m")
+
+
+Event = LoadEvent | FrictionChange | FrictionRamp | GeometryChange
 
 # a log stores the place of a kind in this order, so that a new one comes last
 LOAD_KINDS: Mapping[str, type[LoadEvent]] = {
@@ -146,7 +265,10 @@ LOAD_KINDS: Mapping[str, type[LoadEvent]] = {
 }
 """The kinds of events that a load channel reaches something with, by their names."""
 
-EVENT_KINDS: Mapping[str, type[Event]] = {**LOAD_KINDS, FrictionChange.name: FrictionChange}
+EVENT_KINDS: Mapping[str, type[Event]] = {
+    **LOAD_KINDS,
+    **{kind.name: kind for kind in (FrictionChange, FrictionRamp, GeometryChange)},
+}
 """All kinds of events, by their names in tables, scenarios and lists."""
 
 
@@ -177,7 +299,7 @@ def events_text(events: Sequence[Event]) -> str:
 def over_text(events: Sequence[Event]) -> str:
     """Return how long events last, to stand behind their number: ``" over 198 s"``; nothing where that is not known."""
     # a Replay shows itself before its events are checked
-    if not events or not all(isinstance(event, LoadEvent | FrictionChange) for event in (events[0], events[-1])):
+    if not events or not all(isinstance(event, Event) for event in (events[0], events[-1])):
         return ""
     return f" over {duration_text(events[-1].time - events[0].time)}"
 
@@ -192,10 +314,10 @@ def check_sequence(events: Sequence[Event]) -> None:
     """
     previous = -math.inf
     for index, event in enumerate(events):
-        if not isinstance(event, LoadEvent | FrictionChange) or type(event) is LoadEvent:
+        if not isinstance(event, Event) or type(event) is LoadEvent:
             raise InputError(
                 f"event {index}: {event!r} is not a load event; expected NormalLoad, NormalDisplacement, "
-                "TangentialLoad, TangentialDisplacement or FrictionChange"
+                "TangentialLoad, TangentialDisplacement, FrictionChange, FrictionRamp or GeometryChange"
             )
         if event.time < previous:
             raise InputError(
@@ -206,11 +328,56 @@ def check_sequence(events: Sequence[Event]) -> None:
         previous = event.time
 
 
+def contents(event: Event) -> list[Any]:
+    """Return what an event says beside its time: numbers, tuples of them, or None for what it leaves open.
+
+    Of a change of friction for all asperities the coefficients alone, as they always were.
+    """
+    if isinstance(event, LoadEvent):
+        return [event.value]
+    if isinstance(event, GeometryChange):
+        return [event.asperities, event.summit_height, event.summit_radius]
+    some = isinstance(event, FrictionChange) and event.asperities is not None
+    return [event.friction, event.asperities] if some else [event.friction]  # type: ignore[union-attr]
+
+
+def misfit(event: Event, count: int) -> str:
+    """Return what of an event does not fit an ensemble of so many asperities, with what is expected; empty if it does.
+
+    Parameters
+    ----------
+    event : Event
+    count : int
+        Number of asperities.
+    """
+    if isinstance(event, LoadEvent):
+        return ""
+    chosen = None if isinstance(event, FrictionRamp) else event.asperities
+    if chosen is not None and max(chosen) >= count:
+        return f"asperity {max(chosen)} does not exist; expected indices from 0 to {count - 1}"
+    whose = count if chosen is None else len(chosen)
+    lists = [event.friction] if not isinstance(event, GeometryChange) else [event.summit_height, event.summit_radius]
+    names = ["summit_height", "summit_radius"] if isinstance(event, GeometryChange) else ["friction"]
+    for name, values in zip(names, lists, strict=True):
+        if isinstance(values, tuple) and len(values) not in {1, whose}:
+            noun = "coefficient" if name == "friction" else "length"
+            return (
+                f"{name} has shape ({len(values)},); expected one {noun}, or one for each of "
+                f"{counted(whose, 'asperity', 'asperities')}"
+            )
+    return ""
+
+
+def _hex(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return [_hex(each) for each in value]
+    return value.hex() if isinstance(value, float) else value
+
+
 def digest(events: Iterable[Event]) -> str:
     """Return the SHA-256 of events, over a form that covers kind, order and every bit of the numbers."""
     total = hashlib.sha256()
     for event in events:
-        value = event.friction if isinstance(event, FrictionChange) else event.value
-        numbers = [number.hex() for number in value] if isinstance(value, tuple) else value.hex()
-        total.update(json.dumps([type(event).__name__, event.time.hex(), numbers]).encode() + b"\n")
+        told = [type(event).__name__, event.time.hex(), *map(_hex, contents(event))]
+        total.update(json.dumps(told).encode() + b"\n")
     return total.hexdigest()

@@ -4,6 +4,7 @@ import bisect
 import itertools
 import math
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import attrs
 import numpy as np
@@ -14,6 +15,8 @@ from historysim.errors import InputError
 from historysim.loads.events import (
     Event,
     FrictionChange,
+    FrictionRamp,
+    GeometryChange,
     LoadEvent,
     NormalDisplacement,
     TangentialDisplacement,
@@ -25,8 +28,14 @@ from historysim.memory.paths import DISPLACED, LOAD, STILL, Goals, Paths, paths_
 Goal = tuple[int, float, float]
 """Control of a channel, its target in N or m, and the fraction of the way left to go."""
 
+Ramp = tuple[FrictionRamp, float]
+"""Where friction is on its way to, and the fraction of the way left to go."""
 
-CHANNELS = ("normal", "tangential")
+Other = FrictionChange | FrictionRamp | GeometryChange
+"""Events of no load channel."""
+
+
+CHANNELS = ("normal", "tangential", "friction")
 AT_WAYPOINT, BEYOND_LAST = -1, -2
 
 
@@ -45,9 +54,9 @@ class Standing:
     time : float
         The time at which it stands [s].
     passed : tuple of int (channel)
-        Waypoints that the normal and the tangential channel have passed.
+        Waypoints that each of `CHANNELS` has passed.
     control : tuple of int (channel)
-        How each is controlled.
+        How the load channels are controlled, and 0 for friction.
     heading : tuple of int (channel)
         Index of the event that each is on its way to; ``AT_WAYPOINT`` where it stands at one of its waypoints or has
         not begun, ``BEYOND_LAST`` where it is held after its last.
@@ -56,9 +65,9 @@ class Standing:
     events: int
     rows: int
     time: float
-    passed: tuple[int, int]
-    control: tuple[int, int]
-    heading: tuple[int, int]
+    passed: tuple[int, ...]
+    control: tuple[int, ...]
+    heading: tuple[int, ...]
 
 
 @attrs.frozen(eq=False)
@@ -76,7 +85,7 @@ class Start:
 
 @attrs.frozen
 class Stretch:
-    """Paths between changes of friction, and the change that ends them.
+    """Paths between changes of friction or geometry, and the change that ends them.
 
     Attributes
     ----------
@@ -86,10 +95,12 @@ class Stretch:
         Index of an event that each path serves, the tangential one where there is one.
     row_time : array (row)
         Times of the rows that the paths record [s].
-    friction : FrictionChange, optional
+    change : FrictionChange or GeometryChange, optional
         Acts at the end of the last path.
-    friction_event : int
+    change_event : int
         Its index.
+    ramp : FrictionRamp, optional
+        Where friction is on its way to on the one path, of which it goes the part ``ramp_part``.
     standing : Standing, optional
         Where the schedule stands at the end, unless that is in the midst of a time or between two.
     share : float
@@ -99,8 +110,10 @@ class Stretch:
     paths: Paths
     event: Sequence[int]
     row_time: npt.NDArray[np.float64]
-    friction: FrictionChange | None = None
-    friction_event: int = -1
+    change: FrictionChange | GeometryChange | None = None
+    change_event: int = -1
+    ramp: FrictionRamp | None = None
+    ramp_part: float = 1.0
     standing: Standing | None = None
     share: float = 1.0
 
@@ -141,7 +154,7 @@ def stretches(
         yield _sampled(events, substeps)
         return
     _check(events, substeps)
-    normal, tangential = _Channel(events, "normal", start), _Channel(events, "tangential", start)
+    normal, tangential, friction = (_Channel(events, name, start) for name in CHANNELS)
     done, rows, previous = (start.events, start.rows, start.time) if start else (0, 0, None)
     standing, broken_at = start, rows
     table = _Table()
@@ -152,40 +165,46 @@ def stretches(
                 if table.paths:
                     yield table.stretch(standing=standing)
                     table = _Table()
+                table.ramp = friction.ramp(time, previous)
                 table.add(normal.arrive(time, previous), tangential.arrive(time, previous), done)
                 table.record(until)
                 yield attrs.evolve(table.stretch(), share=(until - previous) / (time - previous))
                 return
             break
         present = list(numbered)
-        arriving = [_first(present, "normal"), _first(present, "tangential")]
-        # a change of friction acts after both channels have arrived
+        arriving = [_first(present, "friction"), _first(present, "normal"), _first(present, "tangential")]
+        # changes act after all channels have arrived
         rest = _joint([pair for pair in present if pair not in arriving])
         served = next((pair[0] for pair in reversed(arriving) if pair), present[0][0])
-        inner: list[float] = (
-            [] if previous is None else [previous + (time - previous) * k / substeps for k in range(1, substeps)]
-        )
+        inner = _inner_times(previous, time, substeps)
+        ramp = friction.ramp(time, previous)
+        if ramp is not None and table.paths:
+            yield table.stretch(standing=standing)
+            table = _Table()
+        table.ramp = ramp
         table.add(normal.arrive(time, previous), tangential.arrive(time, previous), served, inner)
         for number, group in rest:
-            if isinstance(group, FrictionChange):
-                yield table.stretch(group, number)
+            if table.ramp is not None or not isinstance(group, dict):
+                yield table.stretch(*_change(number, group))
                 table = _Table()
+            if isinstance(group, dict):
+                table.add(normal.jump(group), tangential.jump(group), number)
+            else:
+                table.ramp = friction.jump_to(group) if isinstance(group, FrictionRamp) else None
                 # the path on which a controlled load is restored
                 table.add(normal.stay(), tangential.stay(), number)
-            else:
-                table.add(normal.jump(group), tangential.jump(group), number)
         table.record(time)
         previous, done, rows = time, done + len(present), rows + 1 + len(inner)
         standing = Standing(
             events=done,
             rows=rows,
             time=time,
-            passed=(normal.passed, tangential.passed),
-            control=(normal.control, tangential.control),
-            heading=(normal.heading(time), tangential.heading(time)),
+            passed=(normal.passed, tangential.passed, friction.passed),
+            control=(normal.control, tangential.control, LOAD),
+            heading=(normal.heading(time), tangential.heading(time), friction.heading(time)),
         )
         # changes of friction break stretches too, but in the midst of a time
-        if most_rows is not None and rows - broken_at >= most_rows:
+        if table.ramp is not None or (most_rows is not None and rows - broken_at >= most_rows):
             yield table.stretch(standing=standing)
             table, broken_at = _Table(), rows
     if table.paths:
@@ -208,14 +227,13 @@ def standing_at(events: Sequence[Event], count: int, substeps: int = 1) -> Stand
         return None
     time = events[count - 1].time
     channels = [_Channel(events, name, done=count) for name in CHANNELS]
-    heading = [channel.heading(time) for channel in channels]
     return Standing(
         events=count,
         rows=row_count(events[:count], substeps),
         time=time,
-        passed=(channels[0].passed, channels[1].passed),
-        control=(channels[0].last_control(time), channels[1].last_control(time)),
-        heading=(heading[0], heading[1]),
+        passed=tuple(channel.passed for channel in channels),
+        control=tuple(channel.last_control(time) for channel in channels),
+        heading=tuple(channel.heading(time) for channel in channels),
     )
 
 
@@ -230,12 +248,17 @@ def row_count(events: Sequence[Event], substeps: int = 1, until: float = math.in
     return (int(np.count_nonzero(np.diff(done))) * substeps + 1 if done.size else 0) + int(between)
 
 
-def friction_changes(events: Sequence[Event]) -> list[float | tuple[float, ...]]:
-    """Return the coefficients of the events that change friction, one for all asperities or one for each."""
+def friction_changes(events: Sequence[Event]) -> list[FrictionChange | FrictionRamp]:
+    """Return the events that change friction."""
     # a fit asks this of the same samples a thousand times, and they hold loads alone
     if isinstance(events, SampledLoads):
         return []
-    return [event.friction for event in events if isinstance(event, FrictionChange)]
+    return [event for event in events if isinstance(event, FrictionChange | FrictionRamp)]
+
+
+def changes_geometry(events: Sequence[Event]) -> bool:
+    """Return whether an event changes heights or radii of summits."""
+    return not isinstance(events, SampledLoads) and any(isinstance(event, GeometryChange) for event in events)
 
 
 def _sampled(loads: SampledLoads, substeps: int) -> Stretch:
@@ -266,21 +289,36 @@ def check_substeps(substeps: int) -> None:
 
 
 def _first(present: list[tuple[int, Event]], channel: str) -> tuple[int, Event] | None:
-    return next((pair for pair in present if isinstance(pair[1], LoadEvent) and pair[1].channel == channel), None)
+    return next((pair for pair in present if _of_channel(pair[1], channel)), None)
 
 
-def _joint(rest: list[tuple[int, Event]]) -> list[tuple[int, FrictionChange | dict[str, LoadEvent]]]:
+def _of_channel(event: Event, channel: str) -> bool:
+    return isinstance(event, LoadEvent | FrictionRamp) and event.channel == channel
+
+
+def _joint(rest: list[tuple[int, Event]]) -> list[tuple[int, Other | dict[str, LoadEvent]]]:
     """Gather events at one time into joint paths: a channel's second event starts another."""
-    groups: list[tuple[int, FrictionChange | dict[str, LoadEvent]]] = []
+    groups: list[tuple[int, Other | dict[str, LoadEvent]]] = []
     for number, event in rest:
         last = groups[-1][1] if groups else None
-        if isinstance(event, FrictionChange):
+        if not isinstance(event, LoadEvent):
             groups.append((number, event))
         elif isinstance(last, dict) and event.channel not in last:
             last[event.channel] = event
         else:
             groups.append((number, {event.channel: event}))
     return groups
+
+
+def _inner_times(previous: float | None, time: float, substeps: int) -> list[float]:
+    if previous is None:
+        return []
+    return [previous + (time - previous) * k / substeps for k in range(1, substeps)]
+
+
+def _change(number: int, group: Other | dict[str, LoadEvent]) -> tuple[FrictionChange | GeometryChange | None, int]:
+    """Return the change that ends a stretch, and its number; None where the next path starts another one only."""
+    return (None, -1) if isinstance(group, dict | FrictionRamp) else (group, number)
 
 
 class _Channel:
@@ -290,13 +328,9 @@ class _Channel:
         self, events: Sequence[Event], name: str, start: Standing | None = None, *, done: int | None = None
     ) -> None:
         self.name = name
-        numbered = [
-            (number, event)
-            for number, event in enumerate(events)
-            if isinstance(event, LoadEvent) and event.channel == name
-        ]
+        numbered = [(number, event) for number, event in enumerate(events) if _of_channel(event, name)]
         self.numbers = [number for number, _ in numbered]
-        self.waypoints = [event for _, event in numbered]
+        self.waypoints: list[Any] = [event for _, event in numbered]
         self.passed = 0
         self.control = LOAD
         if start is not None:
@@ -325,6 +359,22 @@ class _Channel:
         self.control = _control(group[self.name])
         return self.control, group[self.name].value, 1.0
 
+    def ramp(self, time: float, previous: float | None) -> Ramp | None:
+        """Where friction goes on the way to a time, by its first waypoint then or on the line to a later one."""
+        if self.passed == len(self.waypoints):
+            return None
+        waypoint = self.waypoints[self.passed]
+        if waypoint.time == time:
+            return self.jump_to(waypoint)
+        if self.passed == 0 or previous is None:
+            return None
+        return waypoint, (time - previous) / (waypoint.time - previous)
+
+    def jump_to(self, waypoint: FrictionRamp) -> Ramp:
+        """Go to the next waypoint of friction."""
+        self.passed += 1
+        return waypoint, 1.0
+
     def heading(self, time: float) -> int:
         """Index of the event that it is on its way to at a time that is done, or what `Standing` has in its place."""
         if self.passed == 0 or self.waypoints[self.passed - 1].time == time:
@@ -334,6 +384,8 @@ class _Channel:
     def last_control(self, time: float) -> int:
         """How it was controlled on the way to a time that is done."""
         if self.passed == 0:
+            return LOAD
+        if self.name == "friction":
             return LOAD
         under_way = self.heading(time) >= 0
         return _control(self.waypoints[self.passed if under_way else self.passed - 1])
@@ -354,6 +406,7 @@ class _Table:
         self.paths: list[tuple[float, ...]] = []
         self.events: list[int] = []
         self.recorded: list[bool] = []
+        self.ramp: Ramp | None = None
         self.row_times: list[float] = []
 
     def add(self, normal: Goal, tangential: Goal, event: int, inner_times: Sequence[float] = ()) -> None:
@@ -368,8 +421,12 @@ class _Table:
         self.row_times.append(time)
 
     def stretch(
-        self, friction: FrictionChange | None = None, friction_event: int = -1, standing: Standing | None = None
+        self,
+        change: FrictionChange | GeometryChange | None = None,
+        change_event: int = -1,
+        standing: Standing | None = None,
     ) -> Stretch:
         columns = [np.array(column) for column in zip(*self.paths, strict=True)]
         paths = paths_to(Goals(*columns[:3]), Goals(*columns[3:6]), parts=columns[6], recorded=self.recorded)
-        return Stretch(paths, self.events, np.array(self.row_times), friction, friction_event, standing)
+        ramp, part = self.ramp or (None, 1.0)
+        return Stretch(paths, self.events, np.array(self.row_times), change, change_event, ramp, part, standing)

@@ -12,10 +12,20 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.errors import InputError
-from historysim.loads.events import LOAD_KINDS, Event, FrictionChange, LoadEvent
+from historysim.loads.events import (
+    LOAD_KINDS,
+    Event,
+    FrictionChange,
+    FrictionRamp,
+    GeometryChange,
+    LoadEvent,
+    contents,
+)
 
 KINDS = tuple(LOAD_KINDS.values())
-ONE_COEFFICIENT, MANY_COEFFICIENTS = len(KINDS), len(KINDS) + 1
+ONE_COEFFICIENT, MANY_COEFFICIENTS, FRICTION_OF_SOME, FRICTION_RAMP, GEOMETRY = range(len(KINDS), len(KINDS) + 5)
+ABSENT, ALONE = -1, -2
+"""In the place of the length of a list: for one that is not given, and for a number that stands for all asperities."""
 LINK = struct.Struct("<qqq")
 
 
@@ -23,7 +33,8 @@ class Columns(NamedTuple):
     """Events as bytes of little-endian arrays: a kind each (int8), a time and a value (float64).
 
     A change of friction for each asperity has the number of its coefficients as value; they stand, one change after
-    the other, in ``coefficients`` (float64).
+    the other, in ``coefficients`` (float64). So do the numbers of other events, list by list: how many there are,
+    `ABSENT` or `ALONE`, and then those.
     """
 
     kind: bytes
@@ -42,6 +53,11 @@ def columns_of(events: Sequence[Event]) -> Columns:
         if isinstance(event, LoadEvent):
             kinds.append(code[type(event)])
             values.append(event.value)
+        elif isinstance(event, FrictionRamp | GeometryChange) or event.asperities is not None:
+            kinds.append(_LISTED[type(event)])
+            numbers = _listed(event)
+            values.append(float(len(numbers)))
+            coefficients += numbers
         elif isinstance(event.friction, tuple):
             kinds.append(MANY_COEFFICIENTS)
             values.append(float(len(event.friction)))
@@ -66,7 +82,7 @@ def events_of(columns: Columns) -> list[Event]:
         raise InputError("holds columns of different lengths")
     times, values = (np.frombuffer(column, dtype="<f8") for column in (columns.time, columns.value))
     coefficients = np.frombuffer(columns.coefficients, dtype="<f8")
-    if kinds.size and not 0 <= kinds.min() <= kinds.max() <= MANY_COEFFICIENTS:
+    if kinds.size and not 0 <= kinds.min() <= kinds.max() <= GEOMETRY:
         raise InputError("holds a kind of event that this version does not know; a later version has written it")
     found = np.empty(kinds.size, dtype=object)
     for code, kind in enumerate(KINDS):
@@ -74,13 +90,52 @@ def events_of(columns: Columns) -> list[Event]:
         found[where] = _made(kind, times[where].tolist(), values[where].tolist())
     used = 0
     for index in np.flatnonzero(kinds >= ONE_COEFFICIENT):
-        friction: float | tuple[float, ...] = float(values[index])
-        if kinds[index] == MANY_COEFFICIENTS:
-            count = int(values[index])
-            friction = tuple(coefficients[used : used + count].tolist())
-            used += count
-        found[index] = FrictionChange(float(times[index]), friction)
+        time, count = float(times[index]), 0 if kinds[index] == ONE_COEFFICIENT else int(values[index])
+        numbers = coefficients[used : used + count].tolist()
+        used += count
+        if kinds[index] == ONE_COEFFICIENT:
+            found[index] = FrictionChange(time, float(values[index]))
+        elif kinds[index] == MANY_COEFFICIENTS:
+            found[index] = FrictionChange(time, tuple(numbers))
+        else:
+            found[index] = _from_lists(int(kinds[index]), time, numbers)
     return list(found)
+
+
+_LISTED = {FrictionChange: FRICTION_OF_SOME, FrictionRamp: FRICTION_RAMP, GeometryChange: GEOMETRY}
+
+
+def _listed(event: FrictionChange | FrictionRamp | GeometryChange) -> list[float]:
+    """Return what an event says as lists of numbers, one after the other, each with how many there are."""
+    numbers: list[float] = []
+    for told in contents(event):
+        # one coefficient for all is no list of one
+        values = (told,) if isinstance(told, float) else told or ()
+        count = ABSENT if told is None else ALONE if isinstance(told, float) else len(values)
+        numbers += [float(count), *values]
+    return numbers
+
+
+def _from_lists(kind: int, time: float, numbers: list[float]) -> Event:
+    """Return the event that `_listed` told.
+
+    Raises
+    ------
+    InputError
+        Numbers that it does not make.
+    """
+    lists: list[Any] = []
+    place = 0
+    while place < len(numbers):
+        count, place = int(numbers[place]), place + 1
+        values = tuple(numbers[place : place + (1 if count == ALONE else max(count, 0))])
+        lists.append(None if count == ABSENT else values[0] if count == ALONE else values)
+        place += len(values)
+    if len(lists) != {FRICTION_OF_SOME: 2, FRICTION_RAMP: 1, GEOMETRY: 3}[kind]:
+        raise InputError("holds an event with other numbers than it has")
+    if kind == GEOMETRY:
+        return GeometryChange(time, asperities=lists[0], summit_height=lists[1], summit_radius=lists[2])
+    return FrictionRamp(time, lists[0]) if kind == FRICTION_RAMP else FrictionChange(time, lists[0], lists[1])
 
 
 def _made(kind: type[LoadEvent], times: list[float], values: list[float]) -> list[LoadEvent]:

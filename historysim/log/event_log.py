@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, TypeGuard
 
 import attrs
 import numpy as np
@@ -18,6 +18,7 @@ from historysim.errors import InputError
 from historysim.loads import schedule
 from historysim.loads.events import (
     Event,
+    FrictionRamp,
     LoadEvent,
     NormalDisplacement,
     NormalLoad,
@@ -280,28 +281,30 @@ class EventLog:
         held: list[Event] = []
         for own, channel in enumerate(schedule.CHANNELS):
             heading = standing.heading[own]
-            waypoints = [event for event in past if isinstance(event, LoadEvent) and event.channel == channel]
+            waypoints = [event for event in past if _is_of(event, channel)]
             if waypoints and waypoints[-1].time == time:
                 continue
             if heading == schedule.AT_WAYPOINT:
                 # it left its waypoint after the last event of the past, for the next one if there is one
-                later = (event for event in content.events[len(past) :] if isinstance(event, LoadEvent))
-                ahead = next((event for event in later if event.channel == channel), None)
+                ahead = next((event for event in content.events[len(past) :] if _is_of(event, channel)), None)
             else:
                 ahead = content.events[heading] if heading >= 0 else None  # type: ignore[assignment]
             if not waypoints:
                 # unloaded until the last event, and then on its way if its first waypoint comes next
                 if ahead is not None and ahead.time == content.events[len(past)].time and time > standing.time:
                     held.append(self._where(type(ahead), self._state(content, time), time))
-            elif ahead is None:
+            elif ahead is None and channel != "friction":
                 held.append(attrs.evolve(waypoints[-1], time=time))
             else:
                 # where the path is straight in the displacements, a load is on its line at event times only
                 moments = [moment for moment in dict.fromkeys((standing.time, time)) if moment > waypoints[-1].time]
-                held += [self._where(type(ahead), self._state(content, moment), moment) for moment in moments]
+                kind = type(ahead or waypoints[-1])
+                held += [self._where(kind, self._state(content, moment), moment) for moment in moments]
         return sorted(held, key=lambda event: event.time)
 
-    def _where(self, kind: type[LoadEvent], state: EnsembleState, time: float) -> LoadEvent:
+    def _where(self, kind: type[Any], state: EnsembleState, time: float) -> LoadEvent | FrictionRamp:
+        if kind is FrictionRamp:
+            return FrictionRamp(time, state.friction if np.ptp(state.friction) else state.friction[0])
         reached = {
             NormalLoad: state.normal_load,
             NormalDisplacement: state.approach,
@@ -310,7 +313,8 @@ class EventLog:
                 state.tangential_displacement, state.tangential_load
             ),
         }
-        return kind(time, reached[kind])
+        here: LoadEvent = kind(time, reached[kind])
+        return here
 
     # -- replaying ---------------------------------------------------------------------------------
 
@@ -384,3 +388,8 @@ class EventLog:
         head.ensemble.walk(self._state(content, time), HOLD, rows=target.blank(1), asperities=everyone)
         target.record(np.array([time]))
         return target.dataset(job.attributes() | head.attributes)
+
+
+def _is_of(event: Event, channel: str) -> TypeGuard[LoadEvent | FrictionRamp]:
+    """Whether an event is a waypoint of a channel."""
+    return isinstance(event, LoadEvent | FrictionRamp) and event.channel == channel

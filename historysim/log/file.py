@@ -25,7 +25,7 @@ from historysim.basics.file_kinds import is_log, told_kind
 from historysim.basics.files import sync_folder
 from historysim.basics.lock import WriterLock
 from historysim.errors import InputError
-from historysim.loads.events import Event, FrictionChange, check_sequence, time_text
+from historysim.loads.events import Event, check_sequence, misfit, time_text
 from historysim.log import canonical
 from historysim.log.head import Head, head_from
 from historysim.log.snapshot import Snapshot, snapshot_from
@@ -352,12 +352,8 @@ def checked_events(head: Head, events: Sequence[Event], before: Sequence[Event] 
         )
     count = len(head.ensemble)
     for index, event in enumerate(events):
-        friction = event.friction if isinstance(event, FrictionChange) else 0.0
-        if isinstance(friction, tuple) and len(friction) not in {1, count}:
-            raise InputError(
-                f"event {index} at t = {time_text(event.time)}: friction has shape ({len(friction)},); expected one "
-                f"coefficient, or one for each of {count} asperities"
-            )
+        if problem := misfit(event, count):
+            raise InputError(f"event {index} at t = {time_text(event.time)}: {problem}")
 
 
 def links_of(head: Head, events: Sequence[Event]) -> list[bytes]:

@@ -14,6 +14,8 @@ from historysim._version import __version__
 from historysim.asperities.curves import NormalCurves
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
+from historysim.asperities.laws import DrawnFriction, law_from
+from historysim.asperities.wear import wear_law_from
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.loads.events import Event
@@ -26,6 +28,9 @@ Array = npt.NDArray[Any]
 FORMAT = 1
 FORMAT_OF_CURVES = 2
 """Form of a log whose asperities are patches of normal curves, which earlier versions would take for summits."""
+FORMAT_OF_LAWS = 3
+"""Form of a log whose asperities evolve, which earlier versions would leave as they are."""
+FORMATS = (FORMAT, FORMAT_OF_CURVES, FORMAT_OF_LAWS)
 OF_THE_ENSEMBLE = ("summit_height", "summit_radius", "friction", "x", "y")
 SURFACE, CURVES = "surface.", "curves."
 OF_THE_PAIR = ("contact_modulus", "shear_modulus", "hardness", "yield_stress", "work_of_adhesion")
@@ -73,8 +78,9 @@ class Head:
         curves = {} if ensemble.curves is None else ensemble.curves.arrays
         arrays |= {f"{CURVES}{name}": values for name, values in curves.items()}
         arrays |= {f"{SURFACE}{name}": values for name, values in (surface or {}).items()}
+        evolution = _evolution(ensemble)
         settings = {
-            "format": FORMAT_OF_CURVES if curves else FORMAT,
+            "format": FORMAT_OF_CURVES if curves else FORMAT_OF_LAWS if evolution else FORMAT,
             "historysim_version": __version__,
             "made_with": made_with(),
             "scenario": scenario,
@@ -86,6 +92,7 @@ class Head:
             "lateral_stiffness": None if instrument.rigid else instrument.lateral_stiffness,
             **_known(ensemble, instrument),
             **({"metadata": dict(metadata)} if metadata else {}),
+            **evolution,
             "substeps": substeps,
             "saturate": bool(saturate),
             "record": record if isinstance(record, str) else [int(index) for index in record],
@@ -116,8 +123,20 @@ class Head:
         pair = MaterialPair.from_moduli(**{name: self.settings[name] for name in OF_THE_PAIR if name in self.settings})
         given = {name.removeprefix(CURVES): values for name, values in self.arrays.items() if name.startswith(CURVES)}
         curves = NormalCurves(**given) if given else None
-        area = self.settings.get("nominal_area")
-        return Ensemble(pair, **own, nominal_area=area, tolerance=self.settings["tolerance"], curves=curves)
+        if (law := self.settings.get("friction_law")) is not None:
+            kept, own["friction"] = own["friction"], law_from(law)
+            if law["law"] == DrawnFriction.kind and not np.array_equal(own["friction"].drawn(kept.size), kept):
+                # another version of numpy draws otherwise; what stands in the log holds
+                own["friction"] = kept
+        return Ensemble(
+            pair,
+            **own,
+            nominal_area=self.settings.get("nominal_area"),
+            tolerance=self.settings["tolerance"],
+            curves=curves,
+            wear=wear_law_from(self.settings["wear"]) if "wear" in self.settings else None,
+            follow_sliding=self.settings.get("follow_sliding", False),
+        )
 
     @property
     def instrument(self) -> Instrument:
@@ -160,6 +179,13 @@ class Head:
         return {name.removeprefix(SURFACE): values for name, values in self.arrays.items() if name.startswith(SURFACE)}
 
 
+def _evolution(ensemble: Ensemble) -> dict[str, Any]:
+    """Return what makes asperities evolve, as far as anything does."""
+    law = {} if ensemble.law is None else {"friction_law": ensemble.law.settings}
+    wear = {} if ensemble.wear is None else {"wear": ensemble.wear.settings}
+    return law | wear | ({"follow_sliding": True} if ensemble.follow_sliding else {})
+
+
 def _known(ensemble: Ensemble, instrument: Instrument) -> dict[str, float]:
     """Return what only the checks of the model need, as far as it is known."""
     area = {} if ensemble.nominal_area is None else {"nominal_area": ensemble.nominal_area}
@@ -176,10 +202,10 @@ def head_from(text: str, arrays: Mapping[str, Array]) -> Head:
         A form that this version does not know.
     """
     settings = json.loads(text)
-    if not isinstance(settings, dict) or settings.get("format") not in {FORMAT, FORMAT_OF_CURVES}:
+    if not isinstance(settings, dict) or settings.get("format") not in FORMATS:
         form = settings.get("format") if isinstance(settings, dict) else settings
         raise InputError(
-            f"is a log of form {form!r}; expected {FORMAT} or {FORMAT_OF_CURVES}; a later version of historysim "
+            f"is a log of form {form!r}; expected one of {', '.join(map(str, FORMATS))}; a later version of historysim "
             "has written it"
         )
     return Head(settings, arrays)

@@ -84,7 +84,7 @@ def fall_in_parts(contact: Contact, memory: Memory, friction: Floats, aim: Aim, 
     now, first = memory.now, contact.friction
     unused = np.zeros(memory.dissipated.size)
     before, lost = stored_energy(contact, memory, unused), now[DISSIPATED]
-    reach = first.max() * now[APPROACH]
+    reach = first.max() * (now[APPROACH] - contact.sorted_gap[0])
     parts, reached = 4, np.inf
     while True:
         fine = copied(memory)

@@ -63,7 +63,7 @@ def approach_for(contact: Contact, memory: Memory, load: float) -> float:
     if load == memory.now[NORMAL_LOAD]:
         return present
     if load <= 0.0:
-        return min(present, 0.0)
+        return min(present, contact.sorted_gap[0])
     approach = approach_at(contact.sorted_gap, contact.sorted_weight, load, present)
     for j in range(memory.depth[0] - 1, 0, -1):
         label = memory.vertices[0, j, LABEL]

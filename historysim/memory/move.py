@@ -37,7 +37,7 @@ def move(contact: Contact, memory: Memory, d1: float, load: float, aim: Aim) -> 
         memory = grown(memory, 2 * needed)
     now, groups = memory.now, contact.friction.size
     d0, v0 = now[APPROACH], now[DISPLACEMENT]
-    shares = group_loads(contact, d1) if groups > 1 else np.full(1 if d1 > 0.0 else 0, load)
+    shares = group_loads(contact, d1) if groups > 1 else np.full(1 if d1 > contact.sorted_gap[0] else 0, load)
     alone = groups == 1 and shares.size > 0 and not memory.steep[0]
     path = aim if alone or aim.compliance == 0.0 else to_displacement(displacement_at(contact, memory, shares, d1, aim))
     v1 = path.value

@@ -78,8 +78,8 @@ def ramp(contact: Contact, memory: Memory, load: float, force: float, tolerance:
     to the displacement at which the contact slides).
     """
     now = memory.now
-    if now[APPROACH] < 0.0 and load > 0.0:
-        now[APPROACH] = 0.0
+    if now[APPROACH] < contact.sorted_gap[0] and load > 0.0:
+        now[APPROACH] = contact.sorted_gap[0]
     load0, force0, dissipated0 = now[NORMAL_LOAD], now[TANGENTIAL_LOAD], now[DISSIPATED]
     sticks = bool(abs(force - force0) <= contact.friction.min() * (load - load0))
     # the error of a corrected chord is a small multiple of the square of the relative change
@@ -108,7 +108,7 @@ def ramp(contact: Contact, memory: Memory, load: float, force: float, tolerance:
         else:
             extrapolated = fine.now[DISSIPATED] + weight * (fine.now[DISSIPATED] - coarse.now[DISSIPATED])
             drift = abs(fine.now[DISPLACEMENT] - coarse.now[DISPLACEMENT])
-            reach = contact.friction.max() * max(now[APPROACH], fine.now[APPROACH])
+            reach = contact.friction.max() * (max(now[APPROACH], fine.now[APPROACH]) - contact.sorted_gap[0])
             change = abs(fine.now[DISSIPATED] - coarse.now[DISSIPATED])
             settled = abs(extrapolated - energy) <= tolerance * (extrapolated - dissipated0)
             # while the changes do not fall by ratio², as they have to, two extrapolations may agree by chance

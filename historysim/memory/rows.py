@@ -24,12 +24,18 @@ TOTALS_OF_ROW = 11
     ROW_TRACTION_RATIO,
 ) = range(TOTALS_OF_ROW)
 
+# columns of Rows.evolved
+TOGETHER = 3
+SLID_TOGETHER, ERASED_MEMORIES, ERASED_ENERGY = range(TOGETHER)
+PER_ASPERITY = ("slid_distance", "worn_volume", "summit_height", "summit_radius")
+
 
 class Rows(NamedTuple):
     """Recorded rows in SI units: totals (row, quantity), and per recorded asperity the projections (row, column).
 
     ``friction`` has no column where friction does not change, one where it is the same of all asperities, or one for
-    each recorded asperity.
+    each recorded asperity. ``evolved`` has columns where asperities evolve: first those of all together, then of each
+    of `PER_ASPERITY` one for each recorded asperity.
     """
 
     totals: Floats
@@ -40,10 +46,11 @@ class Rows(NamedTuple):
     slip_state: Bytes
     dissipated: Floats
     friction: Floats
+    evolved: Floats
 
 
-def blank_rows(count: int, asperities: int, coefficients: int = 0) -> Rows:
-    """Return arrays for a number of rows of a number of asperities, and of friction coefficients, to be written to."""
+def blank_rows(count: int, asperities: int, coefficients: int = 0, *, evolve: bool = False) -> Rows:
+    """Return arrays for rows of asperities to be written to, with columns of friction, and of what evolves."""
     shape = (count, asperities)
     return Rows(
         totals=np.empty((count, TOTALS_OF_ROW)),
@@ -54,4 +61,5 @@ def blank_rows(count: int, asperities: int, coefficients: int = 0) -> Rows:
         slip_state=np.empty(shape, dtype=np.int8),
         dissipated=np.empty(shape),
         friction=np.empty((count, coefficients)),
+        evolved=np.empty((count, TOGETHER + len(PER_ASPERITY) * asperities if evolve else 0)),
     )

@@ -116,7 +116,7 @@ def found_displacement(contact: Contact, memory: Memory, shares: Floats, d1: flo
     now = memory.now
     goal, rigid, compliance = aim
     limit = limit_of(contact, shares)
-    reach, stride = contact.friction.max() * d1, np.inf
+    reach, stride = contact.friction.max() * (d1 - contact.sorted_gap[0]), np.inf
     if rigid == 0.0:
         if abs(goal) >= (1.0 - TIE) * limit:
             return sliding_displacement(contact, memory, shares, d1, math.copysign(1.0, goal))

@@ -107,7 +107,8 @@ def planned(
     d1, load, aim = destination(contact, memory, path, compliance, force0)
     request, by_force = aim.value, aim.rigid == 0.0
     loads = path.normal_control == LOAD and by_force
-    course = Course(loads, (max(d0, 0.0) if loads and load > 0.0 else d0, d1), (load0, load), (force0, request))
+    start = max(d0, contact.sorted_gap[0]) if loads and load > 0.0 else d0
+    course = Course(loads, (start, d1), (load0, load), (force0, request))
     meets = by_force and meets_limit(contact, course)
     pieces = cut(contact, course, ends, sides) if meets else 0
     asked, limit, refused = 0.0, 0.0, False

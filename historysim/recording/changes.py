@@ -20,19 +20,39 @@ class Changes:
         Whether the friction of any asperity does.
     friction_differs : bool
         Whether asperities have different friction at any time.
+    sliding : bool
+        Whether it is followed how far asperities slide.
+    wear, geometry : bool
+        Whether asperities wear, and whether heights or radii change.
     """
 
     friction: bool = False
     friction_differs: bool = False
+    sliding: bool = False
+    wear: bool = False
+    geometry: bool = False
 
     @classmethod
     def of(cls, ensemble: Ensemble, events: Sequence[Event]) -> Self:
         """Return what changes in the history of these events."""
-        coefficients = schedule.friction_changes(events)
-        differs = ensemble.friction.min() < ensemble.friction.max() or any(
-            isinstance(each, tuple) and min(each) < max(each) for each in coefficients
+        law, wears = ensemble.law, ensemble.wear is not None
+        ruled = law is not None and law.depends_on != "nothing"
+        each = ruled and law is not None and law.depends_on != "total" and len(ensemble) > 1
+        changes = schedule.friction_changes(events)
+        return cls(
+            friction=bool(changes) or ruled,
+            friction_differs=bool(
+                each or ensemble.friction.min() < ensemble.friction.max() or any(change.differs for change in changes)
+            ),
+            sliding=ensemble.evolves,
+            wear=wears,
+            geometry=wears or schedule.changes_geometry(events),
         )
-        return cls(friction=bool(coefficients), friction_differs=bool(differs))
+
+    @property
+    def evolve(self) -> bool:
+        """Whether asperities evolve beside their friction."""
+        return self.sliding or self.wear or self.geometry
 
 
 STEADY = Changes()

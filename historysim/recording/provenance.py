@@ -30,6 +30,14 @@ def made_with() -> str:
     )
 
 
+def friction_text(ensemble: Ensemble) -> str:
+    """Return in a line which friction law holds at the start."""
+    if ensemble.law is not None:
+        return ensemble.law.text
+    least, most = ensemble.friction.min(), ensemble.friction.max()
+    return f"Coulomb, {least:g}" if least == most else f"Coulomb, given for each asperity, from {least:g} to {most:g}"
+
+
 def attributes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrument) -> dict[str, Any]:
     """Return the attributes of a history of these events."""
     found = validity.findings(ensemble, events, instrument)
@@ -49,6 +57,8 @@ def attributes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrume
         "contact_modulus": ensemble.pair.contact_modulus,
         "shear_modulus": ensemble.pair.shear_modulus,
         **in_series,
+        "friction_law": friction_text(ensemble),
+        **({} if ensemble.wear is None else {"wear_law": ensemble.wear.text}),
         "number_of_asperities": len(ensemble),
         "number_of_events": len(events),
         "event_digest": f"sha256:{digest(events)}",

@@ -13,7 +13,10 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.errors import InputError
 from historysim.loads.events import Event, NormalDisplacement, NormalLoad
+from historysim.loads.schedule import changes_geometry
 from historysim.memory.rows import (
+    ERASED_ENERGY,
+    ERASED_MEMORIES,
     ROW_APPROACH,
     ROW_AREA,
     ROW_COUNT,
@@ -25,19 +28,27 @@ from historysim.memory.rows import (
     ROW_STIFFNESS,
     ROW_TANGENTIAL,
     ROW_TRACTION_RATIO,
+    SLID_TOGETHER,
+    TOGETHER,
     Rows,
     blank_rows,
 )
+from historysim.memory.rows import PER_ASPERITY as PER_EVOLVED
 from historysim.recording.changes import STEADY, Changes
 from historysim.recording.variables import (
     BEHIND_A_SPRING,
     COORDINATES,
+    GEOMETRY_OF_EACH,
     PER_ASPERITY,
     PER_PATCH,
     PRESENT_FRICTION,
     PRESENT_FRICTION_OF_EACH,
+    SLID_OF_EACH,
     TOTALS,
+    WHERE_ASPERITIES_SLIDE,
     WHERE_FRICTION_CHANGES,
+    WHERE_GEOMETRY_CHANGES,
+    WORN_OF_EACH,
     Variable,
 )
 
@@ -59,7 +70,8 @@ def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selec
     ensemble : Ensemble
     events : sequence of events
     record : {"touching", "all", "totals"} or sequence of int
-        "touching" stands for those that touch at any time.
+        "touching" stands for those that touch at any time; where asperities wear, or their geometry changes, which of
+        them will touch is not known, and it stands for all.
 
     Raises
     ------
@@ -72,6 +84,8 @@ def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selec
         if record == "all":
             return np.arange(len(ensemble))
         if record == "touching":
+            if ensemble.wear is not None or changes_geometry(events):
+                return np.arange(len(ensemble))
             return np.flatnonzero(ensemble.first_touch < largest_approach(ensemble, events))
         raise InputError(f"record is {record!r}; expected 'touching', 'all', 'totals' or a list of asperity indices")
     try:
@@ -138,6 +152,8 @@ class Recorder(abc.ABC):
         totals = (*TOTALS, *behind, *(WHERE_FRICTION_CHANGES if self.changes.friction else ()))
         if self.changes.friction and not self._friction_differs:
             totals = (*totals, PRESENT_FRICTION)
+        totals += WHERE_ASPERITIES_SLIDE if self.changes.sliding else ()
+        totals += WHERE_GEOMETRY_CHANGES if self.changes.geometry else ()
         return totals if self._has_areas else tuple(total for total in totals if total.name != "real_contact_area")
 
     @property
@@ -146,8 +162,15 @@ class Recorder(abc.ABC):
         if self.asperities is None:
             return ()
         if self.ensemble.curves is None:
-            differs = self.changes.friction and self._friction_differs
-            return (*PER_ASPERITY, PRESENT_FRICTION_OF_EACH) if differs else PER_ASPERITY
+            changes = self.changes
+            differs = changes.friction and self._friction_differs
+            return (
+                *PER_ASPERITY,
+                *((PRESENT_FRICTION_OF_EACH,) if differs else ()),
+                *(SLID_OF_EACH if changes.sliding else ()),
+                *(WORN_OF_EACH if changes.wear else ()),
+                *(GEOMETRY_OF_EACH if changes.geometry else ()),
+            )
         return PER_PATCH if self._has_areas else tuple(one for one in PER_PATCH if one.units != "m2")
 
     @property
@@ -162,7 +185,8 @@ class Recorder(abc.ABC):
     def new_rows(self, count: int) -> Rows:
         """Return rows with columns for all that is recorded."""
         width = self.columns if self._friction_differs else 1
-        return blank_rows(count, self.columns, width if self.changes.friction else 0)
+        width = width if self.changes.friction else 0
+        return blank_rows(count, self.columns, width, evolve=self.changes.evolve)
 
     @abc.abstractmethod
     def blank(self, count: int) -> Rows:
@@ -191,6 +215,12 @@ class Recorder(abc.ABC):
             "drive_displacement": self.instrument.drive_displacement(displacement, load),
             "present_friction": rows.friction[:, :1].ravel(),
         }
+        if self.changes.evolve:
+            values |= {
+                "total_slid_distance": rows.evolved[:, SLID_TOGETHER],
+                "erased_memories": rows.evolved[:, ERASED_MEMORIES],
+                "erased_energy": rows.evolved[:, ERASED_ENERGY],
+            }
         projected = [(variable, values[variable.name].astype(variable.dtype)) for variable in self.totals]
         return projected + [(variable, _of_each(variable.name, rows)) for variable in self.per_asperity]
 
@@ -200,6 +230,10 @@ def _of_each(name: str, rows: Rows) -> Array:
     if name.endswith("_area"):
         radius: Array = getattr(rows, name.replace("_area", "_radius"))
         return math.pi * radius**2
+    evolved = name.removeprefix("present_")
+    if evolved in PER_EVOLVED:
+        columns = np.split(rows.evolved[:, TOGETHER:], len(PER_EVOLVED), axis=1)
+        return np.ascontiguousarray(columns[PER_EVOLVED.index(evolved)])
     values: Array = getattr(rows, {"dissipated_energy": "dissipated", "present_friction": "friction"}.get(name, name))
     return values
 

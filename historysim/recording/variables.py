@@ -115,6 +115,23 @@ PRESENT_FRICTION = Variable("present_friction", _STEP, "1", "friction coefficien
 PRESENT_FRICTION_OF_EACH = Variable("present_friction", _BOTH, "1", "friction coefficient of the asperity at the step")
 """One of them is there where friction changes: the second where asperities have different coefficients at any time."""
 
+WHERE_ASPERITIES_SLIDE = (
+    Variable("total_slid_distance", _STEP, "m", "displacement while all asperities in contact slid, since the start"),
+)
+WHERE_GEOMETRY_CHANGES = (
+    Variable("erased_memories", _STEP, "1", "contacts whose memory a change of geometry has erased", "int64"),
+    Variable("erased_energy", _STEP, "J", "tangential elastic energy that went with erased or worn contacts"),
+)
+"""Totals that there are where slid distances are followed, and where heights or radii change."""
+
+SLID_OF_EACH = (Variable("slid_distance", _BOTH, "m", "displacement while the asperity slid, since the start"),)
+WORN_OF_EACH = (Variable("worn_volume", _BOTH, "m3", "volume that the asperity has lost since the start"),)
+GEOMETRY_OF_EACH = (
+    Variable("present_summit_height", _BOTH, "m", "height of the summit at the step"),
+    Variable("present_summit_radius", _BOTH, "m", "radius of the summit at the step"),
+)
+"""What there is of each asperity where it slides, wears, or changes its geometry."""
+
 PER_PATCH = (
     Variable("normal_load", _BOTH, "N", "normal load of the patch"),
     Variable("tangential_load", _BOTH, "N", "tangential load of the patch"),

@@ -16,7 +16,8 @@ from historysim.basics.notices import Teller, silent
 from historysim.basics.places import at, misfit
 from historysim.basics.wording import counted, shown
 from historysim.errors import InputError
-from historysim.loads.events import Event, FrictionChange, NormalDisplacement, NormalLoad
+from historysim.loads.events import Event, NormalDisplacement, NormalLoad
+from historysim.loads.events import misfit as event_misfit
 from historysim.scenario.document import read_sections
 from historysim.scenario.loading_kinds import MOST_STEPS, MeasuredLoading
 from historysim.scenario.schema import given, reported
@@ -27,6 +28,7 @@ from historysim.scenario.surface_kinds.maps import HeightMap
 if TYPE_CHECKING:
     from historysim.asperities.adhering import AdheringAsperities
     from historysim.asperities.ensemble import Ensemble
+    from historysim.asperities.laws import FrictionLaw
     from historysim.measured.measurement import Measurement
     from historysim.replay import Replay
 
@@ -134,6 +136,8 @@ class Scenario:
                     pair = pair.with_work_of_adhesion(self.sections.adhesion.work_of_adhesion)
             friction = self._friction(ground.friction is not None)
             coefficients: Any = ground.friction if friction is None else friction
+            if ground.curve is not None or ground.solutions is not None:
+                self._check_steady()
             if ground.curve is not None:
                 with at("surface"):
                     curve = ground.curve
@@ -142,7 +146,9 @@ class Scenario:
                 ensemble = Ensemble.from_solutions(pair, ground.solutions, coefficients)
             else:
                 with at("surface"):
-                    ensemble = Ensemble.from_summits(pair, ground.summits, coefficients)
+                    wear = self.sections.wear.wear() if self.sections.wear else None
+                    evolving = {"wear": wear, "follow_sliding": self.sections.record.sliding}
+                    ensemble = Ensemble.from_summits(pair, ground.summits, coefficients, **evolving)
             self._check_record(len(ensemble))
         return ensemble
 
@@ -283,17 +289,12 @@ class Scenario:
         Raises
         ------
         InputError
-            As for either, or a change of friction with a wrong number of coefficients.
+            As for either, or an event that does not fit the number of asperities.
         """
         ensemble, events = self.ensemble(ground), self.events(tell)
         for event in events:
-            if isinstance(event, FrictionChange) and isinstance(event.friction, tuple):
-                given, expected = len(event.friction), len(ensemble)
-                if given not in {1, expected}:
-                    raise InputError(
-                        f"{self.path.name}: loading: friction at t = {event.time:g} s has {given} coefficients for "
-                        f"{counted(expected, 'asperity', 'asperities')}; expected one, or one per asperity"
-                    )
+            if problem := event_misfit(event, len(ensemble)):
+                raise InputError(f"{self.path.name}: loading: {event.name} at t = {event.time:g} s: {problem}")
         return ensemble, events
 
     def _measured_loading(self) -> MeasuredLoading:
@@ -303,7 +304,7 @@ class Scenario:
                 raise misfit("is written out; expected a measured file", "loading")
         return loading
 
-    def _friction(self, in_surface: bool) -> float | tuple[float, ...] | None:
+    def _friction(self, in_surface: bool) -> "float | tuple[float, ...] | FrictionLaw | None":
         friction = self.sections.friction
         if in_surface == (friction is not None):
             problem = (
@@ -312,7 +313,21 @@ class Scenario:
                 else "missing; expected [friction] with a coefficient, or surface.columns.friction"
             )
             raise misfit(problem, "friction")
-        return friction.coefficient if friction else None
+        return friction.friction() if friction else None
+
+    def _check_steady(self) -> None:
+        """Check that nothing is asked for that patches of a normal curve cannot do."""
+        asked = {
+            ("wear",): self.sections.wear is not None,
+            ("record", "sliding"): self.sections.record.sliding,
+            ("friction", "law"): self.sections.friction is not None and self.sections.friction.law is not None,
+        }
+        for place, is_asked in asked.items():
+            if is_asked:
+                problem = (
+                    "patches of one contact keep their shape and share one coefficient; expected independent summits"
+                )
+                raise misfit(problem, *place)
 
     def _check_record(self, count: int) -> None:
         if isinstance(self.record, str):

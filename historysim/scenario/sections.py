@@ -8,9 +8,9 @@ from historysim.asperities.instrument import Instrument
 from historysim.basics.places import at, misfit
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
-from historysim.scenario.friction_course import AnyCourse
+from historysim.scenario.law_sections import FrictionSection, WearSection
 from historysim.scenario.loading_kinds import AnyLoading
-from historysim.scenario.schema import Force, Length, Number, Numbers, Pressure, Stiffness, SurfaceEnergy, given
+from historysim.scenario.schema import Force, Length, Number, Pressure, Stiffness, SurfaceEnergy, given
 from historysim.scenario.surface_kinds import SurfaceKind
 
 if TYPE_CHECKING:
@@ -76,14 +76,6 @@ def _material(key: str, entry: MaterialEntry | None) -> "Material":
         if isinstance(entry, MaterialTable):
             return Material(**given(entry))
         return material(str(entry))
-
-
-@attrs.frozen
-class FrictionSection:
-    """``[friction]``: one coefficient, or one for each asperity; and its course over time or distance."""
-
-    coefficient: Numbers
-    course: AnyCourse | None = None
 
 
 @attrs.frozen
@@ -186,9 +178,10 @@ RECORDS = ("touching", "all", "totals")
 
 @attrs.frozen
 class RecordSection:
-    """``[record]``: the asperities that are written out one by one."""
+    """``[record]``: the asperities that are written out one by one, and whether it is followed how far they slide."""
 
     asperities: str | tuple[int, ...] = "touching"
+    sliding: bool = False
 
 
 @attrs.frozen
@@ -241,6 +234,7 @@ class Sections:
     surface: SurfaceKind
     loading: AnyLoading
     friction: FrictionSection | None = None
+    wear: WearSection | None = None
     adhesion: AdhesionSection | None = None
     instrument: InstrumentSection | None = None
     record: RecordSection = RecordSection()

@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 
 import historysim as hs
 from historysim.errors import FrictionLimitError, InputError
+from historysim.memory.paths import DISPLACED, STILL, Goals, paths_to
 
 EPS = np.finfo(float).eps
 
@@ -471,3 +472,18 @@ def test_an_approach_whose_load_no_float_holds_is_no_contact(tiny):
     assert all(np.isfinite(values.values.astype(float)).all() for values in history.variables.values())
     assert history.contact_count.values[0] == 0
     assert ensemble.advance(ensemble.initial_state(), normal_load=1e-300).approach == 0.0
+
+
+def test_a_deep_memory_is_walked_on_whole():
+    """A step copies the outer end of a deep memory alone; a walk and a change of friction take all of it, once."""
+    ensemble = hs.Ensemble(hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25), 0.0, 1.0, 0.5)
+    state = ensemble.advance(ensemble.initial_state(), normal_load=0.01)
+    for k in range(300):
+        state = ensemble.advance(state, tangential_displacement=0.01 * (1 - k / 400) * (-1) ** k)
+    depth = state.memory.depth.tolist()
+    assert depth[0] > 250
+    still = Goals(DISPLACED, *STILL)
+    walked = ensemble.walk(state, paths_to(still, still))
+    assert walked.memory.depth.tolist() == depth
+    assert walked.memory.vertices[0, : depth[0]].tobytes() == state.memory.vertices[0, : depth[0]].tobytes()
+    assert ensemble.with_friction(state, 0.6).memory.depth.tolist() == depth

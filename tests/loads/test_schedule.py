@@ -41,7 +41,7 @@ def read(stretch):
 def single(events, **options):
     found = list(stretches(events, **options))
     assert len(found) == 1
-    assert (found[0].friction, found[0].friction_event) == (None, -1)
+    assert (found[0].change, found[0].change_event) == (None, -1)
     return found[0]
 
 
@@ -251,8 +251,8 @@ def test_nothing_to_schedule_is_an_error():
 def test_a_change_of_friction_ends_a_stretch():
     events = [N(0.0, 0.02), T(1.0, 0.002), F(1.0, 0.3), T(2.0, 0.004), F(3.0, [0.2, 0.3, 0.4])]
     found = list(stretches(events))
-    assert [stretch.friction for stretch in found] == [events[2], events[4], None]
-    assert [stretch.friction_event for stretch in found] == [2, 4, -1]
+    assert [stretch.change for stretch in found] == [events[2], events[4], None]
+    assert [stretch.change_event for stretch in found] == [2, 4, -1]
     assert [stretch.row_time.tolist() for stretch in found] == [[0.0], [1.0, 2.0], [3.0]]
     arrival = Path((LOAD, 0.02, 1.0), (LOAD, 0.002, 1.0), recorded=False)
     assert read(found[0])[-1] == arrival
@@ -409,8 +409,8 @@ def test_stretches_break_so_that_none_records_many_more_rows_than_told(most_rows
     ]
     assert np.array_equal(*(np.concatenate([stretch.row_time for stretch in plan]) for plan in (whole, broken)))
     assert [number for stretch in broken for number in stretch.event] == [n for stretch in whole for n in stretch.event]
-    changes = [stretch.friction_event for stretch in broken if stretch.friction is not None]
-    assert changes == [stretch.friction_event for stretch in whole if stretch.friction is not None]
+    changes = [stretch.change_event for stretch in broken if stretch.change is not None]
+    assert changes == [stretch.change_event for stretch in whole if stretch.change is not None]
     assert max(stretch.row_time.size for stretch in broken) < most_rows + 3
     assert (len(broken) > len(whole)) == (most_rows < 1000)
 
@@ -423,8 +423,8 @@ def test_breaking_stretches_changes_no_bit(ensemble):
         for stretch in stretches(events, 2, most_rows):
             rows = blank_rows(stretch.row_time.size, 0)
             state = ensemble.walk(state, stretch.paths, rows=rows)
-            if stretch.friction is not None:
-                state = ensemble.with_friction(state, stretch.friction.friction)
+            if stretch.change is not None:
+                state = ensemble.with_friction(state, stretch.change.friction)
             totals.append(rows.totals)
         memory = state.memory
         kept = (np.concatenate(totals), memory.now, memory.dissipated, memory.depth)
@@ -473,5 +473,5 @@ def test_there_is_no_standing_in_the_midst_of_a_time():
     assert standing_at(events, 1) is None
     assert standing_at(events, 0) is None
     assert standing_at(events, 4) is None
-    assert standing_at(events, 2).heading == (AT_WAYPOINT, AT_WAYPOINT)
-    assert standing_at(events, 3).heading == (AT_WAYPOINT, BEYOND_LAST)
+    assert standing_at(events, 2).heading == (AT_WAYPOINT, AT_WAYPOINT, AT_WAYPOINT)
+    assert standing_at(events, 3).heading == (AT_WAYPOINT, BEYOND_LAST, AT_WAYPOINT)

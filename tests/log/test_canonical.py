@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.loads.events import EVENT_KINDS, digest
+from historysim.loads.events import LOAD_KINDS, digest
 from historysim.log.canonical import columns_of
 
 EVENTS = [
@@ -31,7 +31,7 @@ def test_the_canonical_form_stays_as_it_is():
 @pytest.mark.parametrize("seed", ["0", "1"])
 def test_other_processes_find_the_same_digest(seed):
     events = ", ".join(f"hs.{event!r}" for event in EVENTS)
-    code = f"import historysim as hs; from historysim.loads.events import digest; print(digest([{events}]))"
+    code = f"import historysim as hs; from historysim.loads.events import LOAD_KINDS, digest; print(digest([{events}]))"
     environment = {**os.environ, "PYTHONHASHSEED": seed}
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == DIGEST
@@ -79,8 +79,10 @@ def test_how_the_numbers_were_handed_over_does_not_matter():
 
 
 def test_the_numbers_of_the_kinds_in_a_log_stay_as_they_are():
-    events = [kind(0.0, 0.1) for kind in EVENT_KINDS.values()] + [hs.FrictionChange(0.0, [0.1, 0.2])]
-    assert list(columns_of(events).kind) == [0, 1, 2, 3, 4, 5]
+    events = [kind(0.0, 0.1) for kind in (*LOAD_KINDS.values(), hs.FrictionChange)]
+    events += [hs.FrictionChange(0.0, [0.1, 0.2]), hs.FrictionChange(0.0, 0.1, [2]), hs.FrictionRamp(0.0, 0.1)]
+    events += [hs.GeometryChange(0.0, 0.1)]
+    assert list(columns_of(events).kind) == [0, 1, 2, 3, 4, 5, 6, 7, 8]
     assert [type(event) for event in events[:5]] == [
         hs.NormalLoad,
         hs.NormalDisplacement,

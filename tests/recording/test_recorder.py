@@ -89,8 +89,8 @@ def fill(target, plan):
     for stretch in plan:
         rows = target.blank(stretch.row_time.size)
         state = target.ensemble.walk(state, stretch.paths, rows=rows, asperities=asperities)
-        if stretch.friction is not None:
-            state = target.ensemble.with_friction(state, stretch.friction.friction)
+        if stretch.change is not None:
+            state = target.ensemble.with_friction(state, stretch.change.friction)
         target.record(stretch.row_time)
     return state
 
@@ -270,7 +270,7 @@ def test_recording_changes_no_state(ensemble, tmp_path):
     plan = list(stretches(EVENTS[:6]))
     before = ensemble.initial_state()
     for stretch in plan[:-1]:
-        before = ensemble.with_friction(ensemble.walk(before, stretch.paths), stretch.friction.friction)
+        before = ensemble.with_friction(ensemble.walk(before, stretch.paths), stretch.change.friction)
     paths, times = plan[-1].paths, plan[-1].row_time
     begun, ended = fingerprint(before), fingerprint(ensemble.walk(before, paths))
     assert begun != ended

@@ -11,16 +11,25 @@ from historysim.basics.places import at, misfit
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted, shown
 from historysim.errors import InputError, path_text
-from historysim.loads.events import EVENT_KINDS, Event, LoadEvent
+from historysim.loads.events import EVENT_KINDS, LOAD_KINDS, Event, LoadEvent
 from historysim.scenario.loading_kinds.base import Loading, one_of_each
-from historysim.scenario.schema import Force, Length, Numbers, Quantity, Time
+from historysim.scenario.schema import Force, Length, Lengths, Numbers, Quantity, Time
 
 MOST_EVENTS = 10_000_000
 
 
 @attrs.frozen
+class GeometryTable:
+    """Other heights and radii of summits, of all or of some asperities."""
+
+    summit_height: Lengths | None = None
+    summit_radius: Lengths | None = None
+    asperities: tuple[int, ...] | None = None
+
+
+@attrs.frozen
 class Waypoint:
-    """What the channels have reached at a time, or some time after the waypoint before it."""
+    """What the channels have reached at a time, or some time after the waypoint before it, and what changes then."""
 
     time: Time | None = None
     after: Time | None = None
@@ -29,6 +38,9 @@ class Waypoint:
     tangential_load: Force | None = None
     tangential_displacement: Length | None = None
     friction: Numbers | None = None
+    friction_ramp: Numbers | None = None
+    geometry: GeometryTable | None = None
+    asperities: tuple[int, ...] | None = None
 
     def __attrs_post_init__(self) -> None:
         """Check that it has one time, and something to reach."""
@@ -38,13 +50,22 @@ class Waypoint:
         if self.after is not None and self.after < 0:
             raise misfit(f"{self.after:g} s; expected 0 s or more", "after")
         one_of_each(self)
+        if self.asperities is not None and self.friction is None:
+            raise misfit("without friction; expected both, or asperities in geometry", "asperities")
         if not self.changes:
             raise InputError(f"nothing to reach; expected one or more of {', '.join(EVENT_KINDS)}")
 
     @property
-    def changes(self) -> dict[str, Any]:
-        """What is reached, by the name of its key."""
-        return {key: value for key in EVENT_KINDS if (value := getattr(self, key)) is not None}
+    def changes(self) -> dict[str, tuple[Any, ...]]:
+        """What is reached, by the name of its key: what its event has beside the time."""
+        named = {key: getattr(self, key) for key in EVENT_KINDS}
+        found: dict[str, tuple[Any, ...]] = {key: (value,) for key, value in named.items() if value is not None}
+        if self.friction is not None:
+            found["friction"] = (self.friction, self.asperities)
+        if self.geometry is not None:
+            new = self.geometry
+            found["geometry"] = (new.summit_height, new.summit_radius, new.asperities)
+        return found
 
 
 Place = tuple[str | int, ...]
@@ -71,10 +92,10 @@ class _Timeline:
     passed: dict[str, tuple[float, Place]] = attrs.Factory(dict)
     drifts: list[tuple[Place, LoadEvent, LoadEvent]] = attrs.Factory(list)
 
-    def reach(self, time: float, changes: Mapping[str, Any], *place: str | int) -> None:
-        for key, value in changes.items():
+    def reach(self, time: float, changes: Mapping[str, tuple[Any, ...]], *place: str | int) -> None:
+        for key, told in changes.items():
             with at(key):
-                event = EVENT_KINDS[key](time, value)
+                event = EVENT_KINDS[key](time, *told)
             self.events.append(event)
             if isinstance(event, LoadEvent):
                 self._look_back(event)
@@ -144,6 +165,9 @@ class Waypoints(Written):
         return line.events
 
 
+IN_TURN = (*LOAD_KINDS, "friction")
+
+
 @attrs.frozen
 class Each:
     """Values to reach in turn; the waypoints of the block run at each of them."""
@@ -160,20 +184,19 @@ class Each:
         if self.after < 0:
             raise misfit(f"{self.after:g} s; expected 0 s or more", "after")
         one_of_each(self)
-        lengths = {key: len(value) for key in EVENT_KINDS if (value := getattr(self, key)) is not None}
+        lengths = {key: len(value) for key in IN_TURN if (value := getattr(self, key)) is not None}
         if not lengths or 0 in lengths.values() or len(set(lengths.values())) > 1:
             counted = ", ".join(f"{count} of {key}" for key, count in lengths.items())
             raise InputError(
-                f"{counted or 'no'} values; expected arrays of one length, of one or more of {', '.join(EVENT_KINDS)}"
+                f"{counted or 'no'} values; expected arrays of one length, of one or more of {', '.join(IN_TURN)}"
             )
 
     @property
-    def turns(self) -> list[dict[str, Any]]:
+    def turns(self) -> list[dict[str, tuple[Any, ...]]]:
         """What is reached in each turn."""
-        keys = [key for key in EVENT_KINDS if getattr(self, key) is not None]
-        return [
-            dict(zip(keys, values, strict=True)) for values in zip(*(getattr(self, key) for key in keys), strict=True)
-        ]
+        keys = [key for key in IN_TURN if getattr(self, key) is not None]
+        each = zip(*(getattr(self, key) for key in keys), strict=True)
+        return [{key: (value,) for key, value in zip(keys, values, strict=True)} for values in each]
 
 
 @attrs.frozen
@@ -200,7 +223,7 @@ class Block:
         return len(self.turns) * (1 + self.repeat * sum(len(waypoint.changes) for waypoint in self.waypoints))
 
     @property
-    def turns(self) -> Sequence[dict[str, Any]]:
+    def turns(self) -> Sequence[dict[str, tuple[Any, ...]]]:
         """What is reached before each run of the repeated waypoints."""
         return self.each.turns if self.each else [{}]
 

@@ -1,0 +1,45 @@
+"""Friction laws as values: what each asperity's coefficient is, of what it depends on, and what is chosen there."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from historysim.asperities.laws.base import FrictionLaw, Loaded
+from historysim.asperities.laws.drawn import DrawnFriction
+from historysim.asperities.laws.power import PowerLaw
+from historysim.asperities.laws.shear_strength import ShearStrength
+from historysim.asperities.laws.shifted import ShiftedLoad
+from historysim.asperities.laws.slid import SlidFriction
+from historysim.basics.wording import nearest
+from historysim.errors import InputError
+
+__all__ = [
+    "LAWS",
+    "DrawnFriction",
+    "FrictionLaw",
+    "Loaded",
+    "PowerLaw",
+    "ShearStrength",
+    "ShiftedLoad",
+    "SlidFriction",
+    "law_from",
+]
+
+LAWS: Mapping[str, type[FrictionLaw]] = {
+    law.kind: law for law in (PowerLaw, ShearStrength, ShiftedLoad, SlidFriction, DrawnFriction)
+}
+"""The laws by their names in scenarios and logs."""
+
+
+def law_from(settings: Mapping[str, Any]) -> FrictionLaw:
+    """Return the law that `FrictionLaw.settings` told.
+
+    Raises
+    ------
+    InputError
+        A name that no law has, or numbers that it cannot have.
+    """
+    given = dict(settings)
+    kind = given.pop("law", None)
+    if kind not in LAWS:
+        raise InputError(f"law is {kind!r}; {nearest(str(kind), LAWS)}")
+    return LAWS[kind](**given)

@@ -1,0 +1,96 @@
+"""What every friction law is: a value that tells each asperity's coefficient from how it is loaded."""
+
+import abc
+import math
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+
+from historysim.basics.units import is_number
+from historysim.contact.materials import MaterialPair
+from historysim.errors import InputError
+
+Floats = npt.NDArray[np.float64]
+
+
+@attrs.frozen(eq=False)
+class Loaded:
+    """How asperities are loaded at one moment.
+
+    Attributes
+    ----------
+    pair : MaterialPair
+    normal_load : array (asperity)
+        [N], > 0.
+    total_normal_load : float
+        Of all asperities together [N].
+    summit_radius : array (asperity)
+        [m].
+    slid_distance : array (asperity)
+        How far each has slid [m].
+    """
+
+    pair: MaterialPair
+    normal_load: Floats
+    total_normal_load: float
+    summit_radius: Floats
+    slid_distance: Floats
+
+
+class FrictionLaw(abc.ABC):
+    """A friction law.
+
+    The cone of Coulomb's law |τ| ≤ μ p then has the coefficient that the law gives the asperity as a whole at its
+    present load, T_max = μ(N) N: how the limit is spread over its contact stays that of the pressure. This is a choice
+    of the model, common to all laws that depend on the load.
+    """
+
+    kind: ClassVar[str]
+    """Its name in scenarios and logs."""
+    depends_on: ClassVar[str]
+    """What it depends on: "nothing", "total" (the total load), "own" (the asperity's load), "slid" (what it slid)."""
+
+    @abc.abstractmethod
+    def coefficients(self, loaded: Loaded) -> Floats:
+        """Return the coefficient μ of each asperity (asperity)."""
+
+    @property
+    @abc.abstractmethod
+    def text(self) -> str:
+        """Say in a line what it is, what is chosen, and where it comes from."""
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Its name as ``law``, and its numbers, as `law_from` takes them."""
+        value: Any = self
+        numbers = attrs.asdict(value, filter=lambda _, number: number is not None)
+        return {
+            "law": self.kind,
+            **{key: list(value) if isinstance(value, tuple) else value for key, value in numbers.items()},
+        }
+
+
+def at_least(least: float, *, above: bool = False) -> Callable[[object, "attrs.Attribute[float]", Any], None]:
+    """Return a validator of a finite number that is at least, or above, another."""
+
+    def check(law: object, attribute: "attrs.Attribute[float]", value: Any) -> None:
+        fits = is_number(value) and math.isfinite(value) and (value > least if above else value >= least)
+        if not fits:
+            wanted = f"above {least:g}" if above else "finite" if least == -math.inf else f"of {least:g} or more"
+            raise InputError(f"{type(law).__name__}: {attribute.name} is {value!r}; expected a number {wanted}")
+
+    return check
+
+
+def one_of(*words: str) -> Callable[[object, "attrs.Attribute[str]", Any], None]:
+    """Return a validator of a word."""
+
+    def check(law: object, attribute: "attrs.Attribute[str]", value: Any) -> None:
+        if value not in words:
+            expected = " or ".join(map(repr, words))
+            raise InputError(f"{type(law).__name__}: {attribute.name} is {value!r}; expected {expected}")
+
+    return check

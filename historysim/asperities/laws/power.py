@@ -1,0 +1,56 @@
+"""Friction that goes with a power of the load."""
+
+import attrs
+import numpy as np
+
+from historysim.asperities.laws.base import Floats, FrictionLaw, Loaded, at_least, one_of
+from historysim.basics.units import as_float, quantity_text
+
+
+@attrs.frozen
+class PowerLaw(FrictionLaw):
+    """Friction that goes with a power of the load, μ = μ_ref (N/N_ref)^n.
+
+    Parameters
+    ----------
+    coefficient : float
+        μ_ref ≥ 0.
+    reference_load : float
+        N_ref > 0 [N].
+    exponent : float
+        n > -1, so that the friction force vanishes with the load.
+    load : {"own", "total"}
+        The load of the asperity, or of the surface. With the total load all asperities keep one coefficient, as a
+        tribometer measures it (Winogrodzka's Chapter 4).
+
+    Raises
+    ------
+    InputError
+        A number out of its range, or another word.
+    """
+
+    coefficient: float = attrs.field(converter=as_float, validator=at_least(0.0))
+    reference_load: float = attrs.field(converter=as_float, validator=at_least(0.0, above=True))
+    exponent: float = attrs.field(converter=as_float, validator=at_least(-1.0, above=True))
+    load: str = attrs.field(default="own", validator=one_of("own", "total"))
+
+    kind = "power"
+
+    @property
+    def depends_on(self) -> str:  # type: ignore[override]
+        """What it depends on."""
+        return "nothing" if self.exponent == 0 else self.load
+
+    def coefficients(self, loaded: Loaded) -> Floats:
+        """Return the coefficient μ of each asperity (asperity)."""
+        if self.exponent == 0:
+            return np.full(loaded.normal_load.size, self.coefficient)
+        load = loaded.normal_load if self.load == "own" else np.full_like(loaded.normal_load, loaded.total_normal_load)
+        return self.coefficient * (load / self.reference_load) ** self.exponent
+
+    @property
+    def text(self) -> str:
+        """Say in a line what it is."""
+        whose = "the load of each asperity" if self.load == "own" else "the total load"
+        reference = quantity_text(self.reference_load, "N")
+        return f"power law: {self.coefficient:g} (N/{reference})^{self.exponent:g} in {whose}, as is chosen here"

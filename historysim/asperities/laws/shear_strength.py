@@ -1,0 +1,74 @@
+"""Friction of a constant interfacial shear strength on the contact area (Bowden and Tabor)."""
+
+import math
+
+import attrs
+
+from historysim.asperities.laws.base import Floats, FrictionLaw, Loaded, at_least, one_of
+from historysim.basics.units import as_float, quantity_text
+from historysim.contact import hertz
+from historysim.contact.adhesion.jkr import jkr_contact_radius
+from historysim.errors import InputError
+
+
+@attrs.frozen
+class ShearStrength(FrictionLaw):
+    """Friction of a constant interfacial shear strength τ0 on the contact area of each asperity: T_max = τ0 A.
+
+    Bowden and Tabor (1950). On a sphere in Hertz contact μ goes with N^(-1/3). The tractions themselves stay those
+    of Coulomb's law with that coefficient, μ p: the strength limits the asperity as a whole and not each point.
+
+    Parameters
+    ----------
+    shear_strength : float
+        τ0 ≥ 0 [Pa].
+    area : {"hertz", "jkr"}
+        Area at the normal load: of Hertz, or of Johnson, Kendall and Roberts (1971) with a work of adhesion. The
+        contact itself stays that of Hertz: JKR is taken for the limit alone.
+    work_of_adhesion : float, optional
+        W > 0 [J/m²], for "jkr".
+
+    Raises
+    ------
+    InputError
+        A number out of its range, another word, or a work of adhesion that is missing or not asked for.
+    """
+
+    shear_strength: float = attrs.field(converter=as_float, validator=at_least(0.0))
+    area: str = attrs.field(default="hertz", validator=one_of("hertz", "jkr"))
+    work_of_adhesion: float | None = attrs.field(
+        default=None,
+        converter=attrs.converters.optional(as_float),
+        validator=attrs.validators.optional(at_least(0.0, above=True)),
+    )
+
+    kind = "shear strength"
+    depends_on = "own"
+
+    def __attrs_post_init__(self) -> None:
+        """Check that the work of adhesion is there where it is needed."""
+        if (self.area == "jkr") != (self.work_of_adhesion is not None):
+            came = "missing" if self.area == "jkr" else f"{self.work_of_adhesion:g} J/m²"
+            wanted = "that of the pair, for the JKR area" if self.area == "jkr" else "none, or area = 'jkr'"
+            raise InputError(f"ShearStrength: work_of_adhesion is {came}; expected {wanted}")
+
+    def coefficients(self, loaded: Loaded) -> Floats:
+        """Return the coefficient μ of each asperity (asperity)."""
+        modulus, summit_radius = loaded.pair.contact_modulus, loaded.summit_radius
+        if self.work_of_adhesion is None:
+            approach = hertz.approach(loaded.normal_load, summit_radius=summit_radius, contact_modulus=modulus)
+            radius = hertz.contact_radius(approach, summit_radius=summit_radius)
+        else:
+            work = self.work_of_adhesion
+            radius = jkr_contact_radius(
+                loaded.normal_load, summit_radius=summit_radius, contact_modulus=modulus, work_of_adhesion=work
+            )
+        found: Floats = self.shear_strength * math.pi * radius**2 / loaded.normal_load
+        return found
+
+    @property
+    def text(self) -> str:
+        """Say in a line what it is."""
+        strength = quantity_text(self.shear_strength, "Pa")
+        area = "Hertz area" if self.area == "hertz" else f"JKR area, W = {self.work_of_adhesion:g} J/m²"
+        return f"Bowden-Tabor: shear strength {strength} on the {area} of each asperity; tractions as Coulomb's"

@@ -1,0 +1,48 @@
+"""Coulomb's law on the load and the pull of adhesion together."""
+
+import math
+
+import attrs
+
+from historysim.asperities.laws.base import Floats, FrictionLaw, Loaded, at_least
+from historysim.basics.units import as_float
+
+
+@attrs.frozen
+class ShiftedLoad(FrictionLaw):
+    """Coulomb's law on the load and the pull of adhesion together: T_max = μ (N + 2πWR).
+
+    Derjaguin's friction law with the pull of Derjaguin, Muller and Toporov (1975), which acts outside the contact and
+    adds to the load. The contact area and the approach stay those of Hertz at N: the pull is taken for the limit alone.
+
+    Parameters
+    ----------
+    coefficient : float
+        μ ≥ 0.
+    work_of_adhesion : float
+        W ≥ 0 [J/m²].
+
+    Raises
+    ------
+    InputError
+        A number out of its range.
+    """
+
+    coefficient: float = attrs.field(converter=as_float, validator=at_least(0.0))
+    work_of_adhesion: float = attrs.field(converter=as_float, validator=at_least(0.0))
+
+    kind = "shifted load"
+    depends_on = "own"
+
+    def coefficients(self, loaded: Loaded) -> Floats:
+        """Return the coefficient μ of each asperity (asperity)."""
+        pull = 2 * math.pi * self.work_of_adhesion * loaded.summit_radius
+        return self.coefficient * (1 + pull / loaded.normal_load)
+
+    @property
+    def text(self) -> str:
+        """Say in a line what it is."""
+        return (
+            f"Coulomb {self.coefficient:g} on the load and the DMT pull 2πWR together, W = {self.work_of_adhesion:g} "
+            "J/m²; areas as Hertz's"
+        )

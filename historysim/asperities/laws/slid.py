@@ -1,0 +1,63 @@
+"""Friction that changes with the distance slid, from a table."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import attrs
+import numpy as np
+
+from historysim.asperities.laws.base import Floats, FrictionLaw, Loaded
+from historysim.basics.arguments import checked
+from historysim.errors import InputError
+
+
+def _numbers(given: Any) -> tuple[float, ...]:
+    if not isinstance(given, Iterable) or isinstance(given, str):
+        raise InputError(f"{given!r} is no column of a table; expected a list of numbers")
+    return tuple(checked("number", list(given)).tolist())
+
+
+@attrs.frozen
+class SlidFriction(FrictionLaw):
+    """Friction that changes with the distance slid by each asperity, straight between the rows of a table.
+
+    Parameters
+    ----------
+    distance : sequence of float (row)
+        Slid distances [m], ascending, the first 0.
+    coefficient : sequence of float (row)
+        μ ≥ 0 there; beyond the last row it stays.
+
+    Raises
+    ------
+    InputError
+        A table with fewer than two rows, or of other numbers.
+    """
+
+    distance: tuple[float, ...] = attrs.field(converter=_numbers)
+    coefficient: tuple[float, ...] = attrs.field(converter=_numbers)
+
+    kind = "slid distance"
+    depends_on = "slid"
+
+    def __attrs_post_init__(self) -> None:
+        """Check the table."""
+        rows = len(self.distance)
+        if rows != len(self.coefficient) or rows < 2:
+            raise InputError(
+                f"SlidFriction: {rows} distances, {len(self.coefficient)} coefficients; expected as many, two or more"
+            )
+        if self.distance[0] != 0 or min(np.diff(self.distance)) <= 0:
+            raise InputError("SlidFriction: distance does not rise from 0; expected ascending distances, the first 0")
+        if min(self.coefficient) < 0:
+            raise InputError(f"SlidFriction: coefficient is {min(self.coefficient):g}; expected 0 or more")
+
+    def coefficients(self, loaded: Loaded) -> Floats:
+        """Return the coefficient μ of each asperity (asperity)."""
+        return np.interp(loaded.slid_distance, self.distance, self.coefficient)
+
+    @property
+    def text(self) -> str:
+        """Say in a line what it is."""
+        first, last = self.coefficient[0], self.coefficient[-1]
+        return f"Coulomb from {first:g} to {last:g} over the distance slid by each asperity, from a table"

@@ -1,0 +1,171 @@
+"""Wear: how much of a summit is lost, and what shape it has then."""
+
+import abc
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+
+from historysim.asperities.laws.base import at_least, one_of
+from historysim.basics.units import as_float, quantity_text
+from historysim.basics.wording import nearest
+from historysim.errors import InputError
+
+Floats = npt.NDArray[np.float64]
+
+
+@attrs.frozen(kw_only=True)
+class WearLaw(abc.ABC):
+    """A wear law: the volume that an asperity loses, and the shape that is left.
+
+    The shape follows from the volume while the asperity slides as a whole: then its springs are at the friction limit
+    whatever its shape is, and no memory is lost. What it loses in partial slip waits until then.
+
+    Parameters
+    ----------
+    shape : {"truncated", "blunted"}
+        "truncated": the cap of the volume lost is cut off, h = √(V/(πR)), and what comes into contact beneath has the
+        radius that the summit had. "blunted": within the contact circle of radius a the depth falls as 1 - r²/a², so
+        that a paraboloid is left: dh = 2 dV/(πa²), d(1/R) = -4 dV/(πa⁴).
+    """
+
+    shape: str = attrs.field(default="truncated", validator=one_of("truncated", "blunted"))
+
+    kind: ClassVar[str]
+
+    @abc.abstractmethod
+    def volume(self, normal_load: Floats, slid_distance: Floats, dissipated_energy: Floats) -> Floats:
+        """Return the volume that asperities lose [m³] (asperity).
+
+        Parameters
+        ----------
+        normal_load : array (asperity)
+            Mean load meanwhile [N].
+        slid_distance, dissipated_energy : array (asperity)
+            What they slid [m] and dissipated [J] meanwhile.
+        """
+
+    @property
+    @abc.abstractmethod
+    def text(self) -> str:
+        """Say in a line what it is, what is chosen, and where it comes from."""
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Its name as ``law``, and its numbers."""
+        return {"law": self.kind, **attrs.asdict(self)}
+
+    def left(
+        self, height: Floats, radius: Floats, contact_radius: Floats, shaped: Floats, volume: Floats
+    ) -> tuple[Floats, Floats]:
+        """Return height and radius [m] after summits have lost a volume.
+
+        Parameters
+        ----------
+        height, radius, contact_radius : array (asperity)
+            Before [m].
+        shaped, volume : array (asperity)
+            What they had lost since they were whole paraboloids, and what they lose now [m³].
+        """
+        if self.shape == "truncated":
+            lost = np.sqrt((shaped + volume) / (np.pi * radius)) - np.sqrt(shaped / (np.pi * radius))
+            return height - lost, radius
+        # no more than a tenth of the curvature at once: refined chords get less and less
+        curvature = 1 / radius - np.minimum(4 * volume / (np.pi * contact_radius**4), 0.1 / radius)
+        return height - 2 * volume / (np.pi * contact_radius**2), 1 / curvature
+
+    @property
+    def _shape_text(self) -> str:
+        how = (
+            "caps cut off, radius kept"
+            if self.shape == "truncated"
+            else "blunted to a paraboloid in the contact circle"
+        )
+        return f"{how}; takes shape while an asperity slides"
+
+
+@attrs.frozen(kw_only=True)
+class ArchardWear(WearLaw):
+    """Wear in proportion to load and slid distance, dV = K N ds / H (Archard 1953).
+
+    Parameters
+    ----------
+    coefficient : float
+        K ≥ 0.
+    hardness : float
+        H > 0 of the softer body [Pa].
+    shape
+        See `WearLaw`.
+
+    Raises
+    ------
+    InputError
+        A number out of its range, or another word.
+    """
+
+    coefficient: float = attrs.field(converter=as_float, validator=at_least(0.0))
+    hardness: float = attrs.field(converter=as_float, validator=at_least(0.0, above=True))
+
+    kind = "archard"
+
+    def volume(self, normal_load: Floats, slid_distance: Floats, dissipated_energy: Floats) -> Floats:  # noqa: ARG002 - other laws need it
+        """Return the volume that asperities lose [m³] (asperity)."""
+        return self.coefficient / self.hardness * normal_load * slid_distance
+
+    @property
+    def text(self) -> str:
+        """Say in a line what it is."""
+        hardness = quantity_text(self.hardness, "Pa")
+        return f"Archard: K = {self.coefficient:g} in load times slid distance over {hardness}; {self._shape_text}"
+
+
+@attrs.frozen(kw_only=True)
+class EnergyWear(WearLaw):
+    """Wear in proportion to the energy that friction takes, dV = α dE (Fouvry and others 1996).
+
+    Parameters
+    ----------
+    volume_per_energy : float
+        α ≥ 0 [m³/J].
+    shape
+        See `WearLaw`.
+
+    Raises
+    ------
+    InputError
+        A number out of its range, or another word.
+    """
+
+    volume_per_energy: float = attrs.field(converter=as_float, validator=at_least(0.0))
+
+    kind = "energy"
+
+    def volume(self, normal_load: Floats, slid_distance: Floats, dissipated_energy: Floats) -> Floats:  # noqa: ARG002 - other laws need them
+        """Return the volume that asperities lose [m³] (asperity)."""
+        return self.volume_per_energy * np.maximum(dissipated_energy, 0.0)
+
+    @property
+    def text(self) -> str:
+        """Say in a line what it is."""
+        return f"energy wear: {self.volume_per_energy:g} m³/J of the dissipated energy; {self._shape_text}"
+
+
+WEAR_LAWS: dict[str, type[WearLaw]] = {law.kind: law for law in (ArchardWear, EnergyWear)}
+"""The laws by their names in scenarios and logs."""
+
+
+def wear_law_from(settings: Mapping[str, Any]) -> WearLaw:
+    """Return the law that `WearLaw.settings` told.
+
+    Raises
+    ------
+    InputError
+        A name that no law has, or numbers that it cannot have.
+    """
+    given = dict(settings)
+    kind = given.pop("law", None)
+    if kind not in WEAR_LAWS:
+        raise InputError(f"law is {kind!r}; {nearest(str(kind), WEAR_LAWS)}")
+    return WEAR_LAWS[kind](**given)

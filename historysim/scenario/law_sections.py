@@ -1,0 +1,115 @@
+"""``[friction]`` and ``[wear]``: coefficients, or laws by their names with what they need."""
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Annotated, Any
+
+import attrs
+
+from historysim.basics.places import misfit
+from historysim.basics.wording import nearest, shown
+from historysim.scenario.friction_course import AnyCourse
+from historysim.scenario.schema import Force, Number, Numbers, Pressure, Quantity, SurfaceEnergy, given
+
+if TYPE_CHECKING:
+    from historysim.asperities.laws import FrictionLaw
+    from historysim.asperities.wear import WearLaw
+
+LAW_KEYS: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "power": (("coefficient", "reference_load", "exponent"), ("load",)),
+    "shear strength": (("shear_strength",), ("area", "work_of_adhesion")),
+    "shifted load": (("coefficient", "work_of_adhesion"), ()),
+    "slid distance": (("distance", "coefficient"), ()),
+    "drawn": (("mean", "deviation", "seed"), ("distribution",)),
+}
+WEAR_KEYS: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "archard": (("coefficient", "hardness"), ("shape",)),
+    "energy": (("volume_per_energy",), ("shape",)),
+}
+"""By law: the keys that it needs, and those that it may have."""
+
+
+@attrs.frozen
+class FrictionSection:
+    """``[friction]``: one coefficient and its course, or one for each asperity, or a law with what it needs."""
+
+    coefficient: Numbers | None = None
+    course: AnyCourse | None = None
+    law: str | None = None
+    reference_load: Force | None = None
+    exponent: Number | None = None
+    load: str | None = None
+    shear_strength: Pressure | None = None
+    area: str | None = None
+    work_of_adhesion: SurfaceEnergy | None = None
+    distance: Annotated[tuple[float, ...], Quantity("m")] | None = None
+    mean: Number | None = None
+    deviation: Number | None = None
+    seed: int | None = None
+    distribution: str | None = None
+
+    def __attrs_post_init__(self) -> None:
+        """Check that it is one or the other."""
+        if self.law is not None:
+            self.friction()
+            return
+        for key in given(self):
+            if key not in {"coefficient", "course"}:
+                raise misfit(f"belongs to a law; expected law, one of {', '.join(LAW_KEYS)}", key)
+        if self.coefficient is None:
+            raise misfit("missing; expected a coefficient, or law with what it needs", "coefficient")
+
+    def friction(self) -> "float | tuple[float, ...] | FrictionLaw":
+        """Return the coefficients, or the law.
+
+        Raises
+        ------
+        InputError
+            No such law, or what it does not have.
+        """
+        if self.coefficient is not None and self.law is None:
+            return self.coefficient
+        from historysim.asperities.laws import law_from
+
+        law: FrictionLaw = _built(law_from, LAW_KEYS, self)
+        return law
+
+
+@attrs.frozen
+class WearSection:
+    """``[wear]``: what sliding takes from the asperities."""
+
+    law: str
+    coefficient: Number | None = None
+    hardness: Pressure | None = None
+    volume_per_energy: Annotated[float, Quantity("m3 J-1")] | None = None
+    shape: str | None = None
+
+    def __attrs_post_init__(self) -> None:
+        """Check that it is a law."""
+        self.wear()
+
+    def wear(self) -> "WearLaw":
+        """Return the law; errors as for `FrictionSection.friction`."""
+        from historysim.asperities.wear import wear_law_from
+
+        law: WearLaw = _built(wear_law_from, WEAR_KEYS, self)
+        return law
+
+
+def _built(
+    make: Callable[[Mapping[str, Any]], Any],
+    keys: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]],
+    section: FrictionSection | WearSection,
+) -> Any:
+    """Return the law of a section, whose keys have to be those of the law."""
+    law, told = str(section.law), given(section)
+    if law not in keys:
+        raise misfit(f"{shown(law)}; {nearest(law, keys)}", "law")
+    needed, more = keys[law]
+    for key in told:
+        if key not in {"law", *needed, *more}:
+            raise misfit(f"is no key of the law {shown(law)}; expected {', '.join((*needed, *more))}", key)
+    for key in needed:
+        if key not in told:
+            raise misfit(f"missing; the law {shown(law)} needs it", key)
+    return make(told)

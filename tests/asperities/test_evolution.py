@@ -1,0 +1,191 @@
+"""Contacts that evolve, against springs in small steps and closed forms."""
+
+import numpy as np
+import pytest
+
+import historysim as hs
+from historysim.asperities.laws import PowerLaw, ShearStrength, ShiftedLoad, SlidFriction
+from historysim.asperities.wear import ArchardWear, EnergyWear
+from tests.support.evolving_springs import EvolvingSprings
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
+HEIGHT, RADIUS = np.array([0.0, -0.012, -0.03]), np.array([1.0, 0.7, 0.9])
+TOP = float(HEIGHT.max())
+REACH = 0.12
+
+LAWS = {
+    "power": (PowerLaw(0.4, 0.01, -0.3), lambda n, _total, _r, _s: 0.4 * (np.maximum(n, 1e-30) / 0.01) ** -0.3),
+    "rising": (PowerLaw(0.4, 0.01, 0.4), lambda n, _total, _r, _s: 0.4 * (n / 0.01) ** 0.4),
+    "total": (
+        PowerLaw(0.4, 0.01, -0.5, load="total"),
+        lambda n, total, _r, _s: np.full(n.size, 0.4 * (max(total, 1e-30) / 0.01) ** -0.5),
+    ),
+    "strength": (
+        ShearStrength(0.05),
+        lambda n, _total, r, _s: 0.05 * np.pi * (0.75 * n * r) ** (2 / 3) / np.maximum(n, 1e-30),
+    ),
+    "shifted": (
+        ShiftedLoad(0.3, 1e-4),
+        lambda n, _total, r, _s: np.where(n > 0, 0.3 * (1 + 2 * np.pi * 1e-4 * r / np.maximum(n, 1e-30)), 0.0),
+    ),
+    "slid": (
+        SlidFriction([0.0, 0.05, 0.2], [0.5, 0.3, 0.4]),
+        lambda _n, _total, _r, s: np.interp(s, [0.0, 0.05, 0.2], [0.5, 0.3, 0.4]),
+    ),
+}
+
+
+def springs(coefficient, **options):
+    return EvolvingSprings(1.0, 0.25, HEIGHT, RADIUS, coefficient, REACH, **options)
+
+
+def random_targets(rng, coefficient, count):
+    """Targets of all control modes that stay within the limit of the coarse springs."""
+    probe = springs(coefficient, springs=100)
+    targets = [(("load", 0.01), ("displacement", 0.0))]
+    probe.go(*targets[0], 20)
+    while len(targets) < count:
+        by_load = rng.random() < 0.6
+        load = rng.uniform(0.004, 0.025)
+        normal = ("load", load) if by_load else ("displacement", probe.approach_at(load))
+        loads = probe.normal_loads(probe.approach_at(load))
+        limit = (coefficient(loads, loads.sum(), RADIUS, probe.slid) * loads).sum()
+        now = probe.normal_loads()
+        limit = min(limit, (coefficient(now, now.sum(), RADIUS, probe.slid) * now).sum())
+        if rng.random() < 0.5:
+            tangential = ("load", rng.uniform(-0.8, 0.8) * limit)
+            if abs(probe.tangential_loads.sum()) > 0.85 * limit:
+                tangential = (
+                    "displacement",
+                    probe.displacement - np.sign(probe.tangential_loads.sum()) * rng.uniform(0.01, 0.04),
+                )
+        else:
+            tangential = ("displacement", probe.displacement + rng.uniform(-0.06, 0.06))
+        probe.go(normal, tangential, 20)
+        targets.append((normal, tangential))
+    return targets
+
+
+def moved(ensemble, state, normal, tangential, **options):
+    kinds = {"load": "load", "displacement": "displacement"}
+    return ensemble.advance(
+        state,
+        **{f"normal_{kinds[normal[0]]}": normal[1], f"tangential_{kinds[tangential[0]]}": tangential[1]},
+        **options,
+    )
+
+
+def told(ensemble, state):
+    """Loads, displacements, energies and slid distances of the program in this state."""
+    each = [ensemble.asperity(i, state) for i in range(len(ensemble))]
+    return {
+        "tangential load": np.array([one.tangential_load for one in each]),
+        "displacement": np.array([state.tangential_displacement]),
+        "approach": np.array([state.approach]),
+        "dissipated": np.array([one.dissipated_energy for one in each]),
+        "slid": np.zeros(len(each)) if state.evolved is None else state.evolved.slid_distance,
+        "worn": np.zeros(len(each)) if state.evolved is None else state.evolved.worn_volume,
+    }
+
+
+def told_by(row):
+    return {
+        "tangential load": row.tangential_loads.copy(),
+        "displacement": np.array([row.displacement]),
+        "approach": np.array([row.approach]),
+        "dissipated": row.dissipated.copy(),
+        "slid": row.slid.copy(),
+        "worn": row.worn.copy(),
+    }
+
+
+def agree(found, coarse, fine, scales, floor):
+    """Compare with two runs of springs, whose difference is the error of the coarser one to first order."""
+    for name, values in found.items():
+        error = 3 * np.abs(coarse[name] - fine[name]).max() + floor * scales[name]
+        assert np.abs(values - (2 * fine[name] - coarse[name])).max() <= error, name
+
+
+SCALES = {
+    "tangential load": 5e-3,
+    "displacement": 0.05,
+    "approach": 0.05,
+    "dissipated": 3e-4,
+    "slid": 0.1,
+    "worn": 1e-4,
+}
+
+
+def compare(ensemble, coefficient, targets, **options):
+    """Walk targets with the program and with springs, and compare after each."""
+    rows = [springs(coefficient, **options) for _ in range(2)]
+    state = ensemble.initial_state()
+    for target in targets:
+        for row, steps in zip(rows, (60, 120), strict=True):
+            row.go(*target, steps)
+        state = moved(ensemble, state, *target)
+        agree(told(ensemble, state), told_by(rows[0]), told_by(rows[1]), SCALES, 5e-3)
+    return state, rows
+
+
+@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow), pytest.param(3, marks=pytest.mark.slow)])
+def test_random_histories_under_each_law_are_those_of_springs(name, seed):
+    law, coefficient = LAWS[name]
+    targets = random_targets(np.random.default_rng(seed), coefficient, 5 if seed == 1 else 8)
+    compare(hs.Ensemble(PAIR, HEIGHT, RADIUS, law, follow_sliding=True), coefficient, targets)
+
+
+WEAR = {
+    "archard": (ArchardWear(coefficient=0.02, hardness=1.0), lambda n, s, _e: 0.02 * n * s),
+    "energy": (EnergyWear(volume_per_energy=0.06), lambda _n, _s, e: 0.06 * e),
+}
+
+
+@pytest.mark.parametrize("name", WEAR)
+@pytest.mark.parametrize("seed", [4, pytest.param(5, marks=pytest.mark.slow), pytest.param(6, marks=pytest.mark.slow)])
+def test_random_histories_of_wear_are_those_of_springs(name, seed):
+    wear, lost = WEAR[name]
+
+    def coefficient(n, _total, _r, _s):
+        return np.full(n.size, 0.5)
+
+    targets = random_targets(np.random.default_rng(seed), coefficient, 5)
+    state, rows = compare(hs.Ensemble(PAIR, HEIGHT, RADIUS, 0.5, wear=wear), coefficient, targets, lost=lost)
+    assert rows[1].worn.max() > 1e-6
+    deep = TOP - rows[1].lag
+    assert state.evolved.summit_height == pytest.approx(deep, abs=3e-5)
+    assert np.ptp(state.evolved.summit_height - HEIGHT) > 1e-4
+
+
+@pytest.mark.parametrize("seed", [7, 8])
+def test_other_summits_are_new_contacts(seed):
+    """Some of the asperities change under loads that are restored; the others remember."""
+
+    def coefficient(n, _total, _r, _s):
+        return np.full(n.size, 0.5)
+
+    rng = np.random.default_rng(seed)
+    ensemble, row = hs.Ensemble(PAIR, HEIGHT, RADIUS, 0.5), springs(coefficient)
+    state = ensemble.initial_state()
+    for target in random_targets(rng, coefficient, 5):
+        row.go(*target, 150)
+        state = moved(ensemble, state, *target)
+    height, radius = rng.uniform(-0.02, 0.01, 2), rng.uniform(0.6, 1.2, 2)
+    held = (("load", state.normal_load), ("displacement", state.tangential_displacement))
+    state = moved(ensemble, state, *held)
+    before = state.stored_energy
+    state = ensemble.with_geometry(state, summit_height=height, summit_radius=radius, asperities=[0, 2])
+    row.renew([0, 2], height, radius, TOP)
+    row.go(*held, 150)
+    assert state.evolved.erased_energy == pytest.approx(row.erased, rel=0.02)
+    assert 0 < state.evolved.erased_energy < before
+    found, expected = told(ensemble, state), told_by(row)
+    for name in ("tangential load", "approach", "displacement"):
+        assert found[name] == pytest.approx(expected[name], abs=4e-3 * SCALES[name]), name
+    target = (("load", 0.012), ("displacement", state.tangential_displacement + 0.02))
+    row.go(*target, 150)
+    state = moved(ensemble, state, *target)
+    assert told(ensemble, state)["tangential load"] == pytest.approx(
+        row.tangential_loads, abs=4e-3 * SCALES["tangential load"]
+    )

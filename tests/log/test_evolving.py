@@ -1,0 +1,163 @@
+"""Logs of contacts that evolve: every kind of event and law comes back, and all that is asked of a log holds."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import historysim as hs
+from historysim.asperities import laws
+from historysim.asperities.saved_state import packed, unpacked
+from historysim.asperities.wear import ArchardWear, EnergyWear
+from historysim.loads.event_table import read_events, write_events
+from historysim.log.canonical import columns_of, events_of
+from historysim.log.head import Head, head_from
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
+HEIGHT, RADIUS = np.array([0.0, -0.012, -0.03]), np.array([1.0, 0.7, 0.9])
+
+OTHER = [
+    hs.FrictionChange(1.0, 0.3, [2]),
+    hs.FrictionChange(1.0, [0.3, 0.4], [0, 2]),
+    hs.FrictionChange(1.0, [0.3], (1,)),
+    hs.FrictionRamp(1.0, 0.25),
+    hs.FrictionRamp(2.0, [0.1, 0.2, 0.3]),
+    hs.GeometryChange(2.0, summit_height=-0.01),
+    hs.GeometryChange(2.0, summit_radius=[0.8, 1.1], asperities=[0, 1]),
+    hs.GeometryChange(2.0, [-0.01, -0.02, -0.03], [1.0, 2.0, 3.0]),
+]
+LAWS = [
+    laws.PowerLaw(0.4, 0.01, -0.3),
+    laws.ShearStrength(0.05),
+    laws.ShearStrength(0.05, area="jkr", work_of_adhesion=1e-4),
+    laws.ShiftedLoad(0.3, 1e-4),
+    laws.SlidFriction([0.0, 0.1], [0.4, 0.3]),
+    laws.DrawnFriction(0.4, 0.1, seed=3),
+]
+
+
+def test_other_events_come_back_from_columns_and_tables(tmp_path):
+    events = [hs.NormalLoad(0.0, 0.01), *OTHER, hs.FrictionChange(3.0, [0.1, 0.2, 0.3])]
+    assert events_of(columns_of(events)) == events
+    write_events(tmp_path / "events.csv", events)
+    assert read_events(tmp_path / "events.csv") == events
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.text)
+def test_a_head_keeps_law_and_wear(law):
+    for wear in (None, ArchardWear(coefficient=0.01, hardness=1.0), EnergyWear(volume_per_energy=0.1, shape="blunted")):
+        ensemble = hs.Ensemble(PAIR, HEIGHT, RADIUS, law, wear=wear, follow_sliding=True)
+        head = Head.of(ensemble)
+        again = head_from(head.text, head.arrays).ensemble
+        assert (again.law, again.wear, again.follow_sliding) == (law, wear, True)
+        assert again.friction.tobytes() == ensemble.friction.tobytes()
+
+
+def test_a_head_of_steady_contacts_is_that_of_earlier_versions():
+    settings = Head.of(hs.Ensemble(PAIR, HEIGHT, RADIUS, 0.5)).settings
+    assert settings["format"] == 1
+    assert not {"friction_law", "wear", "follow_sliding"} & set(settings)
+
+
+SCENARIO = """
+[materials]
+contact_modulus = 1.0
+shear_modulus = 0.25
+
+[surface]
+kind = "summits"
+height = [0.0, -0.012, -0.03]
+radius = [1.0, 0.7, 0.9]
+
+[friction]
+law = "power"
+coefficient = 0.4
+reference_load = 0.01
+exponent = -0.2
+
+[wear]
+law = "archard"
+coefficient = 0.02
+hardness = 1.0
+
+[record]
+sliding = true
+
+[loading]
+waypoints = [
+    { time = 0, normal_load = 0.01 },
+    { time = 1, normal_load = 0.01, tangential_displacement = 0.03 },
+    { time = 2, normal_load = 0.02, tangential_displacement = 0.0, friction = [0.3], asperities = [2] },
+    { time = 3, normal_load = 0.02, tangential_displacement = 0.01, geometry = { asperities = [1], summit_radius = 0.8 }},
+    { time = 4, normal_load = 0.015, tangential_displacement = -0.03, friction_ramp = 0.4 },
+    { time = 5, normal_load = 0.015, tangential_displacement = 0.0, friction_ramp = 0.3 },
+]
+"""
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("evolving")
+    (folder / "s.toml").write_text(SCENARIO)
+    history = hs.run(folder / "s.toml", folder / "s.nc", snapshot_every=1)
+    return folder, history
+
+
+def test_a_result_tells_what_evolves_and_verifies(made):
+    folder, history = made
+    assert hs.verify(folder / "s.nc")
+    assert hs.verify(folder / "s.history").snapshots >= 2
+    assert "power law" in history.friction_law
+    assert "Archard" in history.wear_law
+    assert history.present_friction.values[-1].tolist() == pytest.approx([0.3, 0.3, 0.3])
+    assert history.erased_memories.values.tolist() == [0, 0, 0, 1, 1, 1]
+    assert history.erased_energy.values[3] > history.erased_energy.values[2]
+    assert history.present_summit_radius.values[3, 1] == 0.8
+    assert (np.diff(history.slid_distance.values, axis=0) >= 0).all()
+    assert (np.diff(history.worn_volume.values, axis=0) >= 0).all()
+    assert history.worn_volume.values[-1].max() > 0
+    assert history.present_summit_height.values[-1, 0] < 0
+    direct = hs.load(folder / "s.toml").replay().dataset()
+    for name in direct.variables:
+        assert direct[name].values.tobytes() == history[name].values.tobytes(), name
+
+
+def test_states_at_any_moment_and_forks_are_those_of_the_replay(made):
+    folder, history = made
+    with hs.EventLog(folder / "s.history") as log:
+        state = log.state(4.5)
+        assert state == unpacked(log.ensemble.initial_state(), packed(state))
+        whole = log.state()
+        path = folder / "fork.history"
+        with log.fork(4.5, path) as fork:
+            again = fork.state()
+            assert again.friction == pytest.approx(state.friction, rel=1e-12)
+            fork.append([hs.NormalLoad(5.0, 0.015), hs.TangentialDisplacement(5.0, 0.0), hs.FrictionRamp(5.0, 0.3)])
+            assert fork.state().tangential_load == pytest.approx(whole.tangential_load, rel=1e-3)
+        one = log.state_dataset(4.0)
+        for name in ("worn_volume", "slid_distance", "present_summit_height", "tangential_load"):
+            assert one[name].values[0] == pytest.approx(history[name].values[4], rel=1e-12), name
+
+
+def test_a_run_that_was_ended_goes_on(made, monkeypatch, tmp_path):
+    _, history = made
+    (tmp_path / "s.toml").write_text(SCENARIO)
+    from historysim.recording.parts import PartRecorder
+
+    told, flush = [], PartRecorder.flush
+
+    def dies(self):
+        flush(self)
+        told.append(1)
+        if len(told) == 3:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(PartRecorder, "flush", dies)
+    with pytest.raises(KeyboardInterrupt):
+        hs.run(tmp_path / "s.toml", tmp_path / "s.nc", snapshot_every=1)
+    monkeypatch.undo()
+    notes = []
+    hs.run(tmp_path / "s.toml", tmp_path / "s.nc", snapshot_every=1, resume=True, tell=notes.append)
+    assert any("going on from" in note for note in notes)
+    with xr.open_dataset(tmp_path / "s.nc", decode_times=False) as again:
+        for name in history.variables:
+            assert again[name].values.tobytes() == history[name].values.tobytes(), name
