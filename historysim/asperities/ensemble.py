@@ -333,27 +333,31 @@ class Ensemble:
         tangential = channel("tangential", tangential_load, tangential_displacement, state.tangential_control)
         if self.curves is not None:
             self.curves.check_reach(paths_to(goals(normal), goals(tangential)))
-        state = self._stepped(state, normal, tangential, saturate, instrument)
+        if state.evolved is not None:
+            return self._advanced(state, (normal, tangential), friction, saturate, instrument)
+        compliance = 0.0 if instrument is RIGID else _compliance(instrument, state.units)
+        options = (saturate, self.tolerance, compliance)
+        state = stepped(state, normal, tangential, *options)
         if friction is not None:
             state = self.with_friction(state, friction, instrument=instrument)
-            held = (state.normal_control, HELD), (state.tangential_control, HELD)
-            state = self._stepped(state, *held, saturate, instrument)
+            state = stepped(state, (state.normal_control, HELD), (state.tangential_control, HELD), *options)
         return state
 
-    def _stepped(
+    def _advanced(
         self,
         state: EnsembleState,
-        normal: tuple[int, float],
-        tangential: tuple[int, float],
+        targets: tuple[tuple[int, float], tuple[int, float]],
+        friction: "npt.ArrayLike | None",
         saturate: bool,
         instrument: Instrument,
     ) -> EnsembleState:
-        """Return the state after one straight path to targets in N and m."""
-        if state.evolved is not None:
-            paths = paths_to(goals(normal), goals(tangential))
-            return self.walk(state, paths, saturate=saturate, instrument=instrument)
-        compliance = 0.0 if instrument is RIGID else _compliance(instrument, state.units)
-        return stepped(state, normal, tangential, saturate, self.tolerance, compliance)
+        """`advance` where asperities evolve, to targets in N and m."""
+        state = self.walk(state, paths_to(*map(goals, targets)), saturate=saturate, instrument=instrument)
+        if friction is None:
+            return state
+        state = self.with_friction(state, friction, instrument=instrument)
+        still = (state.normal_control, HELD), (state.tangential_control, HELD)
+        return self.walk(state, paths_to(*map(goals, still)), saturate=saturate, instrument=instrument)
 
     def advance_many(
         self,

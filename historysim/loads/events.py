@@ -114,7 +114,7 @@ def _differ(value: float | tuple[float, ...]) -> bool:
     return isinstance(value, tuple) and min(value) < max(value)
 
 
-def _lengths(value: Any) -> tuple[float, ...] | None:
+def _lengths(value: float | Iterable[float] | None) -> tuple[float, ...] | None:
     if value is None:
         return None
     lengths = _coefficients(value)
@@ -129,10 +129,12 @@ def _valid_lengths(event: object, attribute: "attrs.Attribute[Any]", value: tupl
             raise InputError(f"{type(event).__name__}: {attribute.name} is {length!r}; expected a finite number, in m")
 
 
-def _indices(value: Any) -> Any:
-    if value is None or isinstance(value, str | bytes | Mapping):
-        return value
-    return tuple(value) if isinstance(value, Iterable) else (value,)
+def _indices(value: int | Iterable[int] | None) -> tuple[int, ...] | None:
+    came: Any = value
+    # what holds no indices is refused afterwards
+    given: Any = came if came is None or isinstance(came, str | bytes | Mapping) else (came,)
+    indices: tuple[int, ...] | None = tuple(came) if isinstance(came, Iterable) and given is not came else given
+    return indices
 
 
 def _valid_indices(event: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:

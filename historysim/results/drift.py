@@ -8,6 +8,7 @@ from historysim.contact.drift import backward_branch
 from historysim.errors import InputError
 from historysim.measured.definitions import DEFAULT, Definitions
 from historysim.results import analysis
+from historysim.results.analysis.recorded import displacement_ratio, present_friction, shape_of
 
 Floats = npt.NDArray[np.float64]
 
@@ -174,10 +175,9 @@ def _displacements(history: xr.Dataset, step: int) -> Floats:
     _check_steps(history, step)
     # it refuses what does not tell
     analysis.preliminary_displacement(history.isel(step=[step]))
-    here = history.isel(step=step)
-    friction = here["present_friction" if "present_friction" in history else "friction"].values
-    ratio = history.attrs["contact_modulus"] / (4 * history.attrs["shear_modulus"])
-    found: Floats = ratio * friction * np.maximum(here["summit_height"].values - here["separation"].values, 0.0)
+    friction = present_friction(history).of(step % history.sizes["step"])
+    own = shape_of(history, "summit_height", step) - float(history["separation"].values[step])
+    found: Floats = displacement_ratio(history) * friction * np.maximum(own, 0.0)
     return found
 
 

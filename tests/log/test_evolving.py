@@ -87,7 +87,7 @@ waypoints = [
     { time = 0, normal_load = 0.01 },
     { time = 1, normal_load = 0.01, tangential_displacement = 0.03 },
     { time = 2, normal_load = 0.02, tangential_displacement = 0.0, friction = [0.3], asperities = [2] },
-    { time = 3, normal_load = 0.02, tangential_displacement = 0.01, geometry = { asperities = [1], summit_radius = 0.8 }},
+    { time = 3, normal_load = 0.02, tangential_displacement = 0.01, geometry = {asperities = [1], summit_radius = 0.8}},
     { time = 4, normal_load = 0.015, tangential_displacement = -0.03, friction_ramp = 0.4 },
     { time = 5, normal_load = 0.015, tangential_displacement = 0.0, friction_ramp = 0.3 },
 ]

@@ -186,3 +186,16 @@ def test_one_large_asperity_among_64(radius, stands_higher, displacement):
     assert hs.analysis.preliminary_displacement(history).item() * 1e9 == pytest.approx(displacement, abs=0.06)
     if stands_higher:
         assert hs.analysis.critical_asperity(history).item() == 20
+
+
+def test_drift_follows_other_summits():
+    """The present heights and radii count: one of two that are left is lower by 10 nm, and blunter."""
+    heights, radii = np.array([0.0, -5e-9]), np.array([0.5e-6, 0.5e-6])
+    events = [hs.NormalDisplacement(0.0, 20e-9), hs.GeometryChange(1.0, -10e-9, 1e-6, [0])]
+    history = hs.replay(hs.Ensemble(PAIR, heights, radii, 0.5), events)
+    ratio = PAIR.displacement_ratio
+    found = hs.analysis.preliminary_displacement(history).values
+    assert found == pytest.approx([ratio * 0.5 * 20e-9, ratio * 0.5 * 15e-9], rel=1e-9)
+    assert hs.analysis.critical_asperity(history).values.tolist() == [0, 1]
+    assert drift.branch_drift(history, 0, 1) == pytest.approx(2 * ratio * 0.5 * 5e-9, rel=1e-9)
+    assert dict(hs.analysis.summary(history))["asperities touched"] == "2 of 2"

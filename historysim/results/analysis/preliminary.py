@@ -6,11 +6,13 @@ import xarray as xr
 
 from historysim.results.analysis.blocks import parts
 from historysim.results.analysis.recorded import (
+    CHANGING_HEIGHT,
     Friction,
     check_all_recorded,
     displacement_ratio,
     position_of,
     present_friction,
+    shape_of,
 )
 
 Floats = npt.NDArray[np.float64]
@@ -104,7 +106,8 @@ def _capacity(history: xr.Dataset) -> tuple[Floats, npt.NDArray[np.int64]]:
     """Return the greatest θ μ_i δ_i of each step, and the asperity that has it."""
     check_all_recorded(history)
     friction = present_friction(history)
-    return _changing_capacity(history, friction) if friction.changes else _steady_capacity(history, friction.of(0))
+    changes = friction.changes or CHANGING_HEIGHT in history
+    return _changing_capacity(history, friction) if changes else _steady_capacity(history, friction.of(0))
 
 
 def _steady_capacity(history: xr.Dataset, friction: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
@@ -124,12 +127,13 @@ def _steady_capacity(history: xr.Dataset, friction: Floats) -> tuple[Floats, npt
 
 
 def _changing_capacity(history: xr.Dataset, friction: Friction) -> tuple[Floats, npt.NDArray[np.int64]]:
-    separation, height = history["separation"].values, history["summit_height"].values
+    separation = history["separation"].values
     capacity, label = np.zeros(separation.size), np.full(separation.size, -1)
-    if not height.size:
+    if not history.sizes["asperity"]:
         return capacity, label
     ratio = displacement_ratio(history)
     for rows in parts(history):
+        height = shape_of(history, "summit_height", rows)
         own = ratio * friction.of(rows) * (height - separation[rows, np.newaxis])
         label[rows] = history["asperity"].values[own.argmax(axis=1)]
         capacity[rows] = np.maximum(own.max(axis=1), 0.0)

@@ -12,10 +12,12 @@ import numpy.typing as npt
 import xarray as xr
 
 from historysim.results.analysis.recorded import (
+    CHANGING_HEIGHT,
     check_all_recorded,
     check_recorded,
     displacement_ratio,
     present_friction,
+    shape_of,
 )
 
 Floats = npt.NDArray[np.float64]
@@ -128,14 +130,16 @@ def _of_each_load(history: xr.Dataset, found: Callable[[_Virgin], tuple[float, .
     check_recorded(history, "summit_radius")
     check_all_recorded(history)
     ratio, modulus = displacement_ratio(history), float(history.attrs["contact_modulus"])
-    height, radius = history["summit_height"].values, history["summit_radius"].values
+    changing = CHANGING_HEIGHT in history
     separation, friction = history["separation"].values, present_friction(history)
     known: dict[bytes, tuple[float, ...]] = {}
     values = np.zeros((separation.size, count))
     for step, distance in enumerate(separation):
         coefficient = friction.of(step)
+        height, radius = (shape_of(history, f"summit_{name}", step) for name in ("height", "radius"))
         # steps of one separation and one friction have one curve
         key = distance.tobytes() + (coefficient.tobytes() if friction.changes else b"")
+        key += height.tobytes() + radius.tobytes() if changing else b""
         if key not in known:
             holds = (height > distance) & (coefficient > 0)
             approach, own = height[holds] - distance, np.broadcast_to(coefficient, height.shape)[holds]

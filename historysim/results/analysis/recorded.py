@@ -58,13 +58,36 @@ def is_complete(history: xr.Dataset) -> bool:
     """Return whether all asperities that touch are recorded."""
     if "summit_height" not in history or "friction" not in history:
         return False
-    height = history["summit_height"].values
     most = int(history["contact_count"].max())
     if most == 0:
         return True
     # a separation that was rounded must not make an asperity at the verge of contact look left out
-    room = 1e-12 * max(np.abs(height).max(initial=0.0), abs(float(history["separation"].min())))
-    return int((height > float(history["separation"].min()) - room).sum()) >= most
+    scale = np.abs(history["summit_height"].values).max(initial=0.0)
+    separation = history["separation"].values
+    if CHANGING_HEIGHT in history:
+        room = 1e-9 * max(scale, np.abs(separation).max())
+        found = (history[CHANGING_HEIGHT].values > separation[:, np.newaxis] - room).sum(axis=1)
+        return bool((found >= history["contact_count"].values).all())
+    room = 1e-12 * max(scale, abs(float(separation.min())))
+    return int((history["summit_height"].values > float(separation.min()) - room).sum()) >= most
+
+
+CHANGING_HEIGHT = "present_summit_height"
+"""Variable of a history in which the geometry of asperities changes."""
+
+
+def shape_of(history: xr.Dataset, name: str, steps: object) -> Floats:
+    """Return heights or radii of the recorded asperities at a step (asperity), or at steps, which they may change with.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+    name : {"summit_height", "summit_radius"}
+    steps : int or slice
+    """
+    changing = f"present_{name}"
+    found: Floats = (history[changing].isel(step=steps) if changing in history else history[name]).values
+    return found
 
 
 def position_of(step: object, history: xr.Dataset) -> int:

@@ -5,7 +5,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from historysim.results.analysis.blocks import blocks
-from historysim.results.analysis.recorded import GROSS_SLIP, PARTIAL_SLIP, check_recorded, present_friction
+from historysim.results.analysis.recorded import GROSS_SLIP, PARTIAL_SLIP, check_recorded, present_friction, shape_of
 
 Integers = npt.NDArray[np.int64]
 
@@ -90,7 +90,8 @@ def slides_first(history: xr.Dataset) -> Integers:
     for moment in np.unique(step[sliding]):
         here = step[sliding] == moment
         own = np.broadcast_to(friction.of(moment), step.shape)[sliding[here]]
-        reserve[here] = own * (history["summit_height"].values[sliding[here]] - separation[moment])
+        height = shape_of(history, "summit_height", int(moment))
+        reserve[here] = own * (height[sliding[here]] - separation[moment])
     labels: Integers = history["asperity"].values[sliding[np.lexsort((reserve, step[sliding]))]]
     return labels
 

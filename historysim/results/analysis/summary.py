@@ -10,7 +10,7 @@ from historysim.basics.findings import Finding
 from historysim.basics.units import duration_text, quantity_text
 from historysim.errors import InputError
 from historysim.results.analysis.preliminary import critical_asperity, preliminary_displacement
-from historysim.results.analysis.recorded import is_complete
+from historysim.results.analysis.recorded import CHANGING_HEIGHT, is_complete
 from historysim.results.analysis.slips import slides_first
 
 WORTH_TELLING = 1.05
@@ -91,7 +91,12 @@ def _touched(history: xr.Dataset) -> str:
     total = f" of {history.attrs['number_of_asperities']:,}" if "number_of_asperities" in history.attrs else ""
     if not is_complete(history):
         return f"{most:,}{total} at one time"
-    touched = int((history["summit_height"].values > float(history["separation"].min())).sum())
+    separation = history["separation"].values
+    if CHANGING_HEIGHT in history:
+        touches = history[CHANGING_HEIGHT].values > separation[:, np.newaxis]
+    else:
+        touches = history["summit_height"].values[np.newaxis] > separation.min()
+    touched = int(touches.any(axis=0).sum())
     return f"{touched:,}{total}" + (f", {most:,} at one time" if most < touched else "")
 
 
