@@ -10,6 +10,7 @@ from historysim.asperities.saved_state import packed, unpacked
 from historysim.asperities.wear import ArchardWear, EnergyWear
 from historysim.loads.event_table import read_events, write_events
 from historysim.log.canonical import columns_of, events_of
+from historysim.log.file import LogFile
 from historysim.log.head import Head, head_from
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
@@ -141,17 +142,15 @@ def test_states_at_any_moment_and_forks_are_those_of_the_replay(made):
 def test_a_run_that_was_ended_goes_on(made, monkeypatch, tmp_path):
     _, history = made
     (tmp_path / "s.toml").write_text(SCENARIO)
-    from historysim.recording.parts import PartRecorder
+    told, add = [], LogFile.add_snapshot
 
-    told, flush = [], PartRecorder.flush
-
-    def dies(self):
-        flush(self)
+    def dies(self, snapshot):
+        add(self, snapshot)
         told.append(1)
         if len(told) == 3:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(PartRecorder, "flush", dies)
+    monkeypatch.setattr(LogFile, "add_snapshot", dies)
     with pytest.raises(KeyboardInterrupt):
         hs.run(tmp_path / "s.toml", tmp_path / "s.nc", snapshot_every=1)
     monkeypatch.undo()
