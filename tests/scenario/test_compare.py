@@ -42,7 +42,7 @@ def test_the_model_that_made_the_record_is_as_far_from_it_as_the_noise(folder):
     # that of the displacement makes most of it, where the spring of the instrument carries it into the load
     assert np.sqrt(np.mean(found.difference**2)) < synthetic.STIFFNESS * synthetic.DISPLACEMENT_NOISE
     assert found.instrument.lateral_stiffness == 334e3
-    assert len(found.measured) == len(found.model) == 3
+    assert len(found.measured) == len(found.model) == 4
 
 
 def test_its_loops_are_those_that_are_found(folder):
