@@ -49,11 +49,9 @@ def run(
     picture = output.with_suffix(".png")
     if with_picture:
         check_target(picture, scenario, output)
-    from historysim.results import analysis
-    from historysim.results.plots.history import plot_history
-    from historysim.scenario.run import run as carry_out
+    from historysim.scenario.run import write
 
-    with carry_out(
+    write(
         scenario_or_file(scenario, values),
         output,
         progress=not quiet,
@@ -61,8 +59,16 @@ def run(
         snapshot_every=snapshot_every,
         compression=compression,
         tell=notice,
-    ) as history:
+    )
+    if quiet and not with_picture:
+        return
+    from historysim.results import analysis
+    from historysim.results.files import open_result
+
+    with open_result(output) as history:
         if with_picture:
+            from historysim.results.plots.history import plot_history
+
             save(plot_history(history), picture)
         lines = [*analysis.summary(history), ("result", str(output))]
     if not quiet:

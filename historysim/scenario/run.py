@@ -64,17 +64,39 @@ def run(
     OSError
         ``output`` or the log cannot be written, or another process is writing it.
     """
+    if output is None:
+        _check_interval(snapshot_every)
+        check_compression(compression)
+        return _in_memory(_source(path), progress=progress, tell=tell)
+    write(
+        path,
+        output,
+        progress=progress,
+        resume=resume,
+        snapshot_every=snapshot_every,
+        compression=compression,
+        tell=tell,
+    )
     import xarray as xr
 
-    if not isinstance(path, scenario.Scenario):
-        path = Path(path)
-    if snapshot_every is not None and not (isinstance(snapshot_every, int) and snapshot_every >= 1):
-        raise InputError(f"snapshot_every is {snapshot_every!r}; expected a whole number of 1 or more")
+    return xr.open_dataset(output, decode_times=False)
+
+
+def write(
+    path: "str | Path | scenario.Scenario",
+    output: str | Path,
+    *,
+    progress: bool = False,
+    resume: bool = False,
+    snapshot_every: int | None = None,
+    compression: str = "none",
+    tell: Teller = silent,
+) -> None:
+    """Replay a scenario, or the log of an earlier run, into a file, without opening it; all as for `run`."""
+    _check_interval(snapshot_every)
     check_compression(compression)
-    if output is None:
-        return _in_memory(path, progress=progress, tell=tell)
     output = Path(output)
-    with _log_of_run(path, output, resume=resume, tell=tell) as file:
+    with _log_of_run(_source(path), output, resume=resume, tell=tell) as file:
         write_result(
             file,
             output,
@@ -84,7 +106,15 @@ def run(
             compression=compression,
             tell=tell,
         )
-    return xr.open_dataset(output, decode_times=False)
+
+
+def _check_interval(snapshot_every: int | None) -> None:
+    if snapshot_every is not None and not (isinstance(snapshot_every, int) and snapshot_every >= 1):
+        raise InputError(f"snapshot_every is {snapshot_every!r}; expected a whole number of 1 or more")
+
+
+def _source(path: "str | Path | scenario.Scenario") -> "Path | scenario.Scenario":
+    return path if isinstance(path, scenario.Scenario) else Path(path)
 
 
 def head_of(loaded: scenario.Scenario, tell: Teller = silent) -> tuple[Head, list[Event]]:

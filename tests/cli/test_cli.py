@@ -309,6 +309,19 @@ def test_help_answers_at_once():
         assert command in done.stdout
 
 
+def test_a_quiet_run_imports_nothing_that_reads_results(folder):
+    """Importing it would take as long as a small run."""
+    code = (
+        "import sys\n"
+        "from historysim.cli import main\n"
+        "main(['run', '-q', 'ball.toml'], standalone_mode=False)\n"
+        "print({'xarray', 'pandas', 'matplotlib', 'netCDF4'} & set(sys.modules))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "set()\n", "")
+    assert {"ball.history", "ball.nc"} < {path.name for path in folder.iterdir()}
+
+
 def test_the_version_is_told(folder):
     done = process(folder, "--version")
     assert done.returncode == 0

@@ -143,4 +143,4 @@ def test_what_may_not_be_written_is_named_as_it_was_asked_for(folder, monkeypatc
     monkeypatch.undo()
     assert done.stderr.splitlines()[-1] == f"Error: {asked_for}: Permission denied"
     assert done.exit_code == 1
-    assert sorted(path.name for path in folder.iterdir()) in ([*before], sorted([*before, ".new.nc.parts"]))
+    assert sorted(path.name for path in folder.iterdir()) in ([*before], sorted([*before, ".new.nc.unfinished"]))
