@@ -14,7 +14,7 @@ from xarray.core import indexing
 
 Floats = npt.NDArray[np.float64]
 
-CELLS_AT_ONCE = 1 << 21
+CELLS_AT_ONCE = 1 << 19
 """Steps times asperities of one variable that are held in memory at a time."""
 
 

@@ -28,7 +28,7 @@ def check_recorded(history: xr.Dataset, *names: str) -> None:
     missing = [name for name in names if name not in history]
     if not missing:
         return
-    if "stick_area" in history:
+    if history.sizes.get("asperity") and "summit_radius" not in history.coords:
         raise InputError(
             f"the history is of patches of an interacting contact, which have no {missing[0]}; expected one of "
             "asperities, each with a radius"
@@ -37,6 +37,18 @@ def check_recorded(history: xr.Dataset, *names: str) -> None:
         f'the history has no {missing[0]}; expected one recorded with asperities (record = "touching", "all" or a '
         "list), not of totals alone"
     )
+
+
+def check_any(history: xr.Dataset) -> None:
+    """Check that there is an asperity to show.
+
+    Raises
+    ------
+    InputError
+        None ever touches.
+    """
+    if not history.sizes.get("asperity"):
+        raise InputError('no asperity ever touches, so there is none to show; press harder, or record = "all"')
 
 
 def check_all_recorded(history: xr.Dataset) -> None:

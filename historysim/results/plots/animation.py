@@ -15,7 +15,14 @@ from historysim.results.analysis.recorded import check_recorded, position_of
 from historysim.results.plots.along_path import thinned
 from historysim.results.plots.paper import PAGE, Size, in_style, new_figure
 from historysim.results.plots.style import FAINT, INK, STATE_COLOURS
-from historysim.results.plots.surface import contact_at, draw_distribution, draw_legend, draw_map, surface_of
+from historysim.results.plots.surface import (
+    check_summits,
+    contact_at,
+    draw_distribution,
+    draw_legend,
+    draw_map,
+    surface_of,
+)
 
 if TYPE_CHECKING:
     from matplotlib.animation import FuncAnimation
@@ -59,6 +66,7 @@ def animate_contact_map(
     if not frames:
         raise InputError("steps is empty; expected one step or more")
     surface = surface_of(history)
+    check_summits(surface)
     placed = {"summit_x", "summit_y"} <= set(surface.variables)
     names = ("tangential_displacement", "total_tangential_load")
     thin, now = thinned(history), history[list(names)].isel(step=frames).load()

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from historysim.results.analysis.recorded import check_recorded
+from historysim.results.analysis.recorded import check_any, check_recorded
 from historysim.results.plots.along_path import mark_steps_and_times
 from historysim.results.plots.paper import PAGE, Size, new_figure
 from historysim.results.plots.style import INK, STATE_COLOURS, STATES, plain_title
@@ -39,6 +39,7 @@ def plot_slip_map(history: xr.Dataset, *, size: Size | None = None) -> "Figure":
         A history without asperities.
     """
     check_recorded(history, "slip_state")
+    check_any(history)
     with new_figure(size, (PAGE, 75.0)) as figure:
         draw_slip_map(figure.add_subplot(), history)
         if title := history.attrs.get("title"):

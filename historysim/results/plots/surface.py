@@ -125,7 +125,7 @@ def plot_surface(
         with representable():
             summits = surface.summits(3 if 1 in surface.shape else 9)
         surface = surface_group.dataset(summits, surface)
-    _check_summits(surface)
+    check_summits(surface)
     contact = None if history is None else contact_at(surface, history, position_of(step, history))
     state = np.zeros(surface.sizes["summit"], dtype=np.int8) if contact is None else contact.state
     has_map = "height" in surface
@@ -172,7 +172,7 @@ def plot_distribution(
     InputError
         As for `plot_surface`.
     """
-    _check_summits(surface)
+    check_summits(surface)
     contact = None if history is None else contact_at(surface, history, position_of(step, history))
     state = np.zeros(surface.sizes["summit"], dtype=np.int8) if contact is None else contact.state
     with new_figure(size, (COLUMN, 85.0)) as figure:
@@ -198,7 +198,8 @@ def position_of(step: int | str, history: xr.Dataset) -> int:
     return int(step) % steps
 
 
-def _check_summits(surface: xr.Dataset) -> None:
+def check_summits(surface: xr.Dataset) -> None:
+    """Check that a surface holds summits."""
     if "summit_height" not in surface or "summit_radius" not in surface:
         raise InputError("the surface holds no summits; expected the group surface of a result")
 

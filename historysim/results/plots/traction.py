@@ -10,7 +10,7 @@ import xarray as xr
 from historysim.basics.units import prefixed
 from historysim.errors import InputError
 from historysim.results import rebuilt
-from historysim.results.analysis.recorded import GROSS_SLIP, check_recorded
+from historysim.results.analysis.recorded import GROSS_SLIP, check_any, check_recorded
 from historysim.results.analysis.shares import telling_step
 from historysim.results.plots.along_path import line_colours, swings
 from historysim.results.plots.paper import COLUMN, Size, new_figure
@@ -68,7 +68,7 @@ def plot_traction(
         for row, (colour, step) in enumerate(zip(shades, found["step"].values, strict=True)):
             label = f"step {step}, {found['time'].values[row]:.4g} s"
             axes.plot(radius, found["traction"].values[row] * factor, color=colour, linewidth=1.2, label=label)
-        axes.set_xlim(0, radius[-1])
+        axes.set_xlim(0, radius[-1] or 1.0)
         axes.set(
             title=f"Traction of asperity {asperity}",
             xlabel=f"radius $r$ ({radius_unit})",
@@ -139,6 +139,7 @@ def _chosen(
 ) -> tuple[int, list[int]]:
     """Return the asperity and the steps to draw, where they are not said."""
     check_recorded(history, "slip_state", "normal_load", "contact_radius")
+    check_any(history)
     if steps is not None and not len(steps):
         raise InputError("steps is empty; expected one step or more")
     telling = telling_step(history)

@@ -15,7 +15,7 @@ import xarray as xr
 from historysim.basics.units import prefixed
 from historysim.errors import InputError
 from historysim.results import rebuilt
-from historysim.results.analysis.recorded import present_friction
+from historysim.results.analysis.recorded import check_any, present_friction
 from historysim.results.analysis.shares import telling_step
 from historysim.results.plots.style import FAINT, INK, MARK, STATE_COLOURS, STATES
 
@@ -69,6 +69,7 @@ class Excerpt:
 
 def excerpt(history: xr.Dataset) -> Excerpt:
     """Return the part of a history with asperities that a page shows: all of a small one."""
+    check_any(history)
     total, recorded = history.sizes["step"], history.sizes["asperity"]
     telling = telling_step(history)
     spaced = np.linspace(0, total - 1, min(total, MOST_STEPS)).round().astype(np.int64)
@@ -144,6 +145,8 @@ def explorer(history: xr.Dataset) -> tuple[str, str, tuple[str, ...]]:
     ------
     ImportError
         Bokeh is not installed.
+    InputError
+        No asperity ever touches, or patches without areas.
     """
     from bokeh.core.types import ID
     from bokeh.embed import json_item

@@ -1,21 +1,26 @@
 """The report of a recorded history: what came out, what the model assumes, pictures, and where it comes from."""
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import xarray as xr
 
 from historysim.errors import InputError
 from historysim.results import analysis
-from historysim.results.plots.history import plot_history
-from historysim.results.plots.surface import plot_surface, surface_of
-from historysim.results.plots.traction import plot_traction
+from historysim.results.plots.pictures import draw
 from historysim.results.report.page import Section, code, folded, page, paragraph, picture, table
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 INSTALL = 'pip install "historysim[report]"'
+CAPTIONS = {
+    "history": "The friction loop, the loads over time, and the slip state of each asperity.",
+    "contact-map": "The contact where about half of its area slips.",
+    "loop": "The friction loop, coloured by the share of the contact area that slips.",
+    "stiffness": "The tangential load over the displacement, and the tangential stiffness.",
+    "traction": "The traction over the radius of the asperity that carries most, from a reversal until it slides.",
+    "slip-fronts": "The same step by step: what sticks is drawn thick, and its edge is the slip front.",
+}
+"""The pictures of a report, in their order, and what stands below them."""
 SEVERAL_LINES = ("scenario", "validity")
 
 
@@ -33,7 +38,7 @@ def history_page(history: xr.Dataset) -> str:
     title = str(history.attrs.get("title") or "Load history")
     library, interactive = _interactive(history)
     sections = [_summary(history), validity_section(history), interactive]
-    sections += [Section("Pictures", tuple(history_pictures(history))), *_provenance(history)]
+    sections += [_figures(history), *_provenance(history)]
     return page(title, sections, head=library)
 
 
@@ -78,28 +83,35 @@ def _interactive(history: xr.Dataset) -> tuple[str, Section]:
     return library, Section(title, (*left_out, body))
 
 
-def history_pictures(history: xr.Dataset) -> list[str]:
-    """Return the pictures of a history: loops, loads and slip states, and the contact where about half of it slips."""
-    drawn = [
-        picture(plot_history(history), "The friction loop, the loads over time, and the slip state of each asperity.")
-    ]
-    if "slip_state" in history:
+def history_pictures(history: xr.Dataset, names: Sequence[str] | None = None) -> list[str]:
+    """Return pictures of a history, with what stands below them.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+    names : sequence of str, optional
+        Of `CAPTIONS`; by default two: loop, loads and slip states, and the contact where about half of it slips, or of
+        one asperity, whose map is a point, its traction.
+    """
+    if names is None:
+        names = ["history"]
+        if "slip_state" in history:
+            names.append("traction" if history.sizes["asperity"] == 1 else "contact-map")
+    drawn = []
+    for name in names:
         try:
-            figure, caption = _contact(history)
+            drawn.append(picture(draw(history, name), CAPTIONS[name]))
         except InputError as error:
-            drawn.append(paragraph(f"No contact map: {error}", "note"))
-        else:
-            drawn.append(picture(figure, caption))
+            drawn.append(paragraph(f"No picture {name}: {error}", "note"))
     return drawn
 
 
-def _contact(history: xr.Dataset) -> tuple["Figure", str]:
-    """Return a picture of the contact, and its caption; of one asperity, whose map is a point, its traction."""
-    surface = surface_of(history)
-    if surface.sizes.get("summit") == 1:
-        return plot_traction(history), "The traction of the asperity over its radius, at several steps."
-    step = analysis.telling_step(history)
-    return plot_surface(surface, history, step), f"The contact at step {step:,}, where about half of its area slips."
+def _figures(history: xr.Dataset) -> Section:
+    names: list[str] = list(CAPTIONS) if "slip_state" in history else ["history", "stiffness"]
+    if history.sizes.get("asperity") == 1:
+        # a map of one point tells nothing
+        names.remove("contact-map")
+    return Section("Pictures", tuple(history_pictures(history, names)))
 
 
 def _provenance(history: xr.Dataset) -> list[Section]:

@@ -145,6 +145,28 @@ def test_what_needs_asperities_says_so(history):
     hs.plot(totals, picture="stiffness")
 
 
+def test_where_nothing_touches_there_is_nothing_to_show():
+    apart = hs.replay(ENSEMBLE, [hs.NormalDisplacement(0.0, -1e-9)])
+    for picture in ("slip-map", "traction", "slip-fronts"):
+        with pytest.raises(InputError, match="no asperity ever touches"):
+            hs.plot(apart, picture=picture)
+    for picture in ("history", "loop", "contact-map", "distribution", "stiffness"):
+        hs.plot(apart, picture=picture).draw_without_rendering()
+
+
+def test_patches_say_what_they_do_not_have():
+    approach = np.linspace(0, 1e-7, 20)
+    load = np.stack([approach**1.5, np.clip(approach - 2e-8, 0, None) ** 1.5], axis=1)
+    area = np.stack([approach, np.clip(approach - 2e-8, 0, None)], axis=1) * 3e-5
+    moves = [hs.NormalDisplacement(0.0, 8e-8), hs.TangentialDisplacement(1.0, 1e-8)]
+    for areas in (area, None):
+        patches = hs.replay(hs.Ensemble.from_normal_curves(PAIR, approach, load, area=areas, friction=0.2), moves)
+        for picture in ("traction", "slip-fronts"):
+            with pytest.raises(InputError, match="is of patches of an interacting contact, which have no"):
+                hs.plot(patches, picture=picture)
+        hs.plot(patches, picture="slip-map").draw_without_rendering()
+
+
 def test_single_steps_can_be_drawn():
     history = hs.replay(ENSEMBLE, [hs.NormalLoad(0.0, 4e-3)])
     for picture in PICTURES:

@@ -41,7 +41,7 @@ def test_a_page_says_what_came_out_and_where_it_is_from(tmp_path):
         assert "\n" in told or (label in plain and told in plain)
     assert "substeps = 4 # <script>" in plain
     assert "<script>" not in text
-    assert text.count("data:image/png;base64,") == 2
+    assert text.count("data:image/png;base64,") == 6
     assert "needs Bokeh: pip install" in plain
     # nothing is fetched
     assert re.findall(r'(?:src|href)="(?!data:)', text) == []
@@ -59,7 +59,14 @@ def test_findings_stand_as_warnings_with_their_numbers():
 
 
 @pytest.mark.usefixtures("without_bokeh")
+def test_pictures_that_cannot_be_drawn_are_told():
+    changed = [*EVENTS, hs.FrictionChange(3.0, 0.1)]
+    history = hs.replay(hs.Ensemble(PAIR, [0.0, -2e-8], 1e-5, 0.2), changed)
+    assert "No picture traction: asperity 0: the recorded steps do not tell the whole way" in hs.report(history)
+
+
+@pytest.mark.usefixtures("without_bokeh")
 def test_totals_alone_have_a_page_without_asperities():
     text = hs.report(replayed(record="totals"))
     assert "there are no asperities to show" in text
-    assert text.count("data:image/png;base64,") == 1
+    assert text.count("data:image/png;base64,") == 2
