@@ -1,0 +1,263 @@
+"""Friction and wear laws: the source's numbers, closed forms, limits, and what is refused."""
+
+import numpy as np
+import pytest
+
+import historysim as hs
+from historysim.asperities.laws import DrawnFriction, PowerLaw, ShearStrength, ShiftedLoad, SlidFriction, law_from
+from historysim.asperities.wear import ArchardWear, EnergyWear, wear_law_from
+
+GLASS = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
+BALL = 2.5e-3
+
+
+def loaded(ensemble, load):
+    return ensemble.advance(ensemble.initial_state(), normal_load=load)
+
+
+def test_shear_strength_on_a_sphere():
+    """Bowden and Tabor: μ ∝ N^(-1/3), δ ∝ N^(1/3), 5.50 to 11.44 nm from 10 to 90 mN."""
+    ensemble = hs.Ensemble(GLASS, 0.0, BALL, ShearStrength(11.37e6))
+    loads = np.array([10e-3, 30e-3, 50e-3, 90e-3])
+    each = [ensemble.asperity(0, loaded(ensemble, load)) for load in loads]
+    friction = np.array([one.friction for one in each])
+    assert friction * np.cbrt(loads) == pytest.approx(np.full(4, friction[0] * np.cbrt(loads[0])), rel=1e-12)
+    assert friction * loads == pytest.approx([11.37e6 * np.pi * one.contact_radius**2 for one in each], rel=1e-12)
+    displacement = np.array([one.preliminary_displacement for one in each])
+    assert displacement[[0, 3]] * 1e9 == pytest.approx([5.50, 11.44], abs=0.005)
+    assert displacement[3] / displacement[0] == pytest.approx(9 ** (1 / 3), rel=1e-12)
+    # the contact slides there and not before, and holds τ0 A
+    state = ensemble.advance(loaded(ensemble, 50e-3), tangential_displacement=displacement[2] * (1 + 1e-9))
+    assert state.tangential_load == pytest.approx(friction[2] * 50e-3, rel=1e-12)
+    short = ensemble.advance(loaded(ensemble, 50e-3), tangential_displacement=displacement[2] * 0.99)
+    assert short.tangential_load < state.tangential_load * (1 - 5e-4)
+
+
+def test_shear_strength_on_the_area_of_jkr():
+    """The friction force goes as N^.519 from 10 to 90 mN with W = .1213 J/m²."""
+    ensemble = hs.Ensemble(GLASS, 0.0, BALL, ShearStrength(11.37e6, area="jkr", work_of_adhesion=0.1213))
+    force = [load * loaded(ensemble, load).friction[0] for load in (10e-3, 90e-3)]
+    assert np.log(force[1] / force[0]) / np.log(9) == pytest.approx(0.519, abs=5e-4)
+
+
+def test_on_a_rough_surface_friction_hardly_depends_on_the_load():
+    """Area goes as N^.95 to .97 (Rq = 24 nm, 1 µm), so that Σ τ0 A/N falls by less than a tenth over a decade."""
+    surface = hs.random_surface((96, 96), pixel_size=1e-6, rms_height=24e-9, autocorrelation_length=10e-6, seed=2)
+    ensemble = hs.Ensemble.from_summits(GLASS, surface.summits(rule=9), ShearStrength(11.37e6))
+    limits = []
+    for load in (5e-3, 50e-3):
+        state = loaded(ensemble, load)
+        each = [ensemble.asperity(i, state) for i in np.flatnonzero(ensemble.first_touch < state.approach)]
+        limits.append(sum(one.friction * one.normal_load for one in each) / load)
+    exponent = 1 + np.log(limits[1] / limits[0]) / np.log(10)
+    assert 0.93 < exponent < 0.98
+
+
+def test_the_pull_of_adhesion_adds_to_the_load():
+    ensemble = hs.Ensemble(GLASS, 0.0, BALL, ShiftedLoad(0.1, 0.1))
+    pull = 2 * np.pi * 0.1 * BALL
+    for load in (1e-6, 10e-3):
+        state = ensemble.advance(loaded(ensemble, load), tangential_displacement=1e-6)
+        assert state.tangential_load == pytest.approx(0.1 * (load + pull), rel=1e-9)
+
+
+def test_a_power_of_the_total_load_keeps_one_coefficient():
+    ensemble = hs.Ensemble(GLASS, [0.0, -20e-9, -50e-9], BALL, PowerLaw(0.2, 10e-3, -0.25, load="total"))
+    state = loaded(ensemble, 40e-3)
+    assert state.friction == pytest.approx(np.full(3, 0.2 * 4**-0.25), rel=1e-12)
+    assert state.contact.friction.size == 1
+
+
+def test_coefficients_are_drawn_with_a_seed():
+    law = DrawnFriction(0.3, 0.05, seed=7)
+    first, second = (hs.Ensemble(GLASS, np.zeros(4000), BALL, law).friction for _ in range(2))
+    assert first.tobytes() == second.tobytes()
+    assert (first.mean(), first.std()) == pytest.approx((0.3, 0.05), rel=0.05)
+    uniform = DrawnFriction(0.3, 0.05, seed=7, distribution="uniform").drawn(4000)
+    assert (uniform.mean(), uniform.std()) == pytest.approx((0.3, 0.05), rel=0.05)
+    assert np.ptp(uniform) <= 2 * np.sqrt(3) * 0.05
+
+
+def moves(ensemble, state):
+    state = ensemble.advance(state, normal_load=0.01, tangential_load=0.002)
+    state = ensemble.advance(state, normal_load=0.02, tangential_load=-0.003)
+    return ensemble.advance(state, normal_load=0.02, tangential_displacement=0.01)
+
+
+def test_equal_coefficients_one_by_one_are_one_coefficient():
+    heights = [0.0, -0.01, -0.02]
+    one, each = hs.Ensemble(PAIR, heights, 1.0, 0.5), hs.Ensemble(PAIR, heights, 1.0, [0.5] * 3)
+    law = hs.Ensemble(PAIR, heights, 1.0, PowerLaw(0.5, 0.01, 0.0))
+    states = [moves(ensemble, ensemble.initial_state()) for ensemble in (one, each, law)]
+    assert states[0] == states[1] == states[2]
+    events = [hs.NormalLoad(0.0, 0.01), hs.TangentialDisplacement(1.0, 0.01)]
+    change = hs.FrictionChange(0.5, [0.5] * 2, [0, 2])
+    assert hs.Replay(one, events).state() == hs.Replay(one, [events[0], change, events[1]]).state()
+
+
+def test_a_change_to_what_is_there_changes_nothing():
+    ensemble = hs.Ensemble(PAIR, [0.0, -0.01], [1.0, 0.8], 0.5)
+    state = moves(ensemble, ensemble.initial_state())
+    assert ensemble.with_friction(state, 0.5) == state
+    assert ensemble.with_friction(state, [0.5], asperities=[1]) == state
+    assert ensemble.with_geometry(state, summit_height=[0.0, -0.01], summit_radius=[1.0, 0.8]) is state
+
+
+def test_a_worn_asperity_replaced_by_its_like_is_a_fresh_contact():
+    ensemble = hs.Ensemble(PAIR, 0.0, 1.0, 0.5, wear=ArchardWear(coefficient=0.02, hardness=1.0))
+    state = ensemble.advance(ensemble.initial_state(), normal_load=0.01, tangential_displacement=0.1)
+    assert state.evolved.worn_volume[0] > 0
+    height = float(state.evolved.summit_height[0])
+    new = ensemble.with_geometry(state, summit_height=height)
+    assert new.tangential_load == pytest.approx(0.0, abs=1e-15)
+    assert new.normal_load == pytest.approx(0.01, rel=1e-12)
+    fresh = hs.Ensemble(PAIR, 0.0, 1.0, 0.5, wear=ensemble.wear)
+    expected = fresh.advance(loaded(fresh, 0.01), tangential_displacement=0.005)
+    found = ensemble.advance(new, tangential_displacement=new.tangential_displacement + 0.005)
+    assert found.tangential_load == pytest.approx(expected.tangential_load, rel=1e-9)
+
+
+@pytest.mark.parametrize("load", [0.005, 0.02])
+def test_a_sphere_wears_as_archard_says(load):
+    """V = K N s/H with s = U - δ_t,max at a constant load, h = √(V/(πR)); the flat comes down by h."""
+    wear = ArchardWear(coefficient=0.02, hardness=1.0)
+    ensemble = hs.Ensemble(PAIR, 0.0, 1.0, 0.5, wear=wear)
+    state = loaded(ensemble, load)
+    approach, reach = state.approach, 0.5 * state.approach
+    state = ensemble.advance(state, tangential_displacement=0.2)
+    evolved = state.evolved
+    # while the summit recedes at a constant load new springs are dragged, which changes neither
+    assert evolved.slid_distance[0] == pytest.approx(0.2 - reach, rel=2e-3)
+    assert evolved.worn_volume[0] == pytest.approx(0.02 * load * evolved.slid_distance[0], rel=2e-3)
+    lost = np.sqrt(evolved.worn_volume[0] / np.pi)
+    assert -evolved.summit_height[0] == pytest.approx(lost, rel=3e-3)
+    assert state.approach == pytest.approx(approach + lost, rel=2e-3)
+    assert state.tangential_load == pytest.approx(0.5 * load, rel=1e-9)
+    assert evolved.slid_together == pytest.approx(evolved.slid_distance[0], rel=1e-12)
+
+
+def test_energy_wear_of_a_sliding_sphere():
+    """What slides dissipates μ N for each length, so that dV = α μ N ds there."""
+    ensemble = hs.Ensemble(PAIR, 0.0, 1.0, 0.5, wear=EnergyWear(volume_per_energy=0.02, shape="blunted"))
+    state = ensemble.advance(loaded(ensemble, 0.01), tangential_displacement=0.2)
+    evolved = state.evolved
+    assert evolved.worn_volume[0] == pytest.approx(0.02 * state.dissipated_energy, rel=2e-3)
+    assert evolved.summit_radius[0] > 1.0
+    assert state.normal_load == pytest.approx(0.01, rel=1e-12)
+    assert ensemble.asperity(0, state).normal_load == pytest.approx(0.01, rel=1e-9)
+
+
+def test_energy_is_balanced_where_geometry_changes():
+    """∫ T dU = stored + dissipated + erased, for a change of geometry at a held displacement."""
+    ensemble = hs.Ensemble(PAIR, [0.0, -0.01], [1.0, 0.8], 0.5)
+    state = ensemble.advance(ensemble.initial_state(), normal_displacement=0.03)
+    state = ensemble.advance(state, tangential_displacement=0.008)
+    work = state.stored_energy + state.dissipated_energy
+    new = ensemble.with_geometry(state, summit_height=-0.005, asperities=[0])
+    assert new.stored_energy + new.dissipated_energy + new.evolved.erased_energy == pytest.approx(work, rel=1e-12)
+    assert (new.evolved.erased_memories, new.approach) == (1, state.approach)
+
+
+def test_friction_between_waypoints_is_that_of_many_small_falls():
+    """A ramp of friction at a held displacement, and with the load: chords against many changes at rest."""
+    ensemble = hs.Ensemble(PAIR, [0.0, -0.01], [1.0, 0.8], 0.5)
+    events = [hs.NormalLoad(0.0, 0.01), hs.TangentialDisplacement(1.0, 0.006), hs.NormalLoad(1.0, 0.01)]
+    ramp = [*events, hs.FrictionRamp(1.0, 0.5), hs.FrictionRamp(2.0, 0.2), hs.TangentialDisplacement(2.0, 0.012)]
+    found = hs.replay(ensemble, ramp, substeps=4)
+    assert found.present_friction.values[-5:] == pytest.approx([0.5, 0.425, 0.35, 0.275, 0.2])
+    ends = []
+    for count in (100, 200):
+        small = list(events)
+        for k in range(1, count + 1):
+            time = 1 + k / count
+            small += [
+                hs.TangentialDisplacement(time, 0.006 + 0.006 * k / count),
+                hs.FrictionChange(time, 0.5 - 0.3 * k / count),
+            ]
+        ends.append(hs.replay(ensemble, small).isel(step=-1))
+    for name in ("total_tangential_load", "total_dissipated_energy"):
+        coarse, fine = (float(end[name]) for end in ends)
+        assert float(found[name][-1]) == pytest.approx(2 * fine - coarse, abs=abs(fine - coarse) + 1e-6 * fine)
+
+
+def test_a_load_beyond_what_falling_friction_holds_is_told_or_held():
+    ensemble = hs.Ensemble(PAIR, 0.0, 1.0, ShearStrength(0.05))
+    state = loaded(ensemble, 0.005)
+    limit = state.friction[0] * 0.005
+    state = ensemble.advance(state, tangential_load=0.9 * limit)
+    # τ0 A falls with the load
+    with pytest.raises(hs.FrictionLimitError):
+        ensemble.advance(state, normal_load=0.001)
+    held = ensemble.advance(state, normal_load=0.001, saturate=True)
+    assert held.tangential_load == pytest.approx(held.friction[0] * 0.001, rel=1e-9)
+    back = ensemble.advance(held, normal_load=0.005, saturate=True)
+    assert back.tangential_load == pytest.approx(0.9 * limit, rel=1e-6)
+
+
+def test_behind_an_instrument_the_drive_is_met():
+    ensemble = hs.Ensemble(PAIR, [0.0, -0.01], [1.0, 0.8], ShearStrength(0.05))
+    instrument = hs.Instrument(0.5)
+    state = ensemble.advance(
+        loaded(ensemble, 0.01), normal_load=0.02, tangential_displacement=0.01, instrument=instrument
+    )
+    drive = instrument.drive_displacement(state.tangential_displacement, state.tangential_load)
+    assert drive == pytest.approx(0.01, rel=1e-12)
+    assert 0 < state.tangential_displacement < 0.01
+
+
+def test_what_is_slid_is_followed_on_request_and_changes_nothing():
+    plain, followed = (hs.Ensemble(PAIR, [0.0, -0.01], 1.0, 0.5, follow_sliding=follow) for follow in (False, True))
+    states = [moves(ensemble, ensemble.initial_state()) for ensemble in (plain, followed)]
+    assert states[0].memory.now.tobytes() == states[1].memory.now.tobytes()
+    history = hs.replay(
+        followed, [hs.NormalLoad(0.0, 0.01), hs.TangentialDisplacement(1.0, 0.1), hs.NormalLoad(1.0, 0.01)]
+    )
+    reach = 0.5 * (followed.highest_summit - history.separation.values[-1] + np.array([0.0, -0.01]))
+    assert history.slid_distance.values[-1] == pytest.approx(0.1 - reach, rel=1e-9)
+    assert history.total_slid_distance.values[-1] == pytest.approx(0.1 - reach.max(), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: PowerLaw(0.2, 0.0, 1.0), "reference_load is 0.0; expected a number above 0"),
+        (lambda: PowerLaw(0.2, 1.0, -1.0), "exponent is -1.0; expected a number above -1"),
+        (lambda: PowerLaw(0.2, 1.0, 1.0, load="whole"), "expected 'own' or 'total'"),
+        (lambda: ShearStrength(-1.0), "shear_strength is -1.0"),
+        (lambda: ShearStrength(1.0, area="jkr"), "work_of_adhesion is missing"),
+        (lambda: ShearStrength(1.0, work_of_adhesion=0.1), "expected none, or area = 'jkr'"),
+        (lambda: SlidFriction([0.0], [0.1]), "two or more"),
+        (lambda: SlidFriction([1.0, 2.0], [0.1, 0.2]), "does not rise from 0"),
+        (lambda: SlidFriction([0.0, 2.0], [0.1, -0.2]), "expected 0 or more"),
+        (lambda: DrawnFriction(0.1, 0.2, 1, "uniform"), "lognormal"),
+        (lambda: DrawnFriction(0.1, 0.2, -1), "seed is -1"),
+        (lambda: law_from({"law": "powre"}), "did you mean power|power"),
+        (lambda: wear_law_from({"law": "archrad"}), "archard"),
+        (lambda: ArchardWear(coefficient=1.0, hardness=0.0), "hardness is 0.0"),
+        (lambda: EnergyWear(volume_per_energy=1.0, shape="round"), "'truncated' or 'blunted'"),
+        (lambda: hs.Ensemble(PAIR, 0.0, 1.0, 0.2, wear="archard"), "expected a WearLaw"),
+        (lambda: hs.FrictionChange(0.0, 0.1, [0, 0]), "each once"),
+        (lambda: hs.FrictionChange(0.0, 0.1, "all"), "expected indices"),
+        (lambda: hs.GeometryChange(0.0), "neither summit_height nor summit_radius"),
+        (lambda: hs.GeometryChange(0.0, summit_radius=0.0), "more than 0"),
+        (
+            lambda: hs.replay(hs.Ensemble(PAIR, 0.0, 1.0, 0.2), [hs.GeometryChange(0.0, 0.1, asperities=[3])]),
+            "asperity 3",
+        ),
+    ],
+)
+def test_what_cannot_be_is_refused(make, said):
+    with pytest.raises(hs.InputError, match=said):
+        make()
+
+
+def test_patches_do_not_evolve():
+    depth = np.linspace(0.01, 0.1, 12)
+    with pytest.raises(hs.InputError, match="ensemble of summits"):
+        hs.Ensemble.from_normal_curves(PAIR, depth, depth**1.5, follow_sliding=True)
+    patches = hs.Ensemble.from_normal_curves(PAIR, depth, depth**1.5, friction=0.2)
+    with pytest.raises(hs.InputError, match="event 1 .*keep their friction along a path"):
+        hs.replay(patches, [hs.NormalLoad(0.0, 0.001), hs.FrictionRamp(1.0, 0.1)])
+    with pytest.raises(hs.InputError, match="no height and radius to change|ensemble of summits"):
+        patches.with_geometry(patches.initial_state(), summit_height=0.0)
