@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import attrs
 
 from historysim.basics.places import misfit
-from historysim.basics.wording import nearest, shown
+from historysim.basics.wording import nearest
 from historysim.scenario.friction_course import AnyCourse
 from historysim.scenario.schema import Force, Number, Numbers, Pressure, Quantity, SurfaceEnergy, given
 
@@ -104,12 +104,12 @@ def _built(
     """Return the law of a section, whose keys have to be those of the law."""
     law, told = str(section.law), given(section)
     if law not in keys:
-        raise misfit(f"{shown(law)}; {nearest(law, keys)}", "law")
+        raise misfit(f"{law!r}; {nearest(law, keys)}", "law")
     needed, more = keys[law]
     for key in told:
         if key not in {"law", *needed, *more}:
-            raise misfit(f"is no key of the law {shown(law)}; expected {', '.join((*needed, *more))}", key)
+            raise misfit(f"is no key of the law {law!r}; expected {', '.join((*needed, *more))}", key)
     for key in needed:
         if key not in told:
-            raise misfit(f"missing; the law {shown(law)} needs it", key)
+            raise misfit(f"missing; the law {law!r} needs it", key)
     return make(told)

@@ -171,10 +171,8 @@ def test_friction_between_waypoints_is_that_of_many_small_falls():
         small = list(events)
         for k in range(1, count + 1):
             time = 1 + k / count
-            small += [
-                hs.TangentialDisplacement(time, 0.006 + 0.006 * k / count),
-                hs.FrictionChange(time, 0.5 - 0.3 * k / count),
-            ]
+            small.append(hs.TangentialDisplacement(time, 0.006 + 0.006 * k / count))
+            small.append(hs.FrictionChange(time, 0.5 - 0.3 * k / count))
         ends.append(hs.replay(ensemble, small).isel(step=-1))
     for name in ("total_tangential_load", "total_dissipated_energy"):
         coarse, fine = (float(end[name]) for end in ends)
@@ -232,7 +230,7 @@ def test_what_is_slid_is_followed_on_request_and_changes_nothing():
         (lambda: SlidFriction([0.0, 2.0], [0.1, -0.2]), "expected 0 or more"),
         (lambda: DrawnFriction(0.1, 0.2, 1, "uniform"), "lognormal"),
         (lambda: DrawnFriction(0.1, 0.2, -1), "seed is -1"),
-        (lambda: law_from({"law": "powre"}), "did you mean power|power"),
+        (lambda: law_from({"law": "powre"}), "power"),
         (lambda: wear_law_from({"law": "archrad"}), "archard"),
         (lambda: ArchardWear(coefficient=1.0, hardness=0.0), "hardness is 0.0"),
         (lambda: EnergyWear(volume_per_energy=1.0, shape="round"), "'truncated' or 'blunted'"),
@@ -257,7 +255,7 @@ def test_patches_do_not_evolve():
     with pytest.raises(hs.InputError, match="ensemble of summits"):
         hs.Ensemble.from_normal_curves(PAIR, depth, depth**1.5, follow_sliding=True)
     patches = hs.Ensemble.from_normal_curves(PAIR, depth, depth**1.5, friction=0.2)
-    with pytest.raises(hs.InputError, match="event 1 .*keep their friction along a path"):
+    with pytest.raises(hs.InputError, match=r"event 1 .*keep their friction along a path"):
         hs.replay(patches, [hs.NormalLoad(0.0, 0.001), hs.FrictionRamp(1.0, 0.1)])
-    with pytest.raises(hs.InputError, match="no height and radius to change|ensemble of summits"):
+    with pytest.raises(hs.InputError, match="no height and radius to change"):
         patches.with_geometry(patches.initial_state(), summit_height=0.0)

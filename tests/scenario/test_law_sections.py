@@ -1,0 +1,102 @@
+"""``[friction]`` with a law, ``[wear]``, and what else evolves in a scenario."""
+
+import pytest
+
+import historysim as hs
+from historysim.asperities import laws
+from historysim.asperities.wear import WEAR_LAWS, ArchardWear, EnergyWear
+from historysim.scenario.law_sections import LAW_KEYS, WEAR_KEYS
+
+SCENARIO = """
+[materials]
+first = "silicon"
+second = "float glass"
+[surface]
+kind = "sphere"
+radius = "2.5 mm"
+{friction}
+[loading]
+waypoints = [{{ time = 0, normal_load = "10 mN" }}, {{ time = 1, {more} }}]
+"""
+COULOMB = "[friction]\ncoefficient = 0.2"
+
+
+def loaded(folder, friction=COULOMB, more='normal_load = "90 mN"'):
+    path = folder / "s.toml"
+    path.write_text(SCENARIO.format(friction=friction, more=more))
+    return hs.load(path)
+
+
+def test_each_law_has_its_keys():
+    assert set(LAW_KEYS) == set(laws.LAWS)
+    assert set(WEAR_KEYS) == set(WEAR_LAWS)
+
+
+@pytest.mark.parametrize(
+    ("keys", "law"),
+    [
+        ('law = "shear strength"\nshear_strength = "11 MPa"', laws.ShearStrength(11e6)),
+        (
+            'law = "shear strength"\nshear_strength = 1e7\narea = "jkr"\nwork_of_adhesion = "50 mJ/m²"',
+            laws.ShearStrength(1e7, "jkr", 0.05),
+        ),
+        (
+            'law = "power"\ncoefficient = 0.2\nreference_load = "10 mN"\nexponent = -0.2\nload = "total"',
+            laws.PowerLaw(0.2, 0.01, -0.2, "total"),
+        ),
+        ('law = "shifted load"\ncoefficient = 0.2\nwork_of_adhesion = 0.1', laws.ShiftedLoad(0.2, 0.1)),
+        (
+            'law = "slid distance"\ndistance = ["0 m", "1 µm"]\ncoefficient = [0.2, 0.1]',
+            laws.SlidFriction([0, 1e-6], [0.2, 0.1]),
+        ),
+        ('law = "drawn"\nmean = 0.2\ndeviation = 0.02\nseed = 4', laws.DrawnFriction(0.2, 0.02, 4)),
+    ],
+)
+def test_a_law_is_read(tmp_path, keys, law):
+    assert loaded(tmp_path, f"[friction]\n{keys}").ensemble().law == law
+
+
+@pytest.mark.parametrize(
+    ("keys", "law"),
+    [
+        ('law = "archard"\ncoefficient = 1e-4\nhardness = "5 GPa"', ArchardWear(coefficient=1e-4, hardness=5e9)),
+        (
+            'law = "energy"\nvolume_per_energy = "2 mm3/J"\nshape = "blunted"',
+            EnergyWear(volume_per_energy=2e-9, shape="blunted"),
+        ),
+    ],
+)
+def test_wear_is_read(tmp_path, keys, law):
+    assert loaded(tmp_path, f"{COULOMB}\n[wear]\n{keys}").ensemble().wear == law
+
+
+def test_friction_of_a_law_is_in_the_history(tmp_path):
+    history = loaded(tmp_path, '[friction]\nlaw = "shear strength"\nshear_strength = "11.37 MPa"').replay().dataset()
+    displacement = hs.analysis.preliminary_displacement(history).values
+    assert displacement * 1e9 == pytest.approx([5.50, 11.44], abs=0.005)
+    assert history.friction_law.startswith("Bowden-Tabor: shear strength 11.37 MPa on the Hertz area")
+
+
+@pytest.mark.parametrize(
+    ("friction", "more", "said"),
+    [
+        ("[friction]\nlaw = 'powre'", "friction = 0.1", "friction.law: 'powre'; "),
+        ("[friction]\nlaw = 'power'", "friction = 0.1", "friction.coefficient: missing; the law 'power' needs it"),
+        (
+            "[friction]\nlaw = 'drawn'\ncoefficient = 0.1",
+            "friction = 0.1",
+            "friction.coefficient: is no key of the law",
+        ),
+        ("[friction]\nshear_strength = '1 MPa'", "friction = 0.1", "friction.shear_strength: belongs to a law"),
+        ("[friction]\nlaw = 'shear strength'\nshear_strength = -1", "friction = 0.1", "shear_strength is -1"),
+        (f"{COULOMB}\n[wear]\nlaw = 'energy'", "friction = 0.1", "wear.volume_per_energy: missing"),
+        (f"{COULOMB}\n[wear]\nlaw = 'rust'", "friction = 0.1", "wear.law: 'rust'"),
+        (COULOMB, "normal_load = 0.1, asperities = [0]", "asperities: without friction"),
+        (COULOMB, "friction = 0.1, asperities = [3]", "asperity 3 does not exist"),
+        (COULOMB, "geometry = { asperities = [0] }", "neither summit_height nor summit_radius"),
+        (COULOMB, "geometry = { summit_radius = [1, 2] }", r"summit_radius has shape \(2,\)"),
+    ],
+)
+def test_what_cannot_be_is_told_with_its_place(tmp_path, friction, more, said):
+    with pytest.raises(hs.InputError, match=said):
+        loaded(tmp_path, friction, more).checked()
