@@ -1,0 +1,89 @@
+"""The tutorials are typed as they stand: files are saved, commands run, and what Python prints is what stands below."""
+
+import contextlib
+import io
+import re
+import shlex
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import historysim as hs
+from historysim.cli import main
+
+ROOT = Path(__file__).parents[1]
+TUTORIALS = ROOT / "scenarios" / "tutorials"
+BLOCK = re.compile(r"```(\w+)\n(.*?)```", re.DOTALL)
+
+
+@pytest.fixture
+def typed(tmp_path, monkeypatch):
+    """Return what types a tutorial, and returns its names and the outputs of its commands, by command."""
+    (tmp_path / "data").mkdir()
+    shutil.copy(ROOT / "data" / "unat_loops.csv", tmp_path / "data")
+    monkeypatch.chdir(tmp_path)
+    # one process is enough for what is so small
+    monkeypatch.setattr("historysim.cli.runs.processors", lambda: 1)
+
+    def type_in(name):
+        names, outputs, printed = {"__name__": "tutorial"}, {}, None
+        for kind, text in BLOCK.findall((TUTORIALS / name).read_text(encoding="utf-8")):
+            if kind == "toml":
+                Path(text.split("\n", 1)[0].removeprefix("# ")).write_text(text, encoding="utf-8")
+            elif kind == "sh":
+                for line in text.splitlines():
+                    words = shlex.split(line, comments=True)
+                    assert words[0] == "historysim"
+                    done = CliRunner().invoke(main, words[1:])
+                    assert done.exit_code == 0, done.output
+                    outputs[" ".join(words[1:])] = printed = done.output
+            elif kind == "python":
+                with contextlib.redirect_stdout(io.StringIO()) as stream:
+                    exec(compile(text, name, "exec"), names)  # noqa: S102 - it is what a reader would type
+                printed = stream.getvalue()
+            else:
+                assert kind == "text"
+                assert printed.strip() == text.strip()
+        return names, outputs
+
+    return type_in
+
+
+@pytest.mark.slow
+def test_1_from_a_measured_loop_to_each_asperity(typed):
+    """The record is of a ball with μ = 0.2 behind 334 mN/µm."""
+    names, outputs = typed("1_measured_loop.md")
+    fitted = dict(re.findall(r"^(friction|lateral_stiffness) +([0-9.]+)  ", outputs["fit ball.toml"], re.MULTILINE))
+    assert float(fitted["friction"]) == pytest.approx(0.2, rel=1e-3)
+    assert float(fitted["lateral_stiffness"]) == pytest.approx(334e3, rel=0.02)
+    assert Path("ball_fitted.toml").is_file()
+    assert Path("contact.png").is_file()
+    assert 0.4 < float(names["shares"].slipping_area[names["step"]]) < 0.6
+    assert len(hs.load("rough.toml").events()) == 2 * 26
+
+
+def test_2_the_stage_creeps_with_the_time_constant_of_the_spring(typed):
+    """Of the slowest root of m s³ + c s² + (P + k_t) s + I = 0."""
+    names, _ = typed("2_stage_on_a_rough_contact.md")
+    roots = np.roots([names["MASS"], names["DAMPING"], names["PROPORTIONAL"] + names["stiffness"], names["INTEGRAL"]])
+    slowest = roots[np.abs(roots).argmin()]
+    assert slowest.imag == 0
+    # the contact softens by some per cent on the way
+    assert names["constant"] == pytest.approx(-1 / slowest.real, rel=0.03)
+    assert names["errors"][-1] < 0.01 * names["SET_POINT"]
+
+
+def test_3_a_texture_is_chosen(typed):
+    """One ball drifts by θ μ (δ2 - δ1), n by n^(-1/2) or n^(-2/3) of it."""
+    names, _ = typed("3_choosing_a_texture.md")
+    pair = hs.MaterialPair(hs.material("alumina"), hs.material("zirconia"))
+    first, second = ((9 * load**2 / (16 * 1e-3 * pair.contact_modulus**2)) ** (1 / 3) for load in (1.0, 1.4))
+    one = pair.displacement_ratio * 0.3 * (second - first)
+    found = hs.sweep(
+        "texture.toml", {"surface.count": [[4, 4]], "surface.scaling": ["self-similar", "curvature-invariant"]}
+    )
+    assert found.drift.values[0] == pytest.approx([one / 4, one / 16 ** (2 / 3)], rel=1e-9)
+    assert (names["worst"].sel(surface_count="[8, 8]") < 5).all()
