@@ -18,6 +18,7 @@ from historysim.cli.output import check_ending, print_lines, print_table, save, 
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
+    from historysim.measured.loops import Loops
     from historysim.measured.sliding import Over
     from historysim.scenario.scenario import Scenario
     from historysim.tables import Format
@@ -67,6 +68,7 @@ def columns(file: Path, layout: "Format") -> None:
     "--levels", type=path_type, help="Also write the table over the normal load (.nc, .csv), or draw it there."
 )
 @click.option("--plot", "with_picture", is_flag=True, help="Also draw the loops: FILE's name with _loops.png, here.")
+@click.option("--model", "with_model", is_flag=True, help="Draw those of the scenario's model with them, dashed.")
 @set_option
 def loops(
     file: Path,
@@ -78,6 +80,7 @@ def loops(
     output: Path | None,
     levels: Path | None,
     with_picture: bool,
+    with_model: bool,
     values: dict[str, Any],
 ) -> None:
     """Say what the friction loops of FILE are like: of a scenario's measured record, or of a result.
@@ -99,22 +102,18 @@ def loops(
         load_share=DEFAULT.load_share if load_share is None else load_share,
         amplitude_share=DEFAULT.amplitude_share if amplitude_share is None else amplitude_share,
     )
-    found = find_loops(
-        _loaded(file, values, *targets) if file.suffix == ".toml" else scenario_or_file(file, values),
-        dead_band=band,
-        skip=skip,
-        skip_per_level=skip_per_level,
-        definitions=definitions,
-    )
+    record = _loaded(file, values, *targets) if file.suffix == ".toml" else scenario_or_file(file, values)
+    found = find_loops(record, dead_band=band, skip=skip, skip_per_level=skip_per_level, definitions=definitions)
+    model = _model_loops(record, skip) if with_model else None
     by_load = found.by_load()
     if levels is not None and not len(by_load):
         raise InputError(f"{file}: the normal load was not measured; expected it for {levels}")
     if output is not None:
-        save_table(found.to_dataset(), output, lambda _: plot_loops(found, title=file.name))
+        save_table(found.to_dataset(), output, lambda _: plot_loops(found, model, title=file.name))
     if levels is not None:
         save_table(by_load.to_dataset(), levels, lambda table: plot_loop_levels(table, title=file.name))
     if picture is not None:
-        save(plot_loops(found, title=file.name), picture)
+        save(plot_loops(found, model, title=file.name), picture)
     print_lines(found.summary())
     if not found.large.all():
         print_table(found.by_amplitude().rows())
@@ -203,6 +202,15 @@ def fit(scenario: Path, output: Path | None, values: dict[str, Any]) -> None:
     print_table(found.comparison.rows())
     click.echo(picture)
     click.echo(output)
+
+
+def _model_loops(record: "Scenario | Path", skip: int) -> "Loops | None":
+    """Return the loops of the model along what was measured."""
+    from historysim.scenario.compare import compare as compare_scenario
+
+    if isinstance(record, Path):
+        raise InputError(f"{record}: is no scenario (.toml) with a measured record; expected one for --model")
+    return compare_scenario(record, skip=skip).model
 
 
 def _loaded(path: Path, values: dict[str, Any], *targets: Path) -> "Scenario":

@@ -19,13 +19,14 @@ if TYPE_CHECKING:
     from historysim.asperities.asperity import Asperity
     from historysim.contact.adhesion import Branch
     from historysim.measured.comparison import Comparison
+    from historysim.measured.loop_table import LoopTable
     from historysim.measured.loops import Loops
+    from historysim.measured.sliding import Sliding
     from historysim.scenario.fit import Fit
     from historysim.surfaces.heights import Surface
 
-    Drawable = (
-        str | Path | xr.Dataset | Scenario | Surface | Loops | Comparison | Fit | Asperity | AdheringAsperities | Branch
-    )
+    Measured = Loops | LoopTable | Sliding | Comparison | Fit
+    Drawable = str | Path | xr.Dataset | Scenario | Surface | Measured | Asperity | AdheringAsperities | Branch
 
 
 def plot(
@@ -47,7 +48,7 @@ def plot(
 
     Parameters
     ----------
-    what : path, xarray.Dataset, Scenario, Surface, Loops, Comparison, Fit, Asperity, AdheringAsperities or Branch
+    what : path, xarray.Dataset, Scenario, Surface, Loops, LoopTable, Sliding, Comparison, Fit, Asperity, …
         Of a history: the friction loop, the loads, and the slip states. Of a scenario or a height map: the surface
         with its summits. Of a sweep: a number of its cells over what was swept.
     picture : str, optional
@@ -215,12 +216,16 @@ def _object(what: object, name: str, chosen: _Options) -> "Figure":
     from historysim.asperities.asperity import Asperity
     from historysim.contact.adhesion import Branch
     from historysim.measured.comparison import Comparison
+    from historysim.measured.loop_table import LoopTable
     from historysim.measured.loops import Loops
+    from historysim.measured.sliding import Sliding
     from historysim.results.plots.adhesion_branch import plot_adhesion_branch
     from historysim.results.plots.adhesion_map import plot_adhesion_map
     from historysim.results.plots.asperity import plot_asperity
     from historysim.results.plots.comparison import plot_comparison
+    from historysim.results.plots.loop_levels import plot_loop_levels
     from historysim.results.plots.loops import plot_loops
+    from historysim.results.plots.sliding import plot_sliding
     from historysim.scenario.fit import Fit
 
     size = chosen.size
@@ -231,6 +236,8 @@ def _object(what: object, name: str, chosen: _Options) -> "Figure":
         AdheringAsperities: lambda adhering: plot_adhesion_map(adhering.examples(), size=size),
         Branch: lambda branch: plot_adhesion_branch(branch, size=size),
         Fit: lambda fit: plot_comparison(fit.comparison, fit.scenario.title, size=size),
+        LoopTable: lambda table: plot_loop_levels(table.to_dataset(), size=size),
+        Sliding: lambda sliding: plot_sliding(sliding, size=size),
     }
     for kind, picture in drawn.items():
         if isinstance(what, kind):

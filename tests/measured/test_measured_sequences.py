@@ -122,6 +122,15 @@ def test_loops_are_written(folder):
         assert len(written.dimensions["loop"]) == 4
 
 
+def test_loops_are_drawn_with_those_of_the_model(folder):
+    done = call("loops", "s.toml", "-o", "l.svg", "--model")
+    assert done.exit_code == 0, done.output
+    assert "model, on the right" in (folder / "l.svg").read_text(encoding="utf-8")
+    (folder / "r.nc").write_bytes(b"")
+    done = call("loops", "r.nc", "--model")
+    assert done.exit_code == 2
+
+
 def test_loops_of_a_result(folder):
     assert call("run", "s.toml", "-q").exit_code == 0
     done = call("loops", "s.nc", "--dead-band", "20 nm")

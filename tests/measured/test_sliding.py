@@ -136,6 +136,7 @@ def test_the_picture_shows_samples_windows_peak_and_approach():
     assert lines["approach"].get_ydata()[-1] == pytest.approx(STEADY, abs=0.01)
     assert axes.get_xlabel() == "distance (mm)"
     assert figure.get_suptitle() == r"of \$5"
+    assert [axes.get_title(loc="left") for axes in hs.plot(found).axes] == ["Friction coefficient"]
 
 
 TIME, LOAD, NORMAL, WAY = made(size=101)

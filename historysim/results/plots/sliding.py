@@ -6,7 +6,8 @@ import numpy as np
 
 from historysim.basics.units import prefixed
 from historysim.measured.sliding import UNITS, Sliding
-from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, STYLE, legend_below, plain_title
+from historysim.results.plots.paper import PAGE, Size, new_figure
+from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, legend_below, plain_title
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
 MOST_POINTS = 20_000
 
 
-def plot_sliding(sliding: Sliding, *, title: str = "") -> "Figure":
+def plot_sliding(sliding: Sliding, *, title: str = "", size: Size | None = None) -> "Figure":
     """Draw the friction coefficient over time or distance.
 
     Parameters
@@ -23,17 +24,15 @@ def plot_sliding(sliding: Sliding, *, title: str = "") -> "Figure":
         From `historysim.find_sliding`.
     title : str
         A heading.
+    size : (float, float), optional
+        Width and height [mm].
 
     Returns
     -------
     matplotlib.figure.Figure
-        A figure 180 mm wide.
+        A figure 180 mm wide, or of the size that is given.
     """
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
-
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.1, 3.6), layout="constrained")
+    with new_figure(size, (PAGE, 92.0)) as figure:
         axes = figure.add_subplot()
         factor, prefix = prefixed(float(np.abs(sliding.place).max())) if sliding.over == "distance" else (1.0, "")
         stride = -(-sliding.place.size // MOST_POINTS)

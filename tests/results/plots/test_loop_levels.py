@@ -34,6 +34,6 @@ def test_each_load_has_its_means_and_their_scatter(found):
 
 
 def test_amplitudes_stand_in_place_of_loads(found):
-    axes = plot_loop_levels(found.by_amplitude().to_dataset()).axes
+    axes = hs.plot(found.by_amplitude()).axes
     assert axes[2].get_xlabel() == "amplitude (nm)"
     assert all(len(line.get_xdata()) < 60 for line in axes[0].lines)
