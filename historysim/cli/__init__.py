@@ -3,7 +3,7 @@
 import click
 
 from historysim._version import __version__
-from historysim.cli import logs, pictures, records, runs
+from historysim.cli import logs, pictures, questions, records, runs
 from historysim.cli.ending import Commands
 
 
@@ -13,5 +13,5 @@ def main() -> None:
     """Replay load histories across rough frictional contacts, exactly."""
 
 
-for command in (*runs.COMMANDS, *logs.COMMANDS, *records.COMMANDS, *pictures.COMMANDS):
+for command in (*runs.COMMANDS, *logs.COMMANDS, *records.COMMANDS, *pictures.COMMANDS, *questions.COMMANDS):
     main.add_command(command)

@@ -7,11 +7,12 @@ import sys
 import xarray as xr
 
 import historysim as hs
-from historysim.results import analysis, rebuilt
+from historysim.results import analysis, drift, rebuilt
 from historysim.results.accessor import Questions
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
 EVENTS = [hs.NormalLoad(0.0, 0.1), *(hs.TangentialDisplacement(float(t), (-1) ** t * 1e-6) for t in (1, 2, 3))]
+FUNCTION = {"asperity": "asperity_at"}
 
 
 def asked():
@@ -20,10 +21,12 @@ def asked():
 
 def test_every_question_is_there_with_its_text():
     about_files = {"is_complete"}
-    named = set(analysis.__all__) - about_files | {"asperity", "profiles", "reversal_points"}
+    drifts = {"branch_drift", "cycle_drift", "run_drift", "positioning_error", "seen_at_rest"}
+    named = set(analysis.__all__) - about_files | {"asperity", "profiles", "reversal_points"} | drifts
     assert set(asked()) == named
     for name, method in asked().items():
-        question = rebuilt.asperity_at if name == "asperity" else getattr(analysis, name, getattr(rebuilt, name, None))
+        (home,) = (module for module in (analysis, drift, rebuilt) if hasattr(module, FUNCTION.get(name, name)))
+        question = getattr(home, FUNCTION.get(name, name))
         assert method.__doc__ == question.__doc__
         assert list(inspect.signature(method).parameters)[1:] == list(inspect.signature(question).parameters)[1:]
 

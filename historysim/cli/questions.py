@@ -1,0 +1,64 @@
+"""A command that asks a result a question: table."""
+
+from pathlib import Path
+
+import click
+
+from historysim.cli.arguments import check_target, path_type
+from historysim.cli.output import check_ending, save_dataset
+from historysim.errors import InputError
+
+TABLES = (
+    "critical_asperity",
+    "energy_per_cycle",
+    "first_slips",
+    "mean_pressure",
+    "peak_pressure",
+    "preliminary_displacement",
+    "preliminary_displacements",
+    "presliding_work",
+    "profiles",
+    "reversal_points",
+    "slip_shares",
+    "stick_ratio",
+    "tangential_stiffness",
+    "total_mean_pressure",
+)
+"""Questions whose answer is a table, by the names that they have in Python."""
+OF_AN_ASPERITY = ("profiles", "reversal_points")
+
+
+@click.command()
+@click.argument("result", type=path_type)
+@click.argument("question", type=click.Choice([name.replace("_", "-") for name in TABLES]))
+@click.option("-o", "--output", type=path_type, help="The table (CSV, netCDF). [default: RESULT_QUESTION.csv]")
+@click.option("--asperity", type=int, help="Of profiles and reversal-points: whose.")
+@click.option("--step", type=int, help="Of profiles and reversal-points: at which step. [default: the last]")
+def table(result: Path, question: str, output: Path | None, asperity: int | None, step: int | None) -> None:
+    """Ask RESULT a QUESTION, and write the answer as a table.
+
+    The questions are methods of history.contact in Python, where their documentation says what the columns are.
+    """
+    output = output or result.with_name(f"{result.stem}_{question}.csv")
+    check_target(output, result)
+    check_ending(output, ".csv", ".nc")
+    name = question.replace("-", "_")
+    if (name in OF_AN_ASPERITY) != (asperity is not None) or (step is not None and name not in OF_AN_ASPERITY):
+        told = "is of one asperity; expected --asperity" if name in OF_AN_ASPERITY else "takes no --asperity, no --step"
+        raise InputError(f"{question}: {told}")
+    import xarray as xr
+
+    from historysim.results.accessor import Questions
+    from historysim.results.files import open_result
+
+    with open_result(result) as history:
+        asked = getattr(Questions(history), name)
+        answer = asked() if asperity is None else asked(asperity, -1 if step is None else step)
+        if name == "profiles":
+            # a row for each radius
+            answer = answer.isel(step=0)
+        save_dataset(answer.to_dataset(name=name) if isinstance(answer, xr.DataArray) else answer, output)
+    click.echo(output)
+
+
+COMMANDS = (table,)

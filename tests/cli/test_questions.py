@@ -1,0 +1,75 @@
+"""The command that asks a result: the tables that it writes, and what it refuses."""
+
+import csv
+
+import numpy as np
+import pytest
+import xarray as xr
+from click.testing import CliRunner
+
+import historysim as hs
+from historysim.cli import main
+from historysim.cli.questions import OF_AN_ASPERITY, TABLES
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
+EVENTS = [hs.NormalLoad(0.0, 4e-3)]
+EVENTS += [hs.TangentialDisplacement(float(time), (-1) ** time * 30e-9) for time in (1, 2, 3)]
+
+
+@pytest.fixture
+def history(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    hs.Replay(hs.Ensemble(PAIR, [0.0, -20e-9], [10e-6, 30e-6], 0.2), EVENTS, substeps=4).write("r.nc")
+    with xr.open_dataset("r.nc", decode_times=False) as history:
+        yield history
+
+
+def call(*arguments):
+    return CliRunner().invoke(main, ["table", *arguments])
+
+
+def read(path):
+    with path.open(encoding="utf-8", newline="") as stream:
+        return list(csv.reader(stream))
+
+
+def test_every_question_is_a_table(history, tmp_path):
+    for name in TABLES:
+        question = name.replace("_", "-")
+        options = ["--asperity", "0", "--step", "6"] if name in OF_AN_ASPERITY else []
+        done = call("r.nc", question, *options)
+        assert (done.exit_code, done.output) == (0, f"r_{question}.csv\n")
+        header, *rows = read(tmp_path / f"r_{question}.csv")
+        assert all(len(row) == len(header) for row in rows)
+    header, *rows = read(tmp_path / "r_stick-ratio.csv")
+    assert header == ["time [s]", "stick_ratio 0", "stick_ratio 1"]
+    assert np.array(rows, dtype=float)[:, 1:].tolist() == history.contact.stick_ratio().values.tolist()
+    header, *rows = read(tmp_path / "r_profiles.csv")
+    column = header.index("traction [Pa]")
+    expected = history.contact.profiles(0, 6)["traction"].values[0]
+    assert [float(row[column]) for row in rows] == expected.tolist()
+
+
+def test_a_table_can_be_netcdf(history):
+    assert call("r.nc", "slip-shares", "-o", "s.nc").exit_code == 0
+    with xr.open_dataset("s.nc", decode_times=False) as found:
+        xr.testing.assert_allclose(found, history.contact.slip_shares())
+
+
+@pytest.mark.usefixtures("history")
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["r.nc", "profiles"], "profiles: is of one asperity; expected --asperity"),
+        (["r.nc", "slip-shares", "--step", "3"], "slip-shares: takes no --asperity, no --step"),
+        (["r.nc", "profiles", "--asperity", "9"], "asperity 9: is not recorded in the history; expected one of 0, 1"),
+        (["r.nc", "slip-shares", "-o", "s.txt"], "s.txt: .txt ending; expected .csv or .nc"),
+        (["n.nc", "slip-shares"], "n.nc: there is no such file"),
+        (["r.nc", "slips"], "'slips' is not one of 'critical-asperity'"),
+    ],
+)
+def test_what_does_not_fit_is_refused(tmp_path, arguments, told):
+    done = call(*arguments)
+    assert done.exit_code == 2
+    assert told in done.output
+    assert [path.name for path in tmp_path.iterdir()] == ["r.nc"]
