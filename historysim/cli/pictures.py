@@ -90,6 +90,15 @@ def plot(
     if kind == "log":
         raise InputError(f"{file}: is a log; expected its result; historysim run {file} makes it again")
     if output.suffix.lower() in MOVING:
+        others = {
+            "picture": picture,
+            "step": step,
+            "asperity": asperity,
+            "panels": panels,
+            "adhesion": adhesion or None,
+        }
+        if unused := [f"--{name}" for name, value in others.items() if value is not None]:
+            raise InputError(f"{output}: a moving picture takes no {', '.join(unused)}; expected another ending")
         _animate(file, output, millimetres)
         return
     from historysim.scenario.plot import plot as drawn

@@ -83,7 +83,11 @@ def slides_first(history: xr.Dataset) -> Integers:
     InputError
         A history without asperities, or of a version that did not record changes of friction.
     """
-    step = first_slips(history)["slide_step"].values
+    return order_of_sliding(history, first_slips(history)["slide_step"].values)
+
+
+def order_of_sliding(history: xr.Dataset, step: Integers) -> Integers:
+    """Return what `slides_first` does, where the steps at which asperities first slide are known (asperity)."""
     sliding = np.flatnonzero(step != NEVER)
     separation, friction = history["separation"].values, present_friction(history)
     reserve = np.empty(sliding.size)

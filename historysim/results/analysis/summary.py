@@ -11,7 +11,7 @@ from historysim.basics.units import duration_text, quantity_text
 from historysim.errors import InputError
 from historysim.results.analysis.preliminary import critical_asperity, preliminary_displacement
 from historysim.results.analysis.recorded import CHANGING_HEIGHT, is_complete
-from historysim.results.analysis.slips import slides_first
+from historysim.results.analysis.slips import NEVER, first_slips, order_of_sliding
 
 WORTH_TELLING = 1.05
 """Ratio of traction to friction limit from which a summary tells it."""
@@ -101,10 +101,16 @@ def _touched(history: xr.Dataset) -> str:
 
 
 def _first_to_slide(history: xr.Dataset) -> str:
-    order = slides_first(history)
+    steps = first_slips(history)["slide_step"].values
+    order = order_of_sliding(history, steps)
+    recorded = "" if is_complete(history) else " recorded"
     if not order.size:
-        return "none does"
-    recorded = history.sizes["asperity"]
-    last = f", asperity {order[-1]} last" if order.size > 1 else ""
-    some = f" ({order.size:,} of {recorded:,} slide)" if order.size < recorded else ""
-    return f"asperity {order[0]}{last}{some}"
+        return f"none{recorded} does"
+    began = steps[steps != NEVER]
+    together = int((began == began.min()).sum())
+    # what happens between two steps is known to have an order, and not always which
+    among = f" of {together:,} between the same two steps" if together > 1 else ""
+    last = f"; asperity {order[-1]} last" if order.size > 1 else ""
+    some = f"; {order.size:,} of {steps.size:,} slide" if order.size < steps.size else ""
+    of_recorded = " (of those recorded)" if recorded else ""
+    return f"asperity {order[0]}{among}{last}{some}{of_recorded}"

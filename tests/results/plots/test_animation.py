@@ -72,6 +72,9 @@ def test_a_command_writes_it(tmp_path, monkeypatch):
     refused = CliRunner().invoke(main, ["plot", "r.nc", "-o", "r.png", "--size", "60"])
     assert refused.exit_code == 2
     assert "--size 60: expected width and height in millimetres, as 90x70" in refused.output
+    refused = CliRunner().invoke(main, ["plot", "r.nc", "-o", "m.gif", "--step", "1"])
+    assert refused.exit_code == 2
+    assert "m.gif: a moving picture takes no --step; expected another ending" in refused.output
 
 
 def test_what_cannot_be_written_is_refused(tmp_path, monkeypatch):

@@ -114,6 +114,13 @@ def test_states_differ_in_lightness():
     assert np.abs(np.diff(sorted(lightness))).min() > 0.12
 
 
+def test_the_colours_of_lines_become_darker_throughout():
+    lightness = along_path.line_colours()(np.linspace(0, 1, 50))[:, :3] @ [0.2126, 0.7152, 0.0722]
+    assert (np.diff(lightness) < 0).all()
+    # dark enough at the light end for white paper
+    assert lightness[0] < 0.85
+
+
 def test_swings_ignore_noise():
     steps = np.concatenate([np.linspace(0, 1, 50), np.linspace(1, -1, 100), np.linspace(-1, 1, 100)])
     noisy = steps + np.random.default_rng(0).normal(0, 0.01, steps.size)
