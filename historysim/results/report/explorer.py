@@ -24,7 +24,7 @@ Integers = npt.NDArray[np.int64]
 
 MOST_STEPS, MOST_ASPERITIES, MOST_POINTS, MOST_GROUPS = 300, 200, 4000, 12
 """Steps of the slider, asperities on the map, points of the loop, and friction coefficients with tractions."""
-PROFILE_POINTS = 121
+PROFILE_POINTS = 241
 SCRIPT = Path(__file__).with_name("explorer.js")
 TARGET = "explorer"
 
@@ -243,7 +243,20 @@ def _layout(history: xr.Dataset, part: Excerpt) -> tuple[Any, Any, Any]:
     slider.js_on_change("value", moved)
     sources["map"].selected.js_on_change("indices", moved)
     loop, contacts, own_history, profile = _figures(history, sources, line, units)
-    return column(slider, told, row(loop, contacts), clicked, row(own_history, profile)), slider, sources["map"]
+    rows = (slider, told, row(loop, contacts), Div(text=_key(), width=1020), clicked, row(own_history, profile))
+    return column(*rows), slider, sources["map"]
+
+
+def _key() -> str:
+    """Return what the colours of the map stand for, as HTML."""
+    dot = (
+        "display: inline-block; width: 10px; height: 10px; border: 1px solid; border-radius: 50%; margin: 0 5px 0 16px"
+    )
+    entries = (
+        f'<span style="{dot}; background: {colour}"></span>{name}'
+        for colour, name in zip(STATE_COLOURS, STATES, strict=True)
+    )
+    return f"<div style='text-align: right'>{''.join(entries)}</div>"
 
 
 def _peak_traction(part: Excerpt) -> Floats:

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 DOTS_PER_INCH = 160
+WIDEST_COLUMN = 4.0
+"""Width of a figure up to which two stand side by side [inch]."""
 
 STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #222; max-width: 1080px; margin: 2rem auto; padding: 0 1rem; }
@@ -24,6 +26,7 @@ table { border-collapse: collapse; font-size: 14px; }
 th, td { padding: .15rem 1.2rem .15rem 0; vertical-align: top; } th { font-weight: 600; }
 img { max-width: 100%; height: auto; } figure { margin: 1rem 0; } figcaption { color: #555; font-size: 13px; }
 pre { background: #f5f5f2; padding: .8rem; overflow-x: auto; font-size: 13px; }
+figure.column { display: inline-block; width: 48%; min-width: 340px; margin: 1rem 1% 1rem 0; vertical-align: top; }
 .wide { overflow-x: auto; }
 .warning { border-left: 4px solid #d1603d; padding-left: .8rem; } .note { color: #555; }
 """
@@ -96,7 +99,8 @@ def picture(figure: "Figure", caption: str) -> str:
     stream = io.BytesIO()
     figure.savefig(stream, format="png", dpi=DOTS_PER_INCH)
     data = base64.b64encode(stream.getvalue()).decode("ascii")
+    kind = ' class="column"' if figure.get_figwidth() <= WIDEST_COLUMN else ""
     return (
-        f'<figure><img alt="{escape(caption)}" src="data:image/png;base64,{data}">'
+        f'<figure{kind}><img alt="{escape(caption)}" src="data:image/png;base64,{data}">'
         f"<figcaption>{escape(caption)}</figcaption></figure>"
     )
