@@ -154,7 +154,8 @@ def stretches(
         yield _sampled(events, substeps)
         return
     _check(events, substeps)
-    normal, tangential, friction = (_Channel(events, name, start) for name in CHANNELS)
+    normal, tangential, friction = _channels(events, start)
+    arriving_channels = ("friction", "normal", "tangential") if friction.waypoints else ("normal", "tangential")
     done, rows, previous = (start.events, start.rows, start.time) if start else (0, 0, None)
     standing, broken_at = start, rows
     table = _Table()
@@ -172,7 +173,7 @@ def stretches(
                 return
             break
         present = list(numbered)
-        arriving = [_first(present, "friction"), _first(present, "normal"), _first(present, "tangential")]
+        arriving = [_first(present, name) for name in arriving_channels]
         # changes act after all channels have arrived
         rest = _joint([pair for pair in present if pair not in arriving])
         served = next((pair[0] for pair in reversed(arriving) if pair), present[0][0])
@@ -226,7 +227,7 @@ def standing_at(events: Sequence[Event], count: int, substeps: int = 1) -> Stand
     if not 0 < count <= len(events) or (count < len(events) and events[count].time == events[count - 1].time):
         return None
     time = events[count - 1].time
-    channels = [_Channel(events, name, done=count) for name in CHANNELS]
+    channels = _channels(events, done=count)
     return Standing(
         events=count,
         rows=row_count(events[:count], substeps),
@@ -293,7 +294,7 @@ def _first(present: list[tuple[int, Event]], channel: str) -> tuple[int, Event] 
 
 
 def _of_channel(event: Event, channel: str) -> bool:
-    return isinstance(event, LoadEvent | FrictionRamp) and event.channel == channel
+    return getattr(event, "channel", None) == channel
 
 
 def _joint(rest: list[tuple[int, Event]]) -> list[tuple[int, Other | dict[str, LoadEvent]]]:
@@ -321,16 +322,28 @@ def _change(number: int, group: Other | dict[str, LoadEvent]) -> tuple[FrictionC
     return (None, -1) if isinstance(group, dict | FrictionRamp) else (group, number)
 
 
+def _channels(
+    events: Sequence[Event], start: Standing | None = None, *, done: int | None = None
+) -> tuple["_Channel", "_Channel", "_Channel"]:
+    """Return the channels with their waypoints, in the order of `CHANNELS`."""
+    found: dict[str, tuple[list[int], list[Any]]] = {name: ([], []) for name in CHANNELS}
+    for number, event in enumerate(events):
+        channel = getattr(event, "channel", None)
+        if channel is not None:
+            numbers, waypoints = found[channel]
+            numbers.append(number)
+            waypoints.append(event)
+    normal, tangential, friction = (_Channel(name, *own, start, done) for name, own in found.items())
+    return normal, tangential, friction
+
+
 class _Channel:
-    """One channel's waypoints, and which of them it has passed."""
+    """One channel's waypoints with their numbers among the events, and which of them it has passed."""
 
     def __init__(
-        self, events: Sequence[Event], name: str, start: Standing | None = None, *, done: int | None = None
+        self, name: str, numbers: list[int], waypoints: list[Any], start: Standing | None, done: int | None
     ) -> None:
-        self.name = name
-        numbered = [(number, event) for number, event in enumerate(events) if _of_channel(event, name)]
-        self.numbers = [number for number, _ in numbered]
-        self.waypoints: list[Any] = [event for _, event in numbered]
+        self.name, self.numbers, self.waypoints = name, numbers, waypoints
         self.passed = 0
         self.control = LOAD
         if start is not None:

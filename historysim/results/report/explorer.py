@@ -15,7 +15,7 @@ import xarray as xr
 from historysim.basics.units import prefixed
 from historysim.errors import InputError
 from historysim.results import rebuilt
-from historysim.results.analysis.recorded import check_any, present_friction
+from historysim.results.analysis.recorded import CHANGING_HEIGHT, check_any, present_friction
 from historysim.results.analysis.shares import telling_step
 from historysim.results.plots.style import FAINT, INK, MARK, STATE_COLOURS, STATES
 
@@ -114,6 +114,9 @@ def excerpt(history: xr.Dataset) -> Excerpt:
 def _memories(history: xr.Dataset, steps: Integers, columns: Integers) -> tuple[Integers, list[Floats], list[str]]:
     """Return the friction group of each asperity, the vertices of each group at each step, and why there are none."""
     height, friction = history["summit_height"].values[columns], history["friction"].values[columns]
+    if CHANGING_HEIGHT in history or "asperity" in history.get("present_friction", history["time"]).dims:
+        # what asperities of one coefficient share at the start they need not share later
+        return np.zeros(columns.size, dtype=np.int64), [], ["no traction profiles: asperities evolve one by one"]
     coefficients, group = np.unique(friction, return_inverse=True)
     if coefficients.size > MOST_GROUPS:
         told = f"{coefficients.size:,} friction coefficients, and up to {MOST_GROUPS} are embedded"
