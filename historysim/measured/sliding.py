@@ -22,6 +22,7 @@ import numpy.typing as npt
 from historysim.basics.arguments import scalar
 from historysim.basics.display import html_table
 from historysim.basics.units import duration_text, quantity_text
+from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.measured.observation import noise_of
 from historysim.measured.power_law import CONFIDENCE
@@ -143,11 +144,12 @@ class Sliding:
     def summary(self) -> list[tuple[str, str]]:
         """Return lines of (label, text): how far it slid, the mean, the peak, and the approach to the steady value."""
         length = self._text(float(np.ptp(self.place)))
-        mean, scatter = float(np.nanmean(self.window_mean)), float(np.nanstd(self.window_mean, ddof=1))
+        means = self.window_mean
+        scatter = f" ± {means.std(ddof=1):.2g}: mean ± standard deviation of the windows" if means.size > 1 else ""
         lines = [
             *self.remarks,
-            ("slides", f"{length}, in {self.window_mean.size} windows of {self._text(self._width)}"),
-            ("friction coefficient", f"{mean:.4g} ± {scatter:.2g}: mean ± standard deviation of the windows"),
+            ("slides", f"{length}, in {counted(means.size, 'window', 'windows')} of {self._text(self._width)}"),
+            ("friction coefficient", f"{means.mean():.4g}{scatter}"),
         ]
         if self.peak is None:
             lines.append(("static peak", "none that stands above the noise"))

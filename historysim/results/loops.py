@@ -1,5 +1,7 @@
 """Friction loops that were written to a file, or a table of them, in a few lines."""
 
+import numpy as np
+import numpy.typing as npt
 import xarray as xr
 
 from historysim.basics.units import quantity_text
@@ -22,16 +24,27 @@ def summary(loops: xr.Dataset) -> list[tuple[str, str]]:
     """
     if "loop" not in loops.dims:
         return [*_table(loops), ("", ""), *_told(loops)]
-    count = loops.sizes["loop"]
+    large = loops.isel(loop=_large(loops))
+    count = large.sizes["loop"]
+    some = "" if count == loops.sizes["loop"] else f", of which {count:,} are large enough for the means below"
     return [
-        ("loops", f"{count:,}"),
+        ("loops", f"{loops.sizes['loop']:,}{some}"),
+        ("values", "mean ± standard deviation of one loop"),
         *(
             (str(values.attrs["long_name"]), LoopStatistics.of(values.values).text(values.attrs["units"], count))
-            for values in loops.data_vars.values()
+            for values in large.data_vars.values()
         ),
         ("", ""),
         *_told(loops),
     ]
+
+
+def _large(loops: xr.Dataset) -> npt.NDArray[np.bool_]:
+    """Return which loops count in means, as `Loops.large` does; all of a file of a version that had no amplitudes."""
+    if "amplitude" not in loops:
+        return np.ones(loops.sizes["loop"], dtype=np.bool_)
+    amplitude = loops["amplitude"].values
+    return np.asarray(amplitude >= loops.attrs["amplitude_share"] * amplitude.max())
 
 
 def _told(loops: xr.Dataset) -> list[tuple[str, str]]:

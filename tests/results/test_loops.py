@@ -31,3 +31,16 @@ def test_a_quantity_that_no_loop_has_is_a_dash():
     ).to_dataset()
     dataset["tangential_stiffness"][:] = np.nan
     assert dict(loops.summary(dataset))["stiffness at reversal"] == "–"
+
+
+def test_small_loops_do_not_count_in_means():
+    """As in the loops themselves."""
+    amplitudes = [1e-7, 1e-7, 1e-7, 1e-7, 1e-8, 1e-8, 1e-8, 1e-8]
+    swings = [hs.TangentialDisplacement(1.0 + i, (-1) ** i * u) for i, u in enumerate(amplitudes)]
+    found = hs.find_loops(
+        hs.replay(hs.Ensemble(PAIR, 0.0, 1e-3, 0.2), [hs.NormalLoad(0.0, 0.1), *swings], substeps=100), dead_band=1e-9
+    )
+    lines = dict(loops.summary(found.to_dataset()))
+    assert lines["loops"] == f"{len(found)}, of which {found.large.sum()} are large enough for the means below"
+    assert lines["friction force"] == found.text("friction_force", "N")
+    assert lines["energy per loop"] == found.text("dissipated_energy", "J")

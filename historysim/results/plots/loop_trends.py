@@ -80,7 +80,7 @@ def _draw_trend(axes: "Axes", sets: Sequence[xr.Dataset], quantity: str) -> None
     if finite.size:
         low, high = finite.min() * factor, finite.max() * factor
         # a scatter of less than a tenth is not to fill the panel
-        room = max(0.2 * (high - low), 0.1 * max(abs(low), abs(high)))
+        room = max(0.2 * (high - low), 0.1 * max(abs(low), abs(high))) or 1.0
         axes.set_ylim(low - room, high + room)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     label, unit = (sets[0][quantity].attrs[name] for name in ("long_name", "units"))
