@@ -13,6 +13,7 @@ _KINDS = {
     "N": ("a force", "mN"),
     "m": ("a length", "nm"),
     "s": ("a time", "ms"),
+    "Hz": ("a frequency", "kHz"),
     "Pa": ("a pressure or modulus", "GPa"),
     "J m-2": ("an energy per area", "mJ m-2"),
     "N m-1": ("a stiffness", "mN/µm"),

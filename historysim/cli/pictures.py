@@ -49,7 +49,7 @@ def show(file: Path, values: dict[str, Any], **height_map: Any) -> None:
 @click.option(
     "--picture",
     help="Of a result: history, loop, slip-map, contact-map, distribution, traction, slip-fronts or stiffness; of a "
-    "sweep: which number.",
+    "sweep: which number; of a scenario that replays a file: record.",
 )
 @click.option("--step", help="Draw the contact map of a result at this step: a number, partial or peak.")
 @click.option("--asperity", type=int, help="Whose traction is drawn; with --adhesion, whose equilibria.")

@@ -10,12 +10,14 @@ from historysim.basics.units import duration_text, range_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.loads.events import LOAD_KINDS, Event
-from historysim.measured.reduction import check_order, kept_points
+from historysim.measured.reduction import check_order, kept_points, loop_dead_band, reversals
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
 TANGENTIAL = ("tangential_displacement", "tangential_load")
+MANY_MORE = 5
+"""Times more reversals than beyond the dead band, from which on noise is taken for their cause."""
 NORMAL = ("normal_load", "normal_displacement")
 
 
@@ -33,11 +35,13 @@ class Measurement:
         What was measured beside it, to compare with.
     dead_band : mapping of str to float
         The smallest swing of a channel that is no noise [N or m]; a channel that is not named has no noise where it
-        is replayed, and the dead band of its loops by default (see `splitting.loop_dead_band`).
+        is replayed, and the dead band of its loops by default (see `reduction.loop_dead_band`).
     reduced : bool
         Whether only the samples are replayed that the contact remembers (see `reduction.kept_points`).
     remarks : tuple of (label, text)
         What was done to the samples on the way here.
+    removed : mapping of str to array (sample)
+        What conditioning took off the channels that have one [N or m]; they were that plus what they are.
     row : array (sample), optional
         Where each sample stood in its file, for messages.
     """
@@ -48,6 +52,7 @@ class Measurement:
     dead_band: Mapping[str, float] = attrs.field(factory=dict)
     reduced: bool = False
     remarks: tuple[tuple[str, str], ...] = ()
+    removed: Mapping[str, Floats] = attrs.field(factory=dict)
     row: Integers | None = None
 
     def __repr__(self) -> str:
@@ -88,6 +93,22 @@ class Measurement:
             None if normal is None or first == normal else self.channels[normal],
             dead_band=self.dead_band.get(first, 0.0),
             normal_dead_band=self.dead_band.get(normal or "", 0.0),
+        )
+
+    def false_reversals(self) -> str | None:
+        """Return, as a text, that noise makes reversals which are replayed; None where it does not."""
+        name = next((name for name in TANGENTIAL if name in self.channels), None)
+        if name is None or self.reduced:
+            return None
+        values = self.channels[name]
+        dead_band = loop_dead_band(values, self.dead_band.get(name))
+        true, all_of_them = (reversals(values, band).size for band in (dead_band, 0.0))
+        if all_of_them < MANY_MORE * (true + 1):
+            return None
+        return (
+            f"the {name.replace('_', ' ')} turns {all_of_them:,} times, by {dead_band:.3g} {LOAD_KINDS[name].unit} or "
+            f"more {true:,} times; all of them are replayed, noise and all, and slip states flicker: reduce = true "
+            "leaves out those within the dead band"
         )
 
     def events(self) -> list[Event]:

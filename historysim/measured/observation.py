@@ -18,8 +18,8 @@ from historysim.errors import InputError
 from historysim.loads.samples import SampledLoads
 from historysim.measured.loops import Loops, NoLoopError
 from historysim.measured.measurement import Measurement
-from historysim.measured.reduction import turning_points
-from historysim.measured.splitting import check_skip, loop_dead_band, loops_of_measurement
+from historysim.measured.reduction import loop_dead_band, turning_points
+from historysim.measured.splitting import check_skip, loops_of_measurement
 from historysim.memory.rows import ROW_LIMIT, ROW_STIFFNESS, ROW_TANGENTIAL
 from historysim.recording.recorder import DatasetRecorder
 from historysim.replay import Replay

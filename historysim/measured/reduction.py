@@ -49,6 +49,9 @@ from historysim.errors import InputError
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
+DEAD_BAND_SHARE = 0.05
+"""Dead band of loops over the range of the displacement, where nothing else is said."""
+
 
 def channel(name: str, values: npt.ArrayLike, size: int | None = None) -> Floats:
     """Return the samples of one channel as floats.
@@ -154,6 +157,13 @@ def turning_points(values: npt.ArrayLike, dead_band: float = 0.0) -> Integers:
     kept = np.empty(samples.size, dtype=np.int64)
     count = _turning_points(samples, scalar("dead_band", dead_band, least=0), kept)
     return kept[:count].copy()
+
+
+def loop_dead_band(displacement: npt.ArrayLike, said: float | None = None) -> float:
+    """Return the dead band of loops [m]: what is said, else 5 % of the range of the displacement (sample) [m]."""
+    if said is not None:
+        return scalar("dead_band", said, least=0)
+    return DEAD_BAND_SHARE * float(np.ptp(channel("displacement", displacement)))
 
 
 def reversals(values: npt.ArrayLike, dead_band: float = 0.0) -> Integers:

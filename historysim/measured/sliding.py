@@ -26,8 +26,7 @@ from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.measured.observation import noise_of
 from historysim.measured.power_law import CONFIDENCE
-from historysim.measured.reduction import channel, check_order, turning_points
-from historysim.measured.splitting import loop_dead_band
+from historysim.measured.reduction import channel, check_order, loop_dead_band, turning_points
 
 if TYPE_CHECKING:
     import xarray as xr

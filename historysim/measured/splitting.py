@@ -17,7 +17,7 @@ from historysim.measured.definitions import DEFAULT, Definitions, FirstLoad, Las
 from historysim.measured.load_steps import at_one_load
 from historysim.measured.loops import BRANCH_QUANTITIES, OF_SLIDING, Loops, NoLoopError, Trace
 from historysim.measured.preliminary import virgin_displacement
-from historysim.measured.reduction import channel, check_order, turning_points
+from historysim.measured.reduction import channel, check_order, loop_dead_band, turning_points
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,17 +27,8 @@ if TYPE_CHECKING:
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
-DEAD_BAND_SHARE = 0.05
-"""Dead band of loops over the range of the displacement, where nothing else is said."""
 WRONG_WAY = -0.05
 """Energy of loops over the area of the boxes around them from which on they run the wrong way round."""
-
-
-def loop_dead_band(displacement: npt.ArrayLike, said: float | None = None) -> float:
-    """Return the dead band of loops [m]: what is said, else 5 % of the range of the displacement (sample) [m]."""
-    if said is not None:
-        return scalar("dead_band", said, least=0)
-    return DEAD_BAND_SHARE * float(np.ptp(channel("displacement", displacement)))
 
 
 def loops_of_history(

@@ -21,11 +21,12 @@ if TYPE_CHECKING:
     from historysim.measured.comparison import Comparison
     from historysim.measured.loop_table import LoopTable
     from historysim.measured.loops import Loops
+    from historysim.measured.measurement import Measurement
     from historysim.measured.sliding import Sliding
     from historysim.scenario.fit import Fit
     from historysim.surfaces.heights import Surface
 
-    Measured = Loops | LoopTable | Sliding | Comparison | Fit
+    Measured = Measurement | Loops | LoopTable | Sliding | Comparison | Fit
     Drawable = str | Path | xr.Dataset | Scenario | Surface | Measured | Asperity | AdheringAsperities | Branch
 
 
@@ -48,13 +49,14 @@ def plot(
 
     Parameters
     ----------
-    what : path, xarray.Dataset, Scenario, Surface, Loops, LoopTable, Sliding, Comparison, Fit, Asperity, …
+    what : path, xarray.Dataset, Scenario, Surface, Measurement, Loops, LoopTable, Sliding, Comparison, Fit, …
         Of a history: the friction loop, the loads, and the slip states. Of a scenario or a height map: the surface
         with its summits. Of a sweep: a number of its cells over what was swept.
     picture : str, optional
         Of a history: "history", "loop" (its colour tells how much slips), "slip-map", "contact-map", "distribution" (of
         summit heights and radii), "traction" (several states of an asperity), "slip-fronts" (of it, step by step) or
-        "stiffness". Of a sweep: which number; by default the preliminary displacement.
+        "stiffness". Of a sweep: which number; by default the preliminary displacement. Of a scenario that replays a
+        file: "record", its channels as they were read beside what conditioning left of them.
     step : int, "partial" or "peak", optional
         Of a history, its contact map or asperity distribution at this step; at that where most can be seen, half of the
         contact area slipping; or at that of the greatest normal load. Negative ones count from the end.
@@ -104,6 +106,7 @@ class _Options:
 def _drawn(what: Any, name: str, title: str, chosen: _Options) -> "Figure":
     import xarray as xr
 
+    from historysim.measured.measurement import Measurement
     from historysim.surfaces.heights import Surface
 
     history = isinstance(what, xr.Dataset) and "total_normal_load" in what
@@ -111,6 +114,8 @@ def _drawn(what: Any, name: str, title: str, chosen: _Options) -> "Figure":
         raise InputError(f"step {chosen.step}: {name} has no steps; expected a result of historysim run")
     if chosen.panels is not None and not history:
         raise InputError(f"panels: {name} has none to choose; expected a result of historysim run")
+    if isinstance(what, Measurement) or (isinstance(what, Scenario) and chosen.picture == "record"):
+        return _record(what, title, chosen)
     if chosen.picture is not None and not isinstance(what, xr.Dataset):
         raise InputError(f"picture {chosen.picture}: {name} has one picture only; expected a result or a sweep")
     if chosen.adhesion and not isinstance(what, Scenario):
@@ -193,6 +198,14 @@ def _ground(scenario: Scenario, chosen: _Options) -> "Figure":
     ground = scenario.ground()
     title = scenario.title or scenario.path.stem
     return plot_surface(surface_group.dataset(ground.summits, ground.surface), title=title, size=chosen.size)
+
+
+def _record(what: "Scenario | Measurement", title: str, chosen: _Options) -> "Figure":
+    from historysim.results.plots.record import plot_record
+
+    if isinstance(what, Scenario):
+        return plot_record(what.measurement(), title=what.title or what.path.stem, size=chosen.size)
+    return plot_record(what, title=title, size=chosen.size)
 
 
 def _adhesion(scenario: Scenario, chosen: _Options) -> "Figure":

@@ -39,6 +39,8 @@ class Quantity:
 Number = Annotated[float, Quantity("1")]
 Numbers = Annotated[float | tuple[float, ...], Quantity("1")]
 Time = Annotated[float, Quantity("s")]
+Frequency = Annotated[float, Quantity("Hz")]
+Frequencies = Annotated[float | tuple[float, ...], Quantity("Hz")]
 Length = Annotated[float, Quantity("m")]
 Lengths = Annotated[float | tuple[float, ...], Quantity("m")]
 Force = Annotated[float, Quantity("N")]

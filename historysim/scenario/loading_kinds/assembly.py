@@ -13,12 +13,13 @@ from historysim.basics.places import at, misfit
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
-from historysim.measured import correction, reduction
+from historysim.measured import conditioning, correction, reduction
 from historysim.measured.measurement import Measurement
 from historysim.measured.reduction import check_order
 from historysim.scenario.loading_kinds.channels import (
     COMBINED,
     FILE_REMARK,
+    HUM_REMARK,
     Channel,
     ForceChannel,
     LengthChannel,
@@ -33,6 +34,8 @@ Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 Mask = npt.NDArray[np.bool_]
 MOST_SAMPLES = 10_000_000
+HUM_DEAD_BAND = 0.2
+"""Swing that is a turn of a channel and no hum, over the range of a displacement or the greatest load."""
 
 Remarks = list[tuple[str, str]]
 
@@ -58,10 +61,13 @@ def assembled(folder: Path, section: MeasuredFile) -> Measurement:
     if section.interval is not None:
         clocked = _evenly(name, section.interval, clocked)
         remarks.append(("resampled", f"every {quantity_text(section.interval, 's')}, {_samples(clocked.time.size)}"))
-    values = {}
+    values: dict[tuple[str, str], Floats] = {}
+    removed: dict[str, Floats] = {}
     for (group, key), channel in channels.items():
         with at(group, key), _named(name):
-            values[group, key] = _in_si(channel, clocked, (group, key), getattr(section.dead_band, key) or 0.0, remarks)
+            dead_band = getattr(section.dead_band, key) or 0.0
+            values[group, key] = _in_si(channel, clocked, (group, key), dead_band, remarks, removed)
+            _tell_hum(channel, key, clocked.time, values[group, key], remarks)
     _close_free_play(channels, values, remarks)
     measurement = Measurement(
         time=clocked.time,
@@ -69,6 +75,7 @@ def assembled(folder: Path, section: MeasuredFile) -> Measurement:
         response={key: array for (group, key), array in values.items() if group == "response"},
         dead_band=given(section.dead_band),
         reduced=section.reduce,
+        removed=removed,
         row=clocked.row,
     )
     if section.reduce:
@@ -290,14 +297,57 @@ def _close_free_play(
             remarks.append(("tangential displacement: free play taken off", quantity_text(channel.free_play, "m")))
 
 
-def _in_si(channel: Channel, clocked: _Clocked, key: tuple[str, str], dead_band: float, remarks: Remarks) -> Floats:
-    """Return a channel in SI, corrected as it says."""
+def _tell_hum(channel: Channel, key: str, time: Floats, values: Floats, remarks: Remarks) -> None:
+    """Tell the hum that is left in a channel, and what takes it off."""
+    if not channel.sources:
+        return
+    unit = "m" if isinstance(channel, LengthChannel) else "N"
+    size = float(np.ptp(values)) if unit == "m" else float(np.abs(values).max())
+    found = conditioning.find_hum(time, values, dead_band=HUM_DEAD_BAND * size)
+    if found:
+        lines = ", ".join(f"{quantity_text(hum.amplitude, unit, 3)} at {hum.frequency:.4g} Hz" for hum in found[:3])
+        notches = ", ".join(f"{hum.frequency:.4g}" for hum in found[:3])
+        share = f"{100 * found[0].amplitude / np.ptp(values):.2g} % of its range"
+        mend = f"notch = {f'[{notches}]' if len(found) > 1 else notches} at this channel takes it off"
+        remarks.append((HUM_REMARK, f"{key.replace('_', ' ')}: {lines}, up to {share}; {mend}"))
+
+
+def _conditioned(channel: Channel, clocked: _Clocked, values: Floats) -> correction.Correction:
+    """Return a channel after its median, its notches and its low-pass, in this order."""
+    left = values
+    if channel.median is not None:
+        with at("median"):
+            left = conditioning.running_median(left, channel.median).values
+    for frequency in channel.notches:
+        with at("notch"):
+            left = conditioning.notch(clocked.time, left, frequency).values
+    if channel.low_pass is not None:
+        with at("low_pass"):
+            left = conditioning.low_pass(clocked.time, left, channel.low_pass).values
+    return correction.Correction(left, values - left)
+
+
+def _in_si(
+    channel: Channel,
+    clocked: _Clocked,
+    key: tuple[str, str],
+    dead_band: float,
+    remarks: Remarks,
+    removed: dict[str, Floats],
+) -> Floats:
+    """Return a channel in SI, conditioned and corrected as it says; keep what conditioning took off."""
     constant = getattr(channel, "constant", None)
     if constant is not None:
         return np.full(clocked.time.size, constant)
     scale, offset = channel.scale * (_area(channel) or 1.0), getattr(channel, "offset", 0.0)
     values = correction.rescale(clocked.values[key], scale, offset).values
     name, unit = key[1].replace("_", " "), "m" if isinstance(channel, LengthChannel) else "N"
+    if channel.median is not None or channel.notches or channel.low_pass is not None:
+        conditioned = _conditioned(channel, clocked, values)
+        values, removed[key[1]] = conditioned.values, conditioned.removed
+        rms = quantity_text(float(np.sqrt(np.mean(conditioned.removed**2))), unit, 3)
+        most = quantity_text(conditioned.largest, unit, 3)
+        remarks.append((f"{name}: conditioning took off", f"{rms} rms, {most} at most"))
     if isinstance(channel, LengthChannel) and channel.backlash:
         with at("backlash"):
             check_order(clocked.time, clocked.place, rising=True)

@@ -12,7 +12,7 @@ from historysim.errors import InputError
 from historysim.loads.events import LOAD_KINDS
 from historysim.scenario.columns import NumbersFile
 from historysim.scenario.loading_kinds.base import one_of_each
-from historysim.scenario.schema import Force, Length, Number, Quantity, Time, given
+from historysim.scenario.schema import Force, Frequencies, Frequency, Length, Number, Quantity, Time, given
 from historysim.tables import Column
 
 if TYPE_CHECKING:
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 COMBINED = ("sum", "mean", "difference")
 # the label of remarks on how a file was read
 FILE_REMARK = "file"
+# the label of remarks on hum in a channel
+HUM_REMARK = "hum"
 
 Area = Annotated[float, Quantity("m2")]
 
@@ -41,6 +43,9 @@ class Channel:
     scale: Number = 1.0
     time: Column | None = None
     shift: Time = 0.0
+    median: int | None = None
+    notch: Frequencies | None = None
+    low_pass: Frequency | None = None
     centred: bool = False
     drift_free: bool = False
 
@@ -60,6 +65,7 @@ class Channel:
         if self.scale == 0:
             raise misfit("0; expected another number, since nothing would be left of the channel", "scale")
         self._check_combined(ways[0], told)
+        self._check_conditioning()
         # a name, position or index that cannot be one is refused here, where it is known which channel it is of
         _ = self.sources
 
@@ -74,6 +80,21 @@ class Channel:
             raise misfit(f"{count} given; expected {expected}", way)
         if alone := told & {"occurrence", "index"}:
             raise misfit(f"goes with one column; say it of one of those in {way}", min(alone))
+
+    def _check_conditioning(self) -> None:
+        if self.median is not None and not (self.median >= 3 and self.median % 2):
+            raise misfit(f"{self.median}; expected an odd number of samples, 3 or more", "median")
+        for key, values in (("notch", self.notches), ("low_pass", () if self.low_pass is None else (self.low_pass,))):
+            for value in values:
+                if not value > 0:
+                    raise misfit(f"{value:g} Hz; expected more than 0 Hz", key)
+
+    @property
+    def notches(self) -> tuple[float, ...]:
+        """The frequencies [Hz] that are taken off."""
+        if self.notch is None:
+            return ()
+        return self.notch if isinstance(self.notch, tuple) else (self.notch,)
 
     @property
     def sources(self) -> tuple[Column, ...]:
@@ -223,10 +244,17 @@ class MeasuredFile(NumbersFile):
         if self.columns.time is not None:
             return
         for key, channel in channels.items():
-            if channel.time is not None or channel.shift != 0:
-                group = "columns" if getattr(self.columns, key) else "response"
-                problem = "needs the times of the record; expected a column for loading.columns.time"
-                raise misfit(problem, group, key, "shift" if channel.time is None else "time")
+            needing = {
+                "time": channel.time is not None,
+                "shift": channel.shift != 0,
+                "notch": channel.notch is not None,
+                "low_pass": channel.low_pass is not None,
+            }
+            for needs, asked in needing.items():
+                if asked:
+                    group = "columns" if getattr(self.columns, key) else "response"
+                    problem = "needs the times of the record; expected a column for loading.columns.time"
+                    raise misfit(problem, group, key, needs)
         if not any(channel.sources for channel in channels.values()):
             raise misfit("constants alone, and no time; expected a column", "columns")
 

@@ -10,7 +10,7 @@ from historysim.basics.places import at
 from historysim.errors import InputError
 from historysim.loads.events import Event
 from historysim.scenario.loading_kinds.base import Loading
-from historysim.scenario.loading_kinds.channels import FILE_REMARK, MeasuredFile
+from historysim.scenario.loading_kinds.channels import FILE_REMARK, HUM_REMARK, MeasuredFile
 
 if TYPE_CHECKING:
     from historysim.measured.measurement import Measurement
@@ -42,8 +42,10 @@ class MeasuredLoading(MeasuredFile, Loading):
         """Return the events of the file, and tell how it was read where that is not what it says."""
         measurement = self.measurement(folder)
         for label, notice in measurement.remarks:
-            if label == FILE_REMARK:
+            if label in {FILE_REMARK, HUM_REMARK}:
                 tell(f"{self.name}: {notice}")
+        if noise := measurement.false_reversals():
+            tell(f"{self.name}: {noise}")
         with at("loading", "file"):
             try:
                 return measurement.events()

@@ -1,0 +1,112 @@
+"""Conditioning as keys of a channel: what is told, what is refused, and the picture of it."""
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from records import scenario_text, write_columns
+
+import historysim as hs
+from historysim.cli import main
+from historysim.errors import InputError
+
+RATE = 400.0
+TIME = np.arange(4800) / RATE
+CLEAN = 100 * np.abs((TIME + 1) % 4 - 2) - 100
+HUM = 3 * np.sin(2 * np.pi * 50 * TIME)
+NOISE = np.random.default_rng(0).normal(0, 0.1, TIME.size)
+NOTCHED = {"tangential_displacement": '{ column = "u", unit = "nm", notch = "50 Hz" }'}
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    load = 0.01 * np.clip(CLEAN / 30, -1, 1)
+    write_columns(tmp_path / "m.csv", t=TIME, N=np.full(TIME.size, 0.05), u=CLEAN + HUM + NOISE, T=load)
+    return tmp_path
+
+
+def written(folder, *args, **options):
+    path = folder / "s.toml"
+    path.write_text(scenario_text(*args, **options), encoding="utf-8")
+    return path
+
+
+def test_hum_is_told_with_its_mend(folder):
+    ((label, text),) = hs.load(written(folder)).measurement().remarks
+    assert (label, text.partition("; ")[0]) == (
+        "hum",
+        "tangential displacement: 3 nm at 50 Hz, up to 1.5 % of its range",
+    )
+    assert text.partition("; ")[2] == "notch = 50 at this channel takes it off"
+
+
+def test_a_notch_takes_it_off_and_says_how_much(folder):
+    found = hs.load(written(folder, NOTCHED)).measurement()
+    assert [label for label, _ in found.remarks] == ["tangential displacement: conditioning took off"]
+    moved = found["tangential_displacement"]
+    # in the middle; at the ends it stands on what the channel may have done beyond them
+    assert np.abs(moved - 1e-9 * (CLEAN + NOISE))[800:-800].max() < 0.1e-9
+    np.testing.assert_allclose(moved + found.removed["tangential_displacement"], 1e-9 * (CLEAN + HUM + NOISE))
+    assert "hum" not in dict(found.remarks)
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ("notch = -50", "loading.columns.tangential_displacement.notch: -50 Hz; expected more than 0 Hz"),
+        ("notch = '50 nm'", "loading.columns.tangential_displacement.notch: '50 nm': 'nm' is not a unit of frequency"),
+        ("low_pass = 200", "loading.columns.tangential_displacement.low_pass: m.csv: 200 Hz is beyond half"),
+        (
+            "median = 4",
+            "loading.columns.tangential_displacement.median: 4; expected an odd number of samples, 3 or more",
+        ),
+        (
+            "median = 4801",
+            "loading.columns.tangential_displacement.median: m.csv: samples is 4801; expected an odd number",
+        ),
+    ],
+)
+def test_what_cannot_be_filtered_is_refused(folder, keys, said):
+    channel = {"tangential_displacement": f'{{ column = "u", unit = "nm", {keys} }}'}
+    with pytest.raises(InputError) as refused:
+        hs.load(written(folder, channel)).measurement()
+    assert str(refused.value).split(": ", 1)[1].startswith(said.split(" is not a unit")[0])
+
+
+def test_filters_by_frequency_need_a_clock(folder):
+    with pytest.raises(InputError, match=r"tangential_displacement\.notch: needs the times of the record"):
+        hs.load(written(folder, {**NOTCHED, "time": None}))
+
+
+def test_several_filters_act_in_turn(folder):
+    keys = "median = 3, notch = [50, 100], low_pass = '120 Hz'"
+    found = hs.load(
+        written(folder, {"tangential_displacement": f'{{ column = "u", unit = "nm", {keys} }}'})
+    ).measurement()
+    assert np.abs(found["tangential_displacement"] - 1e-9 * CLEAN)[800:-800].max() < 0.6e-9
+
+
+def test_a_run_says_that_noise_is_replayed(folder):
+    """The dead band does not act in a run that is not reduced; with reduce it leaves the turns of the loops."""
+    path = written(folder, dead_band={"tangential_displacement": "20e-9"})
+    told = []
+    _ = hs.load(path).events(told.append)
+    assert any("by 2e-08 m or more 6 times" in text and "reduce = true leaves out" in text for text in told)
+    reduced = written(folder, dead_band={"tangential_displacement": "20e-9"}, loading="reduce = true")
+    told.clear()
+    events = hs.load(reduced).events(told.append)
+    assert not any("reduce = true" in text for text in told)
+    assert len(events) < 30
+
+
+def test_the_record_is_drawn_as_read_and_as_used(folder):
+    path = written(folder, NOTCHED, {"tangential_load": '"T"'})
+    figure = hs.plot(path, picture="record")
+    titles = [axes.get_title(loc="left") for axes in figure.axes]
+    assert titles == ["Tangential displacement", "Detail", "Amplitude", "Tangential load", "Detail", "Amplitude"]
+    read, used = figure.axes[1].get_lines()
+    assert np.ptp(read.get_ydata()) > np.ptp(used.get_ydata()) + 4
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["as read", "as used"]
+    done = CliRunner().invoke(main, ["plot", str(path), "--picture", "record"])
+    assert (done.exit_code, done.output) == (0, "s_record.png\n")
+    assert (folder / "s_record.png").stat().st_size > 10_000
