@@ -118,6 +118,9 @@ def _memories(history: xr.Dataset, steps: Integers, columns: Integers) -> tuple[
         # what asperities of one coefficient share at the start they need not share later
         return np.zeros(columns.size, dtype=np.int64), [], ["no traction profiles: asperities evolve one by one"]
     coefficients, group = np.unique(friction, return_inverse=True)
+    if present_friction(history).changes or CHANGING_HEIGHT in history:
+        # asperities do not share what they remember, and the page has one friction and one height of each
+        return group, [], ["no traction profiles: friction or heights change in the history"]
     if coefficients.size > MOST_GROUPS:
         told = f"{coefficients.size:,} friction coefficients, and up to {MOST_GROUPS} are embedded"
         return group, [], [f"no traction profiles: there are {told}"]

@@ -122,6 +122,9 @@ def test_tractions_that_cannot_be_told_are_left_out_and_the_page_says_so(history
     at_once = [*EVENTS, hs.TangentialDisplacement(3.0, 20e-9)]
     (told,) = explorer.excerpt(hs.replay(ENSEMBLE, at_once, substeps=10)).notes
     assert told.startswith("no traction profiles: asperity")
+    changed = [*EVENTS, hs.FrictionChange(4.0, 0.1)]
+    (told,) = explorer.excerpt(hs.replay(ENSEMBLE, changed, substeps=10)).notes
+    assert told == "no traction profiles: friction or heights change in the history"
     monkeypatch.setattr(explorer, "MOST_GROUPS", 1)
     (told,) = explorer.excerpt(history).notes
     assert told.startswith("no traction profiles: there are 2 friction coefficients")
