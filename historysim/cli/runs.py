@@ -39,7 +39,7 @@ def run(
     snapshot_every: int | None,
     compression: str,
 ) -> None:
-    """Replay SCENARIO (TOML), or the log of a run, and write the history to a netCDF file.
+    """Replay SCENARIO (TOML), or the log or the result of a run, and write the history to a netCDF file.
 
     The log, NAME.history, stands beside the result from the beginning.
     """

@@ -1,9 +1,10 @@
 """The result of a log: its rows go to their place in a netCDF file; snapshots in the log say which of them stand."""
 
 import math
+from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from historysim.asperities.state import EnsembleState
 from historysim.basics.files import replacing
@@ -11,6 +12,7 @@ from historysim.basics.notices import Teller, silent
 from historysim.errors import InputError, LoadError
 from historysim.loads.events import time_text
 from historysim.loads.schedule import Standing, Start
+from historysim.log import inputs
 from historysim.log.file import ENDING, Content, LogFile
 from historysim.log.head import Head
 from historysim.log.snapshot import Snapshot
@@ -21,6 +23,11 @@ from historysim.recording.netcdf import FileRecorder
 from historysim.recording.unfinished import Unfinished
 from historysim.replay import Replay
 
+if TYPE_CHECKING:
+    import h5netcdf
+
+LARGE = 200e6
+"""Bytes of a result from which its size is told beforehand."""
 SNAPSHOT_CELLS, MOST_SNAPSHOT_ROWS = 1 << 26, 1 << 16
 """Asperities times rows between snapshots by default, and the most rows: some seconds of replay."""
 
@@ -78,15 +85,18 @@ def write_result(
     try:
         if resume and _is_result_of(output, tip):
             return
-        options: dict[str, Any] = {"handle": unfinished.handle, "attributes": _attributes(head, job, tip)}
-        if head.surface:
-            shown = head.settings["surface_attributes"]
-            options["beside"] = partial(surface_group.write, arrays=head.surface, attributes=shown)
+        options: dict[str, Any] = {
+            "handle": unfinished.handle,
+            "attributes": _attributes(head, job, tip),
+            "beside": partial(_write_beside, head=head, content=content),
+        }
         if not resume:
             unfinished.forget()
         with job.recorder(FileRecorder, **options) as target:
             start = _start(file, content, target, tell) if resume else Start(head.ensemble.initial_state())
             target.check_room(output.parent)
+            if target.size > LARGE and compression == "none":
+                tell(_size_notice(output, target))
             every = snapshot_every or max(1, min(MOST_SNAPSHOT_ROWS, SNAPSHOT_CELLS // len(head.ensemble)))
             last = start.rows
             keep = last > 0
@@ -137,8 +147,26 @@ def _start(file: LogFile, content: Content, target: FileRecorder, tell: Teller) 
     return start
 
 
+def _size_notice(output: Path, target: FileRecorder) -> str:
+    """Return how large a result will be, and what makes it smaller."""
+    own = "" if target.asperities is None else f" and {target.columns:,} asperities"
+    fewer = "" if target.asperities is None else 'fewer asperities (record.asperities, "totals" for none), '
+    return (
+        f"{output}: will take {target.size / 1e6:,.0f} MB, for {target.steps:,} steps{own}; {fewer}fewer substeps or "
+        "--compression make it smaller"
+    )
+
+
+def _write_beside(file: "h5netcdf.File", head: Head, content: Content) -> None:
+    """Write what stands beside the rows: the surface, and what the result is made from."""
+    if head.surface:
+        surface_group.write(file, head.surface, head.settings["surface_attributes"])
+    inputs.write(file, head, content)
+
+
 def _attributes(head: Head, job: Replay, tip: bytes) -> dict[str, Any]:
-    return job.attributes() | head.attributes | digest_attribute(tip)
+    now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+    return job.attributes() | head.attributes | digest_attribute(tip) | {"date_created": now}
 
 
 def digest_attribute(link: bytes) -> dict[str, str]:

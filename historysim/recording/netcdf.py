@@ -77,6 +77,11 @@ class FileRecorder(Recorder):
         """Wait until nothing is written any more."""
         self._writers.shutdown(cancel_futures=True)
 
+    @property
+    def size(self) -> int:
+        """Bytes of the whole result."""
+        return self._file.size
+
     def check_room(self, folder: Path) -> None:
         """Check that a folder's disk has room for what is not written yet.
 

@@ -142,6 +142,11 @@ class RowFile:
         self.strips = [Strip(handle, place) for place in skeleton.places]
 
     @property
+    def size(self) -> int:
+        """Bytes of the whole result."""
+        return self._skeleton.size
+
+    @property
     def missing(self) -> int:
         """Bytes of the disk that it will need beyond those that it has."""
         return max(0, self._skeleton.size - 512 * os.fstat(self._handle).st_blocks)

@@ -1,12 +1,14 @@
 """Run a scenario, or the log of an earlier run: into memory, or into a result with its log beside it."""
 
+import itertools
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from historysim.basics.file_kinds import is_log
+from historysim.basics.file_kinds import is_log, is_netcdf
 from historysim.basics.notices import Teller, silent
 from historysim.errors import InputError
 from historysim.loads.events import Event
+from historysim.log import inputs
 from historysim.log.file import LogFile, links_of
 from historysim.log.head import Head
 from historysim.log.result import digest_attribute, log_beside, write_result
@@ -28,12 +30,13 @@ def run(
     compression: str = "none",
     tell: Teller = silent,
 ) -> "xr.Dataset":
-    """Replay a scenario, or the log of an earlier run.
+    """Replay a scenario, or what an earlier run has left: its log, or its result.
 
     Parameters
     ----------
     path : path or Scenario
-        The file of a scenario (TOML) or of a log (``NAME.history``), or what `load` has made of the former.
+        The file of a scenario (TOML), of a log (``NAME.history``), or of a result, which is made again from itself
+        alone; or what `load` has made of a scenario.
     output : path, optional
         A netCDF file to write the history to, with the surface in the group ``surface``; an existing one is replaced
         when the new one is complete. The log of a scenario stands beside it, as ``NAME.history``, from the beginning.
@@ -146,10 +149,31 @@ def _in_memory(path: Path | scenario.Scenario, *, progress: bool, tell: Teller) 
         with LogFile(path) as file:
             head, content = file.head, file.sound()
         events, links = content.events, content.links
+    elif isinstance(path, Path) and is_netcdf(path):
+        head, content = inputs.read(path)
+        events, links = content.events, content.links
     else:
         head, events = head_of(scenario.as_scenario(path), tell)
         links = links_of(head, events)
     return head.replay(events).dataset(attributes=head.attributes | digest_attribute(links[-1]), progress=progress)
+
+
+def _log_again(path: Path, beside: Path, *, resume: bool) -> LogFile:
+    """Make the log of a result again, batch by batch, from the result alone."""
+    head, content = inputs.read(path)
+    if resume and beside.exists():
+        file = LogFile(beside, write=True)
+        if file.sound().links == content.links:
+            return file
+        file.close()
+        raise InputError(
+            f"{path}: was not made from {beside}, so the run cannot go on from there; run it without --resume to begin "
+            "again"
+        )
+    file = LogFile.create(beside, head, content.events[: content.ends[1]])
+    for first, last in itertools.pairwise(content.ends[1:]):
+        file.append(content.events[first:last])
+    return file
 
 
 def _log_of_run(path: Path | scenario.Scenario, output: Path, *, resume: bool, tell: Teller) -> LogFile:
@@ -157,6 +181,8 @@ def _log_of_run(path: Path | scenario.Scenario, output: Path, *, resume: bool, t
     if isinstance(path, Path) and is_log(path):
         return LogFile(path, write=True)
     beside = log_beside(output)
+    if isinstance(path, Path) and is_netcdf(path):
+        return _log_again(path, beside, resume=resume)
     loaded = scenario.as_scenario(path)
     if not (resume and beside.exists()):
         if resume:

@@ -8,7 +8,7 @@ import numpy as np
 
 from historysim.basics.places import misfit
 from historysim.basics.wording import nearest, shown
-from historysim.recording.variables import BEHIND_A_SPRING, PER_ASPERITY, PER_PATCH, TOTALS, WHERE_FRICTION_CHANGES
+from historysim.recording import variables
 from historysim.results import analysis
 from historysim.results.drift import branch_drift
 
@@ -36,6 +36,11 @@ class Summary:
 
 def _at_peak(history: "xr.Dataset") -> "xr.Dataset":
     return history.isel(step=[int(history["total_normal_load"].values.argmax())])
+
+
+def _approach(history: "xr.Dataset") -> float:
+    heights = history["present_summit_height" if "present_summit_height" in history else "summit_height"]
+    return max(float((heights.max("asperity") - history["separation"]).max()), 0.0)
 
 
 def _first(history: "xr.Dataset") -> int:
@@ -74,7 +79,7 @@ SUMMARIES = {
     "peak_approach": Summary(
         "m",
         "greatest approach of the highest summit from first touch",
-        lambda h: max(h["summit_height"].values.max() - h["separation"].values.min(), 0.0),
+        _approach,
     ),
     "final_dissipated_energy": Summary(
         "J", "energy dissipated by friction in the whole history", lambda h: h["total_dissipated_energy"].values[-1]
@@ -95,8 +100,29 @@ SUMMARIES = {
 UNASKED = tuple(name for name in SUMMARIES if name not in {"presliding_work", "peak_mean_pressure"})
 """What a sweep gives where nothing is asked for: all that any contact has, also one of patches, or without areas."""
 
-ROWS = frozenset(variable.name for variable in (*TOTALS, *BEHIND_A_SPRING, *WHERE_FRICTION_CHANGES))
-OF_EACH = frozenset(variable.name for variable in (*PER_ASPERITY, *PER_PATCH))
+ROWS = frozenset(
+    variable.name
+    for variable in (
+        *variables.TOTALS,
+        *variables.BEHIND_A_SPRING,
+        *variables.WHERE_FRICTION_CHANGES,
+        *variables.WHERE_ASPERITIES_SLIDE,
+        *variables.WHERE_GEOMETRY_CHANGES,
+    )
+)
+"""Totals along ``step``, by name."""
+OF_EACH = frozenset(
+    variable.name
+    for variable in (
+        *variables.PER_ASPERITY,
+        *variables.PER_PATCH,
+        variables.PRESENT_FRICTION_OF_EACH,
+        *variables.SLID_OF_EACH,
+        *variables.WORN_OF_EACH,
+        *variables.GEOMETRY_OF_EACH,
+    )
+)
+"""Variables of each asperity along ``step``, by name."""
 
 
 def chosen_outputs(names: Iterable[str]) -> tuple[str, ...]:
