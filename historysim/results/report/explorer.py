@@ -114,12 +114,10 @@ def excerpt(history: xr.Dataset) -> Excerpt:
 def _memories(history: xr.Dataset, steps: Integers, columns: Integers) -> tuple[Integers, list[Floats], list[str]]:
     """Return the friction group of each asperity, the vertices of each group at each step, and why there are none."""
     height, friction = history["summit_height"].values[columns], history["friction"].values[columns]
-    if CHANGING_HEIGHT in history or "asperity" in history.get("present_friction", history["time"]).dims:
-        # what asperities of one coefficient share at the start they need not share later
-        return np.zeros(columns.size, dtype=np.int64), [], ["no traction profiles: asperities evolve one by one"]
     coefficients, group = np.unique(friction, return_inverse=True)
     if present_friction(history).changes or CHANGING_HEIGHT in history:
-        # asperities do not share what they remember, and the page has one friction and one height of each
+        # what asperities of one coefficient share at the start they need not share later, and the page has one
+        # friction and one height of each
         return group, [], ["no traction profiles: friction or heights change in the history"]
     if coefficients.size > MOST_GROUPS:
         told = f"{coefficients.size:,} friction coefficients, and up to {MOST_GROUPS} are embedded"
