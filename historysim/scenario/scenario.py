@@ -83,8 +83,9 @@ class Scenario:
 
     @property
     def seeds(self) -> list[int]:
-        """The seeds of all that is drawn by chance, in the order in which they stand in the file."""
-        return _seeds(self.sections.surface)
+        """The seeds of all that is drawn by chance: of the surface, in the order of the file, and of friction."""
+        drawn = (self.sections.surface, self.sections.friction)
+        return [seed for section in drawn if section is not None for seed in _seeds(section)]
 
     def ground(self) -> Ground:
         """Return the surface and its summits.

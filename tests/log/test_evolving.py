@@ -117,6 +117,10 @@ def test_a_result_tells_what_evolves_and_verifies(made):
     assert (np.diff(history.worn_volume.values, axis=0) >= 0).all()
     assert history.worn_volume.values[-1].max() > 0
     assert history.present_summit_height.values[-1, 0] < 0
+    told = dict(hs.analysis.summary(history))
+    assert told["erased memories"].startswith("1, with an elastic energy of ")
+    assert told["worn volume"] == f"{history.worn_volume.values[-1].sum():.4g} m³ of the recorded asperities"
+    assert told["slid together"].endswith("m")
     direct = hs.load(folder / "s.toml").replay().dataset()
     for name in direct.variables:
         assert direct[name].values.tobytes() == history[name].values.tobytes(), name

@@ -6,6 +6,7 @@ import historysim as hs
 from historysim.asperities import laws
 from historysim.asperities.wear import WEAR_LAWS, ArchardWear, EnergyWear
 from historysim.scenario.law_sections import LAW_KEYS, WEAR_KEYS
+from historysim.scenario.summary import summary
 
 SCENARIO = """
 [materials]
@@ -100,3 +101,11 @@ def test_friction_of_a_law_is_in_the_history(tmp_path):
 def test_what_cannot_be_is_told_with_its_place(tmp_path, friction, more, said):
     with pytest.raises(hs.InputError, match=said):
         loaded(tmp_path, friction, more).checked()
+
+
+def test_validate_tells_the_laws(tmp_path):
+    scenario = loaded(tmp_path, f"{COULOMB}\n[wear]\nlaw = 'energy'\nvolume_per_energy = 1e-12")
+    assert dict(summary(scenario))["wear"].startswith("energy wear: 1e-12 m³/J")
+    scenario = loaded(tmp_path, "[friction]\nlaw = 'drawn'\nmean = 0.2\ndeviation = 0.02\nseed = 4")
+    assert "seed 4" in dict(summary(scenario))["friction"]
+    assert scenario.seeds == [4]

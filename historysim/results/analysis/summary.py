@@ -44,8 +44,9 @@ def summary(history: xr.Dataset) -> list[tuple[str, str]]:
     -------
     list of (label, text)
         Steps and duration, asperities touched, peak loads, preliminary displacement and critical asperity at
-        the peak normal load, which asperity slides first and which last, dissipated energy, steps at which the
-        tangential load was held at the limit, and a warning for each assumption of the model that does not hold.
+        the peak normal load, which asperity slides first and which last, dissipated energy, what has evolved, steps at
+        which the tangential load was held at the limit, and a warning for each assumption of the model that does not
+        hold.
     """
     normal, tangential = history["total_normal_load"].values, history["total_tangential_load"].values
     peak = int(normal.argmax())
@@ -74,6 +75,7 @@ def summary(history: xr.Dataset) -> list[tuple[str, str]]:
     with suppress(InputError):
         lines.append(("slides first", _first_to_slide(history)))
     lines.append(("dissipated energy", quantity_text(history["total_dissipated_energy"].values[-1], "J")))
+    lines += _evolved(history)
     if held := int(history["saturated"].sum()):
         lines.append(("held at the limit", f"{held:,} steps"))
     if (
@@ -84,6 +86,20 @@ def summary(history: xr.Dataset) -> list[tuple[str, str]]:
             ("traction", f"up to {largest:.2f} μp where friction fell: the model is that far from Coulomb's law")
         )
     return [*lines, *(("warning", finding.text) for finding in validity(history))]
+
+
+def _evolved(history: xr.Dataset) -> list[tuple[str, str]]:
+    """Return how far asperities have slid, what they have lost, and what was forgotten with their shapes."""
+    lines = []
+    if "total_slid_distance" in history:
+        lines.append(("slid together", quantity_text(history["total_slid_distance"].values[-1], "m")))
+    if "worn_volume" in history:
+        worn = history["worn_volume"].isel(step=-1).values
+        lines.append(("worn volume", f"{worn.sum():.4g} m³ of the recorded asperities"))
+    if "erased_memories" in history and (erased := int(history["erased_memories"].values[-1])):
+        energy = quantity_text(history["erased_energy"].values[-1], "J")
+        lines.append(("erased memories", f"{erased:,}, with an elastic energy of {energy}"))
+    return lines
 
 
 def _touched(history: xr.Dataset) -> str:
