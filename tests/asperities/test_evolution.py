@@ -189,3 +189,42 @@ def test_other_summits_are_new_contacts(seed):
     assert told(ensemble, state)["tangential load"] == pytest.approx(
         row.tangential_loads, abs=4e-3 * SCALES["tangential load"]
     )
+
+
+LIFTED = [
+    (("load", 0.01), ("displacement", 0.03)),
+    (("displacement", -0.004), ("displacement", 0.02)),
+    (("displacement", 0.02), ("displacement", 0.025)),
+    (("load", 0.012), ("displacement", 0.045)),
+    (("load", 0.006), ("load", -0.001)),
+]
+
+
+@pytest.mark.parametrize("name", ["strength", "archard"])
+def test_lift_off_and_contact_again_are_those_of_springs(name):
+    """What lifts off forgets its tractions, and keeps what it slid and lost."""
+    if name in LAWS:
+        law, coefficient = LAWS[name]
+        ensemble = hs.Ensemble(PAIR, HEIGHT, RADIUS, law, follow_sliding=True)
+        compare(ensemble, coefficient, LIFTED)
+        return
+    wear, lost = WEAR[name]
+
+    def coefficient(n, _total, _r, _s):
+        return np.full(n.size, 0.5)
+
+    state, _ = compare(hs.Ensemble(PAIR, HEIGHT, RADIUS, 0.5, wear=wear), coefficient, LIFTED, lost=lost)
+    assert state.evolved.worn_volume.min() > 0
+
+
+def test_totals_and_chosen_asperities_of_what_evolves():
+    ensemble = hs.Ensemble(PAIR, HEIGHT, RADIUS, LAWS["power"][0], wear=WEAR["archard"][0])
+    events = [hs.NormalLoad(0.0, 0.01), hs.TangentialDisplacement(1.0, 0.03), hs.NormalLoad(1.0, 0.01)]
+    whole = hs.replay(ensemble, events, record="all")
+    assert whole.identical(hs.replay(ensemble, events))
+    some, totals = hs.replay(ensemble, events, record=[2, 0]), hs.replay(ensemble, events, record="totals")
+    for name in ("worn_volume", "slid_distance", "present_summit_height", "present_friction"):
+        assert some[name].values.tobytes() == np.ascontiguousarray(whole[name].values[:, [0, 2]]).tobytes(), name
+        assert name not in totals
+    for name in totals.variables:
+        assert totals[name].values.tobytes() == whole[name].values.tobytes(), name
