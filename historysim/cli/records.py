@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from historysim.tables import Format
 
 
+PICTURES = ".png", ".pdf", ".svg"
+
+
 @click.command()
 @click.argument("file", type=path_type)
 @text_options
@@ -92,7 +95,7 @@ def loops(
     targets = [path for path in (output, levels, picture) if path is not None]
     for number, target in enumerate(targets):
         check_target(target, file, *targets[:number])
-        check_ending(target, ".nc", ".csv", ".png", ".pdf", ".svg")
+        check_ending(target, ".nc", ".csv", *PICTURES)
     from historysim.measured.definitions import DEFAULT, Definitions
     from historysim.results.plots.loop_levels import plot_loop_levels
     from historysim.results.plots.loops import plot_loops
@@ -142,7 +145,7 @@ def sliding(file: Path, over: "Over | None", windows: int, output: Path | None, 
     targets = [] if output is None else [output]
     for target in targets:
         check_target(target, file)
-        check_ending(target, ".nc", ".csv", ".png", ".pdf", ".svg")
+        check_ending(target, ".nc", ".csv", *PICTURES)
     from historysim.results.plots.sliding import plot_sliding
     from historysim.scenario.sliding import find_sliding
 
@@ -180,15 +183,19 @@ def compare(scenario: Path, skip: int, output: Path | None, values: dict[str, An
 @click.option(
     "-o", "--output", type=path_type, help="The fitted scenario. [default: SCENARIO's name with _fitted.toml]"
 )
+@click.option(
+    "--picture", type=path_type, help="The picture (PNG, PDF, SVG). [default: the fitted scenario's with .png]"
+)
 @set_option
-def fit(scenario: Path, output: Path | None, values: dict[str, Any]) -> None:
+def fit(scenario: Path, output: Path | None, picture: Path | None, values: dict[str, Any]) -> None:
     """Fit parameters of SCENARIO, as its [fit] says, to what was measured; write the fitted scenario and a picture."""
     output = output or Path(f"{scenario.stem}_fitted.toml")
     if output.suffix != ".toml":
         raise InputError(f"{output}: {output.suffix or 'no'} ending; expected .toml, since it is a scenario")
-    picture = output.with_suffix(".png")
+    picture = picture or output.with_suffix(".png")
     check_target(output, scenario)
-    check_target(picture, scenario)
+    check_target(picture, scenario, output)
+    check_ending(picture, *PICTURES)
     from historysim.results.plots.comparison import plot_comparison
     from historysim.scenario.fit import fit as fit_scenario
 

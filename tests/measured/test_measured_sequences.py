@@ -174,7 +174,8 @@ def test_fit_finds_the_parameters_and_writes_them(folder):
     for line in ("friction coefficient", "energy per loop", "stiffness at reversal"):
         assert number(again.output, line) == number(done.output, line)
     assert call("run", "out/found.toml", "-q", "-o", "r.nc").exit_code == 0
-    refitted = call("fit", "out/found.toml")
+    refitted = call("fit", "out/found.toml", "--picture", "f.pdf")
+    assert (folder / "f.pdf").read_bytes().startswith(b"%PDF")
     assert refitted.exit_code == 0
     assert number(refitted.output, "lateral_stiffness") == pytest.approx(
         number(done.output, "lateral_stiffness"), rel=1e-5
@@ -251,6 +252,7 @@ def test_records_that_do_not_do(folder, command, changes, said):
             ("compare", "s.toml", "--skip", "-1"),
             "s.toml: loading: skip is -1; expected a whole number of loops",
         ),
+        (("fit", "s.toml", "--picture", "f.nc"), "f.nc: .nc ending; expected .png or .pdf or .svg"),
         (("loops", "s.toml", "-o", "measured.csv"), "measured.csv: would overwrite what it is made from"),
         (("loops", "s.toml", "-o", "s.toml"), "s.toml: would overwrite what it is made from"),
         (("loops", "s.toml", "--skip", "99"), "s.toml: loading: "),
