@@ -324,6 +324,21 @@ def test_24_loops_at_three_loads_of_a_second_instrument(histories):
     assert analysis.preliminary_displacement(history).values[peak] == pytest.approx(RATIO * 0.12 * approach.max())
 
 
+def test_25_wear_shares_the_load_and_the_displacement_drifts(histories):
+    """Archard: all four slide under the whole load together, each loses K N s/H, and the unevenness falls."""
+    history = histories["25_wear"]
+    slid, worn = history.slid_distance.values[-1], history.worn_volume.values[-1]
+    displacement = analysis.preliminary_displacement(history).values
+    # the last to slide sticks for δ on the first branch and for 2 δ on the five others
+    assert 1.2e-6 - slid[0] == pytest.approx(11 * displacement.mean(), rel=0.02)
+    assert 1e-3 * 2e-3 * slid.min() / 12e9 <= worn.sum() <= 1e-3 * 2e-3 * slid.max() / 12e9
+    lost = history.summit_height.values - history.present_summit_height.values[-1]
+    assert lost == pytest.approx(np.sqrt(worn / (np.pi * 10e-6)), rel=2e-3)
+    assert (np.diff(lost) < 0).all()
+    assert (np.diff(displacement) < 0).all()
+    assert (np.diff(np.ptp(history.normal_load.values, axis=1)) < 0).all()
+
+
 def test_the_data_are_made_again_byte_for_byte(tmp_path):
     for name in ("make_sequences.py", "make_heights.py", "make_loops.py"):
         script = tmp_path / name
