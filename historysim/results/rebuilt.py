@@ -3,7 +3,7 @@
 A history records what an asperity carries and not what it remembers. But between recorded steps a contact moves
 straight in its approach and its tangential displacement, as a rule, and from those the memory of one asperity alone is
 walked again. Its loads must come out as they were recorded; where they do not, because the steps leave something out,
-the log beside the result tells.
+the events are replayed that the result was made from, from the log beside it or from the file itself.
 """
 
 from collections.abc import Sequence
@@ -19,6 +19,7 @@ from historysim.asperities.asperity import Asperity
 from historysim.asperities.ensemble import Ensemble
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
+from historysim.log import inputs
 from historysim.log.event_log import EventLog
 from historysim.log.result import digest_attribute, log_beside
 from historysim.memory.paths import DISPLACED, Goals, paths_to
@@ -52,7 +53,7 @@ def asperity_at(history: xr.Dataset, asperity: int, step: int) -> Asperity:
     ------
     InputError
         A step or an asperity that the history does not have, a history without asperities or of patches, or one whose
-        steps do not tell the way of the contact and whose log does not stand beside it.
+        steps do not tell the way of the contact and that does not come from a file that does.
     """
     (found,) = asperities_at(history, asperity, [step])
     return found
@@ -65,11 +66,11 @@ def asperities_at(history: xr.Dataset, asperity: int, steps: Sequence[int]) -> l
     positions = [position_of(step, history) for step in steps]
     found = _walked(history, column, positions)
     if found is None:
-        found = _from_log(history, int(history["asperity"].values[column]), positions)
+        found = _replayed(history, int(history["asperity"].values[column]), positions)
     if found is None:
         raise InputError(
-            f"asperity {asperity}: the recorded steps do not tell the whole way of the contact, and the log of the "
-            "history is not beside it; expected the result where historysim run wrote it, or more substeps"
+            f"asperity {asperity}: the recorded steps do not tell the whole way of the contact, and the history does "
+            "not come from a file that holds its events; expected the result of historysim run, or more substeps"
         )
     return found
 
@@ -214,13 +215,18 @@ def _walked(history: xr.Dataset, column: int, positions: Sequence[int]) -> list[
     return None if (off > AGREEMENT * np.abs(recorded).max(axis=1)).any() else [found[step] for step in positions]
 
 
-def _from_log(history: xr.Dataset, label: int, positions: Sequence[int]) -> list[Asperity] | None:
-    """Return the asperity at steps from the log beside the result; None where there is none that belongs to it."""
+def _replayed(history: xr.Dataset, label: int, positions: Sequence[int]) -> list[Asperity] | None:
+    """Return the asperity at steps from what the result was made from; None where neither log nor file tell it."""
     source = history.encoding.get("source")
     if not source:
         return None
-    with suppress(InputError), EventLog(log_beside(Path(source))) as log:
+    path, times = Path(source), [float(time) for time in history["time"].values[list(positions)]]
+    # the log goes on from snapshots
+    with suppress(InputError), EventLog(log_beside(path)) as log:
         if history.attrs.get("log_digest") == digest_attribute(bytes.fromhex(log.digest))["log_digest"]:
-            times = history["time"].values[list(positions)]
-            return [log.ensemble.asperity(label, log.state(at=float(time))) for time in times]
+            return [log.ensemble.asperity(label, log.state(at=time)) for time in times]
+    with suppress(InputError):
+        head, content = inputs.read(path)
+        job = head.replay(content.events)
+        return [job.ensemble.asperity(label, job.state(until=time)) for time in times]
     return None

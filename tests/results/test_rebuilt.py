@@ -83,21 +83,26 @@ def result(tmp_path):
     return path
 
 
-def test_where_the_steps_do_not_suffice_the_log_tells(result):
+@pytest.mark.parametrize("log", ["its own", "another", "none"])
+def test_where_the_steps_do_not_suffice_the_log_tells_or_the_file_itself(result, log):
+    if log == "another":
+        with EventLog(result.with_suffix(".history")) as beside:
+            beside.append([hs.TangentialLoad(3.0, 0.0)])
+    if log == "none":
+        result.with_suffix(".history").unlink()
     with xr.open_dataset(result, decode_times=False) as history:
         points = rebuilt.reversal_points(history, 0, 1)
         a = np.cbrt(3 * LOAD * RADIUS / (4 * E))
         assert points["radius"].values == pytest.approx([a * np.cbrt(0.05)], rel=1e-9)
 
 
-def test_without_the_log_of_this_result_it_is_refused(result):
+def test_without_its_events_it_is_refused(result):
     with xr.open_dataset(result, decode_times=False) as history:
-        with EventLog(result.with_suffix(".history")) as log:
-            log.append([hs.TangentialLoad(3.0, 0.0)])
+        alone = history.load()
+    del alone.encoding["source"]
+    for history in (alone, hs.replay(hs.Ensemble(PAIR, 0.0, RADIUS, MU), AT_ONCE)):
         with pytest.raises(InputError, match="do not tell the whole way of the contact"):
-            rebuilt.asperity_at(history, 0, 1)
-    with pytest.raises(InputError, match="do not tell the whole way of the contact"):
-        rebuilt.asperity_at(hs.replay(hs.Ensemble(PAIR, 0.0, RADIUS, MU), AT_ONCE), 0, -1)
+            rebuilt.asperity_at(history, 0, -1)
 
 
 def test_a_change_of_friction_needs_the_log():

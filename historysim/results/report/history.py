@@ -125,10 +125,11 @@ def _provenance(history: xr.Dataset) -> list[Section]:
     if "log_digest" in told:
         log = Path(name).with_suffix(".history")
         again = (
-            f"historysim verify {name}      # replays the log beside it, and compares bit for bit\n"
-            f"historysim run {log}   # makes the result again from its log"
+            f"historysim run {name} -o again.nc         # from the result alone, which holds its events\n"
+            f"historysim run {log} -o again.nc    # or from the log beside it, as of earlier versions\n"
+            f"historysim verify {name}                  # replays the log, and compares bit for bit"
         )
-        where = paragraph("The log that stands beside the result alone makes it again, bit for bit:")
+        where = paragraph("The result makes itself again, bit for bit:")
     elif told.get("scenario"):
         again = f"historysim run scenario.toml -o {name}"
         where = paragraph("The scenario above, saved as scenario.toml, makes the result again:")
