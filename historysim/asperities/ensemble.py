@@ -664,7 +664,7 @@ class Ensemble:
         if self.curves is None:
             raise InputError("the ensemble has no normal curves; expected one from normal curves: see asperity")
         rows, hold = blank_rows(1, self.elements), Goals(DISPLACED, *STILL)
-        summits = attrs.evolve(self, curves=None)
+        summits = type(self)(self.pair, self.summit_height, self.summit_radius, self.friction, tolerance=self.tolerance)
         summits.walk(state, paths_to(hold, hold), rows=rows, asperities=np.arange(self.elements))
         return self.curves.superposed(rows)
 
