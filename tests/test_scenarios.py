@@ -326,7 +326,7 @@ def test_24_loops_at_three_loads_of_a_second_instrument(histories):
 
 def test_25_wear_shares_the_load_and_the_displacement_drifts(histories):
     """Archard: all four slide under the whole load together, each loses K N s/H, and the unevenness falls."""
-    history = histories["25_wear"]
+    history = histories["25_wear"].isel(step=slice(None, None, 25))
     slid, worn = history.slid_distance.values[-1], history.worn_volume.values[-1]
     displacement = analysis.preliminary_displacement(history).values
     # the last to slide sticks for δ on the first branch and for 2 δ on the five others
