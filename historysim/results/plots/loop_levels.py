@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from historysim.basics.units import prefixed
+from historysim.basics.units import prefixed, quantity_text
 from historysim.results.plots.paper import PAGE, Size, new_figure
 from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, legend_below, plain_title
 
@@ -90,8 +90,9 @@ def _draw_law(axes: "Axes", table: xr.Dataset, quantity: str, load_factor: float
     load = np.linspace(float(table[along].min()), float(table[along].max()), 60)
     if quantity == "friction_force" and "friction_line_slope" in told:
         law = told["friction_line_slope"] * load + told["friction_line_intercept"]
-        offset, prefix = prefixed(told["friction_line_intercept"])
-        text = f"$F$ = {told['friction_line_slope']:.3g} $N$ {told['friction_line_intercept'] * offset:+.2g} {prefix}N"
+        offset = told["friction_line_intercept"]
+        sign = "−" if offset < 0 else "+"
+        text = f"$F$ = {told['friction_line_slope']:.3g} $N$ {sign} {quantity_text(abs(offset), 'N', 2)}"
     elif f"{quantity}_exponent" in told:
         law = told[f"{quantity}_factor"] * load ** told[f"{quantity}_exponent"]
         text = f"∝ $N^{{{told[f'{quantity}_exponent']:.2f}}}$"
