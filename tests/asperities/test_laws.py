@@ -193,6 +193,39 @@ def test_a_load_beyond_what_falling_friction_holds_is_told_or_held():
     assert back.tangential_load == pytest.approx(0.9 * limit, rel=1e-6)
 
 
+def test_a_history_names_the_event_or_flags_the_step():
+    events = [
+        hs.NormalLoad(0.0, 0.005),
+        hs.TangentialLoad(0.0, 0.001),
+        hs.NormalLoad(1.0, 1e-4),
+        hs.NormalLoad(2.0, 0.005),
+    ]
+    ensemble = hs.Ensemble(PAIR, [0.0, -0.002], 1.0, ShearStrength(0.05))
+    with pytest.raises(
+        hs.LoadError, match=r"event 2 at t = 1 s: a tangential load of 0\.001 N is beyond the friction limit"
+    ):
+        hs.replay(ensemble, events)
+    history = hs.replay(ensemble, events, saturate=True)
+    assert history.saturated.values.tolist() == [0, 1, 0]
+    assert history.total_tangential_load.values[1] == pytest.approx(history.friction_limit.values[1], rel=1e-9)
+    assert history.total_tangential_load.values[2] == pytest.approx(0.001, rel=1e-9)
+
+
+def test_many_paths_are_those_one_by_one():
+    ensemble = hs.Ensemble(PAIR, [0.0, -0.01], [1.0, 0.8], ShearStrength(0.05))
+    loads, displacements = [0.01, 0.02, 0.015], [0.0, 0.01, -0.005]
+    state, totals = ensemble.advance_many(
+        ensemble.initial_state(), normal_load=loads, tangential_displacement=displacements
+    )
+    one = ensemble.initial_state()
+    for load, displacement in zip(loads, displacements, strict=True):
+        one = ensemble.advance(one, normal_load=load, tangential_displacement=displacement)
+    assert state == one
+    assert totals.tangential_load[-1] == one.tangential_load
+    with pytest.raises(hs.InputError, match="evolve are not stepped in place"):
+        ensemble.stepper(state)
+
+
 def test_behind_an_instrument_the_drive_is_met():
     ensemble = hs.Ensemble(PAIR, [0.0, -0.01], [1.0, 0.8], ShearStrength(0.05))
     instrument = hs.Instrument(0.5)
