@@ -1,18 +1,13 @@
 """Commands that replay a scenario: run, validate, sweep, design."""
 
-import csv
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
-from historysim.basics.files import replacing
 from historysim.cli.arguments import check_target, path_type, processors, scenario_or_file, set_option
 from historysim.cli.output import check_ending, notice, print_lines, save
 from historysim.errors import InputError
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 @click.command()
@@ -124,7 +119,7 @@ def sweep(
 
     loaded = load(scenario, values)
     found = carry_out(loaded, store=store, workers=workers or processors(), progress=not quiet, tell=notice)
-    save_sweep(found, output)
+    sweeps.write(found, output)
     if not quiet:
         print_lines([*sweeps.summary(found), ("cells kept in", str(store)), ("result", str(output))])
 
@@ -142,6 +137,7 @@ def design(scenario: Path, output: Path | None, workers: int | None, quiet: bool
     if output is not None:
         check_ending(output, ".nc", ".csv")
         check_target(output, scenario)
+    from historysim.results.sweeps import write
     from historysim.scenario.scenario import load
     from historysim.studies.design import design as carry_out
     from historysim.studies.design import summary
@@ -149,21 +145,9 @@ def design(scenario: Path, output: Path | None, workers: int | None, quiet: bool
     loaded = load(scenario, values)
     found = carry_out(loaded, workers=workers or processors(), progress=not quiet, tell=notice)
     if output is not None:
-        save_sweep(found, output)
+        write(found, output)
     if not quiet:
         print_lines([*summary(found), *([("result", str(output))] if output else [])])
-
-
-def save_sweep(found: "xr.Dataset", output: Path) -> None:
-    """Write a sweep as netCDF, or as CSV with a row for each cell."""
-    from historysim.results import sweeps
-
-    with replacing(output) as unfinished:
-        if output.suffix.lower() == ".csv":
-            with unfinished.open("w", encoding="utf-8", newline="") as stream:
-                csv.writer(stream).writerows(sweeps.rows(found))
-        else:
-            found.to_netcdf(unfinished)
 
 
 COMMANDS = (run, validate, sweep, design)

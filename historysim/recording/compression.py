@@ -52,14 +52,14 @@ def compress(source: Path, target: Path, compression: str) -> None:
 def _copy(given: "netCDF4.Dataset", made: "netCDF4.Dataset", way: dict[str, Any]) -> None:
     attributes = {name: given.getncattr(name) for name in given.ncattrs()}
     complete = attributes.pop("complete", None)
-    made.setncatts(attributes)
+    made.setncatts(_as_characters(attributes))
     for name, dimension in given.dimensions.items():
         made.createDimension(name, len(dimension))
     for name, variable in given.variables.items():
         told = {key: variable.getncattr(key) for key in variable.ncattrs()}
         stored, fill = _storage(variable, way), told.pop("_FillValue", False)
         copied = made.createVariable(name, variable.dtype, variable.dimensions, fill_value=fill, **stored)
-        copied.setncatts(told)
+        copied.setncatts(_as_characters(told))
         for each in (variable, copied):
             each.set_auto_maskandscale(False)
         rows = stored["chunksizes"][0] if stored else 1
@@ -69,6 +69,11 @@ def _copy(given: "netCDF4.Dataset", made: "netCDF4.Dataset", way: dict[str, Any]
         _copy(group, made.createGroup(name), way)
     if complete is not None:
         made.setncattr("complete", complete)
+
+
+def _as_characters(attributes: dict[str, Any]) -> dict[str, Any]:
+    """Return attributes whose texts become arrays of characters, also where they are not ASCII, as in the original."""
+    return {name: value.encode() if isinstance(value, str) else value for name, value in attributes.items()}
 
 
 def _storage(variable: "netCDF4.Variable[Any]", way: dict[str, Any]) -> dict[str, Any]:

@@ -1,11 +1,16 @@
 """A sweep in a few lines, and as a table."""
 
+import csv
 from collections.abc import Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from historysim.basics import findings
+from historysim.basics.files import replacing
 from historysim.basics.units import quantity_text, range_text
 from historysim.basics.wording import counted
 
@@ -59,6 +64,34 @@ def rows(found: xr.Dataset) -> Iterator[list[object]]:
     columns = [values.transpose(*dims).values.ravel() for values in full]
     for row in zip(*columns, strict=True):
         yield [value.item() if hasattr(value, "item") else value for value in row]
+
+
+def write(found: xr.Dataset, path: Path) -> None:
+    """Write a sweep as netCDF, or, where the ending is .csv, as a table with a row for each cell.
+
+    Raises
+    ------
+    OSError
+        The file cannot be written.
+    """
+    with replacing(path) as unfinished:
+        if path.suffix.lower() == ".csv":
+            with unfinished.open("w", encoding="utf-8", newline="") as stream:
+                csv.writer(stream).writerows(rows(found))
+        else:
+            dated = found.assign_attrs(date_created=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"))
+            _with_characters(dated).to_netcdf(unfinished, engine="netcdf4")
+
+
+def _with_characters(dataset: xr.Dataset) -> xr.Dataset:
+    """Return a Dataset whose attributes are written as characters, also those that are not ASCII (as UTF-8)."""
+    made = dataset.copy()
+    holders: list[Any] = [made, *made.variables.values()]
+    for holder in holders:
+        holder.attrs = {
+            name: value.encode() if isinstance(value, str) and value else value for name, value in holder.attrs.items()
+        }
+    return made
 
 
 def _swept(found: xr.Dataset) -> list[str]:

@@ -136,13 +136,18 @@ def _drawn(what: Any, name: str, title: str, chosen: _Options) -> "Figure":
     return _object(what, name, chosen)
 
 
+def _first_quantity(sweep: "xr.Dataset") -> str:
+    """Return what a sweep is mostly about, and of others, such as a design, the first number."""
+    return "preliminary_displacement" if "preliminary_displacement" in sweep else str(next(iter(sweep.data_vars)))
+
+
 def _dataset(what: "xr.Dataset", name: str, chosen: _Options) -> "Figure":
     if "total_normal_load" in what:
         return _history(what, chosen)
     if what.attrs.get("content") == "sweep":
         from historysim.results.plots.swept import plot_swept
 
-        return plot_swept(what, chosen.picture or "preliminary_displacement", size=chosen.size)
+        return plot_swept(what, chosen.picture or _first_quantity(what), size=chosen.size)
     if chosen.picture is not None:
         raise InputError(f"picture {chosen.picture}: {name} has one picture only; expected a result or a sweep")
     if "summit_height" in what:

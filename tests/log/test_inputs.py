@@ -2,6 +2,7 @@
 
 import shutil
 
+import h5py
 import netCDF4
 import numpy as np
 import pytest
@@ -92,6 +93,10 @@ def test_a_result_is_made_again_from_itself_alone(made, tmp_path):
     # and again from there, compressed
     hs.run(tmp_path / "again.nc", tmp_path / "third.nc", compression="zlib").close()
     check_same(made, tmp_path / "third.nc")
+    for path in (made, tmp_path / "third.nc"):
+        with h5py.File(path) as file:
+            # a title that is not ASCII, as characters that any tool shows
+            assert not file.attrs.get_id("title").get_type().is_variable_str()
     hs.run(tmp_path / "third.nc", tmp_path / "fourth.nc").close()
     check_same(made, tmp_path / "fourth.nc")
 
