@@ -6,17 +6,19 @@ cache folder; ``NUMBA_CACHE_DIR`` names another place. Of itself it would not do
 It takes machine code as good while the one file is unchanged that the function stands in. The functions of this room
 call one another across files, so that all files count.
 
-Machine code of a function holds copies of the functions that it calls, optimised once more, and their sums may come
-out otherwise in the last bits. Of several copies in a process the one that came first is used. Whoever compiles has
-compiled what is called before; so whoever loads has to load it before, too, or the first result would
-differ from all later ones.
+Machine code of a function calls others by name, and holds copies of short ones, optimised once more, whose sums may
+come out otherwise in the last bits (see `linking`). Of several copies in a process the one that came first is used.
+Whoever compiles has compiled what is called before; so whoever loads has to load it before, too.
 """
 
 import hashlib
 from pathlib import Path
 from typing import Any
+from weakref import WeakValueDictionary
 
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
+
+from historysim.memory import linking
 
 
 def digest(folder: Path) -> str:
@@ -38,6 +40,9 @@ _functions: dict[str, Any] = {}
 _present: dict[str, tuple[str, Any]] = {}
 """Machine code in this process, in the order in which it came: symbol → function and signature."""
 
+_libraries: WeakValueDictionary[str, Any] = WeakValueDictionary()
+"""The same: symbol → machine code."""
+
 
 class _InOrder(CompileResultCacheImpl):
     """Machine code together with what had come before it where it was compiled."""
@@ -52,7 +57,10 @@ class _InOrder(CompileResultCacheImpl):
                 _functions[name].compile(signature)
                 if symbol not in _present:
                     raise LookupError(f"{name} is no longer the one that was called")
-        return super().rebuild(target_context, code)
+        rebuilt = super().rebuild(target_context, code)
+        callees = [_libraries[symbol] for symbol in before if symbol in _libraries]
+        linking.belongs(rebuilt.library, named=False, callees=callees)
+        return rebuilt
 
 
 class RoomCache(FunctionCache):
@@ -63,10 +71,12 @@ class RoomCache(FunctionCache):
 
     _impl_class = _InOrder
 
-    def __init__(self, function: Any) -> None:
+    def __init__(self, function: Any, *, named: bool) -> None:
         super().__init__(function.py_func)
         self._function = f"{function.__module__}.{function.__qualname__}"
         _functions[self._function] = function
+        self._named = named
+        _compile_as_of_the_room(function)
         self._cache_file = IndexDataCacheFile(self.cache_path, self._impl.filename_base, STAMP)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
@@ -76,7 +86,7 @@ class RoomCache(FunctionCache):
         except Exception:  # noqa: BLE001 - unpickling damaged bytes may raise anything
             return None
         if found is not None:
-            _present[found.fndesc.mangled_name] = self._function, sig
+            self._note(found, sig)
         return found
 
     def save_overload(self, sig: Any, data: Any) -> None:
@@ -85,4 +95,22 @@ class RoomCache(FunctionCache):
             super().save_overload(sig, data)
         except OSError:
             self.disable()
-        _present[data.fndesc.mangled_name] = self._function, sig
+        self._note(data, sig)
+
+    def _note(self, compiled: Any, sig: Any) -> None:
+        symbol = compiled.fndesc.mangled_name
+        _present[symbol], _libraries[symbol] = (self._function, sig), compiled.library
+        linking.belongs(compiled.library, named=self._named)
+
+
+def _compile_as_of_the_room(function: Any) -> None:
+    """Have a function call those of the room as `linking` has it."""
+    compiler = function._compiler  # noqa: SLF001 - see `compiled.kept`
+    compile_it = compiler.compile
+
+    def compile_inside(args: Any, return_type: Any) -> Any:
+        with linking.of_the_room():
+            return compile_it(args, return_type)
+
+    linking.install()
+    compiler.compile = compile_inside

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from historysim.memory.compiled import compiled, inlined
+from historysim.memory.compiled import compiled, inlined, short
 from historysim.memory.energy import spread, withdrawal_energy
 from historysim.memory.layout import (
     ANCHOR,
@@ -23,7 +23,7 @@ from historysim.memory.polyline import edge_at
 from historysim.memory.tolerances import TIE
 
 
-@compiled
+@short
 def is_steep(stack: Floats, depth: int, friction: float) -> bool:
     """Whether a slope exceeds μ, as it may after a fall of μ; several zones may then slip at once."""
     steepest = 0.0
@@ -46,7 +46,7 @@ def carried(group: Group, depth: int, d1: float, v1: float, load: float) -> Floa
     return stack
 
 
-@compiled
+@short
 def crossing(low: float, high: float, v_low: float, v_high: float, d: float, side: float) -> float:
     """Label where v, straight from v_low to v_high, crosses side·(d - a); ``high`` where that is not inside."""
     over_low, over_high = v_low - side * (d - low), v_high - side * (d - high)

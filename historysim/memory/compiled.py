@@ -3,7 +3,8 @@
 There are three kinds:
 
 - `compiled`: machine code of its own, in which each operation is rounded as it is written. All that decides, such as
-  where slip ends, is of this kind.
+  where slip ends, is of this kind. `entry` is the same for what Python calls, too, which takes a wrapper; `short` for
+  what is copied into the machine code that calls it (see `linking`).
 - `reordered`: long sums over asperities. They may be added in any order, and a product and a sum may share one
   rounding, so that the processor handles several asperities at once.
 - `inlined`: short steps that are written out where they are used. A call between functions takes each array apart and
@@ -17,13 +18,25 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy.typing as npt
 from numba import njit, types
 from numba.core import cgutils
+from numba.core.registry import CPUDispatcher
 from numba.extending import intrinsic
 
 Array = TypeVar("Array", bound=npt.NDArray[Any])
 Function = TypeVar("Function", bound=Callable[..., Any])
 
+# options that the types of numba do not know
+WITHOUT_C_WRAPPER: dict[str, Any] = {"no_cfunc_wrapper": True}
+WITHOUT_WRAPPERS: dict[str, Any] = WITHOUT_C_WRAPPER | {"no_cpython_wrapper": True}
 
-def kept(function: Any) -> Any:
+
+class _Inner(CPUDispatcher):
+    """A function without a wrapper, which Python would take for an address."""
+
+    def __call__(self, *_arguments: Any, **_named: Any) -> Any:
+        raise TypeError(f"{self.py_func.__name__} is called by compiled functions alone; expected an `entry`")
+
+
+def kept(function: Any, *, named: bool = True) -> Any:
     """Return a function of numba whose machine code is kept on the disk, where that can be had.
 
     It cannot where no folder can be written, or where numba no longer has the interface that `cache` builds on,
@@ -32,18 +45,31 @@ def kept(function: Any) -> Any:
     with contextlib.suppress(ImportError, AttributeError, TypeError, RuntimeError, OSError):
         from historysim.memory.cache import RoomCache
 
-        function._cache = RoomCache(function)  # noqa: SLF001 - see above
+        function._cache = RoomCache(function, named=named)  # noqa: SLF001 - see above
     return function
 
 
 def compiled(function: Function) -> Function:
-    """Return a function compiled, each operation rounded as it is written; other threads go on while it runs."""
-    return kept(njit(error_model="numpy", nogil=True)(function))
+    """Return a function compiled for compiled functions alone, each operation rounded as it is written."""
+    made: Any = njit(error_model="numpy", **WITHOUT_WRAPPERS)(function)
+    made.__class__ = _Inner
+    return kept(made)
+
+
+def entry(function: Function) -> Function:
+    """Return a function compiled for Python, too; other threads go on while it runs."""
+    return kept(njit(error_model="numpy", nogil=True, **WITHOUT_C_WRAPPER)(function))
+
+
+def short(function: Function) -> Function:
+    """Return a function compiled as an `entry`, and copied into compiled functions that call it."""
+    return kept(njit(error_model="numpy", **WITHOUT_C_WRAPPER)(function), named=False)
 
 
 def reordered(function: Function) -> Function:
-    """Return a function compiled, whose sums may be added in any order."""
-    return kept(njit(error_model="numpy", fastmath={"reassoc", "contract", "nsz"})(function))
+    """Return a function compiled as a `short` one, whose sums may be added in any order."""
+    fastmath = {"reassoc", "contract", "nsz"}
+    return kept(njit(error_model="numpy", fastmath=fastmath, **WITHOUT_C_WRAPPER)(function), named=False)
 
 
 def inlined(function: Function) -> Function:

@@ -2,7 +2,7 @@
 
 import math
 
-from historysim.memory.compiled import compiled, inlined, reordered
+from historysim.memory.compiled import compiled, entry, inlined, reordered, short
 from historysim.memory.layout import ANCHOR, DISPLACEMENT, LABEL, SLOPE, Contact, Floats, Group, Memory
 from historysim.memory.normal import touching
 
@@ -54,7 +54,7 @@ def spread(
     return total
 
 
-@compiled
+@entry
 def stored_energy(contact: Contact, memory: Memory, energy: Floats) -> float:
     """Elastic tangential energy ½ ∫ v² N'' da, added per asperity to ``energy``; returns the sum."""
     displacement = memory.now[DISPLACEMENT]
@@ -70,7 +70,7 @@ def stored_energy(contact: Contact, memory: Memory, energy: Floats) -> float:
     return total
 
 
-@compiled
+@short
 def one_way_withdrawal(group: Group, low: float, high: float, slip_low: float, slip_high: float, rate: float) -> float:
     """Energy of leaving springs that slip one way: the drag falls to 0 in proportion to the slip left."""
     sign = 1.0 if slip_low + slip_high > 0.0 else -1.0

@@ -8,7 +8,7 @@ the old values to the new ones. Where friction no longer holds the load, everyth
 import numpy as np
 
 from historysim.memory.clipping import carried, clip, is_steep
-from historysim.memory.compiled import compiled
+from historysim.memory.compiled import compiled, entry, short
 from historysim.memory.energy import stored_energy
 from historysim.memory.groups import friction_limit, total_force
 from historysim.memory.layout import (
@@ -36,7 +36,7 @@ from historysim.memory.search import found_displacement
 MOST_PARTS = 1 << 10
 
 
-@compiled
+@entry
 def change_friction(contact: Contact, memory: Memory, friction: Floats, aim: Aim, tolerance: float) -> Memory:
     """Replace the groups' friction coefficients while the tangential channel holds what it aims at.
 
@@ -68,7 +68,7 @@ def change_friction(contact: Contact, memory: Memory, friction: Floats, aim: Aim
     return memory
 
 
-@compiled
+@short
 def with_coefficients(contact: Contact, friction: Floats) -> Contact:
     """Return the contact with other coefficients."""
     return Contact(contact.gap, contact.weight, contact.first, friction, contact.sorted_gap, contact.sorted_weight)
@@ -139,7 +139,7 @@ def fall(contact: Contact, memory: Memory, friction: Floats, aim: Aim) -> Memory
     return memory
 
 
-@compiled
+@entry
 def refresh_loads(contact: Contact, memory: Memory) -> None:
     """Recompute the loads kept with the vertices, after groups have been split."""
     for index in range(contact.friction.size):

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from historysim.memory.compiled import compiled, uncounted
+from historysim.memory.compiled import short, uncounted
 from historysim.memory.layout import APPROACH, LABEL, NORMAL_LOAD, TANGENTIAL, Contact, Floats, Memory
 from historysim.memory.normal import approach_at, load_at
 from historysim.memory.tolerances import EPSILON
 
 
-@compiled
+@short
 def friction_limit(contact: Contact, approach: float, load: float) -> float:
     """Σ μ P(a): the largest tangential load that the contact carries, where it carries the normal load ``load``."""
     if contact.friction.size == 1:
@@ -16,7 +16,7 @@ def friction_limit(contact: Contact, approach: float, load: float) -> float:
     return limit_and_slopes(contact, approach)[0]
 
 
-@compiled
+@short
 def limit_and_slopes(contact: Contact, approach: float) -> tuple[float, float, float]:
     """Return the friction limit at an approach, and the slopes in the approach of the limit and of the normal load."""
     limit, limit_slope, load_slope = 0.0, 0.0, 0.0
@@ -32,7 +32,7 @@ def limit_and_slopes(contact: Contact, approach: float) -> tuple[float, float, f
     return limit, limit_slope, load_slope
 
 
-@compiled
+@short
 def total_force(contact: Contact, memory: Memory) -> float:
     """Sum of the groups' tangential loads."""
     force = 0.0
@@ -43,7 +43,7 @@ def total_force(contact: Contact, memory: Memory) -> float:
     return force
 
 
-@compiled
+@short
 def group_loads(contact: Contact, approach: float) -> Floats:
     """Return the normal loads of the groups that touch, which are the first ones."""
     count = 0
@@ -56,7 +56,7 @@ def group_loads(contact: Contact, approach: float) -> Floats:
     return loads
 
 
-@compiled
+@short
 def approach_for(contact: Contact, memory: Memory, load: float) -> float:
     """Approach at which all asperities carry a normal load; the very bits of a label met before where they tie."""
     present = memory.now[APPROACH]

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from historysim.memory.compiled import compiled, inlined, uncounted
+from historysim.memory.compiled import inlined, short, uncounted
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -103,7 +103,7 @@ def put(
     stack[index, TANGENTIAL] = tangential
 
 
-@compiled
+@short
 def copy_vertices(source: Floats, target: Floats, count: int) -> None:
     """Copy the first vertices of a stack."""
     for j in range(count):
@@ -111,7 +111,7 @@ def copy_vertices(source: Floats, target: Floats, count: int) -> None:
             target[j, column] = source[j, column]
 
 
-@compiled
+@short
 def deepest(memory: Memory) -> int:
     """Return the number of vertices of the deepest stack; the groups that touch are the first ones."""
     most = 0
@@ -122,7 +122,7 @@ def deepest(memory: Memory) -> int:
     return most
 
 
-@compiled
+@short
 def stacks_of_capacity(memory: Memory, capacity: int) -> Floats:
     """Copy the stacks to an array that holds so many vertices each."""
     vertices = np.empty((memory.vertices.shape[0], capacity, memory.vertices.shape[2]))
@@ -131,13 +131,13 @@ def stacks_of_capacity(memory: Memory, capacity: int) -> Floats:
     return vertices
 
 
-@compiled
+@short
 def grown(memory: Memory, capacity: int) -> Memory:
     """Return the memory with stacks that hold so many vertices each; the other arrays are the same ones."""
     return Memory(stacks_of_capacity(memory, capacity), memory.depth, memory.steep, memory.dissipated, memory.now)
 
 
-@compiled
+@short
 def copied(memory: Memory) -> Memory:
     """Return an independent copy, which the next step fits into."""
     vertices = stacks_of_capacity(memory, deepest(memory) + 2)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from historysim.memory.compiled import compiled, inlined
+from historysim.memory.compiled import compiled, inlined, short
 from historysim.memory.groups import approach_for, friction_limit, group_loads, limit_and_slopes
 from historysim.memory.layout import (
     APPROACH,
@@ -59,7 +59,7 @@ class Station(NamedTuple):
     load_slope: float
 
 
-@compiled
+@short
 def approach_on(contact: Contact, course: Course, share: float) -> float:
     """Approach at a share of a course."""
     d0, d1 = course.approaches
@@ -69,7 +69,7 @@ def approach_on(contact: Contact, course: Course, share: float) -> float:
     return approach_at(contact.sorted_gap, contact.sorted_weight, load, toward(d0, d1, share))
 
 
-@compiled
+@short
 def station(contact: Contact, course: Course, share: float) -> Station:
     """Return the point at a share of a course."""
     limit, limit_slope, load_slope = limit_and_slopes(contact, approach_on(contact, course, share))
@@ -83,7 +83,7 @@ def excess(course: Course, place: Station, side: float) -> float:
     return side * request - (1.0 - TIE) * place.limit
 
 
-@compiled
+@short
 def slopes_of_limit(contact: Contact, course: Course, low: Station, high: Station) -> tuple[float, float]:
     """Bounds of the limit's slope in the share between two places.
 
@@ -256,7 +256,7 @@ def follow(
     return memory, side
 
 
-@compiled
+@short
 def place_on(contact: Contact, memory: Memory, course: Course, share: float) -> tuple[float, float]:
     """Return approach and normal load at a share of a course."""
     if share == 1.0:
@@ -268,7 +268,7 @@ def place_on(contact: Contact, memory: Memory, course: Course, share: float) -> 
     return d, load_at(contact.sorted_gap, contact.sorted_weight, d)[0]
 
 
-@compiled
+@short
 def request_at(
     contact: Contact, course: Course, ends: Floats, sides: Integers, piece: int, share: float, d: float, load: float
 ) -> float:

@@ -2,11 +2,11 @@
 
 import math
 
-from historysim.memory.compiled import compiled, inlined, reordered
+from historysim.memory.compiled import inlined, reordered, short
 from historysim.memory.layout import Floats
 
 
-@compiled
+@short
 def touching(gap: Floats, approach: float) -> int:
     """Count asperities, in ascending gap, whose gap is below the approach."""
     low, high = 0, gap.size
@@ -40,7 +40,7 @@ def load_at(gap: Floats, weight: Floats, approach: float) -> tuple[float, float]
     return load_and_slope(gap, weight, touching(gap, approach), approach)
 
 
-@compiled
+@short
 def label_at(gap: Floats, weight: Floats, total: float, guess: float, rigid: float, compliance: float) -> float:
     """Label a at which rigid·(a - h) + compliance·P(a), with the smallest gap h, is a total.
 
@@ -82,7 +82,7 @@ def label_at(gap: Floats, weight: Floats, total: float, guess: float, rigid: flo
     return approach
 
 
-@compiled
+@short
 def approach_at(gap: Floats, weight: Floats, load: float, guess: float) -> float:
     """Approach at which asperities, in ascending gap, carry a load."""
     return label_at(gap, weight, load, guess, 0.0, 1.0)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from historysim.memory.compiled import compiled, reordered
+from historysim.memory.compiled import compiled, entry, reordered
 from historysim.memory.layout import Floats
 from historysim.memory.normal import touching
 from historysim.memory.rows import FULL_STICK, GROSS_SLIP, PARTIAL_SLIP, SEPARATED, Rows
@@ -41,7 +41,7 @@ def equal_radii(approaches: Floats, areas: Floats, approach: float, target: Floa
         target[i] = math.sqrt(((1.0 - part) * low[i] + part * high[i]) / math.pi)
 
 
-@compiled
+@entry
 def record_patches(
     elements: Rows,
     share: Floats,

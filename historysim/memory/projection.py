@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from historysim.memory.compiled import compiled, reordered, uncounted
+from historysim.memory.compiled import compiled, entry, reordered, uncounted
 from historysim.memory.layout import (
     APPROACH,
     DISPLACEMENT,
@@ -122,7 +122,7 @@ def project(
         state[i] = slip if outermost > gap[i] else 1.0 * FULL_STICK
 
 
-@compiled
+@entry
 def record_asperities(
     contact: Contact, memory: Memory, rows: Rows, row: int, columns: Integers, units: Units, work: Floats
 ) -> None:

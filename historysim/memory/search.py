@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from historysim.memory.clipping import carried, clip
-from historysim.memory.compiled import compiled
+from historysim.memory.compiled import compiled, short
 from historysim.memory.groups import total_force
 from historysim.memory.layout import (
     ANCHOR,
@@ -42,7 +42,7 @@ def force_at(contact: Contact, memory: Memory, shares: Floats, d1: float, v1: fl
     return force, stiffness, curvature
 
 
-@compiled
+@short
 def sliding_displacement(contact: Contact, memory: Memory, shares: Floats, d1: float, side: float) -> float:
     """Displacement nearest to the present one at which, on a straight path to approach d1, every spring slides."""
     d0, v0 = memory.now[APPROACH], memory.now[DISPLACEMENT]
@@ -59,7 +59,7 @@ def sliding_displacement(contact: Contact, memory: Memory, shares: Floats, d1: f
     return side * reach
 
 
-@compiled
+@short
 def next_guess(
     v: float, missing: float, stiffness: float, curvature: float, low: float, high: float, stride: float
 ) -> float:
@@ -98,7 +98,7 @@ def displacement_at(contact: Contact, memory: Memory, shares: Floats, d1: float,
     return found_displacement(contact, memory, shares, d1, aim)
 
 
-@compiled
+@short
 def limit_of(contact: Contact, shares: Floats) -> float:
     """Friction limit of the groups that touch, which carry these normal loads."""
     limit = 0.0

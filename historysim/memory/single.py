@@ -9,7 +9,7 @@ units of (4/3) E* √R. A contact that does not touch has no vertex; where it is
 import math
 from typing import NamedTuple
 
-from historysim.memory.compiled import compiled, inlined
+from historysim.memory.compiled import compiled, entry, inlined
 from historysim.memory.layout import Floats, Integers
 from historysim.memory.tolerances import TIE
 
@@ -159,7 +159,7 @@ def slipped(
     return top + 1, force
 
 
-@compiled
+@entry
 def step_singles(
     singles: Singles,
     friction: Floats,

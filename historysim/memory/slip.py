@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from historysim.memory.compiled import compiled, inlined
+from historysim.memory.compiled import compiled, entry, inlined, short
 from historysim.memory.layout import ANCHOR, DISPLACEMENT, LABEL, SLOPE, Contact, Floats, Memory, group_of
 from historysim.memory.normal import load_at
 from historysim.memory.tolerances import TIE
@@ -29,7 +29,7 @@ def sliding_side(stack: Floats, depth: int, j: int, displacement: float, frictio
     return side if abs(over) <= TIE * (abs(displacement) + abs(stack[j, ANCHOR]) + friction * reach) else 0.0
 
 
-@compiled
+@short
 def slip_zones(stack: Floats, depth: int, displacement: float, friction: float, steep: bool) -> tuple[float, float]:
     """Return the label where the slip annulus at the edge ends, and the outermost label of any spring that slides.
 
@@ -45,7 +45,7 @@ def slip_zones(stack: Floats, depth: int, displacement: float, friction: float, 
     return edge, -np.inf
 
 
-@compiled
+@entry
 def sticking_stiffness(contact: Contact, memory: Memory, direction: float) -> float:
     """Return dT/dV at a fixed approach when the displacement goes on in a direction, 1 or -1.
 
@@ -71,7 +71,7 @@ def sticking_stiffness(contact: Contact, memory: Memory, direction: float) -> fl
     return stiffness
 
 
-@compiled
+@short
 def traction_ratio(stack: Floats, depth: int, friction: float, label: float) -> float:
     """Return |τ|/(μ p) at the radius of a label: the same on all asperities of a group that have it."""
     total = 0.0

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from historysim.memory.compiled import compiled
+from historysim.memory.compiled import compiled, entry, short
 from historysim.memory.layout import (
     APPROACH,
     DISPLACEMENT,
@@ -47,13 +47,13 @@ class Body(NamedTuple):
     saturate: bool
 
 
-@compiled
+@short
 def with_memory(body: Body, memory: Memory) -> Body:
     """Return a body with another memory."""
     return Body(body.contact, memory, body.units, body.control, body.tolerance, body.compliance, body.saturate)
 
 
-@compiled
+@short
 def path_to(
     units: Units, normal_control: int, normal_target: float, tangential_control: int, tangential_target: float
 ) -> Path:
@@ -82,7 +82,7 @@ def walk_path(
     return memory, refused, asked, limit
 
 
-@compiled
+@entry
 def step(
     body: Body, normal_control: int, normal_target: float, tangential_control: int, tangential_target: float
 ) -> tuple[Body, bool]:
@@ -111,7 +111,7 @@ def step(
     return with_memory(body, memory), refused
 
 
-@compiled
+@short
 def forked(body: Body) -> Body:
     """Return an independent copy, such as for a trial; the geometry is shared."""
     return Body(
@@ -125,44 +125,44 @@ def forked(body: Body) -> Body:
     )
 
 
-@compiled
+@short
 def end_slopes(body: Body, start: float) -> Slopes:
     """Return the derivatives of the loads at the end of the last path, which began at an approach [m]; see `slopes`."""
     return in_si(slopes(body.contact, body.memory, start / body.units.length), body.units)
 
 
-@compiled
+@short
 def in_si(found: Slopes, units: Units) -> Slopes:
     """Return derivatives in N/m."""
     stiffness = units.load / units.length
     return Slopes(found.tangential * units.stiffness, found.coupling * stiffness, found.normal * stiffness)
 
 
-@compiled
+@short
 def normal_load(body: Body) -> float:
     """Total normal load [N]."""
     return body.memory.now[NORMAL_LOAD] * body.units.load
 
 
-@compiled
+@short
 def tangential_load(body: Body) -> float:
     """Total tangential load [N]."""
     return body.memory.now[TANGENTIAL_LOAD] * body.units.load
 
 
-@compiled
+@short
 def approach(body: Body) -> float:
     """Approach of the highest summit from first touch [m]."""
     return body.memory.now[APPROACH] * body.units.length
 
 
-@compiled
+@short
 def tangential_displacement(body: Body) -> float:
     """Rigid tangential displacement U [m]."""
     return body.memory.now[DISPLACEMENT] * body.units.displacement
 
 
-@compiled
+@entry
 def step_arrays(
     contact: Arrays,
     arrays: Arrays,
@@ -200,7 +200,7 @@ def step_arrays(
     return refused, asked, limit, None
 
 
-@compiled
+@entry
 def slopes_of_arrays(
     contact: Arrays,
     arrays: Arrays,

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from historysim.memory.compiled import compiled
+from historysim.memory.compiled import compiled, entry, short
 from historysim.memory.groups import approach_for, group_loads
 from historysim.memory.layout import (
     APPROACH,
@@ -55,7 +55,7 @@ class Journey(NamedTuple):
     displacements: tuple[float, float]
 
 
-@compiled
+@short
 def destination(
     contact: Contact, memory: Memory, path: Path, compliance: float, request: float
 ) -> tuple[float, float, Aim]:
@@ -74,7 +74,7 @@ def destination(
     return d, load, Aim(toward(present, target, fraction), 1.0, compliance)
 
 
-@compiled
+@short
 def hold(memory: Memory, request: float) -> bool:
     """Note what a load at the friction limit asks for beyond it, and return whether that is more than rounding."""
     now = memory.now
@@ -150,7 +150,7 @@ def walk_on(
     return memory, side != 0 and hold(memory, toward(course.forces[0], course.forces[1], share))
 
 
-@compiled
+@entry
 def walk_paths(
     contact: Contact,
     memory: Memory,

@@ -1,0 +1,78 @@
+"""How machine code of the functions of this room calls one another: by name, as programs of several files do.
+
+Numba copies whatever a function calls into its machine code and optimises all of it once more, so that what stands
+ten levels down is compiled ten times over. Here long functions are compiled once and alone, and only short ones, for
+which a call would matter, are copied into what calls them. A function of another program that calls one of this room
+still gets copies of all that it needs, and stands by itself.
+"""
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from typing import Any
+from weakref import WeakKeyDictionary, WeakSet
+
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.registry import cpu_target
+
+_callees: WeakKeyDictionary[Any, list[Any]] = WeakKeyDictionary()
+"""Machine code of the room, with that which it calls."""
+
+_named: WeakSet[Any] = WeakSet()
+"""That of it which is called by name."""
+
+_depth = [0]
+"""Functions of the room that are being compiled, one within the other."""
+
+
+class Library(JITCodeLibrary):
+    """Machine code that calls the functions of the room by name where it is one of them itself."""
+
+    def add_linking_library(self, library: Any) -> None:
+        """Take copies of what machine code holds, unless that is called by name."""
+        if library not in _callees:
+            super().add_linking_library(library)
+        elif not _depth[0]:
+            for each in _needed(library):
+                super().add_linking_library(each)
+        else:
+            _callees.setdefault(self, []).append(library)
+            if library not in _named:
+                super().add_linking_library(library)
+
+
+def install() -> None:
+    """Have numba make libraries of the kind above from now on."""
+    cpu_target.target_context.codegen()._library_class = Library  # noqa: SLF001 - see `compiled.kept`
+
+
+@contextmanager
+def of_the_room() -> Iterator[None]:
+    """Compile a function of the room inside, while no other thread compiles."""
+    with global_compiler_lock:
+        _depth[0] += 1
+        try:
+            yield
+        finally:
+            _depth[0] -= 1
+
+
+def belongs(library: Any, *, named: bool, callees: Iterable[Any] = ()) -> None:
+    """Note that machine code is of the room, whether it is called by name, and what it may call if nobody saw it."""
+    _callees.setdefault(library, []).extend(callees)
+    if named:
+        _named.add(library)
+
+
+def _needed(library: Any) -> list[Any]:
+    """Return machine code of the room with all that it calls, and what that calls: what calls before what is called.
+
+    Of what is linked only that is taken which has been called for.
+    """
+    found, waiting = {library}, [library]
+    while waiting:
+        new = [each for each in _callees.get(waiting.pop(), ()) if each not in found]
+        found.update(new)
+        waiting.extend(new)
+    # what came to be later is called by nothing that came before
+    return [each for each in reversed(list(_callees)) if each in found]
