@@ -3,7 +3,7 @@
 import numpy as np
 
 from historysim.memory.clipping import carried, clip, is_steep
-from historysim.memory.compiled import compiled
+from historysim.memory.compiled import entry
 from historysim.memory.energy import withdrawal_energy
 from historysim.memory.friction import with_coefficients
 from historysim.memory.groups import group_loads, total_force
@@ -28,7 +28,7 @@ from historysim.memory.polyline import Aim, move_group, to_displacement
 from historysim.memory.search import displacement_at, found_displacement
 
 
-@compiled
+@entry
 def carry(contact: Contact, memory: Memory, d1: float, load: float, friction: Floats, aim: Aim) -> Memory:
     """Carry all groups straight in (d, V) to approach d1, where they carry ``load``, and to where they aim.
 
@@ -78,7 +78,7 @@ def carry(contact: Contact, memory: Memory, d1: float, load: float, friction: Fl
     return memory
 
 
-@compiled
+@entry
 def innermost_anchors(contact: Contact, memory: Memory) -> Floats:
     """Return the anchor of the innermost spring of each asperity, which slips last; NaN where it does not touch."""
     found = np.full(contact.gap.size, np.nan)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from historysim.memory.clipping import is_steep, move_steep_group
-from historysim.memory.compiled import compiled
+from historysim.memory.compiled import entry
 from historysim.memory.energy import withdrawal_energy
 from historysim.memory.groups import friction_limit, group_loads, total_force
 from historysim.memory.layout import (
@@ -25,7 +25,7 @@ from historysim.memory.search import displacement_at
 MUCH_SOFTER = 1e6
 
 
-@compiled
+@entry
 def move(contact: Contact, memory: Memory, d1: float, load: float, aim: Aim) -> Memory:
     """Carry all groups straight in (d, V) to approach d1, where they carry ``load``, and to where they aim.
 

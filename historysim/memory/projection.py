@@ -167,7 +167,7 @@ def record_asperities(
         rows.slip_state[row, c] = np.int8(work[4, i]) if touches else SEPARATED
 
 
-@compiled
+@entry
 def record_row(
     contact: Contact,
     memory: Memory,

@@ -6,8 +6,8 @@ import sys
 import numpy as np
 import pytest
 
-from historysim.memory.move import move
 from historysim.memory.normal import load_and_slope, touching
+from historysim.memory.ramp import ramp
 
 PROGRAM = """
 from numba import njit
@@ -33,8 +33,8 @@ print(load > 0, abs(load / after.tangential_load - 1) < 1e-14)
 
 
 def test_python_cannot_call_what_has_no_wrapper():
-    with pytest.raises(TypeError, match="move is called by compiled functions alone"):
-        move(None, None, 0.0, 0.0, None)
+    with pytest.raises(TypeError, match="ramp is called by compiled functions alone"):
+        ramp(None, None, 0.0, 0.0, None)
 
 
 def test_python_calls_the_others():
