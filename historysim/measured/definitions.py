@@ -118,6 +118,10 @@ class Definitions:
     amplitude_share : float
         Loops of less than this share of the largest amplitude are kept out of means. Between 0, with which all of them
         count, and 1.
+    still_rising : float
+        How much the load may rise along the sliding part of a branch that slides, over the friction force: by the
+        least-squares line through it, and beyond what scatter makes of that. Where it rises more, less and less, the
+        branch has not come to slide; friction that rises evenly does so up to 2.4 times this share. Between 0 and 1.
     """
 
     sliding: LastPart | Plateau = attrs.field(factory=LastPart, validator=_one_of(LastPart, Plateau))
@@ -127,6 +131,7 @@ class Definitions:
     )
     load_share: float = attrs.field(default=0.1, validator=_share)
     amplitude_share: float = attrs.field(default=0.5, validator=_share_or_none)
+    still_rising: float = attrs.field(default=0.05, validator=_share)
 
 
 DEFAULT = Definitions()

@@ -9,7 +9,8 @@ branch, so that both branches look alike.
 What is read off a branch, with the choices that `Definitions` has:
 
 - **friction force** F: the mean of f over the displacement of the sliding part, ∫ f du / ∫ du. An offset of T moves it
-  up on one branch and down on the other; the mean of both is free of it.
+  up on one branch and down on the other; the mean of both is free of it. Where the load still rises there, the branch
+  does not slide yet: F is a lower bound, and stays out of means.
 - **normal load** and **friction coefficient**: the mean of N over the same displacement, and F over it.
 - **preliminary displacement**: u where f has first come a given share p of the way from the reversal to F; the
   **displacement from zero load** to the same place; and the **virgin displacement** θμδ, by Mindlin's curve through the
@@ -68,6 +69,14 @@ BRANCH_QUANTITIES = {
 }
 OF_SLIDING = "friction_force", "normal_load", "friction_coefficient"
 """The quantities of a branch that are read off its sliding part, and do not need the reversal."""
+OF_SLIP = (
+    "friction_force",
+    "friction_coefficient",
+    "preliminary_displacement",
+    "displacement_from_zero_load",
+    "virgin_displacement",
+)
+"""The quantities of a branch that are lower bounds where it does not come to slide."""
 LOOP_QUANTITIES = {
     "dissipated_energy": ("energy per loop", "J"),
     "displacement_gap": ("gap in displacement", "m"),
@@ -148,6 +157,9 @@ class Loops:
         Branches that have no values, since the normal load moves on them, or since the record ends on them.
     stepped_branches : array of bool (loop, direction)
         Branches without preliminary displacement and stiffness, since they begin with a step of the normal load.
+    rising_branches : array of bool (loop, direction)
+        Branches on which the load still rises where they should slide (`Definitions.still_rising`): their friction is a
+        lower bound, and so are their displacements. They stay out of means.
     told : tuple of str
         What was left out, and why.
     lateral_stiffness : float
@@ -175,6 +187,7 @@ class Loops:
     amplitude: Floats
     left_out_branches: npt.NDArray[np.bool_]
     stepped_branches: npt.NDArray[np.bool_]
+    rising_branches: npt.NDArray[np.bool_]
     told: tuple[str, ...] = ()
     lateral_stiffness: float = math.inf
     remarks: tuple[tuple[str, str], ...] = ()
@@ -233,6 +246,7 @@ class Loops:
             "amplitude",
             "left_out_branches",
             "stepped_branches",
+            "rising_branches",
         ]
         told = f"the first {counted(count, 'loop is', 'loops are')} left out at each load, {(~kept).sum():,} in all"
         return attrs.evolve(self, **{name: getattr(self, name)[kept] for name in per_loop}, told=(*self.told, told))
@@ -252,14 +266,14 @@ class Loops:
 
     def _table(self, along: Along, value: Floats, members: tuple[Integers, ...]) -> LoopTable:
         quantities = {
-            name: Quantity(label, unit, getattr(self, name))
+            name: Quantity(label, unit, self._of_slid(name))
             for name, (label, unit) in {**BRANCH_QUANTITIES, **LOOP_QUANTITIES}.items()
             if not name.endswith("_gap")
         }
         return LoopTable(along, value, members, quantities, DIRECTIONS, self._attributes())
 
     def statistics(self, quantity: str, direction: Direction = "both") -> LoopStatistics:
-        """Return mean and scatter of a quantity over the large loops.
+        """Return mean and scatter of a quantity over the large loops, where it needs sliding over those that slid.
 
         Parameters
         ----------
@@ -279,10 +293,17 @@ class Loops:
             raise InputError(
                 f"quantity is {quantity!r}; expected one of {', '.join([*BRANCH_QUANTITIES, *LOOP_QUANTITIES])}"
             )
-        values: Floats = getattr(self, quantity)
+        return self._statistics(self._of_slid(quantity), direction)
+
+    def _statistics(self, values: Floats, direction: Direction) -> LoopStatistics:
         if direction != "both" and values.ndim == 2:
             values = values[:, DIRECTIONS.index(direction)]
         return LoopStatistics.of(values[self.large])
+
+    def _of_slid(self, quantity: str) -> Floats:
+        """Return a quantity, NaN where a branch did not come to slide and it would be a lower bound."""
+        values: Floats = getattr(self, quantity)
+        return np.where(self.rising_branches, math.nan, values) if quantity in OF_SLIP else values
 
     def summary(self) -> list[tuple[str, str]]:
         """Return lines of (label, text): remarks, dead band, range pairs, what means are, laws over the load, notes."""
@@ -299,15 +320,33 @@ class Loops:
     @property
     def notes(self) -> tuple[str, ...]:
         """What was left out, and what the samples are too few to tell, with the mend."""
+        told = *self.told, *self._rising_notes()
         unknown = int(
             (np.isnan(self.tangential_stiffness) & ~self.left_out_branches & ~self.stepped_branches).any(axis=1).sum()
         )
         if not unknown:
-            return self.told
+            return told
         missing = f"{unknown:,} of {counted(len(self), 'loop', 'loops')} without a stiffness at reversal"
         needed = f"the first part of a branch, {self.definitions.initial}, needs two samples or more that rise"
         mend = "record more often (substeps of a simulation), or take a longer first part"
-        return (*self.told, f"{missing}: {needed}; {mend}")
+        return (*told, f"{missing}: {needed}; {mend}")
+
+    def _rising_notes(self) -> list[str]:
+        rising = self.rising_branches & self.large[:, None]
+        if not rising.any():
+            return []
+        many = int((np.isfinite(self.friction_force) & self.large[:, None]).sum())
+        coefficient = self.friction_coefficient[rising]
+        bound = (
+            f"coefficients of {coefficient.min():.4g} to {coefficient.max():.4g}"
+            if np.isfinite(coefficient).all()
+            else f"forces of {quantity_text(float(self.friction_force[rising].min()), 'N')} and more"
+        )
+        few, share = f"{int(rising.sum()):,} of {counted(many, 'branch', 'branches')}", self.definitions.still_rising
+        told = (
+            f"{few} did not come to slide: the load still rises where it should be level, by over {100 * share:.3g} %"
+        )
+        return [f"{told}; the {bound} there are lower bounds and not in the means; longer strokes slide"]
 
     def _preliminary_texts(self) -> list[tuple[str, str]]:
         """Return what each reading of the preliminary displacement is."""
@@ -400,9 +439,15 @@ class Loops:
             "initial_part": str(self.definitions.initial),
             "load_share": self.definitions.load_share,
             "amplitude_share": self.definitions.amplitude_share,
+            "still_rising": self.definitions.still_rising,
             **({"left_out": "; ".join(self.told)} if self.told else {}),
         }
 
     def text(self, quantity: str, unit: str, direction: Direction = "both") -> str:
         """Return mean ± standard deviation of a quantity as a text; parameters and errors as in `statistics`."""
-        return self.statistics(quantity, direction).text(unit, int(self.large.sum()))
+        count, found = int(self.large.sum()), self.statistics(quantity, direction)
+        if found.count or quantity not in OF_SLIP:
+            return found.text(unit, count)
+        # nothing slid: what there is, is a lower bound
+        bound = self._statistics(getattr(self, quantity), direction)
+        return f"≥ {bound.text(unit, count)}" if bound.count else bound.text(unit, count)

@@ -27,6 +27,10 @@ if TYPE_CHECKING:
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
+STEEPLY, BENDING = 2.4, 0.4
+"""Rises over the least one that no sliding has; and the share of a rise in its second half below which it bends."""
+CLEARLY = 3.0
+"""Standard errors beyond which a slope is no scatter."""
 WRONG_WAY = -0.05
 """Energy of loops over the area of the boxes around them from which on they run the wrong way round."""
 
@@ -186,7 +190,7 @@ def loops_of_channels(
     energy = np.where(whole, np.append(energy, math.nan)[steady.number - number[0]], math.nan)
     ends, backward = steady.ends, moved[steady.ends[:, 1]] < moved[steady.ends[:, 0]]
     left_out, stepped = (np.where(backward[:, None], each[:, ::-1], each) for each in (steady.left_out, steady.stepped))
-    values = _branches(trace, ends, definitions, lateral_stiffness)
+    values, rising = _branches(trace, ends, definitions, lateral_stiffness)
     values[left_out] = math.nan
     for place, name in enumerate(BRANCH_QUANTITIES):
         if name not in OF_SLIDING:
@@ -206,6 +210,7 @@ def loops_of_channels(
         amplitude=np.average(lengths, weights=~steady.left_out, axis=1) / 2,
         left_out_branches=left_out,
         stepped_branches=stepped,
+        rising_branches=rising & ~left_out,
         told=steady.told,
         lateral_stiffness=lateral_stiffness,
     )
@@ -260,16 +265,19 @@ def _left_out(ends: Integers, size: int) -> tuple[tuple[int, int], ...]:
     return tuple(piece for piece in pieces if piece[0] < piece[1])
 
 
-def _branches(trace: Trace, ends: Integers, definitions: Definitions, lateral_stiffness: float) -> Floats:
-    """Return the quantities of all branches, (loop, direction, quantity)."""
+def _branches(
+    trace: Trace, ends: Integers, definitions: Definitions, lateral_stiffness: float
+) -> tuple[Floats, npt.NDArray[np.bool_]]:
+    """Return the quantities of all branches, (loop, direction, quantity), and which still rise where they slide."""
     branches = np.full((len(ends), 2, len(BRANCH_QUANTITIES)), math.nan)
+    rising = np.zeros((len(ends), 2), dtype=np.bool_)
     moved = trace.displacement
     for loop, (start, turn, end) in enumerate(ends):
         for first, last in ((start, turn), (turn, end)):
             backward = moved[last] < moved[first]
             sign = -1.0 if backward else 1.0
             part = slice(first, last + 1)
-            branches[loop, int(backward)] = _branch(
+            branches[loop, int(backward)], rising[loop, int(backward)] = _branch(
                 sign * (moved[part] - moved[first]),
                 sign * trace.tangential_load[part],
                 sign * float(trace.tangential_load[max(first - 1, 0)]),
@@ -277,7 +285,7 @@ def _branches(trace: Trace, ends: Integers, definitions: Definitions, lateral_st
                 definitions,
                 lateral_stiffness,
             )
-    return branches
+    return branches, rising
 
 
 def _loop_ends(displacement: Floats, dead_band: float) -> tuple[Integers, tuple[int, int] | None]:
@@ -313,8 +321,8 @@ def _check_sense(energy: Floats, displacement: Floats, load: Floats) -> None:
 
 def _branch(
     u: Floats, f: Floats, before: float, normal: Floats | None, definitions: Definitions, lateral_stiffness: float
-) -> tuple[float, ...]:
-    """Return the quantities of one branch, in its own direction, in the order of BRANCH_QUANTITIES.
+) -> tuple[tuple[float, ...], bool]:
+    """Return the quantities of one branch, in its own direction, in the order of BRANCH_QUANTITIES; whether it rises.
 
     `before` is the load one sample before the branch.
     """
@@ -348,7 +356,31 @@ def _branch(
         else:
             stiffness = _slope(_crossing(u, initial.length), u, f)
     friction = force / load if load > 0 else math.nan
-    return force, load, friction, preliminary, from_zero, virgin, stiffness
+    rises = _still_rises(slides_from, u[order], f[order], definitions.still_rising * force)
+    return (force, load, friction, preliminary, from_zero, virgin, stiffness), rises
+
+
+def _still_rises(place: float, u: Floats, f: Floats, least: float) -> bool:
+    """Return whether the load still rises as on the way to sliding, from a place on: steeply, or less and less."""
+    rise = _rise(place, u, f)
+    if not rise > least > 0:
+        return False
+    # friction may rise with the way that was slid, but not less and less as where a contact comes to slide
+    middle = _crossing(u, (_at(place, u) + u[-1]) / 2)
+    return rise > STEEPLY * least or _rise(middle, u, f) < BENDING * rise
+
+
+def _rise(place: float, u: Floats, f: Floats) -> float:
+    """Return how much the line through the samples from a place on rises, 0 where that may be their scatter alone."""
+    along, loads = u[math.ceil(place) :], f[math.ceil(place) :]
+    if along.size < 2 or np.ptp(along) == 0:
+        return 0.0
+    across = along - along.mean()
+    squares = float(across @ across)
+    slope = float(across @ loads) / squares
+    left = loads - loads.mean() - slope * across
+    error = math.sqrt(float(left @ left) / (along.size - 2) / squares) if along.size > 2 else 0.0
+    return slope * float(np.ptp(along)) if slope > CLEARLY * error else 0.0
 
 
 def _crossing(values: Floats, level: float) -> float:

@@ -180,6 +180,9 @@ def _mark_means(axes: "Axes", loops: Loops, length: float, force: float) -> None
     line: dict[str, Any] = {"color": INK, "linewidth": 0.9, "zorder": 4}
 
     forward, backward = (loops.statistics("friction_force", direction).mean for direction in DIRECTIONS)
+    if not np.isfinite([forward, backward]).all():
+        # without sliding there is no friction force to mark
+        return
     top = forward * force
     axes.plot([left, right], [top, top], linestyle=(0, (4, 2)), label="means", **line)
     axes.plot([left, right], [-backward * force] * 2, linestyle=(0, (4, 2)), **line)

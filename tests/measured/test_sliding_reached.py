@@ -1,0 +1,81 @@
+"""Branches that end before they slide: their friction is a lower bound, is told to be one, and stays out of means."""
+
+import numpy as np
+import pytest
+import synthetic
+
+from historysim.errors import InputError
+from historysim.measured.comparison import Comparison
+from historysim.measured.definitions import Definitions, Plateau
+from historysim.measured.observation import observe
+from historysim.measured.splitting import loops_of_channels, loops_of_measurement
+
+
+def short(noise=1.0, **shape):
+    """Give loops of ±50 nm behind the instrument: the ball slides at 2 θμδ and what the load bends, beyond ±55 nm."""
+    return synthetic.measured("ball", 0, amplitude=50e-9, loads=(0.05,), loops=4, noise=noise, **shape)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1.0])
+def test_what_does_not_slide_is_a_lower_bound(noise):
+    found = loops_of_measurement(short(noise))
+    assert found.rising_branches.all()
+    # it is 0.20, and the means say 0.18
+    assert found.friction_coefficient == pytest.approx(np.full((3, 2), 0.184), abs=2e-3)
+    for name in ("friction_force", "friction_coefficient", "preliminary_displacement"):
+        assert found.statistics(name).count == 0
+        assert np.isnan(found.statistics(name).mean)
+    assert found.text("friction_coefficient", "1").startswith("≥ 0.184")
+    (note,) = found.notes
+    assert note.startswith("6 of 6 branches did not come to slide: the load still rises where it should be level")
+    # what does not need sliding stays
+    assert found.statistics("dissipated_energy").count == found.statistics("tangential_stiffness").count == 3
+    assert found.by_load().laws() == []
+
+
+@pytest.mark.parametrize("amplitude", [60e-9, 100e-9])
+def test_what_slides_says_nothing(amplitude):
+    for seed in range(3):
+        found = loops_of_measurement(synthetic.measured("ball", seed, amplitude=amplitude, loads=(0.05,), loops=4))
+        assert not found.rising_branches.any()
+        assert found.notes == ()
+        assert found.text("friction_coefficient", "1").startswith(("0.2", "0.199"))
+
+
+def test_those_that_slid_make_the_mean():
+    """At 20 mN they slide, at 50 mN they do not."""
+    found = loops_of_measurement(
+        synthetic.measured("ball", 0, amplitude=50e-9, loads=(0.02, 0.05), loops=3, noise=0.1),
+    )
+    slid = ~found.rising_branches & np.isfinite(found.friction_force)
+    assert slid.any()
+    assert found.rising_branches.any()
+    assert found.statistics("friction_coefficient").mean == pytest.approx(0.2, rel=2e-3)
+    assert found.statistics("friction_coefficient").count == slid.all(axis=1).sum()
+    table = dict(zip(found.by_load().value.round(3), found.by_load().statistics("friction_coefficient"), strict=True))
+    assert table[0.02].count > 0
+    assert table[0.05].count == 0
+
+
+def test_a_comparison_shows_bounds_as_bounds():
+    observed = observe(short())
+    passage = synthetic.observation.passed(*synthetic.model("ball")(synthetic.TRUTHS["ball"]), observed)
+    table = {label: texts for label, *texts in Comparison.of(observed, passage).rows()}
+    assert all(text.startswith("≥ 0.18") for text in table["friction coefficient"])
+
+
+def test_scatter_is_no_rise_and_the_share_can_be_chosen():
+    random, way = np.random.default_rng(0), np.concatenate([np.linspace(-1, 1, 400), np.linspace(1, -1, 400)])
+    moved = np.tile(way, 4)
+    force = np.where(np.tile(np.repeat([1, -1], 400), 4) > 0, 1.0, -1.0) + random.normal(0, 0.3, moved.size)
+    assert not loops_of_channels(np.arange(moved.size), moved, force).rising_branches.any()
+    time = np.arange(moved.size)
+    assert not loops_of_channels(time, moved, force, definitions=Definitions(sliding=Plateau())).rising_branches.any()
+    # friction that rises evenly by 8 % over the last quarter, as that of a friction damper does, and by 16 %
+    for tilt, rising in ((0.16, False), (0.32, True)):
+        tilted = np.where(np.tile(np.repeat([1, -1], 400), 4) > 0, 1.0, -1.0) + tilt * moved
+        assert (loops_of_channels(time, moved, tilted).rising_branches == rising).all()
+    wide = Definitions(still_rising=0.1)
+    assert not loops_of_channels(time, moved, tilted, definitions=wide).rising_branches.any()
+    with pytest.raises(InputError, match="still_rising of Definitions is 2; expected a share"):
+        Definitions(still_rising=2)
