@@ -7,6 +7,7 @@ and has checksums; one that is damaged counts as none.
 """
 
 import contextlib
+import errno
 import fcntl
 import functools
 import hashlib
@@ -111,12 +112,7 @@ class Store:
         # a byte of one file for each cell (POSIX record locks): nothing is left behind, and shared disks know them
         handle = os.open(self.folder / "lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
         try:
-            try:
-                fcntl.lockf(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB), 1, int(name[:15], 16))
-            except BlockingIOError:
-                yield False
-            else:
-                yield True
+            yield _locked(handle, int(name[:15], 16), wait=wait)
         finally:
             os.close(handle)
 
@@ -130,6 +126,18 @@ class Store:
 
     def _path(self, name: str) -> Path:
         return self.folder / f"{name}{ENDING}"
+
+
+def _locked(handle: int, byte: int, *, wait: bool) -> bool:
+    """Lock a byte of a file; where the disk knows no locks, a cell is computed twice at worst."""
+    try:
+        fcntl.lockf(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB), 1, byte)
+    except OSError as error:
+        if error.errno in {errno.EAGAIN, errno.EACCES}:
+            return False
+        if error.errno not in {errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP}:
+            raise
+    return True
 
 
 def packed(cell: "xr.Dataset") -> bytes:
