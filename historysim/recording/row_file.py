@@ -178,7 +178,8 @@ class RowFile:
         return _digest(self.strips)
 
     def _sync(self) -> None:
-        os.fdatasync(self._handle)
+        # macOS has no other call than that which also writes when the file was changed
+        getattr(os, "fdatasync", os.fsync)(self._handle)
 
     def finish(self) -> None:
         """Make a result of the rows, which are all there."""

@@ -3,6 +3,7 @@
 import errno
 import hashlib
 import os
+import shutil
 from pathlib import Path
 
 import netCDF4
@@ -547,6 +548,20 @@ def test_a_folder_that_cannot_be_written_to_is_an_error_that_names_the_file(ense
         stream(path, ensemble)
     assert str(path) in str(caught.value)
     assert names(tmp_path) == []
+
+
+def test_a_disk_without_room_is_told_before_anything_is_computed(ensemble, tmp_path, monkeypatch):
+    path = tmp_path / "out.nc"
+    path.write_bytes(b"an older result")
+    monkeypatch.setattr(netcdf.shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(10**9, 10**9, 20_000))
+    job = hs.Replay(ensemble, EVENTS, record="all", substeps=2000)
+    monkeypatch.setattr(hs.Replay, "walk", lambda *_, **__: pytest.fail("it was computed"))
+    with pytest.raises(OSError, match=r"the result needs 3\.\d MB more, and 0\.0 MB are free; make room") as caught:
+        job.write(path)
+    assert caught.value.errno == errno.ENOSPC
+    assert caught.value.filename == str(path)
+    assert path.read_bytes() == b"an older result"
+    assert names(tmp_path) == ["out.nc"]
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs the limit of POSIX on the size of files")
