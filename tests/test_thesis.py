@@ -283,10 +283,14 @@ def test_4_07_shear_strength():
 
 
 def test_4_08_friction_force():
-    found = calculated("fig_4_08").friction_force
-    loads = found.normal_load.values
-    assert power(found.sel(area="Hertz").values, loads) == pytest.approx(2 / 3, rel=1e-9)
-    assert power(found.sel(area="JKR").values, loads) == pytest.approx(0.519, abs=0.0005)
+    """The law of a shear strength slides at τ0 A: by Hertz as N^(2/3), by JKR as N^0.519."""
+    found = swept("fig_4_08").peak_tangential_load
+    loads = found[LOAD].values
+    hertz, jkr = found.transpose().values
+    assert power(hertz, loads) == pytest.approx(2 / 3, abs=1e-4)
+    assert power(jkr, loads) == pytest.approx(0.519, abs=0.0005)
+    # the chords of a ramp settle to 1e-4 of the limit
+    assert hertz == pytest.approx(13.828e6 * np.pi * BALL * approach(loads), rel=2e-4)
 
 
 # -- chapter 5: rough surfaces -----------------------------------------------------------------------
@@ -392,24 +396,6 @@ def test_5_12_a_short_autocorrelation_length_spreads_more():
     deviation = found.std("surface_seed", ddof=1)
     assert float(deviation[0]) > float(deviation[1])
     assert (deviation / found.mean("surface_seed")).values == pytest.approx([0.25, 0.25], rel=3 / np.sqrt(30))
-
-
-def test_5_14_loops_of_200_nm():
-    """A closed loop of gross slip takes Σ μN (4 A - 16/5 θμδ), at each load the same in the later loops."""
-    history = run("fig_5_14")
-    heights, radii = np.genfromtxt(FOLDER.parents[1] / "data" / "summits_200.csv", delimiter=",", skip_header=1).T[:2]
-    heights, radii = heights * 1e-9, radii * 1e-6
-    for turn, load in enumerate((30e-3, 60e-3, 90e-3)):
-
-        def loads(separation):
-            return 4 / 3 * CONTACT_MODULUS * np.sqrt(radii) * np.maximum(heights - separation, 0) ** 1.5
-
-        separation = optimize.brentq(lambda d, load=load: loads(d).sum() - load, -1e-6, heights.max(), xtol=1e-18)
-        reach = CONTACT_MODULUS / (4 * SHEAR_MODULUS) * 0.2 * np.maximum(heights - separation, 0)
-        expected = np.sum(0.2 * loads(separation) * (4 * 200e-9 - 3.2 * reach))
-        start = 50.0 * turn + 2.0
-        energies = np.diff([float(row(history, start + 16 * loop).total_dissipated_energy) for loop in range(4)])
-        assert energies[1:] == pytest.approx([expected] * 2, rel=1e-8)
 
 
 @pytest.mark.parametrize("name", BALLS)
