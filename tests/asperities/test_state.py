@@ -1,5 +1,6 @@
 """What a state tells, and that it can be compared, pickled and kept in a file."""
 
+import functools
 import pickle
 
 import numpy as np
@@ -17,7 +18,12 @@ def rough(count=20, friction=0.4):
 
 
 ENSEMBLE = rough()
-STUCK = ENSEMBLE.advance(ENSEMBLE.initial_state(), normal_load=0.3)
+
+
+@functools.cache
+def stuck():
+    """Return a state that sticks everywhere; made when a test runs, since the first step in a process compiles."""
+    return ENSEMBLE.advance(ENSEMBLE.initial_state(), normal_load=0.3)
 
 
 def spiral(ensemble, state, turns, largest=0.02):
@@ -28,33 +34,33 @@ def spiral(ensemble, state, turns, largest=0.02):
 
 
 def test_the_normal_stiffness_is_the_slope_of_the_load():
-    step = 1e-5 * STUCK.approach
-    above, below = (ENSEMBLE.advance(STUCK, normal_displacement=STUCK.approach + side * step) for side in (1, -1))
+    step = 1e-5 * stuck().approach
+    above, below = (ENSEMBLE.advance(stuck(), normal_displacement=stuck().approach + side * step) for side in (1, -1))
     slope = (above.normal_load - below.normal_load) / (2 * step)
-    assert STUCK.normal_stiffness == pytest.approx(slope, rel=1e-8)
+    assert stuck().normal_stiffness == pytest.approx(slope, rel=1e-8)
     assert ENSEMBLE.initial_state().normal_stiffness == 0.0
 
 
 def test_stiffness_count_and_share_are_those_that_are_recorded():
-    state = ENSEMBLE.advance(STUCK, tangential_displacement=0.01)
+    state = ENSEMBLE.advance(stuck(), tangential_displacement=0.01)
     radii = [(a.contact_radius, a.stick_radius) for a in (ENSEMBLE.asperity(i, state) for i in range(len(ENSEMBLE)))]
     contact, stick = np.sum(radii, axis=0)
     assert state.contact_count == sum(radius > 0 for radius, _ in radii) > 3
     assert state.tangential_stiffness == pytest.approx(8 * PAIR.shear_modulus * stick, rel=1e-12)
     assert state.slip_share == pytest.approx(1 - stick / contact, rel=1e-10)
     assert 0 < state.slip_share < 1
-    assert STUCK.slip_share == pytest.approx(0, abs=1e-15)
+    assert stuck().slip_share == pytest.approx(0, abs=1e-15)
     assert ENSEMBLE.initial_state().slip_share == 0
-    assert ENSEMBLE.advance(STUCK, tangential_displacement=1.0).slip_share == 1
+    assert ENSEMBLE.advance(stuck(), tangential_displacement=1.0).slip_share == 1
 
 
 def test_equal_states_have_the_same_bits():
     again = ENSEMBLE.advance(ENSEMBLE.initial_state(), normal_load=0.3)
-    assert again == STUCK
-    assert hash(STUCK) == hash(again)
-    assert ENSEMBLE.advance(STUCK, tangential_displacement=1e-9) != STUCK
+    assert again == stuck()
+    assert hash(stuck()) == hash(again)
+    assert ENSEMBLE.advance(stuck(), tangential_displacement=1e-9) != stuck()
     # the same loads at rest, but held by displacement
-    assert ENSEMBLE.advance(STUCK, normal_displacement=STUCK.approach) != STUCK
+    assert ENSEMBLE.advance(stuck(), normal_displacement=stuck().approach) != stuck()
     assert rough(19).initial_state() != ENSEMBLE.initial_state()
     assert rough(friction=0.3).initial_state() != ENSEMBLE.initial_state()
     assert ENSEMBLE.initial_state() != "unloaded"
@@ -62,7 +68,7 @@ def test_equal_states_have_the_same_bits():
 
 @pytest.mark.parametrize("turns", [3, 5 * BLOCK])
 def test_a_state_can_be_pickled_and_saved(tmp_path, turns):
-    state = spiral(ENSEMBLE, STUCK, turns)
+    state = spiral(ENSEMBLE, stuck(), turns)
     assert state.memory.depth[0] > turns
     assert pickle.loads(pickle.dumps(state)) == state  # noqa: S301 - our own
     path = tmp_path / "state.npz"
@@ -92,7 +98,7 @@ def changed(path, **values):
 )
 def test_a_file_that_is_no_state_of_the_ensemble_is_refused(tmp_path, values, said):
     path = tmp_path / "state.npz"
-    STUCK.save(path)
+    stuck().save(path)
     changed(path, **values)
     with pytest.raises(hs.InputError, match=said) as error:
         ENSEMBLE.load_state(path)
@@ -101,7 +107,7 @@ def test_a_file_that_is_no_state_of_the_ensemble_is_refused(tmp_path, values, sa
 
 def test_other_files_are_refused(tmp_path):
     path = tmp_path / "state.npz"
-    STUCK.save(path)
+    stuck().save(path)
     with pytest.raises(hs.InputError, match=r"no state of these asperities|of other asperities"):
         rough(21).load_state(path)
     for content in (b"", b"text", path.read_bytes()[:-200]):
@@ -116,7 +122,7 @@ def test_other_files_are_refused(tmp_path):
 
 
 def test_a_deep_memory_is_shared_and_whole_when_it_is_asked_for():
-    state = spiral(ENSEMBLE, STUCK, 6 * BLOCK)
+    state = spiral(ENSEMBLE, stuck(), 6 * BLOCK)
     arrays, deeper = state.outer
     assert arrays[1][0] <= 3 * BLOCK
     assert deeper is not None
@@ -128,7 +134,7 @@ def test_a_deep_memory_is_shared_and_whole_when_it_is_asked_for():
 
 
 def test_a_step_that_wipes_out_a_deep_memory_is_that_of_the_whole():
-    state = spiral(ENSEMBLE, STUCK, 8 * BLOCK)
+    state = spiral(ENSEMBLE, stuck(), 8 * BLOCK)
     whole = pickle.loads(pickle.dumps(state))  # noqa: S301 - our own
     targets = np.linspace(state.tangential_displacement, 0.03, 9)
     for target in targets:
