@@ -404,7 +404,10 @@ class Loops:
         return table
 
     def to_dataset(self) -> "xr.Dataset":
-        """Return all quantities as a Dataset with the dimensions loop and direction, and the definitions in words."""
+        """Return all quantities as a Dataset with the dimensions loop and direction, and the definitions in words.
+
+        What a mean has to leave out, branches that did not come to slide and small loops, is a coordinate.
+        """
         import xarray as xr
 
         time = self.trace.time
@@ -422,6 +425,11 @@ class Loops:
                 "end_time": ("loop", time[self.ends[:, 2]], {"long_name": "end of the loop", "units": "s"}),
                 "amplitude": ("loop", self.amplitude, {"long_name": "amplitude", "units": "m"}),
                 "load_level": ("loop", self.load_level, {"long_name": "load of the loop, from 0 for the least"}),
+                "lower_bound": (
+                    ("loop", "direction"),
+                    self.rising_branches.astype(np.int8),
+                    {"long_name": "1 where the branch did not come to slide, and friction is a lower bound"},
+                ),
             },
             attrs={
                 "title": counted(len(self), "friction loop", "friction loops"),

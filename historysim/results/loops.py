@@ -1,10 +1,13 @@
 """Friction loops that were written to a file, or a table of them, in a few lines."""
 
+from collections.abc import Hashable
+
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
 from historysim.basics.units import quantity_text
+from historysim.measured.loops import OF_SLIP
 from historysim.measured.statistics import LoopStatistics
 
 
@@ -24,19 +27,34 @@ def summary(loops: xr.Dataset) -> list[tuple[str, str]]:
     """
     if "loop" not in loops.dims:
         return [*_table(loops), ("", ""), *_told(loops)]
-    large = loops.isel(loop=_large(loops))
-    count = large.sizes["loop"]
+    count = int(_large(loops).sum())
     some = "" if count == loops.sizes["loop"] else f", of which {count:,} are large enough for the means below"
     return [
         ("loops", f"{loops.sizes['loop']:,}{some}"),
         ("values", "mean ± standard deviation of one loop"),
-        *(
-            (str(values.attrs["long_name"]), LoopStatistics.of(values.values).text(values.attrs["units"], count))
-            for values in large.data_vars.values()
-        ),
+        *((str(values.attrs["long_name"]), _text(loops, name, count)) for name, values in loops.data_vars.items()),
         ("", ""),
         *_told(loops),
     ]
+
+
+def of_mean(loops: xr.Dataset, quantity: Hashable) -> npt.NDArray[np.float64]:
+    """Return what a mean of a quantity is of (loop, …): large loops, and NaN where it is a lower bound."""
+    values = loops[quantity]
+    if quantity in OF_SLIP and "lower_bound" in loops:
+        values = values.where(loops["lower_bound"] == 0)
+    kept: npt.NDArray[np.float64] = values.values[_large(loops)]
+    return kept
+
+
+def _text(loops: xr.Dataset, quantity: Hashable, count: int) -> str:
+    """Return a mean as a text: where no branch came to slide, a lower bound."""
+    unit = loops[quantity].attrs["units"]
+    found = LoopStatistics.of(of_mean(loops, quantity))
+    if found.count or quantity not in OF_SLIP:
+        return found.text(unit, count)
+    bound = LoopStatistics.of(loops[quantity].values[_large(loops)])
+    return f"≥ {bound.text(unit, count)}" if bound.count else bound.text(unit, count)
 
 
 def _large(loops: xr.Dataset) -> npt.NDArray[np.bool_]:

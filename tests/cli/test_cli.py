@@ -239,10 +239,10 @@ def test_loops_are_written_drawn_and_read_again(folder):
     assert call("loops", "ball.nc", "-o", "l.csv").output.splitlines()[-1] == "l.csv"
     header, *rows = (folder / "l.csv").read_text(encoding="utf-8").splitlines()
     assert header.startswith(
-        "loop,start_time [s],end_time [s],amplitude [m],load_level,friction_force forward [N],fric"
+        "loop,start_time [s],end_time [s],amplitude [m],load_level,lower_bound forward,lower_bound backward,friction"
     )
     with xr.open_dataset(folder / "l.nc") as written:
-        forces = [[float(value) for value in row.split(",")[5:7]] for row in rows]
+        forces = [[float(value) for value in row.split(",")[7:9]] for row in rows]
         assert written.friction_force.values.tolist() == forces
     said = "l.xlsx: .xlsx ending; expected .nc or .csv or .png or .pdf or .svg"
     check_refusal(process(folder, "loops", "ball.nc", "-o", "l.xlsx"), 2, said)

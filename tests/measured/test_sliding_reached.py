@@ -9,6 +9,7 @@ from historysim.measured.comparison import Comparison
 from historysim.measured.definitions import Definitions, Plateau
 from historysim.measured.observation import observe
 from historysim.measured.splitting import loops_of_channels, loops_of_measurement
+from historysim.results.loops import summary
 
 
 def short(noise=1.0, **shape):
@@ -55,6 +56,15 @@ def test_those_that_slid_make_the_mean():
     table = dict(zip(found.by_load().value.round(3), found.by_load().statistics("friction_coefficient"), strict=True))
     assert table[0.02].count > 0
     assert table[0.05].count == 0
+
+
+@pytest.mark.parametrize("loads", [(0.05,), (0.02, 0.05)])
+def test_a_file_of_loops_shows_the_same(loads):
+    record = synthetic.measured("ball", 0, amplitude=50e-9, loads=loads, loops=4, noise=1.0)
+    found = loops_of_measurement(record)
+    lines = dict(summary(found.to_dataset()))
+    assert lines["friction coefficient"] == found.text("friction_coefficient", "1")
+    assert lines["stiffness at reversal"] == found.text("tangential_stiffness", "N m-1")
 
 
 def test_a_comparison_shows_bounds_as_bounds():

@@ -8,6 +8,7 @@ import xarray as xr
 
 from historysim.basics.units import prefixed
 from historysim.measured.statistics import LoopStatistics
+from historysim.results.loops import of_mean
 from historysim.results.plots.paper import PAGE, Size, new_figure
 from historysim.results.plots.style import FAINT, STATE_COLOURS, plain_title
 
@@ -75,7 +76,9 @@ def _draw_trend(axes: "Axes", sets: Sequence[xr.Dataset], quantity: str) -> None
             axes.plot(loops["loop"].values, column * factor, marker, **line)
         # a mean over several loads says nothing
         if "load_level" not in loops or np.unique(loops["load_level"].values).size == 1:
-            axes.axhline(LoopStatistics.of(value).mean * factor, color=colour, linewidth=0.7, zorder=0)
+            axes.axhline(
+                LoopStatistics.of(of_mean(loops, quantity)).mean * factor, color=colour, linewidth=0.7, zorder=0
+            )
     axes.margins(x=0.08)
     if finite.size:
         low, high = finite.min() * factor, finite.max() * factor
