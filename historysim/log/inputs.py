@@ -73,6 +73,11 @@ def read(path: Path) -> tuple[Head, Content]:
         with netCDF4.Dataset(path) as file:
             file.set_auto_mask(False)
             group = _group(file)
+            if group is None and "total_normal_load" not in file.variables:
+                raise InputError(
+                    f"{path}: is a netCDF or HDF5 file, and no result of historysim run; expected a scenario file (TOML), "
+                    "or the log or the result of a run"
+                )
             if group is None:
                 raise InputError(
                     f"{path}: does not hold what it was made from, as results of earlier versions do not; run the "

@@ -519,7 +519,10 @@ PIXEL = ("--pixel-size", "1 µm", "--height-unit", "nm")
         (["show", "."], "is a folder"),
         (["plot", "none.nc"], "none.nc: there is no such file"),
         (["plot", "ball.toml", "--step", "1"], "step 1: ball.toml has no steps; expected a result"),
-        (["plot", "good.nc", "--step", "two"], "step two: the history has 11 steps; expected -11 to 10, or peak"),
+        (
+            ["plot", "good.nc", "--step", "two"],
+            "step two: the history has 11 steps; expected -11 to 10, partial or peak",
+        ),
         (["plot", "good.nc", "--step", "21"], "step 21: the history has 11 steps; expected -11 to 10"),
         (["show", "map.txt"], "map.txt: does not name the unit of its heights; give height_unit"),
         (["show", "map.txt", "--pixel-size", "1 N", "--height-unit", "nm"], "pixel_size"),
@@ -566,7 +569,7 @@ def test_what_the_machine_cannot_do_ends_with_a_message(folder, monkeypatch, rai
     def fail(*_, **__):
         raise raised
 
-    monkeypatch.setattr("historysim.scenario.run.run", fail)
+    monkeypatch.setattr("historysim.scenario.run.write", fail)
     done = call("run", "ball.toml")
     assert done.exit_code == code
     assert said in done.stderr

@@ -51,7 +51,7 @@ KINDS = {
 LOG, TABLE = "expected the log of a run", "expected a table of events"
 TOML = "expected a scenario file (TOML)"
 COMMANDS = {
-    "run": (["run", "FILE", "-o", "out.nc"], {"a.toml", "a.history"}, TOML),
+    "run": (["run", "FILE", "-o", "out.nc"], {"a.toml", "a.history", "a.nc"}, TOML),
     "validate": (["validate", "FILE"], {"a.toml"}, TOML),
     "verify": (["verify", "FILE"], {"a.nc", "a.history"}, "expected a result of historysim run (netCDF), or a log"),
     "verify --log": (["verify", "a.nc", "--log", "FILE"], {"a.history"}, LOG),

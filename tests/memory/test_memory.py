@@ -571,6 +571,7 @@ def test_holding_changes_nothing(several):
 # exponents of two that a unit of each variable carries: of length, of force
 SCALED = {
     "largest_traction_ratio": (0, 0),
+    "present_friction": (0, 0),
     "total_normal_load": (0, 1),
     "total_tangential_load": (0, 1),
     "friction_limit": (0, 1),

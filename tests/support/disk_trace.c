@@ -7,6 +7,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
+#include <pthread.h>
 #include <stdarg.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -30,6 +31,14 @@ static char folder[PATH_MAX];
 static int trace = -1;
 
 #define NEXT(name) ((__typeof__(&name))dlsym(RTLD_NEXT, #name))
+
+/* Threads write at the same time: what one asks for, and its entry, go before those of another. */
+static pthread_mutex_t turn = PTHREAD_RECURSIVE_MUTEX_INITIALIZER_NP;
+
+static int take_turn(void) { return pthread_mutex_lock(&turn); }
+static void end_turn(int *taken) { *taken = pthread_mutex_unlock(&turn); }
+
+#define ALONE __attribute__((cleanup(end_turn), unused)) int taken = take_turn()
 
 static void put(const void *bytes, size_t count)
 {
@@ -57,10 +66,15 @@ void trace_begin(const char *below, const char *into)
     trace = NEXT(open)(into, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
 }
 
-void trace_mark(const char *text) { add(MARK, 0, 0, 0, text, strlen(text)); }
+void trace_mark(const char *text)
+{
+    ALONE;
+    add(MARK, 0, 0, 0, text, strlen(text));
+}
 
 void trace_end(void)
 {
+    ALONE;
     NEXT(close)(trace);
     trace = -1;
 }
@@ -125,6 +139,7 @@ static mode_t mode_in(int flags, va_list rest) { return flags & O_CREAT ? va_arg
         va_start(rest, flags);                                                                                         \
         mode_t mode = mode_in(flags, rest);                                                                            \
         va_end(rest);                                                                                                  \
+        ALONE;                                                                                                         \
         return opened(NEXT(name) arguments, at, path, flags);                                                          \
     }
 
@@ -135,11 +150,13 @@ OPENER(openat64, (int at, const char *path, int flags, ...), (at, path, flags, m
 
 int creat(const char *path, mode_t mode)
 {
+    ALONE;
     return opened(NEXT(creat)(path, mode), AT_FDCWD, path, O_CREAT | O_TRUNC);
 }
 
 int creat64(const char *path, mode_t mode)
 {
+    ALONE;
     return opened(NEXT(creat64)(path, mode), AT_FDCWD, path, O_CREAT | O_TRUNC);
 }
 
@@ -166,6 +183,7 @@ static off64_t here(int fd)
     {                                                                                                                  \
         if (!watched(fd))                                                                                              \
             return NEXT(name) arguments;                                                                               \
+        ALONE;                                                                                                         \
         off64_t first = position;                                                                                      \
         return written(fd, first, NEXT(name) arguments, __VA_ARGS__);                                                  \
     }
@@ -182,6 +200,7 @@ WRITER(pwritev64, (int fd, const struct iovec *parts, int count, off64_t at), (f
 #define CUTTER(name, type)                                                                                             \
     int name(int fd, type length)                                                                                      \
     {                                                                                                                  \
+        ALONE;                                                                                                         \
         int failed = NEXT(name)(fd, length);                                                                           \
         if (!failed && watched(fd))                                                                                    \
             add(TRUNCATE, file_of(fd), length, 0, "", 0);                                                              \
@@ -196,6 +215,7 @@ CUTTER(ftruncate64, off64_t)
     {                                                                                                                  \
         char whole[PATH_MAX];                                                                                          \
         struct stat found;                                                                                             \
+        ALONE;                                                                                                         \
         int failed = NEXT(name)(path, length);                                                                         \
         if (!failed && named(AT_FDCWD, path, whole) && stat(whole, &found) == 0)                                       \
             add(TRUNCATE, found.st_ino, length, 0, "", 0);                                                             \
@@ -230,8 +250,17 @@ static int synced(int fd, int failed)
     return failed;
 }
 
-int fsync(int fd) { return synced(fd, NEXT(fsync)(fd)); }
-int fdatasync(int fd) { return synced(fd, NEXT(fdatasync)(fd)); }
+int fsync(int fd)
+{
+    ALONE;
+    return synced(fd, NEXT(fsync)(fd));
+}
+
+int fdatasync(int fd)
+{
+    ALONE;
+    return synced(fd, NEXT(fdatasync)(fd));
+}
 
 /* -- names -------------------------------------------------------------------------------------- */
 
@@ -257,34 +286,48 @@ static int called_both(uint32_t kind, int failed, int at, const char *from, int 
 
 int rename(const char *from, const char *to)
 {
+    ALONE;
     return called_both(RENAME, NEXT(rename)(from, to), AT_FDCWD, from, AT_FDCWD, to);
 }
 
 int renameat(int at, const char *from, int to_at, const char *to)
 {
+    ALONE;
     return called_both(RENAME, NEXT(renameat)(at, from, to_at, to), at, from, to_at, to);
 }
 
 int link(const char *from, const char *to)
 {
+    ALONE;
     return called_both(LINK, NEXT(link)(from, to), AT_FDCWD, from, AT_FDCWD, to);
 }
 
-int unlink(const char *path) { return called(UNLINK, NEXT(unlink)(path), AT_FDCWD, path); }
+int unlink(const char *path)
+{
+    ALONE;
+    return called(UNLINK, NEXT(unlink)(path), AT_FDCWD, path);
+}
 
 int unlinkat(int at, const char *path, int flags)
 {
+    ALONE;
     return called(flags & AT_REMOVEDIR ? REMOVE_FOLDER : UNLINK, NEXT(unlinkat)(at, path, flags), at, path);
 }
 
-int rmdir(const char *path) { return called(REMOVE_FOLDER, NEXT(rmdir)(path), AT_FDCWD, path); }
+int rmdir(const char *path)
+{
+    ALONE;
+    return called(REMOVE_FOLDER, NEXT(rmdir)(path), AT_FDCWD, path);
+}
 
 int mkdir(const char *path, mode_t mode)
 {
+    ALONE;
     return called(MAKE_FOLDER, NEXT(mkdir)(path, mode), AT_FDCWD, path);
 }
 
 int mkdirat(int at, const char *path, mode_t mode)
 {
+    ALONE;
     return called(MAKE_FOLDER, NEXT(mkdirat)(at, path, mode), at, path);
 }

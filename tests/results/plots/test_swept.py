@@ -82,8 +82,10 @@ def test_a_dimension_of_names_has_them_as_ticks():
 def test_a_sweep_is_drawn_by_the_name_of_its_number():
     assert hs.plot(SWEEP, picture="drift").axes[0].get_ylabel() == "drift (nm)"
     assert hs.plot(SWEEP, picture="count").axes[0].get_lines()[0].get_ydata().tolist() == [1, 2, 3]
-    with pytest.raises(InputError, match="quantity is 'preliminary_displacement'; expected one of drift, count"):
-        hs.plot(SWEEP)
+    with pytest.raises(InputError, match="quantity is 'height'; expected one of drift, count"):
+        hs.plot(SWEEP, picture="height")
+    # without a name, the first one
+    assert hs.plot(SWEEP).axes[0].get_ylabel() == "drift (nm)"
 
 
 @pytest.mark.parametrize(
