@@ -75,8 +75,8 @@ def read(path: Path) -> tuple[Head, Content]:
             group = _group(file)
             if group is None and "total_normal_load" not in file.variables:
                 raise InputError(
-                    f"{path}: is a netCDF or HDF5 file, and no result of historysim run; expected a scenario file (TOML), "
-                    "or the log or the result of a run"
+                    f"{path}: is a netCDF or HDF5 file, and no result of historysim run; expected a scenario "
+                    "file (TOML), or the log or the result of a run"
                 )
             if group is None:
                 raise InputError(
