@@ -27,7 +27,9 @@ deflections σ = U - P, where P, the play of U with a half width r, holds all th
    ``0 ≤ W - W_reduced ≤ k_t Σ D²/4 ≤ k_t ε (v - v_reduced)/8`` with the total variations v of U.
 
 Under a controlled tangential load the same holds with T and U exchanged, as long as no slide comes in between: exact
-where a swing ends, and ``|ΔU| ≤ 2 U_v(ε/2)`` on the way, U_v being the virgin curve read the other way.
+where a swing ends, and ``|ΔU| ≤ 2 U_v(ε/2)`` on the way, U_v being the virgin curve read the other way. In front of
+the first swing, where the contact may still follow the virgin curve, which becomes ever softer, the bound is
+``|ΔU| ≤ U_v(m) - U_v(m - ε)`` instead, m being the largest load there, or ε/2 where that is more.
 
 With ``ε = 0`` only samples within monotone stretches are left out, and nothing changes at all. All this holds for any
 number of asperities and any friction coefficients. With a normal load that varies, memory depends on the joint path of
