@@ -73,6 +73,8 @@ def _waves(index: Floats, count: int) -> Floats:
     shortest wave is a cosine (the Dirichlet kernels).
     """
     distance = index[:, None] - np.arange(count)
+    # to the nearest copy of each point: one period on, sines beside their zeros would lose digits
+    distance -= count * np.rint(distance / count)
     whole = np.rint(distance)
     # the sine of a difference, so that it is 0 at whole distances and keeps its digits beside them
     sine = np.where(whole % 2 == 0, 1.0, -1.0) * np.sin(np.pi * (distance - whole))

@@ -154,6 +154,7 @@ def test_a_full_disk_is_no_reason_to_stop(package):
     assert outcome(package) == (value, [])
 
 
+@pytest.mark.slow
 def test_the_first_run_gives_the_bits_of_all_later_ones(package, tmp_path):
     results = []
     for name in ("cold.nc", "warm.nc"):

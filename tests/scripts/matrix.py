@@ -100,11 +100,16 @@ def c_locale_to_the_letter(folder: Path) -> None:
 
 
 def odd_names_and_no_home(folder: Path) -> None:
-    """Also without docstrings and assertions, and on a terminal that does not know all signs."""
+    """Also on a terminal that does not know all signs."""
     place = folder / NAME
     place.mkdir()
-    environment = {"HOME": "/nonexistent", "PYTHONOPTIMIZE": "2", "PYTHONIOENCODING": "latin-1"}
+    environment = {"HOME": "/nonexistent", "PYTHONIOENCODING": "latin-1"}
     Place(place, environment=environment, without=("XDG_CACHE_HOME", "MPLCONFIGDIR")).check(NAME)
+
+
+def without_docstrings_and_assertions(folder: Path) -> None:
+    """Functions without their docstrings are others to the compiler, which has to compile them."""
+    Place(folder, environment={"PYTHONOPTIMIZE": "2"}).check()
 
 
 def cold_cache(folder: Path) -> None:
@@ -178,6 +183,7 @@ ALL = {
             cold_cache,
             read_only_home,
             read_only_installation,
+            without_docstrings_and_assertions,
             another_users_cache,
             twenty_first_runs_at_once,
         )
