@@ -276,7 +276,7 @@ def plot(path):
     return CliRunner().invoke(main, ["plot", str(path), "--step", "-1", "-o", str(path.parent / "picture.png")])
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", [*range(16), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(16, 40))])
 def test_a_damaged_file_is_drawn_or_refused_with_one_message(folder, seed):
     path, _ = run(folder, SECTIONS["random"])
     content = bytearray(path.read_bytes())
