@@ -648,10 +648,10 @@ class Ensemble:
         InputError
             A load that is not a finite number of 0 or more.
         """
-        state = self.initial_state()
-        load = scalar("normal_load", normal_load, least=0.0) / state.units.load
-        gap, weight = state.contact.sorted_gap, state.contact.sorted_weight
-        return approach_at(gap, weight, load, 0.0) * state.units.length
+        units, (gap, weight) = self._units(), self._shape()
+        load = scalar("normal_load", normal_load, least=0.0) / units.load
+        by_gap = np.argsort(gap, kind="stable")
+        return approach_at(gap[by_gap], weight[by_gap], load, 0.0) * units.length
 
     def superposition(self, state: EnsembleState) -> Superposition:
         """Return pressures and tractions of patches as sums of those in the table of their normal curves.
