@@ -125,7 +125,7 @@ def _first_to_slide(history: xr.Dataset) -> str:
     began = steps[steps != NEVER]
     together = int((began == began.min()).sum())
     # what happens between two steps is known to have an order, and not always which
-    among = f" of {together:,} between the same two steps" if together > 1 else ""
+    among = f", one of {together:,} that do between the same two steps" if together > 1 else ""
     last = f"; asperity {order[-1]} last" if order.size > 1 else ""
     some = f"; {order.size:,} of {steps.size:,} slide" if order.size < steps.size else ""
     of_recorded = " (of those recorded)" if recorded else ""
