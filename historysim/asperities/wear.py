@@ -8,10 +8,8 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.asperities.laws.base import at_least, one_of
+from historysim.asperities.laws.base import at_least, made_from, one_of
 from historysim.basics.units import as_float, quantity_text
-from historysim.basics.wording import nearest
-from historysim.errors import InputError
 
 Floats = npt.NDArray[np.float64]
 
@@ -164,8 +162,4 @@ def wear_law_from(settings: Mapping[str, Any]) -> WearLaw:
     InputError
         A name that no law has, or numbers that it cannot have.
     """
-    given = dict(settings)
-    kind = given.pop("law", None)
-    if kind not in WEAR_LAWS:
-        raise InputError(f"law is {kind!r}; {nearest(str(kind), WEAR_LAWS)}")
-    return WEAR_LAWS[kind](**given)
+    return made_from(settings, WEAR_LAWS)

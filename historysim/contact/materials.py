@@ -33,6 +33,12 @@ def _positive(unit: str) -> Callable[[object, "attrs.Attribute[float]", float], 
     return check
 
 
+def _optional(unit: str) -> Any:
+    """Return a field for a number greater than 0 in a unit, or None."""
+    optional = attrs.converters.optional(as_float)
+    return attrs.field(default=None, converter=optional, validator=attrs.validators.optional(_positive(unit)))
+
+
 def _poisson(owner: object, attribute: "attrs.Attribute[float]", value: float) -> None:
     if not (_is_finite(value) and -1 < value <= 0.5):
         raise InputError(
@@ -98,28 +104,14 @@ class Material:
         converter=attrs.converters.optional(as_float),
         validator=attrs.validators.optional(_positive("Pa")),
     )
-    surface_energy: float | None = attrs.field(
-        default=None,
-        converter=attrs.converters.optional(as_float),
-        validator=attrs.validators.optional(_positive("J/m²")),
-    )
+    surface_energy: float | None = _optional("J/m²")
     roughness: tuple[float, float] | None = attrs.field(
         default=None, converter=attrs.converters.optional(_floats), validator=attrs.validators.optional(_range)
     )
-    ball_radius: float | None = attrs.field(
-        default=None, converter=attrs.converters.optional(as_float), validator=attrs.validators.optional(_positive("m"))
-    )
+    ball_radius: float | None = _optional("m")
     source: str = attrs.field(default="", validator=_text, eq=False, repr=False)
-    hardness: float | None = attrs.field(
-        default=None,
-        converter=attrs.converters.optional(as_float),
-        validator=attrs.validators.optional(_positive("Pa")),
-    )
-    yield_stress: float | None = attrs.field(
-        default=None,
-        converter=attrs.converters.optional(as_float),
-        validator=attrs.validators.optional(_positive("Pa")),
-    )
+    hardness: float | None = _optional("Pa")
+    yield_stress: float | None = _optional("Pa")
 
     def __repr__(self) -> str:
         if MATERIALS.get(self.name) == self:
@@ -220,21 +212,9 @@ class MaterialPair:
     second: Material | None
     contact_modulus: float = attrs.field(converter=as_float, validator=_positive("Pa"))
     shear_modulus: float = attrs.field(converter=as_float, validator=_positive("Pa"))
-    hardness: float | None = attrs.field(
-        default=None,
-        converter=attrs.converters.optional(as_float),
-        validator=attrs.validators.optional(_positive("Pa")),
-    )
-    yield_stress: float | None = attrs.field(
-        default=None,
-        converter=attrs.converters.optional(as_float),
-        validator=attrs.validators.optional(_positive("Pa")),
-    )
-    work_of_adhesion: float | None = attrs.field(
-        default=None,
-        converter=attrs.converters.optional(as_float),
-        validator=attrs.validators.optional(_positive("J/m²")),
-    )
+    hardness: float | None = _optional("Pa")
+    yield_stress: float | None = _optional("Pa")
+    work_of_adhesion: float | None = _optional("J/m²")
 
     def __init__(self, first: Material, second: Material) -> None:
         for name, value in (("first", first), ("second", second)):

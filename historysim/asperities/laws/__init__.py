@@ -3,14 +3,12 @@
 from collections.abc import Mapping
 from typing import Any
 
-from historysim.asperities.laws.base import FrictionLaw, Loaded
+from historysim.asperities.laws.base import FrictionLaw, Loaded, made_from
 from historysim.asperities.laws.drawn import DrawnFriction
 from historysim.asperities.laws.power import PowerLaw
 from historysim.asperities.laws.shear_strength import ShearStrength
 from historysim.asperities.laws.shifted import ShiftedLoad
 from historysim.asperities.laws.slid import SlidFriction
-from historysim.basics.wording import nearest
-from historysim.errors import InputError
 
 __all__ = [
     "LAWS",
@@ -38,8 +36,4 @@ def law_from(settings: Mapping[str, Any]) -> FrictionLaw:
     InputError
         A name that no law has, or numbers that it cannot have.
     """
-    given = dict(settings)
-    kind = given.pop("law", None)
-    if kind not in LAWS:
-        raise InputError(f"law is {kind!r}; {nearest(str(kind), LAWS)}")
-    return LAWS[kind](**given)
+    return made_from(settings, LAWS)

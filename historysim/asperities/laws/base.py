@@ -2,18 +2,35 @@
 
 import abc
 import math
-from collections.abc import Callable
-from typing import Any, ClassVar
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar, TypeVar
 
 import attrs
 import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.units import is_number
+from historysim.basics.wording import nearest
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 
 Floats = npt.NDArray[np.float64]
+Law = TypeVar("Law")
+
+
+def made_from(settings: Mapping[str, Any], laws: Mapping[str, type[Law]]) -> Law:
+    """Return the law that settings name as ``law``, with their numbers.
+
+    Raises
+    ------
+    InputError
+        A name that no law has, or numbers that it cannot have.
+    """
+    given = dict(settings)
+    kind = given.pop("law", None)
+    if kind not in laws:
+        raise InputError(f"law is {kind!r}; {nearest(str(kind), laws)}")
+    return laws[kind](**given)
 
 
 @attrs.frozen(eq=False)
