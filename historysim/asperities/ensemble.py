@@ -14,6 +14,7 @@ from historysim.asperities.asperity import Asperity
 from historysim.asperities.curves import NormalCurves, Superposition
 from historysim.asperities.evolution import Evolution, FrictionGoal, Present
 from historysim.asperities.evolved import Evolved
+from historysim.asperities.grouping import groups, leaders, ordered, regrouped
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.asperities.laws.base import FrictionLaw
 from historysim.asperities.saved_state import read
@@ -26,7 +27,7 @@ from historysim.basics.wording import counted
 from historysim.contact.materials import MaterialPair
 from historysim.errors import FrictionLimitError, InputError
 from historysim.interaction.solutions import NormalSolutions
-from historysim.memory.friction import change_friction, refresh_loads
+from historysim.memory.friction import change_friction
 from historysim.memory.layout import (
     APPROACH,
     DISPLACEMENT,
@@ -34,7 +35,6 @@ from historysim.memory.layout import (
     NORMAL_LOAD,
     TANGENTIAL,
     TANGENTIAL_LOAD,
-    Contact,
     Memory,
     Units,
     copied,
@@ -271,7 +271,7 @@ class Ensemble:
         # asperities whose friction depends on themselves share what they remember where they are alike
         alone = self.wear is not None or (self.law is not None and self.law.depends_on in {"own", "slid"})
         own = (self.summit_height, self.summit_radius) if alone else ()
-        contact, order = self._contact(self.friction, friction_laws.groups(self.friction, *own), *self._shape())
+        contact, order = ordered(groups(self.friction, *own), self.friction, *self._shape())
         count = contact.friction.size
         memory = Memory(
             vertices=np.zeros((count, 1, TANGENTIAL + 1)),
@@ -476,8 +476,8 @@ class Ensemble:
             given[slice(None) if asperities is None else np.asarray(asperities)] = True
             evolved = attrs.evolve(evolved, given=given)
         compliance = _compliance(instrument, state.units)
-        state = self._regroup(state, coefficients)
-        now, leading = state.memory.now, coefficients[_leaders(state)]
+        state = regrouped(state, coefficients)
+        now, leading = state.memory.now, coefficients[leaders(state)]
         if state.tangential_control == LOAD:
             held = Aim(now[TANGENTIAL_LOAD], 0.0, 1.0)
         else:
@@ -755,7 +755,7 @@ class Ensemble:
         if friction is not None:
             # those that part ways no longer share what they remember
             told = state.evolved
-            state = self._regroup(state, state.friction, friction.coefficients)
+            state = regrouped(state, state.friction, friction.coefficients)
             given = np.ones(self.elements, dtype=bool)
             state = attrs.evolve(state, evolved=attrs.evolve(told or self._present(state).evolved, given=given))
         present = self.evolution.walk(
@@ -794,54 +794,6 @@ class Ensemble:
             area=math.pi * radius * length,
             stiffness=load / displacement,
         )
-
-    @staticmethod
-    def _contact(friction: Floats, group: Integers, gap: Floats, weight: Floats) -> tuple[Contact, Integers]:
-        """Order asperities by group and gap; all arguments are per asperity."""
-        smallest = np.full(group.max() + 1, np.inf)
-        np.minimum.at(smallest, group, gap)
-        order = np.lexsort((gap, group, smallest[group]))
-        first = np.flatnonzero(np.diff(group[order], prepend=-1, append=-1))
-        by_gap = np.argsort(gap, kind="stable")
-        contact = Contact(
-            gap=gap[order],
-            weight=weight[order],
-            first=first.astype(np.int64),
-            friction=friction[order[first[:-1]]],
-            sorted_gap=gap[by_gap],
-            sorted_weight=weight[by_gap],
-        )
-        return contact, order.astype(np.int64)
-
-    def _regroup(self, state: EnsembleState, *friction: Floats) -> EnsembleState:
-        """Split groups whose asperities no longer share coefficients; each part keeps what the group remembers."""
-        old_group = np.empty(self.elements, dtype=np.int64)
-        old_group[state.order] = np.repeat(np.arange(state.contact.friction.size), np.diff(state.contact.first))
-        gap, weight = np.empty(self.elements), np.empty(self.elements)
-        gap[state.order], weight[state.order] = state.contact.gap, state.contact.weight
-        group = friction_laws.groups(old_group, *friction)
-        contact, order = self._contact(state.contact.friction[old_group], group, gap, weight)
-        if contact.friction.size == state.contact.friction.size:
-            return state
-        dissipated = np.empty(self.elements)
-        dissipated[state.order] = state.memory.dissipated
-        leader = contact.first[:-1]
-        parent = old_group[order[leader]]
-        touches = contact.gap[leader] < state.memory.now[APPROACH]
-        memory = Memory(
-            vertices=state.memory.vertices[parent],
-            depth=np.where(touches, state.memory.depth[parent], 0),
-            steep=state.memory.steep[parent],
-            dissipated=dissipated[order],
-            now=state.memory.now.copy(),
-        )
-        refresh_loads(contact, memory)
-        return attrs.evolve(state, contact=contact, order=order, memory=memory, deeper=None)
-
-
-def _leaders(state: EnsembleState) -> Integers:
-    """Ensemble index of each group's highest asperity."""
-    return state.order[state.contact.first[:-1]]
 
 
 def _compliance(instrument: Instrument, units: Units) -> float:

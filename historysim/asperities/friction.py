@@ -1,4 +1,4 @@
-"""Friction laws, and which asperities share one coefficient."""
+"""The coefficients of asperities at the start: those that are given, or those of a friction law."""
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +11,6 @@ from historysim.basics.arguments import checked
 from historysim.errors import InputError
 
 Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 
 def coulomb(friction: npt.ArrayLike, count: int) -> Floats:
@@ -53,15 +52,3 @@ def at_start(friction: npt.ArrayLike | FrictionLaw, count: int) -> Floats:
     if isinstance(friction, SlidFriction):
         return coulomb(friction.coefficient[0], count)
     return coulomb(friction.coefficient if isinstance(friction, PowerLaw) and not friction.exponent else 0.0, count)
-
-
-def groups(*keys: npt.NDArray[np.generic]) -> Integers:
-    """Return the friction group of each asperity, a number from 0: those that are alike in every key share one.
-
-    Asperities that have had the same coefficient ever since they touched share one traction memory.
-    """
-    numbers = np.zeros(len(keys[0]), dtype=np.int64)
-    for key in keys:
-        _, rank = np.unique(key, return_inverse=True)
-        _, numbers = np.unique(numbers * (rank.max() + 1) + rank, return_inverse=True)
-    return numbers

@@ -4,6 +4,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
+from historysim.asperities.grouping import ordered
 from historysim.memory.friction import refresh_loads
 from historysim.memory.groups import total_force
 from historysim.memory.layout import (
@@ -56,14 +57,8 @@ def rearranged(
     friction = np.repeat(contact.friction, members)
     # asperities of a group that are fresh together share what they remember from now on
     _, group = np.unique(2 * before + fresh, return_inverse=True)
-    smallest = np.full(group.max() + 1, np.inf)
-    np.minimum.at(smallest, group, gap)
-    place = np.lexsort((gap, group, smallest[group]))
-    first = np.flatnonzero(np.diff(group[place], prepend=-1, append=-1)).astype(np.int64)
-    # as at the start, asperities of one gap stand in the order of the ensemble
-    by_gap = np.lexsort((order, gap))
-    leader = place[first[:-1]]
-    new = Contact(gap[place], weight[place], first, friction[leader], gap[by_gap], weight[by_gap])
+    new, place = ordered(group, friction, gap, weight, order)
+    leader = place[new.first[:-1]]
     approach, displacement = memory.now[APPROACH], memory.now[DISPLACEMENT]
     parent, touches = before[leader], gap[leader] < approach
     room = max(memory.vertices.shape[1], 2)

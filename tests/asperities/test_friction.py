@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from historysim.asperities.friction import coulomb, groups
+from historysim.asperities.friction import coulomb
+from historysim.asperities.grouping import groups
 from historysim.errors import InputError
 
 
