@@ -175,8 +175,6 @@ def find_hum(time: npt.ArrayLike, values: npt.ArrayLike, *, dead_band: float) ->
     InputError
         Missing or infinite samples.
     """
-    from scipy import signal, stats
-
     given = channel("values", values)
     try:
         rate = sampling_rate(time, given.size)
@@ -186,6 +184,9 @@ def find_hum(time: npt.ArrayLike, values: npt.ArrayLike, *, dead_band: float) ->
     length = min(int(np.median(np.diff(turns)) * 0.8), _LONGEST_PIECE)
     if length < _LEAST_PIECE:
         return ()
+    # scipy's signal and stats take half a second to import, for a window and one quantile
+    from scipy.special import gammainccinv, gammaincinv
+
     starts = [
         start
         for first, last in itertools.pairwise(turns.tolist())
@@ -195,13 +196,13 @@ def find_hum(time: npt.ArrayLike, values: npt.ArrayLike, *, dead_band: float) ->
     pieces = np.stack([given[start : start + length] for start in starts])
     along = np.linspace(-1, 1, length)
     basis = np.linalg.qr(np.vander(along, _DETREND + 1))[0]
-    window = signal.windows.hann(length, sym=False)
+    window = np.hanning(length + 1)[:-1]
     spectrum = np.abs(np.fft.rfft((pieces - pieces @ basis @ basis.T) * window, axis=1)) ** 2
     # white noise of variance 1 has the mean 1; a line spreads over the lobe of the window alone
     power = spectrum[:, 2 * _DETREND : -1].mean(axis=0) / np.sum(window**2)
-    outside = stats.gamma.isf(FALSE_ALARM / power.size, len(pieces)) / stats.gamma.median(len(pieces))
+    outside = gammainccinv(len(pieces), FALSE_ALARM / power.size) / gammaincinv(len(pieces), 0.5)
     found = []
-    for place in signal.argrelmax(power)[0]:
+    for place in 1 + np.flatnonzero((power[1:-1] > power[:-2]) & (power[1:-1] > power[2:])):
         if not _ASIDE <= place < power.size - 1:
             continue
         before, after = power[place - _ASIDE : place - _LOBE], power[place + _LOBE + 1 :][:_ASIDE]
