@@ -2,6 +2,7 @@
 
 import functools
 import os
+import re
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -13,6 +14,9 @@ from historysim.errors import InputError
 
 if TYPE_CHECKING:
     from historysim.scenario.scenario import Scenario
+
+_SETTING = re.compile(r"""((?:[^="']|"(?:[^"\\]|\\.)*"|'[^']*')*)=(.*)""", re.DOTALL)
+"""A key, in which what stands in quotes may hold any character, and a value."""
 
 
 class PathType(click.Path):
@@ -88,8 +92,9 @@ def _setting(text: str) -> tuple[str, Any]:
     """Return the key and the value of an option: a value of TOML, or else a text without its quotation marks."""
     import tomllib
 
-    key, equals, value = (part.strip() for part in text.partition("="))
-    if not (key and equals and value):
+    parts = _SETTING.fullmatch(text)
+    key, value = (part.strip() for part in parts.groups()) if parts else ("", "")
+    if not (key and value):
         raise InputError(
             f'--set {text!r}: expected KEY=VALUE, such as friction.coefficient=0.3 or "surface.radius=2 mm"'
         )

@@ -83,6 +83,10 @@ def validate(scenario: Path, values: dict[str, Any]) -> None:
         from historysim.studies.sweep import sweep_of
 
         sweep_of(loaded)
+    if loaded.sections.design is not None:
+        from historysim.studies.design import problem_of
+
+        problem_of(loaded)
     print_lines(summary(loaded))
     click.echo("valid")
 

@@ -69,11 +69,6 @@ class Grid:
         for values in itertools.product(*(axis.values for axis in self.axes)):
             yield _point(self.axes, values)
 
-    def along(self, axis: Axis) -> Iterator[Point]:
-        """Yield the points on one axis, with the first value of all others."""
-        for value in axis.values:
-            yield _point(self.axes, [value if other is axis else other.values[0] for other in self.axes])
-
 
 def _point(axes: Sequence[Axis], values: Sequence[Sequence[Any]]) -> Point:
     return {
@@ -105,7 +100,11 @@ def grid_of(over: Mapping[str, Any], together: Sequence[Sequence[str]] = ()) -> 
         its place.
     """
     with at("over"):
-        values = dict(_flat(over))
+        values: dict[str, Any] = {}
+        for key, value in _flat(over):
+            if key in values:
+                raise InputError(f"{key} stands twice, in quotes and without; expected its values once")
+            values[key] = value
         if not values:
             raise InputError("no keys; expected one or more, such as friction.coefficient = [0.1, 0.2]")
         expanded: dict[str, list[Any]] = {}

@@ -11,11 +11,13 @@ from historysim.errors import InputError, path_text
 
 Place = tuple[str | int, ...]
 
-_STEP = re.compile(r"(?P<name>[A-Za-z0-9_-]+)(?P<indices>(\[[0-9]{1,9}\])*)")
+_STEP = re.compile(r"""\s*([A-Za-z0-9_-]+|"(?:[^"\\]|\\.)*"|'[^']*')((?:\[[0-9]{1,9}\])*)\s*(\.|$)""")
 
 
 def place_of(key: str) -> Place:
     """Return the place that a key names, as messages write it: ``"loading.waypoints[1].tangential_load"``.
+
+    A name that holds more than letters, digits, ``_`` and ``-`` is quoted as in TOML: ``sweep.over."surface.seed"``.
 
     Raises
     ------
@@ -23,15 +25,26 @@ def place_of(key: str) -> Place:
         A text that is no such key.
     """
     place: list[str | int] = []
-    for step in key.split("."):
-        found = _STEP.fullmatch(step)
-        if found is None:
+    end, more = 0, "."
+    while more:
+        step = _STEP.match(key, end)
+        if step is None or (name := _unquoted(step[1])) is None:
             raise InputError(
                 f'{key!r} is no key; expected names with "." between them, such as friction.coefficient or '
-                "loading.waypoints[1].tangential_load"
+                "loading.waypoints[1].tangential_load, and in quotes, as in TOML, a name with a dot of its own: "
+                "sweep.over.'surface.seed'"
             )
-        place += [found["name"], *map(int, re.findall("[0-9]+", found["indices"]))]
+        place += [name, *map(int, re.findall("[0-9]+", step[2]))]
+        end, more = step.end(), step[3]
     return tuple(place)
+
+
+def _unquoted(name: str) -> str | None:
+    """Return a name without its quotation marks; None where it is none of TOML."""
+    try:
+        return next(iter(tomllib.loads(f"{name} = 0")))
+    except tomllib.TOMLDecodeError:
+        return None
 
 
 def with_values(document: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:

@@ -12,10 +12,15 @@ from historysim.errors import InputError
 from historysim.tables import Format, Listing
 
 UNKNOWN = "?"
-_TIME = re.compile(r"(?i)^\W*(time(stamp)?|zeit|temps|elapsed|t)\b")
-_NORMAL = re.compile(r"(?i)normal|^\W*(fn|fz|n|load|p)\b|press|applied")
-_TANGENTIAL = re.compile(r"(?i)fric|tang|lateral|shear|^\W*(ft|fx|fy|ff|t|q|reib)")
-_STROKE = re.compile(r"(?i)tang|lateral|shear|stroke|slid|displ|pos|weg|^\W*(x|u|ux|s|dx)\b")
+# a word ends where no letter follows: "_" and digits may
+_TIME = re.compile(r"(?i)^\W*(time(stamp)?|zeit|temps|elapsed|t)(?![^\W\d_])")
+_NORMAL = re.compile(r"(?i)normal|^\W*(fn|fz|f_n|n|load|p)(?![^\W\d_])|press|applied")
+_TANGENTIAL = re.compile(r"(?i)fric|tang|lateral|shear|^\W*(ft|fx|fy|ff|f_t|t|q)(?![^\W\d_])|reib")
+_STROKE = re.compile(r"(?i)^(?!.*normal)(.*(tang|lateral|shear|stroke|slid|disp|pos|weg)|\W*(x|u|ux|s|dx)(?![^\W\d_]))")
+_SHARE = re.compile(r"(?i)coef|(?<![^\W_])cof|ratio")
+"""A coefficient of friction is no load."""
+_UNIT_IN_NAME = re.compile(r".+_(s|ms|us|µs|μs|min|N|mN|uN|µN|μN|nN|kN|mm|um|µm|μm|nm)")
+"""A name that ends as ``Fx_mN`` does; letters that stand for other things as often are left out."""
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(e[+-]?\d+)?", re.IGNORECASE)
 _FORCES, _LENGTHS, _TIMES = ("N", "kg"), ("m",), ("s",)
 
@@ -26,7 +31,7 @@ def suggested_loading(path: Path, listings: Sequence[Listing], layout: Format, b
     Parameters
     ----------
     path : Path
-        The file.
+        The file, as it is found from where the scenario stands.
     listings : sequence of Listing
         Its columns.
     layout : Format
@@ -34,7 +39,7 @@ def suggested_loading(path: Path, listings: Sequence[Listing], layout: Format, b
     blocks : int
         How many tables it has.
     """
-    lines = ["[loading]", f"file = {_quoted(path.name)}"]
+    lines = ["[loading]", f"file = {_quoted(path.as_posix())}"]
     if blocks > 1:
         chosen = layout.block if isinstance(layout.block, int) else 1
         lines.append(f'block = {chosen}  # of {blocks}; an array of some, or "all", joins them')
@@ -68,7 +73,8 @@ def _found(listings: Sequence[Listing], kinds: Sequence[str], name: re.Pattern[s
         if each.column not in used
         and each.values != "a text"
         and name.search(_name(each))
-        and (not each.unit or _is_of(each.unit, kinds))
+        and not _SHARE.search(_name(each))
+        and (not (unit := each.unit or _unit_in_name(each)) or _is_of(unit, kinds))
     ]
     if len(fitting) != 1:
         return None
@@ -82,7 +88,10 @@ def _key(key: str, listing: Listing | None, unit: str) -> str:
     reference = listing.column.partition(" # ")[0]
     extra = []
     told = ""
-    if not listing.unit:
+    if not listing.unit and (found := _unit_in_name(listing)):
+        extra.append(f'unit = "{found}"')
+        told = "  # as its name ends: check it"
+    elif not listing.unit:
         extra.append(f'unit = "{UNKNOWN}"')
         told = f'  # fill in, as in "{unit}"'
     elif key.endswith("_load") and _is_of(listing.unit, ("kg",)):
@@ -100,6 +109,12 @@ def _key(key: str, listing: Listing | None, unit: str) -> str:
 def _name(listing: Listing) -> str:
     """Return the name of a column; nothing where it has none, or one that may be that of its neighbour."""
     match = re.search(r'"((?:[^"\\]|\\.)*)"', listing.column.partition(" # under ")[0])
+    return match[1] if match else ""
+
+
+def _unit_in_name(listing: Listing) -> str:
+    """Return the unit that the name of a column ends with; a file read without a word on it takes none from there."""
+    match = _UNIT_IN_NAME.fullmatch(_name(listing))
     return match[1] if match else ""
 
 

@@ -124,7 +124,7 @@ def design(
     logarithm; where it crosses the target between two of them the root is found by Brent's method (scipy).
     """
     scenario = as_scenario(scenario)
-    problem, grid = _problem(scenario, key, between, target, output, over)
+    problem, grid = problem_of(scenario, key, between, target, output, over)
     points = list(grid.points())
     with executor_for(workers, executor) as (chosen, count):
         found = _each(_search, [(problem, point) for point in points], chosen, count, progress)
@@ -143,15 +143,15 @@ def design(
     return _dataset(problem, grid, found, beside, middle)
 
 
-def _problem(
+def problem_of(
     scenario: Scenario,
-    key: str | None,
-    between: Sequence[Any] | None,
-    target: float | str | None,
-    output: str,
-    over: Mapping[str, Any] | None,
+    key: str | None = None,
+    between: Sequence[Any] | None = None,
+    target: float | str | None = None,
+    output: str = "drift",
+    over: Mapping[str, Any] | None = None,
 ) -> tuple[Problem, Grid]:
-    """Return what is sought, in SI."""
+    """Return what is sought, in SI, and the grid over which the search is repeated; parameters and errors as above."""
     with reported(scenario.path.name), at("design"):
         if key is None:
             section = scenario.sections.design

@@ -91,9 +91,9 @@ def sweep(
     else:
         with at("sweep"):
             grid, outputs = grid_of(over, together), chosen_outputs(outputs)
+        # what the scenario does not take is told before anything is computed
+        swept_coordinates(scenario, grid)
     check_workers(workers)
-    # what the scenario does not take is told before anything is computed
-    swept_coordinates(scenario, grid)
     plan = _Plan(scenario, grid, outputs, None if store is None else Path(store))
     if executor is None and workers > 1:
         plan.carry_out(None, workers, progress=progress)
@@ -114,14 +114,17 @@ def sweep_of(scenario: Scenario, outputs: Sequence[str] = ()) -> tuple[Grid, tup
     Raises
     ------
     InputError
-        There is no ``[sweep]``, or an unknown output; the message names the file.
+        There is no ``[sweep]``, or it names an output that is unknown, or a key or a value that the scenario does not
+        take; the message names the file.
     """
     section = scenario.sections.sweep
     with reported(scenario.path.name):
         if section is None:
             raise InputError("has no [sweep]; expected one, or keys with their values to sweep over")
         with at("sweep"):
-            return section.grid(), chosen_outputs(tuple(outputs) or section.outputs)
+            grid, chosen = section.grid(), chosen_outputs(tuple(outputs) or section.outputs)
+    swept_coordinates(scenario, grid)
+    return grid, chosen
 
 
 def _told(point: Point) -> str:

@@ -41,6 +41,17 @@ def test_shear_strength_on_the_area_of_jkr():
     assert np.log(force[1] / force[0]) / np.log(9) == pytest.approx(0.519, abs=5e-4)
 
 
+def test_without_work_of_adhesion_the_area_of_jkr_is_that_of_hertz():
+    """So that work of adhesion may be swept from 0 on; the area grows with it from there."""
+    laws = [ShearStrength(11.37e6), *(ShearStrength(11.37e6, "jkr", work) for work in (0.0, 1e-12, 0.1))]
+    hertz, none, hardly, some = (loaded(hs.Ensemble(GLASS, 0.0, BALL, law), 10e-3).friction[0] for law in laws)
+    assert none == pytest.approx(hertz, rel=1e-14)
+    # a³ grows by √(6πWR/N) of itself to first order
+    root = np.sqrt(6 * np.pi * 1e-12 * BALL / 10e-3)
+    assert hardly / none - 1 == pytest.approx(2 / 3 * root, rel=root)
+    assert some > 1.1 * none
+
+
 def test_on_a_rough_surface_friction_hardly_depends_on_the_load():
     """Area goes as N^.95 to .97 (Rq = 24 nm, 1 µm), so that Σ τ0 A/N falls by less than a tenth over a decade."""
     surface = hs.random_surface((96, 96), pixel_size=1e-6, rms_height=24e-9, autocorrelation_length=10e-6, seed=2)

@@ -140,6 +140,18 @@ def test_a_sweep_is_carried_out_and_goes_on(folder):
     over = '[sweep]\noutputs = ["preliminary_displacement"]\n[sweep.over]\nfriction.coefficient = [0.2, -0.3, 0.4]\n'
     (folder / "ball.toml").write_text(SCENARIO + over, encoding="utf-8")
     assert "3 cells: 3 of friction.coefficient" in call("validate", "ball.toml").output
+    radii = 'sweep.over."surface.radius"=["1 mm", "2 mm"]'
+    validated = call("validate", "ball.toml", "--set", radii)
+    assert "6 cells: 3 of friction.coefficient × 2 of surface.radius" in validated.output
+    for nonsense, said in (
+        ('sweep.over."friction.coefficient"=[1]', "sweep.over: friction.coefficient stands twice, in quotes"),
+        ('sweep.over."surface.radios"=[1]', "surface.radios: unknown key; did you mean 'radius'"),
+        ('sweep.over."surface.radius=[1]', "expected KEY=VALUE"),
+        ('sweep.over."a=b".c=[1]', "a=b"),
+    ):
+        refused = call("validate", "ball.toml", "--set", nonsense)
+        assert refused.exit_code == 2
+        assert said in refused.output
     done = call("sweep", "ball.toml", "--workers", 1)
     assert done.exit_code == 0
     assert "cell 1 (friction.coefficient = -0.3) failed: ball.toml: surface: friction is -0.3" in done.output
@@ -161,6 +173,24 @@ def test_a_sweep_is_carried_out_and_goes_on(folder):
         refused = call(command, "ball.toml")
         assert refused.exit_code == 2
         assert "ball.toml: sweep.outputs[0]: the text 'prelim'; " in refused.output
+
+
+def test_a_design_is_sought_and_checked_beforehand(folder):
+    section = '[design]\nkey = "surface.radius"\nbetween = ["0.1 mm", "10 mm"]\ntarget = "20 nm"\n'
+    (folder / "ball.toml").write_text(SCENARIO + section + 'output = "preliminary_displacement"\n', encoding="utf-8")
+    assert call("validate", "ball.toml").exit_code == 0
+    for value, said in (("surface.radios", "radios: unknown key"), ("materials.first", "takes no plain number")):
+        for command in ("validate", "design"):
+            refused = call(command, "ball.toml", "--set", f"design.key={value}")
+            assert refused.exit_code == 2
+            assert said in refused.output
+    done = call("design", "ball.toml", "--workers", 1, "-o", "found.csv")
+    assert done.exit_code == 0
+    assert "preliminary_displacement of 20 nm" in done.output
+    header, row = (folder / "found.csv").read_text(encoding="utf-8").splitlines()
+    value = dict(zip(header.split(","), row.split(","), strict=True))["surface_radius [m]"]
+    history = hs.run(hs.load("ball.toml", {"surface.radius": float(value)}))
+    assert history.contact.preliminary_displacement().values[-1] == pytest.approx(20e-9, rel=1e-6)
 
 
 @pytest.mark.usefixtures("folder")

@@ -1,6 +1,7 @@
 """What a scenario says of an export: several columns, several files and blocks, no clock."""
 
 import tomllib
+from pathlib import Path
 
 import exports
 import numpy as np
@@ -142,6 +143,44 @@ def test_what_cannot_be_told_of_a_column_is_marked(tmp_path, header, expected):
     loading = tomllib.loads(suggested_loading(path, describe(path), Format()))["loading"]
     assert loading["columns"]["normal_load"] == expected
     assert loading["columns"]["time"] == "Time [s]"
+
+
+@pytest.mark.parametrize(
+    ("header", "time", "normal", "stroke", "friction"),
+    [
+        ("Time (s),Fz (N),x (um),Fx (N)", "Time (s)", "Fz (N)", "x (um)", "Fx (N)"),
+        ("time_s,Fn_mN,disp_um,Ft_mN", ("time_s", "s"), ("Fn_mN", "mN"), ("disp_um", "um"), ("Ft_mN", "mN")),
+        ("t_ms,F_n,X_nm,F_t", ("t_ms", "ms"), ("F_n", "?"), ("X_nm", "nm"), ("F_t", "?")),
+        ("t [ms],load_N,pos,Fx [mN]", "t [ms]", ("load_N", "N"), ("pos", "?"), "Fx [mN]"),
+        ("elapsed_s,normal_force,stroke_mm,friction_force_N", ("elapsed_s", "s"), ("normal_force", "?"),
+         ("stroke_mm", "mm"), ("friction_force_N", "N")),
+        ("timestamp,Fz,temperature,friction_coefficient", ("timestamp", "?"), ("Fz", "?"), None, None),
+        ("t_s,normal_displacement_nm,tangential_displacement_nm,normal_load_mN", ("t_s", "s"),
+         ("normal_load_mN", "mN"), ("tangential_displacement_nm", "nm"), None),
+    ],
+)  # fmt: skip
+def test_columns_are_told_by_what_they_are_called(tmp_path, monkeypatch, header, time, normal, stroke, friction):
+    """A unit that stands in a name behind "_" is suggested, and the path is the one that was given."""
+    (tmp_path / "data").mkdir()
+    monkeypatch.chdir(tmp_path)
+    path = Path("data/a.csv")
+    path.write_text(f"{header}\n0,1,2,3\n1,2,3,4\n", encoding="utf-8")
+    text = suggested_loading(path, describe(path), Format())
+    loading = tomllib.loads(text)["loading"]
+    assert loading["file"] == "data/a.csv"
+
+    def told(expected):
+        return {"column": expected[0], "unit": expected[1]} if isinstance(expected, tuple) else expected or "?"
+
+    assert loading["columns"] == {
+        "time": told(time),
+        "normal_load": told(normal),
+        "tangential_displacement": told(stroke),
+    }
+    assert loading.get("response", {"tangential_load": "?"})["tangential_load"] == told(friction)
+    if "?" not in text.replace("?]", ""):
+        Path("s.toml").write_text(HEAD.replace("[loading]", text), encoding="utf-8")
+        assert load("s.toml").measurement()["normal_load"].size == 2
 
 
 def test_an_empty_cell_names_the_key_that_leaves_it_out(tmp_path):

@@ -39,13 +39,22 @@ radius = "2.5 mm"
         ("friction.coefficient", ("friction", "coefficient")),
         ("loading.waypoints[12].after", ("loading", "waypoints", 12, "after")),
         ("a[0][1]", ("a", 0, 1)),
+        ('sweep.over."surface.seed"', ("sweep", "over", "surface.seed")),
+        ("sweep.over.'loading.waypoints[1].time'[3]", ("sweep", "over", "loading.waypoints[1].time", 3)),
+        (r'"a\"b" . "\u00e4".c', ('a"b', "ä", "c")),
     ],
 )
 def test_a_key_is_written_as_in_messages(key, place):
     assert place_of(key) == place
 
 
-@pytest.mark.parametrize("key", ["", ".", "a.", "a b", "a[x]", "a[-1]", "[0]", "a[0]b", "a[1", "ä"])
+NO_KEYS = (
+    *("", ".", "a.", "a b", "a[x]", "a[-1]", "[0]", "a[0]b", "a[1", "ä", "a b.c"),
+    *('a."b', "a.'b", 'a."b"c', r'"\x"', 'a"b"', '"a" "b"', "'a\n'"),
+)
+
+
+@pytest.mark.parametrize("key", NO_KEYS)
 def test_what_is_no_key_is_refused(key):
     with pytest.raises(hs.InputError, match="is no key; expected names"):
         place_of(key)
@@ -71,6 +80,17 @@ def test_a_document_gets_other_values_and_stays_as_it_is():
 def test_a_place_that_is_not_there_is_named(key, message):
     with pytest.raises(hs.InputError, match=message):
         text_with_values(SCENARIO, {key: 1})
+
+
+def test_a_key_with_a_dot_of_its_own_is_quoted():
+    """As TOML has it: the values of ``[sweep.over]`` stand under such keys."""
+    text = SCENARIO + '[sweep.over]\n"surface.radius" = [1e-3]  # one\n"loading.waypoints[1].time" = [1, 2]\n'
+    values = {'sweep.over."surface.radius"': [2e-3], "sweep.over.'loading.waypoints[1].time'[0]": 3}
+    changed = text_with_values(text, values)
+    assert tomllib.loads(changed)["sweep"]["over"] == {"surface.radius": [2e-3], "loading.waypoints[1].time": [3, 2]}
+    assert "# one" in changed
+    with pytest.raises(hs.InputError, match=r"sweep\.over\.'surface\.radius': an array; expected a table"):
+        text_with_values(text, {"sweep.over.'surface.radius'.x": 1})
 
 
 def test_what_a_scenario_cannot_hold_is_refused():

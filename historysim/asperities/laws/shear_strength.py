@@ -26,7 +26,7 @@ class ShearStrength(FrictionLaw):
         Area at the normal load: of Hertz, or of Johnson, Kendall and Roberts (1971) with a work of adhesion. The
         contact itself stays that of Hertz: JKR is taken for the limit alone.
     work_of_adhesion : float, optional
-        W > 0 [J/m²], for "jkr".
+        W ≥ 0 [J/m²], for "jkr"; at 0 its area is that of Hertz.
 
     Raises
     ------
@@ -39,7 +39,7 @@ class ShearStrength(FrictionLaw):
     work_of_adhesion: float | None = attrs.field(
         default=None,
         converter=attrs.converters.optional(as_float),
-        validator=attrs.validators.optional(at_least(0.0, above=True)),
+        validator=attrs.validators.optional(at_least(0.0)),
     )
 
     kind = "shear strength"
