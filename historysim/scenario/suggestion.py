@@ -2,16 +2,22 @@
 
 import json
 import re
+import tomllib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import attrs
+import numpy as np
 
 from historysim.basics.units import conversion_factor
+from historysim.basics.wording import counted
 from historysim.errors import InputError
-from historysim.tables import Format, Listing
+from historysim.scenario.columns import column_from_toml
+from historysim.tables import Format, Listing, read_table
 
 UNKNOWN = "?"
+NOISE = 0.05
+"""Share of its greatest value that a normal load may be below zero and still press, but for noise and its zero."""
 # a word ends where no letter follows: "_" and digits may
 _TIME = re.compile(r"(?i)^\W*(time(stamp)?|zeit|temps|elapsed|t)(?![^\W\d_])")
 _NORMAL = re.compile(r"(?i)normal|^\W*(fn|fz|f_n|n|load|p)(?![^\W\d_])|press|applied")
@@ -43,6 +49,7 @@ def suggested_loading(path: Path, listings: Sequence[Listing], layout: Format, b
     if blocks > 1:
         chosen = layout.block if isinstance(layout.block, int) else 1
         lines.append(f'block = {chosen}  # of {blocks}; an array of some, or "all", joins them')
+        layout = attrs.evolve(layout, block=chosen)
     if any(_DECIMAL_COMMA.fullmatch(each.first) for each in listings):
         layout = attrs.evolve(layout, decimal=",")
     told = {key: getattr(layout, key) for key in ("delimiter", "decimal", "header", "encoding")}
@@ -58,7 +65,7 @@ def suggested_loading(path: Path, listings: Sequence[Listing], layout: Format, b
     stroke = _found(listings, _LENGTHS, _STROKE, used)
     lines += ["", "[loading.columns]"]
     lines.append(_key("time", time, "s") if time else "# no column looks like time: without it, the row is the clock")
-    lines.append(_key("normal_load", normal, "mN"))
+    lines.append(_key("normal_load", normal, "mN", _pressing(path, normal, layout)))
     lines.append(_key("tangential_displacement", stroke, "µm"))
     if friction:
         lines += ["", "[loading.response]", _key("tangential_load", friction, "mN")]
@@ -82,10 +89,37 @@ def _found(listings: Sequence[Listing], kinds: Sequence[str], name: re.Pattern[s
     return fitting[0]
 
 
-def _key(key: str, listing: Listing | None, unit: str) -> str:
+def _pressing(path: Path, listing: Listing | None, layout: Format) -> tuple[str, str]:
+    """Return what has to be said of a normal load below zero, and why; nothing where it presses, or cannot be read."""
+    if listing is None:
+        return "", ""
+    reference = tomllib.loads(f"column = {_reference(listing)}")["column"]
+    column = column_from_toml(reference)
+    # its sign is of no unit, so that one stands for those that nobody has filled in yet
+    unit = f"{listing.unit}f" if listing.unit and _is_of(listing.unit, ("kg",)) else listing.unit or "N"
+    try:
+        read = read_table(path, {"load": attrs.evolve(column, unit=unit)}, {"load": "N"}, layout, missing=True)
+    except InputError:
+        return "", ""
+    values = read.columns["load"][np.isfinite(read.columns["load"])]
+    below = int((values < 0).sum())
+    if not below:
+        return "", ""
+    if values.mean() < 0:
+        return "scale = -1", "pressing counts negative in the file"
+    if -values.min() <= NOISE * values.max():
+        return "negative_as_zero = true", f"{counted(below, 'sample is', 'samples are')} a little below zero"
+    return "", f"{counted(below, 'sample is', 'samples are')} below zero: what is the zero of the load?"
+
+
+def _reference(listing: Listing) -> str:
+    return listing.column.partition(" # ")[0]
+
+
+def _key(key: str, listing: Listing | None, unit: str, sign: tuple[str, str] = ("", "")) -> str:
     if listing is None:
         return f'{key} = "{UNKNOWN}"  # fill in: one of the columns above'
-    reference = listing.column.partition(" # ")[0]
+    reference = _reference(listing)
     extra = []
     told = ""
     if not listing.unit and (found := _unit_in_name(listing)):
@@ -97,9 +131,11 @@ def _key(key: str, listing: Listing | None, unit: str) -> str:
     elif key.endswith("_load") and _is_of(listing.unit, ("kg",)):
         extra.append(f'unit = "{listing.unit}f"')
         told = "  # a balance: its masses are forces"
-    if key == "normal_load" and listing.first.startswith(("-", "−")):
-        extra.append("scale = -1")
-        told += "  # pressing counts negative in the file" if not told else "; pressing counts negative in the file"
+    said, why = sign
+    if said:
+        extra.append(said)
+    if why:
+        told += f"; {why}" if told else f"  # {why}"
     if not extra:
         return f"{key} = {reference}{told}"
     inner = reference.strip("{} ") if reference.startswith("{") else f"column = {reference}"

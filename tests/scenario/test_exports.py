@@ -110,7 +110,7 @@ def test_what_was_made_of_a_file_is_told(tmp_path):
 
 def test_a_loading_is_suggested_that_is_valid_once_it_is_filled_in(tmp_path):
     path = tmp_path / "a.txt"
-    path.write_text(exports.step(1).replace("0\t10\t", "0\t-10\t") + exports.step(2), encoding="utf-8")
+    path.write_text(exports.step(1).replace("\t1", "\t-1") + exports.step(2), encoding="utf-8")
     _, blocks = what_is_seen(path)
     text = suggested_loading(path, describe(path), Format(), blocks)
     assert blocks == 2
@@ -125,7 +125,7 @@ def test_a_loading_is_suggested_that_is_valid_once_it_is_filled_in(tmp_path):
     written = tmp_path / "s.toml"
     written.write_text(HEAD.replace("[loading]", text), encoding="utf-8")
     measured = load(written).measurement()
-    assert measured["normal_load"].tolist() == [0.01, -0.0105, -0.011, -0.01]
+    assert measured["normal_load"].tolist() == [0.01, 0.0105, 0.011, 0.01]
 
 
 @pytest.mark.parametrize(
@@ -181,6 +181,24 @@ def test_columns_are_told_by_what_they_are_called(tmp_path, monkeypatch, header,
     if "?" not in text.replace("?]", ""):
         Path("s.toml").write_text(HEAD.replace("[loading]", text), encoding="utf-8")
         assert load("s.toml").measurement()["normal_load"].size == 2
+
+
+@pytest.mark.parametrize(
+    ("loads", "expected"),
+    [
+        ("-0.04 20 80 -0.01 70", {"column": "Fn [mN]", "negative_as_zero": True}),
+        ("0.04 -20 -80 0.01 -70", {"column": "Fn [mN]", "scale": -1}),
+        ("-0 20 80", "Fn [mN]"),
+        ("-30 20 80", "Fn [mN]"),
+    ],
+)
+def test_all_samples_tell_the_sign_of_the_normal_load_and_not_the_first(tmp_path, loads, expected):
+    path = tmp_path / "a.csv"
+    rows = "".join(f"{at};{load}\n" for at, load in enumerate(loads.replace(".", ",").split()))
+    path.write_text(f"Zeit [s];Fn [mN]\n{rows}", encoding="utf-8")
+    suggested = suggested_loading(path, describe(path), Format())
+    assert tomllib.loads(suggested)["loading"]["columns"]["normal_load"] == expected
+    assert ("below zero: what is the zero of the load?" in suggested) == loads.startswith("-30")
 
 
 def test_an_empty_cell_names_the_key_that_leaves_it_out(tmp_path):
