@@ -86,6 +86,10 @@ LOOP_QUANTITIES = {
 CONTENT = "friction loops"
 """What the attribute ``content`` of a file of loops says, by which such a file is known."""
 
+NARROW = 0.05
+"""Energy of a loop over the rectangle around it, 4TU, below which it is a spring's: .2 where a sphere just slides, by
+Cattaneo and Mindlin (8 times the area under 1 - (1 - u)^(3/2), less 4), and more beyond."""
+
 
 class NoLoopError(InputError):
     """A record has no whole loop, or none is left after those that are skipped."""
@@ -320,7 +324,7 @@ class Loops:
     @property
     def notes(self) -> tuple[str, ...]:
         """What was left out, and what the samples are too few to tell, with the mend."""
-        told = *self.told, *self._rising_notes()
+        told = *self.told, *self._rising_notes(), *self._narrow_notes()
         unknown = int(
             (np.isnan(self.tangential_stiffness) & ~self.left_out_branches & ~self.stepped_branches).any(axis=1).sum()
         )
@@ -347,6 +351,21 @@ class Loops:
             f"{few} did not come to slide: the load still rises where it should be level, by over {100 * share:.3g} %"
         )
         return [f"{told}; the {bound} there are lower bounds and not in the means; longer strokes slide"]
+
+    def _narrow_notes(self) -> list[str]:
+        force = self.friction_force.mean(axis=1)
+        around = 4 * force * (self.amplitude - force / self.lateral_stiffness)
+        slid = self.large & (around > 0) & ~self.rising_branches.any(axis=1)
+        narrow = slid & (self.dissipated_energy < NARROW * around)
+        if not narrow.any():
+            return []
+        share = float((self.dissipated_energy / around)[narrow].max())
+        return [
+            f"{int(narrow.sum()):,} of {counted(int(slid.sum()), 'loop', 'loops')} are closed to a line, with "
+            f"{100 * max(share, 0.0):.2g} % or less of the area of 4TU around them: the branches are those of a spring, "
+            "and a sphere that just comes to slide has 20 %; see whether the displacement is that of a soft drive (say "
+            "its stiffness in [instrument]), and the load measured and not computed"
+        ]
 
     def _preliminary_texts(self) -> list[tuple[str, str]]:
         """Return what each reading of the preliminary displacement is."""

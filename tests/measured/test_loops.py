@@ -291,6 +291,17 @@ def test_a_history_and_a_measurement_of_it_have_the_same_loops():
     assert one.dissipated_energy.tolist() == other.dissipated_energy.tolist()
 
 
+def test_loops_that_a_spring_would_give_are_told():
+    turns = np.tile(np.concatenate([np.linspace(-1, 1, 200), np.linspace(1, -1, 200)[1:-1]]), 4)
+    load = np.tanh(6 * turns) + 1e-3 * np.gradient(turns)
+    spring = loops_of_channels(np.arange(turns.size), 1e-6 * turns, load)
+    assert any("4 of 4 loops are closed to a line" in note for note in spring.notes)
+    # a sphere that just comes to slide: 0.2 of the rectangle, by the closed form
+    just = analysis.friction_loops(swung(1.001 * SLIDE))
+    assert not any("closed to a line" in note for note in just.notes)
+    assert just.dissipated_energy / (4 * LIMIT * just.amplitude) == pytest.approx(np.full(3, 0.2), rel=0.01)
+
+
 def test_times_may_stand_still():
     """At one time two channels may change, one after the other."""
     time = np.array([0.0, 1, 1, 2, 3])
