@@ -360,12 +360,13 @@ class Loops:
         if not narrow.any():
             return []
         share = float((self.dissipated_energy / around)[narrow].max())
-        return [
-            f"{int(narrow.sum()):,} of {counted(int(slid.sum()), 'loop', 'loops')} are closed to a line, with "
-            f"{100 * max(share, 0.0):.2g} % or less of the area of 4TU around them: the branches are those of a spring, "
-            "and a sphere that just comes to slide has 20 %; see whether the displacement is that of a soft drive (say "
-            "its stiffness in [instrument]), and the load measured and not computed"
-        ]
+        told = f"{int(narrow.sum()):,} of {counted(int(slid.sum()), 'loop', 'loops')} are closed to a line"
+        area = f"{100 * max(share, 0.0):.2g} % or less of the area of 4TU around them"
+        mend = (
+            "see whether the displacement is that of a soft drive (say its stiffness in [instrument]), and the load "
+            "measured and not computed"
+        )
+        return [f"{told}, with {area}: that is a spring, and a sphere that just comes to slide has 20 %; {mend}"]
 
     def _preliminary_texts(self) -> list[tuple[str, str]]:
         """Return what each reading of the preliminary displacement is."""
