@@ -71,12 +71,17 @@ def test_18_tolerances_of_a_texture():
 
 
 def test_19_one_large_asperity():
-    found = 1e9 * swept("19_one_large_asperity").preliminary_displacement
-    np.testing.assert_allclose(found, [6.63, 6.56, 37.7, 92.6, 66.8], rtol=2e-3)
-    for index, (radius, height) in enumerate(((0.5, 0), (2, 0), (0.55, 0.05), (0.75, 0.25), (2, 1.5))):
+    found = swept("19_one_large_asperity").preliminary_displacement
+    assert found.sizes == {"surface_radius_0": 5, "surface_height_0": 4}
+    for (radius, height), value in np.ndenumerate(found):
         heights, radii = np.zeros(64), np.full(64, 0.5e-6)
-        heights[0], radii[0] = 1e-6 * height, 1e-6 * radius
-        assert found[index] == pytest.approx(1e9 * displacement(10e-3, heights, radii, 0.5, HARD), rel=1e-8)
+        heights[0], radii[0] = found.surface_height_0[height], found.surface_radius_0[radius]
+        assert value == pytest.approx(displacement(10e-3, heights, radii, 0.5, HARD), rel=1e-8)
+    # equal ones; a large one at their level; half balls on one ground
+    told = {(0.5, 0): 6.63, (2, 0): 6.56, (0.55, 0.05): 37.7, (0.75, 0.25): 92.6, (2, 1.5): 66.8}
+    for (radius, height), value in told.items():
+        one = found.sel(surface_radius_0=1e-6 * radius, surface_height_0=1e-6 * height, method="nearest")
+        assert 1e9 * one == pytest.approx(value, rel=2e-3)
 
 
 def test_20_change_of_radius_load_and_friction():

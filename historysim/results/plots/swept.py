@@ -55,7 +55,8 @@ def plot_swept(
     quantity : str
         The variable to draw.
     over : str, optional
-        The dimension along the axis; by default the first with numbers that are not those of seeds.
+        The dimension along the axis; by default the first with numbers that are not those of seeds, or else the
+        longest. Where its values repeat, or are those of seeds, points are not joined.
     each : str, optional
         A dimension whose members are lines of their own; by default the next one, where it has at most 6.
     spread : {"deviation", "quantiles", "none"}
@@ -80,6 +81,10 @@ def plot_swept(
         raise InputError(f"spread is {spread!r}; expected one of {', '.join(SPREADS)}")
     rest = [name for name in values.dims if name not in {over, each}]
     along, label, ticks = _axis(sweep, over)
+    # as they were written they may go to and fro
+    ascending = np.argsort(along, kind="stable")
+    along = along[ascending]
+    joined = "seed" not in over and bool((np.diff(along) > 0).all())
     factor, unit = _unit(values)
     members: list[Any] = [None] if each is None else list(range(sweep.sizes[each]))
     with new_figure(size, (COLUMN, 70.0)) as figure:
@@ -87,18 +92,20 @@ def plot_swept(
         for member, line in zip(members, LINES, strict=False):
             part = values if member is None else values.isel({each: member})
             order = [over, *rest]
-            numbers = part.transpose(*order).values.reshape(along.size, -1) * factor
-            _draw(axes, along, numbers, spread, line, "" if member is None else _member(sweep, str(each), member))
+            numbers = part.transpose(*order).values.reshape(along.size, -1)[ascending] * factor
+            label_of_it = "" if member is None else _member(sweep, str(each), member)
+            _draw(axes, along, numbers, spread, line if joined else (line[0], "none", line[2]), label_of_it)
         if ticks:
             axes.set_xticks(along, ticks)
         elif _spaced_by_factors(along):
             axes.set_xscale("log")
+            axes.xaxis.set_major_formatter("{x:g}")
         axes.set(xlabel=label, ylabel=f"{quantity.replace('_', ' ')}{unit}")
         axes.margins(0.06, 0.08)
         if each is not None:
             # beside the axes: inside, it might lie on a line
             figure.legend(title=_name(sweep, str(each)), loc="outside lower center", ncols=min(len(members), 3))
-        axes.set_title(_caption(values, rest, spread), fontsize=7, fontweight="normal")
+        axes.set_title(_caption(sweep, values, rest, spread), fontsize=7, fontweight="normal")
     return figure
 
 
@@ -112,8 +119,9 @@ def _chosen(
     # seeds repeat, and are no quantity to draw over
     free = [str(name) for name in values.dims if "seed" not in str(name)]
     if over is None:
-        over = next((name for name in free if name != each and _numbers(sweep, name)), None)
-        over = over or next((str(name) for name in values.dims if name != each), "")
+        names = [name for name in free if name != each] or [str(name) for name in values.dims if name != each]
+        over = next((name for name in names if _numbers(sweep, name)), None)
+        over = over or max(names, key=lambda name: sweep.sizes[name], default="")
     for name in filter(None, (over, each)):
         if name not in values.dims:
             raise InputError(
@@ -156,7 +164,7 @@ def _name(sweep: xr.Dataset, dimension: str) -> str:
 
 def _spaced_by_factors(along: Floats) -> bool:
     """Return whether numbers span so much, and so evenly by their factors, that a linear axis would crowd them."""
-    if along.size < 4 or not (along > 0).all() or along.max() < WIDE * along.min():
+    if along.size < 3 or not (along > 0).all() or along.max() < WIDE * along.min():
         return False
     factors = np.diff(np.log(np.sort(along)))
     return bool(factors.max() < 4 * max(factors.min(), 1e-12))
@@ -212,11 +220,11 @@ def _draw(axes: "Axes", along: Floats, numbers: Floats, spread: str, line: tuple
     axes.errorbar(along, mean, yerr=deviation, capsize=2, elinewidth=0.8, label=label, **looks)
 
 
-def _caption(values: xr.DataArray, rest: list[Hashable], spread: str) -> str:
+def _caption(sweep: xr.Dataset, values: xr.DataArray, rest: list[Hashable], spread: str) -> str:
     cells = int(np.prod([values.sizes[name] for name in rest]))
     if cells == 1 or not rest:
         return ""
-    over = ", ".join(str(name).replace("_", " ") for name in rest)
+    over = ", ".join(_name(sweep, str(name)) for name in rest)
     told = {
         "deviation": "mean ± standard deviation",
         "quantiles": f"median, {100 * QUANTILES[0]:.0f} to {100 * QUANTILES[1]:.0f} %",

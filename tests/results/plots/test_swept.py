@@ -79,6 +79,32 @@ def test_a_dimension_of_names_has_them_as_ticks():
     assert [label.get_text() for label in axes.get_xticklabels()] == ["fine", "middle", "rough"]
 
 
+def test_among_names_the_longest_dimension_is_the_axis():
+    values = xr.Dataset(
+        {"drift": (("scaling", "count"), [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])},
+        {"scaling": ["similar", "kept"], "count": ["[1, 1]", "[2, 2]", "[4, 4]"]},
+    )
+    figure = hs.plot_swept(values, "drift")
+    assert figure.axes[0].get_xlabel() == "count"
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["similar", "kept"]
+
+
+@pytest.mark.parametrize(
+    ("over", "along", "drawn", "line"),
+    [
+        ("radius", [3.0, 1.0, 2.0], [5.0, 6.0, 4.0], "-"),
+        ("radius", [3.0, 1.0, 3.0], [5.0, 4.0, 6.0], "None"),
+        ("surface_seed", [1, 2, 3], [4.0, 5.0, 6.0], "None"),
+    ],
+)
+def test_points_are_joined_in_their_order_or_not_at_all(over, along, drawn, line):
+    values = xr.Dataset({"drift": (over, [4.0, 5.0, 6.0])}, {over: (over, along)})
+    (found, *_) = hs.plot_swept(values, "drift", over).axes[0].get_lines()
+    assert found.get_xdata().tolist() == sorted(along)
+    assert found.get_ydata().tolist() == drawn
+    assert found.get_linestyle() == line
+
+
 def test_a_sweep_is_drawn_by_the_name_of_its_number():
     assert hs.plot(SWEEP, picture="drift").axes[0].get_ylabel() == "drift (nm)"
     assert hs.plot(SWEEP, picture="count").axes[0].get_lines()[0].get_ydata().tolist() == [1, 2, 3]
