@@ -63,10 +63,16 @@ def cell(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str] = 
         elif name in history:
             rows.append(name)
         else:
-            raise InputError(f"{name}: this scenario has none; it belongs to another kind of contact, or an instrument")
+            raise InputError(f"{name}: this scenario has none; {_where(name)}")
     found = history[rows].assign(told)
     found.attrs = {"validity": history.attrs["validity"]}
     return found
+
+
+def _where(name: str) -> str:
+    if name.endswith("slid_distance"):
+        return "expected record.sliding = true, which follows it"
+    return "it belongs to what evolves, to another kind of contact, or to an instrument"
 
 
 def _attributes(units: str, long_name: str) -> dict[str, str]:

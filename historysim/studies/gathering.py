@@ -1,6 +1,6 @@
 """Cells, put together into one Dataset with the swept quantities as its dimensions."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin
 
 import attrs
@@ -68,6 +68,21 @@ def gathered(
         )
     coordinates = swept | steps | {name: variables[name] for name in own}
     return xr.Dataset(data, coordinates, _attributes(scenario, grid, there))
+
+
+def unlike(cells: "Mapping[int, xr.Dataset]") -> dict[int, str]:
+    """Return why cells cannot stand beside the first, by position: one of their quantities goes over something else."""
+    first = cells[min(cells)] if cells else {}
+    return {
+        index: f"{name} goes over {_words(cell[name].dims)}, and before over {_words(first[name].dims)}; sweep apart"
+        for index, cell in sorted(cells.items())
+        for name in first
+        if cell[name].dims != first[name].dims
+    }
+
+
+def _words(dims: Sequence[Hashable]) -> str:
+    return " and ".join(map(str, dims)) or "nothing"
 
 
 def _dimensions(grid: Grid) -> tuple[str, ...]:
@@ -146,6 +161,8 @@ def _column(values: list[Any]) -> Any:
 def _text(value: Any) -> str:
     if isinstance(value, bool):
         return str(value).lower()
+    if isinstance(value, Mapping):
+        return f"{{ {', '.join(f'{key} = {_text(item)}' for key, item in value.items())} }}"
     return f"[{', '.join(map(_text, value))}]" if isinstance(value, list | tuple) else str(value)
 
 

@@ -14,7 +14,7 @@ from historysim.scenario.grid import Grid, Point, grid_of
 from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import reported
 from historysim.studies.cell import cell
-from historysim.studies.gathering import gathered, swept_coordinates
+from historysim.studies.gathering import gathered, swept_coordinates, unlike
 from historysim.studies.outputs import chosen_outputs
 from historysim.studies.store import Store, digest
 from historysim.studies.workers import AHEAD, BrokenError, check_workers, ending, executor_for, outcomes, processes
@@ -100,6 +100,7 @@ def sweep(
     else:
         with executor_for(workers, executor) as (chosen, count):
             plan.carry_out(chosen, count, progress=progress)
+    plan.leave_out(unlike(plan.cells))
     for number, (index, reason) in enumerate(plan.reasons.items()):
         if number == 10:
             tell(f"… and {len(plan.reasons) - 10:,} more cells have failed")
@@ -234,6 +235,11 @@ class _Plan:
             passed_over = self._run(self._batches(workers), executor, workers, bar)
             self._run([attrs.evolve(one, wait=True) for one in passed_over], executor, workers, bar)
         self.reasons = dict(sorted(self.reasons.items()))
+
+    def leave_out(self, reasons: Mapping[int, str]) -> None:
+        """Count cells as failed, each for its reason."""
+        self.cells = {index: cell for index, cell in self.cells.items() if index not in reasons}
+        self.reasons = dict(sorted([*self.reasons.items(), *reasons.items()]))
 
     def _batches(self, workers: int) -> list[Batch]:
         left = [index for index in range(len(self.points)) if index not in self.cells]

@@ -13,7 +13,9 @@ from swept import BALL, ROUGH, displacement
 
 import historysim as hs
 from historysim.results import analysis
+from historysim.scenario.grid import grid_of
 from historysim.studies import sweep as sweeping
+from historysim.studies.outputs import SUMMARIES
 
 
 @pytest.fixture
@@ -104,6 +106,66 @@ def test_friction_that_changes_on_the_way_counts(ball):
     found = hs.sweep(ball, {"friction.coefficient": [0.1, 0.2]})
     expected = [displacement(50e-3, 0.3, 2.5e-3) - displacement(50e-3, mu, 2.5e-3) for mu in (0.1, 0.2)]
     np.testing.assert_allclose(found.drift, expected, rtol=1e-9)
+
+
+SUMMITS = BALL.replace('kind = "sphere"\nradius = "2.5 mm"', 'kind = "summits"\nheight = [0, -3e-9]\nradius = "10 µm"')
+SLIDING = SUMMITS.replace("5 nm", "90 nm").replace("50 mN", "2 mN").replace("70 mN", "3 mN")
+FRICTION, WEAR = "coefficient = 0.2\n", '[wear]\nlaw = "archard"\ncoefficient = 1e-3\nhardness = "12 GPa"\n'
+COURSE = FRICTION + "[friction.course]\ntime = [0, 1]\ncoefficient = [0.2, 0.1]\n"
+SLID = 'law = "slid distance"\ndistance = [0, 3e-8]\ncoefficient = [0.3, 0.2]\n'
+JKR = 'law = "shear strength"\nshear_strength = "300 MPa"\narea = "jkr"\nwork_of_adhesion = 0.05\n'
+ENERGY = [{"law": "energy", "volume_per_energy": value, "shape": "blunted"} for value in (0, 1e-11)]
+NEW_SUMMIT = '    { time = 1.5, geometry = { summit_radius = "5 µm", asperities = [0] } },\n    { time = 2'
+LAWS = [
+    {"coefficient": 0.3},
+    {"law": "power", "coefficient": 0.3, "reference_load": "1 mN", "exponent": -0.1},
+    {"law": "shifted load", "coefficient": 0.3, "work_of_adhesion": "50 mJ/m2"},
+]
+EVOLVING = {
+    "wear": (SLIDING + WEAR, {"wear.coefficient": [0, 5e-3], "wear.hardness": ["12 GPa", "6 GPa"]}),
+    "wear laws": (
+        SLIDING,
+        {"wear": ENERGY},
+    ),
+    "laws": (SLIDING, {"friction": LAWS}),
+    "adhesion": (SLIDING.replace(FRICTION, JKR), {"friction.work_of_adhesion": [0, "50 mJ/m2"]}),
+    "slid distance": (SLIDING.replace(FRICTION, SLID), {"friction.coefficient[1]": [0.1, 0.3]}),
+    "course": (SLIDING.replace(FRICTION, COURSE), {"friction.course.coefficient[1]": [0.1, 0.3]}),
+    "geometry": (
+        SLIDING.replace("    { time = 2", NEW_SUMMIT),
+        {"loading.waypoints[2].geometry.summit_radius": ["5 µm", "20 µm"]},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", EVOLVING)
+def test_what_evolves_is_what_a_run_of_its_scenario_gives(ball, name):
+    """Every number of every cell is that of its own run, and what is swept changes some."""
+    text, over = EVOLVING[name]
+    ball.write_text(text, encoding="utf-8")
+    found = hs.sweep(ball, over, outputs=tuple(SUMMARIES))
+    assert "failure" not in found
+    for index, point in enumerate(grid_of(over).points()):
+        history = hs.run(hs.load(ball, point))
+        where = np.unravel_index(index, tuple(found.sizes.values()))
+        for output, summary in SUMMARIES.items():
+            assert found[output].values[where] == summary.of(history), output
+    for dim in found.sizes:
+        assert any((found[output].diff(dim) != 0).any() for output in SUMMARIES)
+
+
+def test_cells_whose_rows_go_over_something_else_are_left_out(ball):
+    law = 'law = "power"\ncoefficient = 0.3\nreference_load = "1 mN"\nexponent = -0.1\n'
+    ball.write_text(SLIDING.replace(FRICTION, law), encoding="utf-8")
+    told = []
+    over = {"friction.load": ["own", "total"]}
+    found = hs.sweep(ball, over, outputs=["present_friction", "drift"], tell=told.append)
+    why = "present_friction goes over step, and before over step and asperity; sweep apart"
+    assert told == [f"cell 1 (friction.load = total) failed: {why}"]
+    assert found.drift.isnull().values.tolist() == [False, True]
+    assert found.present_friction.dims == ("friction_load", "step", "asperity")
+    with pytest.raises(hs.InputError, match=r"slid_distance: this scenario has none; expected record\.sliding = true"):
+        hs.sweep(ball, {"friction.exponent": [0]}, outputs=["slid_distance"])
 
 
 def test_a_scenario_says_its_own_sweep(ball):
