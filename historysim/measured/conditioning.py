@@ -202,7 +202,7 @@ def find_hum(time: npt.ArrayLike, values: npt.ArrayLike, *, dead_band: float) ->
     power = spectrum[:, 2 * _DETREND : -1].mean(axis=0) / np.sum(window**2)
     outside = gammainccinv(len(pieces), FALSE_ALARM / power.size) / gammaincinv(len(pieces), 0.5)
     found = []
-    for place in 1 + np.flatnonzero((power[1:-1] > power[:-2]) & (power[1:-1] > power[2:])):
+    for place in (1 + np.flatnonzero((power[1:-1] > power[:-2]) & (power[1:-1] > power[2:]))).tolist():
         if not _ASIDE <= place < power.size - 1:
             continue
         before, after = power[place - _ASIDE : place - _LOBE], power[place + _LOBE + 1 :][:_ASIDE]
