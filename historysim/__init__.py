@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from historysim.replay import replay as replay
     from historysim.results import analysis as analysis
     from historysim.results.csv_table import write_csv as write_csv
+    from historysim.results.netcdf_table import write_netcdf as write_netcdf
     from historysim.results.plots.adhesion_branch import plot_adhesion_branch as plot_adhesion_branch
     from historysim.results.plots.adhesion_map import plot_adhesion_map as plot_adhesion_map
     from historysim.results.plots.animation import animate_contact_map as animate_contact_map
@@ -99,6 +100,7 @@ _HOMES = {
     "replay": ("Replay", "replay"),
     "results": ("analysis",),
     "results.csv_table": ("write_csv",),
+    "results.netcdf_table": ("write_netcdf",),
     "results.plots.adhesion_branch": ("plot_adhesion_branch",),
     "results.plots.adhesion_map": ("plot_adhesion_map",),
     "results.plots.animation": ("animate_contact_map", "save_animation"),

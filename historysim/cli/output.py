@@ -38,21 +38,24 @@ def check_ending(path: Path, *known: str) -> None:
         raise InputError(f"{path}: {path.suffix or 'no'} ending; expected {' or '.join(known)}, by which it is written")
 
 
-def save_dataset(dataset: "xr.Dataset", path: Path) -> None:
+def save_dataset(dataset: "xr.Dataset", path: Path, *, measured: bool = False) -> None:
     """Write a table with a first dimension, as netCDF or as CSV with one row for each of its members."""
     if path.suffix.lower() == ".csv":
         from historysim.results.csv_table import write_csv
 
         write_csv(dataset, path)
         return
-    with replacing(path) as unfinished:
-        dataset.to_netcdf(unfinished)
+    from historysim.results.netcdf_table import CALCULATED, MEASURED, write_netcdf
+
+    write_netcdf(dataset, path, origin=MEASURED if measured else CALCULATED)
 
 
-def save_table(dataset: "xr.Dataset", path: Path, picture: Callable[["xr.Dataset"], "Figure"]) -> None:
+def save_table(
+    dataset: "xr.Dataset", path: Path, picture: Callable[["xr.Dataset"], "Figure"], *, measured: bool
+) -> None:
     """Write a table as its ending says: netCDF, CSV, or else a picture of it."""
     if path.suffix.lower() in {".nc", ".csv"}:
-        save_dataset(dataset, path)
+        save_dataset(dataset, path, measured=measured)
     else:
         save(picture(dataset), path)
 

@@ -31,7 +31,10 @@ def height_map_options(command: Callable[..., None]) -> Callable[..., None]:
 @set_option
 @height_map_options
 def show(file: Path, values: dict[str, Any], **height_map: Any) -> None:
-    """Say in a few lines what FILE holds: a scenario, a result, a log, friction loops, or a height map."""
+    """Say in a few lines what FILE holds.
+
+    A scenario, a result, a log, a sweep, a height map, or what `loops -o` and `sliding -o` have written.
+    """
     from historysim.scenario.show import show as shown
 
     print_lines(shown(scenario_or_file(file, values), **_given(height_map)))
@@ -74,7 +77,8 @@ def plot(
 
     A result: the friction loop, the loads, and the slip state of the asperities; with --step the surface, its summits
     in contact coloured by their slip state; other pictures by name. A scenario or a height map: the surface with its
-    summits. Friction loops: how they change from one to the next. A sweep: a number over what was swept.
+    summits. Friction loops: how they change from one to the next. Friction over time or distance: that. A sweep: a
+    number over what was swept.
     """
     millimetres = None if size is None else _millimetres(size)
     from historysim.results.files import kind_of
@@ -82,7 +86,7 @@ def plot(
     kind = kind_of(file)
     if output is None:
         # pictures of results stand beside them, others here
-        folder = file.parent if kind in {"result", "loops", "sweep"} else Path()
+        folder = file.parent if kind in {"result", "loops", "sliding", "sweep"} else Path()
         surface = step is not None or kind in {"scenario", "height map"}
         kind_of_picture = f"_{picture}" if picture else "_adhesion" if adhesion else "_surface" if surface else ""
         output = folder / f"{file.stem}{kind_of_picture}.png"
@@ -126,7 +130,8 @@ def report(file: Path, output: Path | None) -> None:
     """Write a report of FILE: one HTML page that opens anywhere, without a network.
 
     A result: summary, validity, pictures, provenance, and a slider through time that moves loop and contact map. A
-    sweep; friction loops; a scenario whose loading is measured, which is fitted or compared.
+    sweep; what `loops -o`, `loops --levels` and `sliding -o` have written; a scenario whose loading is measured, which
+    is fitted or compared.
     """
     output = output or file.with_name(f"{file.stem}_report.html")
     check_target(output, file)

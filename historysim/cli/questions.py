@@ -22,17 +22,19 @@ TABLES = (
     "slip_shares",
     "stick_ratio",
     "tangential_stiffness",
+    "time_series",
     "total_mean_pressure",
 )
 """Questions whose answer is a table, by the names that they have in Python."""
 OF_AN_ASPERITY = ("profiles", "reversal_points")
+PERHAPS_OF_ONE = ("time_series",)
 
 
 @click.command()
 @click.argument("result", type=path_type)
 @click.argument("question", type=click.Choice([name.replace("_", "-") for name in TABLES]))
 @click.option("-o", "--output", type=path_type, help="The table (CSV, netCDF). [default: RESULT_QUESTION.csv]")
-@click.option("--asperity", type=int, help="Of profiles and reversal-points: whose.")
+@click.option("--asperity", type=int, help="Of profiles, reversal-points and time-series: whose.")
 @click.option("--step", type=int, help="Of profiles and reversal-points: at which step. [default: the last]")
 def table(result: Path, question: str, output: Path | None, asperity: int | None, step: int | None) -> None:
     """Ask RESULT a QUESTION, and write the answer as a table.
@@ -43,9 +45,16 @@ def table(result: Path, question: str, output: Path | None, asperity: int | None
     check_target(output, result)
     check_ending(output, ".csv", ".nc")
     name = question.replace("-", "_")
-    if (name in OF_AN_ASPERITY) != (asperity is not None) or (step is not None and name not in OF_AN_ASPERITY):
-        told = "is of one asperity; expected --asperity" if name in OF_AN_ASPERITY else "takes no --asperity, no --step"
-        raise InputError(f"{question}: {told}")
+    if name in OF_AN_ASPERITY and asperity is None:
+        raise InputError(f"{question}: is of one asperity; expected --asperity")
+    if step is not None and name not in OF_AN_ASPERITY:
+        raise InputError(f"{question}: takes no --step")
+    if asperity is not None and name not in OF_AN_ASPERITY + PERHAPS_OF_ONE:
+        raise InputError(f"{question}: takes no --asperity")
+    of_one = {} if asperity is None else {"asperity": asperity}
+    if name in OF_AN_ASPERITY:
+        # both have a parameter of another name for it
+        of_one["steps" if name == "profiles" else "step"] = -1 if step is None else step
     import xarray as xr
 
     from historysim.results.accessor import Questions
@@ -53,7 +62,7 @@ def table(result: Path, question: str, output: Path | None, asperity: int | None
 
     with open_result(result) as history:
         asked = getattr(Questions(history), name)
-        answer = asked() if asperity is None else asked(asperity, -1 if step is None else step)
+        answer = asked(**of_one)
         if name == "profiles":
             # a row for each radius
             answer = answer.isel(step=0)

@@ -105,16 +105,19 @@ def loops(
         load_share=DEFAULT.load_share if load_share is None else load_share,
         amplitude_share=DEFAULT.amplitude_share if amplitude_share is None else amplitude_share,
     )
-    record = _loaded(file, values, *targets) if file.suffix == ".toml" else scenario_or_file(file, values)
+    measured = file.suffix == ".toml"
+    record = _loaded(file, values, *targets) if measured else scenario_or_file(file, values)
     found = find_loops(record, dead_band=band, skip=skip, skip_per_level=skip_per_level, definitions=definitions)
     model = _model_loops(record, skip) if with_model else None
     by_load = found.by_load()
     if levels is not None and not len(by_load):
         raise InputError(f"{file}: the normal load was not measured; expected it for {levels}")
     if output is not None:
-        save_table(found.to_dataset(), output, lambda _: plot_loops(found, model, title=file.name))
+        save_table(found.to_dataset(), output, lambda _: plot_loops(found, model, title=file.name), measured=measured)
     if levels is not None:
-        save_table(by_load.to_dataset(), levels, lambda table: plot_loop_levels(table, title=file.name))
+        save_table(
+            by_load.to_dataset(), levels, lambda table: plot_loop_levels(table, title=file.name), measured=measured
+        )
     if picture is not None:
         save(plot_loops(found, model, title=file.name), picture)
     print_lines(found.summary())
@@ -149,10 +152,11 @@ def sliding(file: Path, over: "Over | None", windows: int, output: Path | None, 
     from historysim.results.plots.sliding import plot_sliding
     from historysim.scenario.sliding import find_sliding
 
-    record = _loaded(file, values, *targets) if file.suffix == ".toml" else scenario_or_file(file, values)
+    measured = file.suffix == ".toml"
+    record = _loaded(file, values, *targets) if measured else scenario_or_file(file, values)
     found = find_sliding(record, over=over, windows=windows)
     if output is not None:
-        save_table(found.to_dataset(), output, lambda _: plot_sliding(found, title=file.name))
+        save_table(found.to_dataset(), output, lambda _: plot_sliding(found, title=file.name), measured=measured)
     print_lines(found.summary())
     for target in targets:
         click.echo(target)

@@ -13,7 +13,7 @@ The friction coefficient of a sample is T/N, positive in the direction of slidin
 """
 
 import math
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Self, get_args
 
 import attrs
 import numpy as np
@@ -93,7 +93,7 @@ class Approach:
     length_low: float
     length_high: float
     origin: float
-    settled: bool
+    settled: bool = attrs.field(converter=bool)
 
     def at(self, place: npt.ArrayLike) -> Floats:
         """Return μ at times [s] or distances [m]."""
@@ -112,7 +112,7 @@ class Sliding:
     place : array (sample)
         The time [s] or the distance [m] since the start of each sample.
     coefficient : array (sample)
-        T/N of each sample, positive in the direction of sliding [1].
+        T/N of each sample, positive in the direction of sliding [1]; NaN where it is not known any more.
     window_place, window_mean, window_deviation, window_count : array (window)
         The middle of each window [s or m], mean and standard deviation of μ in it [1], and its samples.
     peak : StaticPeak or None
@@ -169,10 +169,13 @@ class Sliding:
         ]
 
     def to_dataset(self) -> "xr.Dataset":
-        """Return the windows as a Dataset with the dimension window; ``[friction.course]`` reads its file."""
+        """Return the windows as a Dataset with the dimension window; ``[friction.course]`` reads its file.
+
+        `from_dataset` returns all of it but the samples.
+        """
         import xarray as xr
 
-        unit, told = UNITS[self.over], {}
+        unit, told = UNITS[self.over], self._ends()
         for name, found in (("peak", self.peak), ("approach", self.approach)):
             if found is not None:
                 told.update({f"{name}_{key}": float(value) for key, value in attrs.asdict(found).items()})
@@ -189,6 +192,47 @@ class Sliding:
             coords={self.over: ("window", self.window_place, {"long_name": self.over, "units": unit})},
             attrs={"title": f"friction over {self.over}", "content": CONTENT_OF_COURSE, **told},
         )
+
+    @classmethod
+    def from_dataset(cls, table: "xr.Dataset") -> Self:
+        """Return what `to_dataset` gave; of the samples their first and last place is left.
+
+        Raises
+        ------
+        InputError
+            A Dataset of something else.
+        """
+        over = next((over for over in get_args(Over) if over in table.coords), None)
+        if table.attrs.get("content") != CONTENT_OF_COURSE or over is None:
+            raise InputError("this Dataset is no friction over time or distance; expected one of historysim sliding")
+        middle = table[over].values
+        reach = (middle[-1] - middle[0]) / max(middle.size - 1, 1) / 2
+        # a version that did not tell the ends had windows between them all the same
+        usual = {"record_start": middle[0] - reach, "record_end": middle[-1] + reach}
+        ends = [float(table.attrs.get(name, end)) for name, end in usual.items()]
+        remarks = filter(None, str(table.attrs.get("remarks", "")).split("\n"))
+
+        def stored(name: str, kind: type[Any]) -> Any:
+            fields = {field.name: table.attrs.get(f"{name}_{field.name}") for field in attrs.fields(kind)}
+            return None if None in fields.values() else kind(**fields)
+
+        return cls(
+            over=over,
+            place=np.array(ends),
+            coefficient=np.full(2, np.nan),
+            window_place=middle,
+            window_mean=table["coefficient"].values,
+            window_deviation=table["standard_deviation"].values,
+            window_count=table["count"].values,
+            peak=stored("peak", StaticPeak),
+            approach=stored("approach", Approach),
+            remarks=tuple((label, text) for label, _, text in (line.partition(": ") for line in remarks)),
+        )
+
+    def _ends(self) -> dict[str, Any]:
+        remarks = "\n".join(f"{label}: {text}" for label, text in self.remarks)
+        ends = {"record_start": float(self.place[0]), "record_end": float(self.place[-1])}
+        return ends | ({"remarks": remarks} if remarks else {})
 
     @property
     def _width(self) -> float:

@@ -134,7 +134,9 @@ def put_attributes(holder: Any, attributes: Mapping[str, Any]) -> None:
             kind = h5py.string_dtype("utf-8", max(len(content), 1))
             holder.attrs[name] = np.array(content, dtype=kind) if content else h5py.Empty("S1")
         else:
-            holder.attrs[name] = value
+            # R and others know no integer attributes of 8 bytes
+            small = isinstance(value, int) and abs(value) <= np.iinfo(np.int32).max
+            holder.attrs[name] = np.int32(value) if small else value
 
 
 def chunk_shape(steps: int, columns: int) -> tuple[int, int]:

@@ -71,5 +71,6 @@ class Questions:
     summary = _asked(analysis.summary)
     tangential_stiffness = _asked(analysis.tangential_stiffness)
     telling_step = _asked(analysis.telling_step)
+    time_series = _asked(analysis.time_series)
     total_mean_pressure = _asked(analysis.total_mean_pressure)
     validity = _asked(analysis.validity)

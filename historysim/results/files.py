@@ -11,20 +11,38 @@ from historysim.basics.file_kinds import is_log, is_netcdf
 from historysim.errors import InputError
 from historysim.measured.loop_table import CONTENT_OF_TABLE
 from historysim.measured.loops import CONTENT
+from historysim.measured.sliding import CONTENT_OF_COURSE
+from historysim.results.analysis.time_series import CONTENT as TIME_SERIES
+from historysim.results.netcdf_table import CONTENT as TABLE
 from historysim.results.sweeps import CONTENT as SWEEP
 
-Kind = Literal["scenario", "log", "result", "loops", "sweep", "height map"]
+Kind = Literal["scenario", "log", "result", "loops", "sliding", "sweep", "table", "height map"]
+
+KINDS: Mapping[str, Kind] = {
+    CONTENT: "loops",
+    CONTENT_OF_TABLE: "loops",
+    CONTENT_OF_COURSE: "sliding",
+    SWEEP: "sweep",
+    TABLE: "table",
+    TIME_SERIES: "table",
+}
+"""What a file is, by its attribute ``content``."""
 
 CALLED: Mapping[Kind, str] = {
     "scenario": "a scenario",
     "log": "a log",
     "result": "a result of historysim run",
     "loops": "a file of friction loops",
+    "sliding": "a file of friction over time or distance",
     "sweep": "a sweep",
+    "table": "a table",
     "height map": "a height map",
 }
 
-READABLE = "expected a scenario, a result of historysim run, its log, friction loops, a sweep, or a height map"
+READABLE = (
+    "expected a scenario, a result of historysim run, its log, friction loops, friction over time or distance, a "
+    "sweep, or a height map"
+)
 
 
 def kind_of(path: Path) -> Kind:
@@ -47,8 +65,8 @@ def kind_of(path: Path) -> Kind:
     # height maps come as netCDF, too; what does not open is left to the reader of results, which says what is wrong
     with suppress(OSError, RuntimeError, AttributeError), netCDF4.Dataset(path) as file:
         told = {name: file.getncattr(name) for name in file.ncattrs()}
-        if told.get("content") in (CONTENT, CONTENT_OF_TABLE, SWEEP):
-            return "sweep" if told["content"] == SWEEP else "loops"
+        if told.get("content") in KINDS:
+            return KINDS[told["content"]]
         if "historysim_version" not in told:
             return "height map"
     return "result"
@@ -77,17 +95,15 @@ def open_result(path: Path) -> Iterator[xr.Dataset]:
     if not is_netcdf(path):
         raise InputError(f"{path}: is not a netCDF file; {expected}")
     with _opened(path) as history:
-        if history.attrs.get("content") in {CONTENT, CONTENT_OF_TABLE}:
-            raise InputError(f"{path}: holds friction loops; {expected}")
-        if history.attrs.get("content") == SWEEP:
-            raise InputError(f"{path}: holds a sweep; {expected}")
+        if kind := KINDS.get(history.attrs.get("content", "")):
+            raise InputError(f"{path}: is {CALLED[kind]}; {expected}")
         if not history.attrs.get("complete"):
             raise InputError(f"{path}: is not a finished result of historysim run; run the scenario again")
         yield history
 
 
-def read_sweep(path: Path) -> xr.Dataset:
-    """Read what `historysim.sweep` gave.
+def read_table(path: Path) -> xr.Dataset:
+    """Read a sweep, or friction loops, a table of them, or friction over time or distance, as `to_dataset` gave it.
 
     Raises
     ------
@@ -96,18 +112,6 @@ def read_sweep(path: Path) -> xr.Dataset:
     """
     with _opened(path) as found:
         return found.load()
-
-
-def read_loops(path: Path) -> xr.Dataset:
-    """Read the friction loops, or the table of them, that `Loops.to_dataset` or `LoopTable.to_dataset` gave.
-
-    Raises
-    ------
-    InputError
-        The file is damaged.
-    """
-    with _opened(path) as loops:
-        return loops.load()
 
 
 def _check_there(path: Path, expected: str) -> None:

@@ -24,7 +24,7 @@ from historysim.log.event_log import EventLog
 from historysim.log.result import digest_attribute, log_beside
 from historysim.memory.paths import DISPLACED, Goals, paths_to
 from historysim.memory.rows import blank_rows
-from historysim.results.analysis.recorded import check_recorded, position_of
+from historysim.results.analysis.recorded import check_recorded, column_of, position_of
 
 Floats = npt.NDArray[np.float64]
 
@@ -73,22 +73,6 @@ def asperities_at(history: xr.Dataset, asperity: int, steps: Sequence[int]) -> l
             "not come from a file that holds its events; expected the result of historysim run, or more substeps"
         )
     return found
-
-
-def column_of(asperity: int, history: xr.Dataset) -> int:
-    """Return where an asperity stands among the recorded ones.
-
-    Raises
-    ------
-    InputError
-        It is not recorded.
-    """
-    there = np.flatnonzero(history["asperity"].values == asperity)
-    if isinstance(asperity, bool) or there.size != 1:
-        labels = history["asperity"].values
-        told = f"one of {', '.join(map(str, labels))}" if labels.size <= 8 else f"one of the {labels.size:,} recorded"
-        raise InputError(f"asperity {asperity}: is not recorded in the history; expected {told}")
-    return int(there[0])
 
 
 def reversal_points(history: xr.Dataset, asperity: int, step: int) -> xr.Dataset:

@@ -2,9 +2,7 @@
 
 import csv
 from collections.abc import Iterator
-from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -13,6 +11,7 @@ from historysim.basics import findings
 from historysim.basics.files import replacing
 from historysim.basics.units import quantity_text, range_text
 from historysim.basics.wording import counted
+from historysim.results.netcdf_table import write_netcdf
 
 CONTENT = "sweep"
 """What the attribute ``content`` of a sweep says."""
@@ -74,24 +73,11 @@ def write(found: xr.Dataset, path: Path) -> None:
     OSError
         The file cannot be written.
     """
-    with replacing(path) as unfinished:
-        if path.suffix.lower() == ".csv":
-            with unfinished.open("w", encoding="utf-8", newline="") as stream:
-                csv.writer(stream).writerows(rows(found))
-        else:
-            dated = found.assign_attrs(date_created=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"))
-            _with_characters(dated).to_netcdf(unfinished, engine="netcdf4")
-
-
-def _with_characters(dataset: xr.Dataset) -> xr.Dataset:
-    """Return a Dataset whose attributes are written as characters, also those that are not ASCII (as UTF-8)."""
-    made = dataset.copy()
-    holders: list[Any] = [made, *made.variables.values()]
-    for holder in holders:
-        holder.attrs = {
-            name: value.encode() if isinstance(value, str) and value else value for name, value in holder.attrs.items()
-        }
-    return made
+    if path.suffix.lower() != ".csv":
+        write_netcdf(found, path)
+        return
+    with replacing(path) as unfinished, unfinished.open("w", encoding="utf-8", newline="") as stream:
+        csv.writer(stream).writerows(rows(found))
 
 
 def _swept(found: xr.Dataset) -> list[str]:

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from historysim.log.event_log import EventLog
+    from historysim.measured.sliding import Sliding
     from historysim.scenario.scenario import Scenario
     from historysim.surfaces.heights import Surface
 
@@ -27,8 +28,8 @@ class Reading(TypedDict, total=False):
 @contextmanager
 def opened(
     path: str | Path, *, form: str | None = None, **reading: Unpack[Reading]
-) -> Iterator["Scenario | EventLog | xr.Dataset | Surface"]:
-    """Open a scenario, a log, a result, friction loops, a sweep or a height map, and close it when the block ends.
+) -> Iterator["Scenario | EventLog | xr.Dataset | Sliding | Surface"]:
+    """Open a scenario, a log, a result, a file of loops or of sliding, a sweep or a height map; close it in the end.
 
     Parameters
     ----------
@@ -40,7 +41,7 @@ def opened(
 
     Yields
     ------
-    Scenario, EventLog, xarray.Dataset or Surface
+    Scenario, EventLog, xarray.Dataset, Sliding or Surface
         Of results, of friction loops and of sweeps, a Dataset.
 
     Raises
@@ -48,7 +49,7 @@ def opened(
     InputError
         There is no such file, it cannot be used, or it is no height map and something is said of its reading.
     """
-    from historysim.results.files import CALLED, kind_of, open_result, read_loops, read_sweep
+    from historysim.results.files import CALLED, kind_of, open_result, read_table
 
     path = Path(path)
     kind = kind_of(path)
@@ -66,10 +67,14 @@ def opened(
 
         with EventLog(path) as log:
             yield log
-    elif kind == "loops":
-        yield read_loops(path)
-    elif kind == "sweep":
-        yield read_sweep(path)
+    elif kind == "table":
+        raise InputError(f"{path}: is a table, as historysim table writes it; any program for netCDF reads it")
+    elif kind == "sliding":
+        from historysim.measured.sliding import Sliding
+
+        yield Sliding.from_dataset(read_table(path))
+    elif kind in {"loops", "sweep"}:
+        yield read_table(path)
     else:
         with open_result(path) as history:
             yield history

@@ -9,15 +9,20 @@ from historysim.scenario.opening import opened
 from historysim.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
     import xarray as xr
 
+    from historysim.measured.loop_table import LoopTable
     from historysim.measured.loops import Loops
+    from historysim.measured.sliding import Sliding
     from historysim.scenario.fit import Fit
 
-    Reportable = str | Path | xr.Dataset | Scenario | Fit | Loops
+    Reportable = str | Path | xr.Dataset | Scenario | Fit | Loops | LoopTable | Sliding
 
 EXPECTED = (
-    "expected a result of historysim run, a sweep, friction loops, a fit, or a scenario whose loading is measured"
+    "expected a result of historysim run, a sweep, friction loops, friction over time or distance, a fit, or a "
+    "scenario whose loading is measured"
 )
 
 
@@ -26,10 +31,11 @@ def report(what: "Reportable", output: str | Path | None = None) -> str:
 
     Parameters
     ----------
-    what : path, xarray.Dataset, Scenario, Fit or Loops
+    what : path, xarray.Dataset, Scenario, Fit, Loops, LoopTable or Sliding
         A history, with a slider through time that moves loop and contact map, and asperities to click on (which needs
-        Bokeh: ``pip install "historysim[report]"``); a sweep; friction loops; a fit. A scenario whose loading is
-        measured is fitted, where it has ``[fit]``, or compared with what was measured.
+        Bokeh: ``pip install "historysim[report]"``); a sweep; friction loops, one by one or by their loads; friction
+        over time or distance; a fit. A scenario whose loading is measured is fitted, where it has ``[fit]``, or
+        compared with what was measured.
     output : path, optional
         A file to write the page to, which appears when it is complete.
 
@@ -60,23 +66,29 @@ def _page(what: Any, name: str) -> str:
     import xarray as xr
 
     from historysim.log.event_log import EventLog
+    from historysim.measured.loop_table import CONTENT_OF_TABLE, LoopTable
     from historysim.measured.loops import CONTENT as LOOPS
     from historysim.measured.loops import Loops
+    from historysim.measured.sliding import Sliding
     from historysim.results.report.history import history_page
-    from historysim.results.report.others import loops_page, sweep_page
+    from historysim.results.report.others import levels_page, loops_page, sliding_page, sweep_page
     from historysim.results.sweeps import CONTENT as SWEEP
     from historysim.scenario.fit import Fit
 
-    if isinstance(what, Scenario):
-        return _measured(what)
-    if isinstance(what, Fit):
-        return _fitted(what)
-    if isinstance(what, Loops):
-        return loops_page(what.to_dataset())
+    of_objects: Mapping[type, Callable[[Any], str]] = {
+        Scenario: _measured,
+        Fit: _fitted,
+        Loops: lambda loops: loops_page(loops.to_dataset()),
+        LoopTable: lambda levels: levels_page(levels.to_dataset()),
+        Sliding: sliding_page,
+    }
+    for kind, written in of_objects.items():
+        if isinstance(what, kind):
+            return written(what)
     if isinstance(what, xr.Dataset):
-        pages = {LOOPS: loops_page, SWEEP: sweep_page}
-        if what.attrs.get("content") in pages:
-            return pages[what.attrs["content"]](what)
+        of_contents = {LOOPS: loops_page, CONTENT_OF_TABLE: levels_page, SWEEP: sweep_page}
+        if what.attrs.get("content") in of_contents:
+            return of_contents[what.attrs["content"]](what)
         if "total_normal_load" in what:
             return history_page(what)
     if isinstance(what, EventLog):

@@ -1,14 +1,16 @@
 """Sliding one way: static peak, windows and running-in of records that were made with known ones."""
 
+from html import escape
 from itertools import pairwise
 
+import attrs
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 import historysim as hs
 from historysim.measured.measurement import Measurement
-from historysim.measured.sliding import sliding_of_channels, sliding_of_history, sliding_of_measurement
+from historysim.measured.sliding import Sliding, sliding_of_channels, sliding_of_history, sliding_of_measurement
 from historysim.results.plots.sliding import plot_sliding
 
 STEADY, START, LENGTH, PEAK = 0.4, 0.5, 2e-3, 0.65
@@ -123,6 +125,29 @@ def test_a_course_is_written_and_replayed(tmp_path):
     )
     changes = [event.friction for event in hs.load(tmp_path / "s.toml").events() if event.name == "friction"]
     assert_allclose(changes, found.window_mean[[0, -1]], rtol=1e-12)
+
+
+@pytest.mark.parametrize(("noise", "over", "windows"), [(0.002, "distance", 50), (0.5, "time", 50), (0.002, None, 1)])
+def test_its_dataset_tells_all_but_the_samples(noise, over, windows):
+    found = sliding_of_channels(*made(noise=noise), over=over, windows=windows)
+    found = attrs.evolve(found, remarks=(("left out", "2 rows: empty"), ("note", "clock")))
+    read = Sliding.from_dataset(found.to_dataset())
+    assert read.summary() == found.summary()
+    assert (read.peak, read.approach, read.remarks) == (found.peak, found.approach, found.remarks)
+    assert np.array_equal(read.window_mean, found.window_mean)
+    # the samples are not drawn as something else
+    labels = [line.get_label() for line in plot_sliding(read).axes[0].lines]
+    assert "samples" not in labels
+    assert "windows" in labels
+    page = hs.report(read)
+    for label, text in found.summary():
+        assert label in page
+        assert escape(text) in page
+
+
+def test_what_is_no_friction_course_is_refused():
+    with pytest.raises(hs.InputError, match="is no friction over time or distance"):
+        Sliding.from_dataset(sliding_of_channels(*made()).to_dataset().assign_attrs(content="sweep"))
 
 
 def test_the_picture_shows_samples_windows_peak_and_approach():

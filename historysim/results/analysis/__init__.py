@@ -19,6 +19,7 @@ from historysim.results.analysis.shares import slip_shares, telling_step
 from historysim.results.analysis.slips import first_slips, slides_first
 from historysim.results.analysis.stiffness import tangential_stiffness
 from historysim.results.analysis.summary import summary, validity
+from historysim.results.analysis.time_series import time_series
 
 __all__ = [
     "critical_asperity",
@@ -39,6 +40,7 @@ __all__ = [
     "summary",
     "tangential_stiffness",
     "telling_step",
+    "time_series",
     "total_mean_pressure",
     "validity",
 ]

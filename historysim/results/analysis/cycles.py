@@ -1,5 +1,7 @@
 """Friction loops of a history, and the energy that each of them takes, of every asperity."""
 
+from typing import Any
+
 import xarray as xr
 
 from historysim.measured.definitions import DEFAULT, Definitions
@@ -79,7 +81,11 @@ def energy_per_cycle(history: xr.Dataset, *, dead_band: float | None = None, ski
         label = f"energy per cycle{', all asperities' if name == 'total_energy' else ''}"
         dims = ("loop", *history[source].dims[1:])
         found[name] = xr.Variable(dims, last - first, {"units": "J", "long_name": label})
-    beside = {"loop": loops.number, "start_time": ("loop", time[:, 0]), "end_time": ("loop", time[:, 1])}
+    beside: dict[str, Any] = {
+        "loop": ("loop", loops.number, {"long_name": "loop of the history, from 0"}),
+        "start_time": ("loop", time[:, 0]),
+        "end_time": ("loop", time[:, 1]),
+    }
     if "energy" in found:
         beside["asperity"] = history["asperity"]
     result = xr.Dataset(found, beside)

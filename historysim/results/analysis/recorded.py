@@ -116,6 +116,22 @@ def position_of(step: object, history: xr.Dataset) -> int:
     return int(step) % steps
 
 
+def column_of(asperity: int, history: xr.Dataset) -> int:
+    """Return where an asperity stands among the recorded ones.
+
+    Raises
+    ------
+    InputError
+        It is not recorded.
+    """
+    there = np.flatnonzero(history["asperity"].values == asperity)
+    if isinstance(asperity, bool) or there.size != 1:
+        labels = history["asperity"].values
+        told = f"one of {', '.join(map(str, labels))}" if labels.size <= 8 else f"one of the {labels.size:,} recorded"
+        raise InputError(f"asperity {asperity}: is not recorded in the history; expected {told}")
+    return int(there[0])
+
+
 def displacement_ratio(history: xr.Dataset) -> float:
     """Return θ = E*/(4 G*) of the pair of a history."""
     return float(history.attrs["contact_modulus"] / (4 * history.attrs["shear_modulus"]))

@@ -38,7 +38,8 @@ def plot_sliding(sliding: Sliding, *, title: str = "", size: Size | None = None)
         stride = -(-sliding.place.size // MOST_POINTS)
         dots: dict[str, Any] = {"linestyle": "", "marker": ".", "ms": 2.2, "mew": 0, "color": FAINT, "alpha": 0.6}
         place, friction = sliding.place[::stride] * factor, sliding.coefficient[::stride]
-        axes.plot(place, friction, rasterized=True, label="samples", zorder=1, **dots)
+        if np.isfinite(friction).any():
+            axes.plot(place, friction, rasterized=True, label="samples", zorder=1, **dots)
         means = sliding.window_place * factor, sliding.window_mean
         axes.plot(*means, "o", color=STATE_COLOURS[1], ms=3, label="windows", zorder=2)
         if sliding.approach is not None:

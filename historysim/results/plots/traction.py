@@ -10,7 +10,7 @@ import xarray as xr
 from historysim.basics.units import prefixed
 from historysim.errors import InputError
 from historysim.results import rebuilt
-from historysim.results.analysis.recorded import GROSS_SLIP, check_any, check_recorded
+from historysim.results.analysis.recorded import GROSS_SLIP, check_any, check_recorded, column_of
 from historysim.results.analysis.shares import telling_step
 from historysim.results.plots.along_path import line_colours, swings
 from historysim.results.plots.paper import COLUMN, Size, new_figure
@@ -146,7 +146,7 @@ def _chosen(
     if asperity is None:
         heaviest = int(history["normal_load"].isel(step=telling).values.argmax())
         asperity = int(history["asperity"].values[heaviest])
-    column = rebuilt.column_of(asperity, history)
+    column = column_of(asperity, history)
     return asperity, list(steps) if steps is not None else _of_swing(history, column, telling, count)
 
 

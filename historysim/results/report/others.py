@@ -1,14 +1,17 @@
-"""Reports of what is no history: friction loops of a record, a sweep, and a model beside what was measured."""
+"""Reports of what is no history: loops or sliding of a record, a sweep, and a model beside what was measured."""
 
 from collections.abc import Iterable, Sequence
 
 import xarray as xr
 
 from historysim.measured.comparison import Comparison
+from historysim.measured.sliding import UNITS, Sliding
 from historysim.results import loops as loops_of_record
 from historysim.results import sweeps
 from historysim.results.plots.comparison import plot_comparison
+from historysim.results.plots.loop_levels import plot_loop_levels
 from historysim.results.plots.loop_trends import plot_loop_trends
+from historysim.results.plots.sliding import plot_sliding
 from historysim.results.plots.swept import plot_swept
 from historysim.results.report.page import Section, code, folded, page, paragraph, picture, table
 
@@ -36,6 +39,51 @@ def loops_page(loops: xr.Dataset) -> str:
                 ),
             ),
             Section("How they were found", (table(lines[split + 1 :]),)),
+        ],
+    )
+
+
+def levels_page(levels: xr.Dataset) -> str:
+    """Return loops by their loads or amplitudes, as `LoopTable.to_dataset` gives them, as one HTML page."""
+    lines = loops_of_record.summary(levels)
+    split = next((number for number, (label, _) in enumerate(lines) if not label), len(lines))
+    along = "normal load" if "level" in levels.dims else "amplitude"
+    told = f"Mean ± standard deviation of one loop, both directions, of the loops of each {along}."
+    drawn = [picture(plot_loop_levels(levels), f"Over the {along}; bars are the standard deviation of one loop.")]
+    return page(
+        str(levels.attrs.get("title") or "Friction loops"),
+        [
+            Section("Summary", (paragraph(told), table(lines[:split]))),
+            Section("Pictures", tuple(drawn)),
+            Section("How they were found", (table(lines[split + 1 :]),)),
+        ],
+    )
+
+
+def sliding_page(sliding: Sliding) -> str:
+    """Return friction over time or distance as one HTML page that fetches nothing."""
+    title = f"Friction over {sliding.over}"
+    rows = [
+        (f"{place:.6g}", f"{mean:.4g}", f"{deviation:.2g}", f"{count:,}")
+        for place, mean, deviation, count in zip(
+            sliding.window_place,
+            sliding.window_mean,
+            sliding.window_deviation,
+            sliding.window_count,
+            strict=True,
+        )
+    ]
+    heading = (f"middle of the window [{UNITS[sliding.over]}]", "mean T/N", "standard deviation of a sample", "samples")
+    listed = [table(rows[:MOST_ROWS], heading)]
+    if len(rows) > MOST_ROWS:
+        listed.append(paragraph(f"The first {MOST_ROWS:,} of {len(rows):,} windows.", "note"))
+    caption = "The friction coefficient, its windows, the static peak and the approach to the steady value."
+    return page(
+        title,
+        [
+            Section("Summary", (table(sliding.summary()),)),
+            Section("Pictures", (picture(plot_sliding(sliding), caption),)),
+            Section("Windows", tuple(listed)),
         ],
     )
 
