@@ -1,5 +1,8 @@
 """Sweeps: what stands in them, what is kept, and that nothing but the scenario decides what comes out."""
 
+import os
+import pickle
+import shutil
 import subprocess
 import sys
 import time
@@ -379,3 +382,36 @@ def test_dask_computes_a_sweep(rough):
     options = {"processes": False, "dashboard_address": None, "n_workers": 1, "threads_per_worker": 1}
     with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster) as client:
         assert hs.sweep(rough, OVER, executor=client).identical(hs.sweep(rough, OVER))
+
+
+OVER_MPI = """
+import pickle
+import historysim as hs
+from mpi4py.futures import MPIPoolExecutor
+
+if __name__ == "__main__":
+    with MPIPoolExecutor() as executor:
+        found = hs.sweep("rough.toml", {over!r}, executor=executor, store="cells")
+    with open("found.pickle", "wb") as stream:
+        pickle.dump(found, stream)
+"""
+
+
+@pytest.mark.slow
+def test_mpi_computes_a_sweep(rough, tmp_path):
+    pytest.importorskip("mpi4py")
+    launcher = shutil.which("mpiexec")
+    if launcher is None:
+        pytest.skip("needs mpiexec")
+    over = {"surface.seed": [0, 1], "friction.coefficient": [0.1, -0.1, 0.2]}
+    (tmp_path / "over_mpi.py").write_text(OVER_MPI.format(over=over), encoding="utf-8")
+    command = [launcher, "-n", "3", sys.executable, "-m", "mpi4py.futures", "over_mpi.py"]
+    # Open MPI asks root, and whoever has fewer processors than processes, to say that it is meant
+    keys = ("ALLOW_RUN_AS_ROOT", "ALLOW_RUN_AS_ROOT_CONFIRM", "MCA_rmaps_base_oversubscribe")
+    meant = {f"OMPI_{key}": "1" for key in keys}
+    surroundings = {**os.environ, **meant, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    subprocess.run(command, check=True, cwd=tmp_path, env=surroundings, timeout=300)
+    found = pickle.loads((tmp_path / "found.pickle").read_bytes())  # noqa: S301 - it is our own
+    assert (found.failure != "").values.tolist() == [[False, True, False]] * 2
+    assert found.identical(hs.sweep(rough, over))
+    assert len(list((tmp_path / "cells").glob("*.cell"))) == 4
