@@ -12,22 +12,20 @@ import numpy.typing as npt
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
+from historysim.asperities.projectors import Projectors
 from historysim.asperities.state import EnsembleState
+from historysim.basics.processors import threads_of
 from historysim.errors import CurveEndError, FrictionLimitError, InputError, LoadError
 from historysim.loads import schedule
 from historysim.loads.acting import changed, friction_goal
 from historysim.loads.events import Event, as_events, events_text, time_text
 from historysim.loads.schedule import Standing, Start, Stretch
-from historysim.memory.rows import Rows
-from historysim.recording import provenance, recorder
+from historysim.recording import provenance
 from historysim.recording.changes import Changes
 from historysim.recording.recorder import DatasetRecorder, Recorder, Selection, StateOnly, chosen_asperities
 
 if TYPE_CHECKING:
     import xarray as xr
-
-ROWS_AT_ONCE = 1 << 12
-"""Rows that are walked before they are recorded and the progress bar moves on."""
 
 RecorderType = TypeVar("RecorderType", bound=Recorder)
 
@@ -49,8 +47,9 @@ class Replay:
     record : {"touching", "all", "totals"} or sequence of int
         Asperities to record: those that touch at any time, all, none (totals alone), or a few by index.
     instrument : Instrument, optional
-        In series with the contact: tangential displacements of the events are those of its drive, which is
-        recorded beside that of the contact.
+        In series with the contact: tangential displacements of the events are those of its drive, recorded, too.
+    threads : int, optional
+        Threads that record many asperities; one for each processor, up to 4, by default. Results are the same bits.
 
     Raises
     ------
@@ -64,6 +63,7 @@ class Replay:
     saturate: bool = attrs.field(default=False, kw_only=True)
     record: Selection = attrs.field(default="touching", kw_only=True)
     instrument: Instrument = attrs.field(default=RIGID, kw_only=True, converter=as_instrument)
+    threads: int = attrs.field(default=None, kw_only=True, converter=threads_of, repr=False)
 
     @cached_property
     def asperities(self) -> npt.NDArray[np.int64] | None:
@@ -101,7 +101,7 @@ class Replay:
         from historysim.recording.netcdf import recording
 
         place = (self.ensemble, self.asperities, self.steps(), self.attributes(), self.instrument)
-        with recording(Path(path), *place, changes=self.changes) as target:
+        with recording(Path(path), *place, changes=self.changes, writers=self.threads) as target:
             self.walk(target, progress=progress)
 
     def state(self, until: float = math.inf, *, start: Start | None = None) -> EnsembleState:
@@ -128,7 +128,7 @@ class Replay:
         until : float
             Time [s] at which to stop; between two event times a row is recorded there.
         most_rows : int, optional
-            Rows after which a stretch is broken, where that shall be earlier than memory asks for.
+            Rows after which a stretch is broken, where that shall be earlier than the recorder asks for.
         progress : bool
             Show a progress bar on standard error where that is a terminal and the replay is long.
         after : callable, optional
@@ -138,28 +138,27 @@ class Replay:
 
         start = start or Start(self.ensemble.initial_state())
         state, columns = start.state, () if target.asperities is None else target.asperities
-        at_once = max(1, min(most_rows or ROWS_AT_ONCE, ROWS_AT_ONCE, recorder.CELLS_AT_ONCE // max(target.columns, 1)))
+        at_once = min(most_rows or target.rows_at_once, target.rows_at_once)
         plan = schedule.stretches(self.events, self.substeps, at_once, start=start.standing, until=until)
-        hidden = None if progress else True
-        with tqdm(total=target.steps, initial=start.rows, unit="step", delay=2, disable=hidden) as bar:
+        bar = tqdm(total=target.steps, initial=start.rows, unit="step", delay=2, disable=None if progress else True)
+        with bar, Projectors(self.threads) as projectors:
             for stretch in plan:
                 rows = target.blank(stretch.row_time.size)
-                state = self._walked(stretch, state, rows, columns)
+                state = self._walked(stretch, state, rows=rows, asperities=columns, projectors=projectors)
                 target.record(stretch.row_time)
                 if after is not None and stretch.standing is not None:
                     after(stretch.standing, state)
                 bar.update(stretch.row_time.size)
         return state
 
-    def _walked(self, stretch: Stretch, state: EnsembleState, rows: Rows, columns: npt.ArrayLike) -> EnsembleState:
+    def _walked(self, stretch: Stretch, state: EnsembleState, **recorded: Any) -> EnsembleState:
         """Return the state after a stretch, and name the event where that is not to be had."""
         ensemble, instrument, event = self.ensemble, self.instrument, stretch.event[0]
         try:
             state = ensemble.walk(
                 state,
                 stretch.paths,
-                rows=rows,
-                asperities=columns,
+                **recorded,
                 saturate=self.saturate,
                 instrument=instrument,
                 until=stretch.share,
@@ -187,6 +186,7 @@ def replay(
     saturate: bool = False,
     record: Selection = "touching",
     instrument: Instrument = RIGID,
+    threads: int | None = None,
 ) -> "xr.Dataset":
     """Replay load events across an ensemble; parameters and errors as in `Replay`.
 
@@ -196,4 +196,4 @@ def replay(
         Dimensions ``step`` and ``asperity``; see `historysim.recording.variables` for what stands in it.
     """
     job = Replay(ensemble, events, substeps=substeps, saturate=saturate, record=record, instrument=instrument)
-    return job.dataset()
+    return attrs.evolve(job, threads=threads).dataset()

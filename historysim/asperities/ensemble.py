@@ -17,6 +17,7 @@ from historysim.asperities.evolved import Evolved
 from historysim.asperities.grouping import groups, leaders, ordered, regrouped
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.asperities.laws.base import FrictionLaw
+from historysim.asperities.projectors import Projectors
 from historysim.asperities.saved_state import read
 from historysim.asperities.state import EnsembleState
 from historysim.asperities.stepper import HELD, Stepper, Totals, channel, goals, stepped
@@ -44,7 +45,6 @@ from historysim.memory.paths import DISPLACED, LEAST_APPROACH, LEAST_LOAD, LOAD,
 from historysim.memory.polyline import Aim
 from historysim.memory.rows import Rows, blank_rows
 from historysim.memory.traction import TractionMemory
-from historysim.memory.walk import walk_paths
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -569,6 +569,7 @@ class Ensemble:
         instrument: Instrument = RIGID,
         until: float = 1.0,
         friction: FrictionGoal | None = None,
+        projectors: Projectors | None = None,
     ) -> EnsembleState:
         """Return the state after straight paths, one after the other, and record rows on the way.
 
@@ -590,6 +591,8 @@ class Ensemble:
             Share of each path that is walked.
         friction : FrictionGoal, optional
             Where friction goes on each path, straight with the channels.
+        projectors : Projectors, optional
+            Threads that the asperities of many rows are recorded by, where they do not evolve.
 
         Raises
         ------
@@ -613,7 +616,7 @@ class Ensemble:
             walked = blank_rows(len(rows.totals), chosen.size)
         position = np.empty(self.elements, dtype=np.int64)
         position[state.order] = np.arange(self.elements)
-        memory, path, request, limit = walk_paths(
+        memory, path, request, limit = (projectors or Projectors()).walk(
             state.contact,
             copied(state.memory),
             _scaled(paths, units),

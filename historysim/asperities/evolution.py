@@ -36,6 +36,7 @@ from historysim.memory.layout import (
 from historysim.memory.move import move
 from historysim.memory.normal import load_at
 from historysim.memory.paths import LOAD, Paths
+from historysim.memory.pending import NO_ROOM
 from historysim.memory.polyline import Aim
 from historysim.memory.projection import record_row
 from historysim.memory.rows import (
@@ -249,8 +250,10 @@ class Evolution:
             copied(start.memory),
             alone,
             blank_rows(0, 0),
+            NO_ROOM,
             np.empty(0, dtype=np.int64),
             self.units,
+            np.empty((5, 0)),
             saturate,
             self.tolerance,
             compliance,
@@ -502,8 +505,8 @@ class Evolution:
         contact, order, evolved = present.contact, present.order, present.evolved
         position = np.empty(order.size, dtype=np.int64)
         position[order] = np.arange(order.size)
-        work = np.zeros((5, order.size if chosen.size else 0))
-        record_row(contact, present.memory, rows, row, position[chosen], self.units, bool(flag), work)
+        work = np.empty((5, order.size if chosen.size else 0))
+        record_row(contact, present.memory, rows, row, NO_ROOM, position[chosen], self.units, bool(flag), work)
         if rows.friction.size:
             friction = present.friction
             rows.friction[row] = friction[chosen if rows.friction.shape[1] == chosen.size else [0]]

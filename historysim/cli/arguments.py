@@ -1,7 +1,6 @@
 """What the commands take: files, how texts are written, and quantities with units."""
 
 import functools
-import os
 import re
 import sys
 from collections.abc import Callable
@@ -51,11 +50,6 @@ def check_target(path: Path, *sources: Path) -> None:
         for source in sources
     ):
         raise InputError(f"{path}: would overwrite what it is made from; choose another name")
-
-
-def processors() -> int:
-    """Return the number of processors that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def quantity_option(option: str, text: str, unit: str) -> float:

@@ -6,7 +6,8 @@ from typing import Any
 
 import click
 
-from historysim.cli.arguments import check_target, path_type, processors, scenario_or_file, set_option
+from historysim.basics.processors import processors
+from historysim.cli.arguments import check_target, path_type, scenario_or_file, set_option
 from historysim.cli.output import check_ending, notice, print_lines, save
 from historysim.errors import InputError
 

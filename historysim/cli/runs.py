@@ -5,7 +5,8 @@ from typing import Any
 
 import click
 
-from historysim.cli.arguments import check_target, path_type, processors, scenario_or_file, set_option
+from historysim.basics.processors import processors
+from historysim.cli.arguments import check_target, path_type, scenario_or_file, set_option
 from historysim.cli.output import check_ending, notice, print_lines, save
 from historysim.errors import InputError
 
@@ -23,6 +24,11 @@ from historysim.errors import InputError
     help="Steps that a crash costs at most. [default: some seconds of replay]",
 )
 @click.option("--compression", type=click.Choice(["none", "zlib", "zstd"]), default="none", show_default=True)
+@click.option(
+    "--threads",
+    type=click.IntRange(1),
+    help="Threads that record many asperities; the result is the same. [default: one for each processor, up to 4]",
+)
 @set_option
 def run(
     scenario: Path,
@@ -33,6 +39,7 @@ def run(
     resume: bool,
     snapshot_every: int | None,
     compression: str,
+    threads: int | None,
 ) -> None:
     """Replay SCENARIO (TOML), or the log or the result of a run, and write the history to a netCDF file.
 
@@ -53,6 +60,7 @@ def run(
         resume=resume,
         snapshot_every=snapshot_every,
         compression=compression,
+        threads=threads,
         tell=notice,
     )
     if quiet and not with_picture:

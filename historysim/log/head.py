@@ -150,8 +150,8 @@ class Head:
         """Rows per interval between event times."""
         return int(self.settings["substeps"])
 
-    def replay(self, events: Sequence[Event]) -> Replay:
-        """Return the replay of events as this head says."""
+    def replay(self, events: Sequence[Event], threads: int | None = None) -> Replay:
+        """Return the replay of events as this head says, on so many threads."""
         return Replay(
             self.ensemble,
             events,
@@ -159,6 +159,7 @@ class Head:
             saturate=bool(self.settings["saturate"]),
             record=self.settings["record"],
             instrument=self.instrument,
+            threads=threads,
         )
 
     @property

@@ -54,6 +54,7 @@ def write_result(
     resume: bool = False,
     snapshot_every: int | None = None,
     compression: str = "none",
+    threads: int | None = None,
     tell: Teller = silent,
 ) -> None:
     """Replay a log into a result, which appears under its name when it is complete.
@@ -63,7 +64,7 @@ def write_result(
     file : LogFile
         Open to write: snapshots of the state are put beside its events.
     output : Path
-    progress, resume, snapshot_every, compression, tell
+    progress, resume, snapshot_every, compression, threads, tell
         See `historysim.run`.
 
     Raises
@@ -78,7 +79,7 @@ def write_result(
     head, content = file.head, file.sound()
     if not content.events:
         raise InputError(f"{file.path}: holds no events yet; expected at least one: historysim append adds them")
-    job = head.replay(content.events)
+    job = head.replay(content.events, threads)
     steps, tip = job.steps(), content.links[-1]
     unfinished = Unfinished(output)
     keep = False
@@ -89,6 +90,7 @@ def write_result(
             "handle": unfinished.handle,
             "attributes": _attributes(head, job, tip),
             "beside": partial(_write_beside, head=head, content=content),
+            "writers": job.threads,
         }
         if not resume:
             unfinished.forget()

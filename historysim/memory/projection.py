@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from historysim.memory.compiled import compiled, entry, reordered, uncounted
+from historysim.memory.compiled import compiled, entry, reordered, short, uncounted
 from historysim.memory.layout import (
     APPROACH,
     DISPLACEMENT,
@@ -22,6 +22,7 @@ from historysim.memory.layout import (
     group_of,
 )
 from historysim.memory.normal import touching
+from historysim.memory.pending import Pending, set_aside
 from historysim.memory.rows import (
     FULL_STICK,
     GROSS_SLIP,
@@ -122,11 +123,21 @@ def project(
         state[i] = slip if outermost > gap[i] else 1.0 * FULL_STICK
 
 
+@short
+def record_energies(memory: Memory, rows: Rows, row: int, columns: Integers, units: Units) -> None:
+    """Write down what each recorded asperity has dissipated."""
+    for c in range(columns.size):
+        rows.dissipated[row, c] = memory.dissipated[columns[c]] * units.energy
+
+
 @entry
 def record_asperities(
     contact: Contact, memory: Memory, rows: Rows, row: int, columns: Integers, units: Units, work: Floats
 ) -> None:
-    """Project the state onto one row of per-asperity variables."""
+    """Project the state onto one row of per-asperity variables, but for the energies.
+
+    ``work`` (5, asperity) is scratch.
+    """
     approach = memory.now[APPROACH]
     for index in range(contact.friction.size):
         depth, start = memory.depth[index], contact.first[index]
@@ -158,7 +169,6 @@ def record_asperities(
         )
     for c in range(columns.size):
         i = columns[c]
-        rows.dissipated[row, c] = memory.dissipated[i] * units.energy
         touches = contact.gap[i] < approach
         rows.tangential_load[row, c] = work[0, i] * units.load if touches else 0.0
         rows.normal_load[row, c] = work[1, i] * units.load if touches else 0.0
@@ -173,12 +183,27 @@ def record_row(
     memory: Memory,
     rows: Rows,
     row: int,
+    pending: Pending,
     columns: Integers,
     units: Units,
     saturated: bool,
     work: Floats,
 ) -> None:
-    """Project the state onto one row."""
+    """Project the state onto one row, or leave its asperities for later where there is room for what that takes."""
     record_totals(contact, memory, rows.totals[row], units, saturated)
     if columns.size > 0:
-        record_asperities(contact, memory, rows, row, columns, units, work)
+        record_energies(memory, rows, row, columns, units)
+        if not set_aside(memory, pending, row):
+            record_asperities(contact, memory, rows, row, columns, units, work)
+
+
+@entry
+def record_pending(
+    contact: Contact, pending: Pending, rows: Rows, columns: Integers, units: Units, work: Floats
+) -> None:
+    """Project the asperities of all rows that were left for later."""
+    for row in range(pending.waits.size):
+        if pending.waits[row]:
+            # the energies are in the rows already, so that any array will do for them
+            memory = Memory(pending.vertices[row], pending.depth[row], pending.steep[row], work[0], pending.now[row])
+            record_asperities(contact, memory, rows, row, columns, units, work)

@@ -27,6 +27,8 @@ TOTALS_OF_ROW = 11
 # columns of Rows.evolved
 TOGETHER = 3
 SLID_TOGETHER, ERASED_MEMORIES, ERASED_ENERGY = range(TOGETHER)
+OF_EACH = 6
+"""Numbers in a row of one asperity."""
 PER_ASPERITY = ("slid_distance", "worn_volume", "summit_height", "summit_radius")
 
 

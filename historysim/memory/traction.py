@@ -89,7 +89,8 @@ class TractionMemory:
     def recorded(self) -> Rows:
         """The row that a recorder would write of this asperity."""
         rows = blank_rows(1, 1)
-        record_asperities(self.contact, self.memory, rows, 0, THE_ONE, self.units, np.zeros((5, 1)))
+        record_asperities(self.contact, self.memory, rows, 0, THE_ONE, self.units, np.empty((5, 1)))
+        rows.dissipated[...] = self.dissipated_energy
         return rows
 
     @property

@@ -22,6 +22,7 @@ from historysim.memory.limit import MOST_PIECES, Course, cut, follow, meets_limi
 from historysim.memory.move import move
 from historysim.memory.normal import load_at
 from historysim.memory.paths import LOAD, Paths
+from historysim.memory.pending import Pending
 from historysim.memory.polyline import Aim, to_displacement, to_load
 from historysim.memory.projection import record_row
 from historysim.memory.ramp import ramp, toward
@@ -156,8 +157,10 @@ def walk_paths(
     memory: Memory,
     paths: Paths,
     rows: Rows,
+    pending: Pending,
     columns: Integers,
     units: Units,
+    work: Floats,
     saturate: bool,
     tolerance: float,
     compliance: float,
@@ -165,12 +168,12 @@ def walk_paths(
 ) -> tuple[Memory, int, float, float]:
     """Walk paths one after the other and record their rows; ``columns`` gives each column's asperity.
 
+    Asperities of rows that find room in ``pending`` are left for `record_pending`; ``work`` (5, asperity) is scratch.
     Displacements of the tangential channel are those of a drive behind a spring of a compliance; with 0, the
     contact's. Of each path the share ``until`` is walked. Returns the memory, and the path that asks for more than
     the friction limit with the request and the limit (dimensionless); the memory is then of no use. The path is -1
     where all could be walked.
     """
-    work = np.zeros((5, contact.gap.size if columns.size > 0 else 0))
     ends, sides = np.ones(MOST_PIECES), np.zeros(MOST_PIECES, dtype=np.int64)
     flag = False
     for p in range(paths.parts.size):
@@ -196,6 +199,6 @@ def walk_paths(
             flag = flag or held
             if part < parts or paths.recorded[p]:
                 row = paths.first_row[p] + part - 1
-                record_row(contact, memory, rows, row, columns, units, flag, work)
+                record_row(contact, memory, rows, row, pending, columns, units, flag, work)
                 flag = False
     return memory, -1, 0.0, 0.0

@@ -28,9 +28,6 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[Any]
 
-WRITERS = 2
-"""Threads that write while the next rows are computed."""
-
 
 @final
 @attrs.define
@@ -47,6 +44,8 @@ class FileRecorder(Recorder):
         Of the result.
     beside : callable, optional
         Writes further groups into the file.
+    writers : int
+        Threads that write.
 
     Raises
     ------
@@ -57,6 +56,7 @@ class FileRecorder(Recorder):
     handle: int
     attributes: Mapping[str, Any]
     beside: "Callable[[h5netcdf.File], None] | None" = None
+    writers: int = 2
     _file: RowFile = attrs.field(init=False)
     _held: int = attrs.field(default=0, init=False)
     _times: list[Array] = attrs.field(factory=list, init=False)
@@ -68,7 +68,7 @@ class FileRecorder(Recorder):
     def __attrs_post_init__(self) -> None:
         self._file = RowFile(self.handle, skeleton(self, self.attributes, self.beside))
         self._rows, self._spare = self.new_rows(0), self.new_rows(0)
-        self._writers = ThreadPoolExecutor(WRITERS, thread_name_prefix="writer")
+        self._writers = ThreadPoolExecutor(self.writers, thread_name_prefix="writer")
 
     def __enter__(self) -> Self:
         return self
@@ -188,6 +188,7 @@ def recording(
     instrument: Instrument = RIGID,
     *,
     changes: Changes = STEADY,
+    writers: int = 2,
 ) -> Iterator[FileRecorder]:
     """Record into a netCDF file, which appears under its name only when all rows stand in it.
 
@@ -195,7 +196,7 @@ def recording(
     ----------
     path : Path
         An existing file is replaced, at the end.
-    ensemble, asperities, steps, attributes, instrument, changes
+    ensemble, asperities, steps, attributes, instrument, changes, writers
         See `FileRecorder`.
 
     Raises
@@ -205,7 +206,9 @@ def recording(
     """
     with replacing(path) as unfinished, opened(unfinished) as handle:
         place = (ensemble, asperities, steps)
-        with FileRecorder(*place, handle, attributes, instrument=instrument, changes=changes) as target:
+        with FileRecorder(
+            *place, handle, attributes, instrument=instrument, changes=changes, writers=writers
+        ) as target:
             target.check_room(path.parent)
             yield target
             target.finish()

@@ -58,8 +58,12 @@ if TYPE_CHECKING:
 Array = npt.NDArray[Any]
 Selection = str | Sequence[int]
 
+ROWS_AT_ONCE = 1 << 12
+"""Rows that are walked, at most, before they are recorded and the progress bar moves on."""
 CELLS_AT_ONCE = 1 << 20
 """Rows times asperities that are held in memory between writes to a file; as many again while they are written."""
+CELLS_IN_MEMORY = 1 << 24
+"""Rows times asperities that are walked before the progress bar moves on, where all of them stay in memory."""
 
 
 def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selection) -> npt.NDArray[np.int64] | None:
@@ -144,6 +148,14 @@ class Recorder(abc.ABC):
     def columns(self) -> int:
         """Number of recorded asperities."""
         return 0 if self.asperities is None else self.asperities.size
+
+    @property
+    def rows_at_once(self) -> int:
+        """Rows that are walked before they are recorded, at most, and the progress bar moves on."""
+        return self._rows_of(CELLS_AT_ONCE)
+
+    def _rows_of(self, cells: int) -> int:
+        return max(1, min(ROWS_AT_ONCE, cells // max(self.columns, 1)))
 
     @property
     def totals(self) -> tuple[Variable, ...]:
@@ -255,6 +267,11 @@ class DatasetRecorder(Recorder):
     def __attrs_post_init__(self) -> None:
         self.rows = self.new_rows(self.steps)
         self._times = np.zeros(self.steps)
+
+    @property
+    def rows_at_once(self) -> int:
+        """See `Recorder`; rows of patches are made of those of many more elements."""
+        return self._rows_of(CELLS_IN_MEMORY) if self.ensemble.curves is None else super().rows_at_once
 
     def blank(self, count: int) -> Rows:
         """Return rows for the replay to fill next."""

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from historysim.basics.file_kinds import is_log, is_netcdf
 from historysim.basics.notices import Teller, silent
+from historysim.basics.processors import threads_of
 from historysim.errors import InputError
 from historysim.loads.events import Event
 from historysim.log import inputs
@@ -28,6 +29,7 @@ def run(
     resume: bool = False,
     snapshot_every: int | None = None,
     compression: str = "none",
+    threads: int | None = None,
     tell: Teller = silent,
 ) -> "xr.Dataset":
     """Replay a scenario, or what an earlier run has left: its log, or its result.
@@ -49,6 +51,9 @@ def run(
         Rows between snapshots of the state in the log; by default some seconds of replay.
     compression : {"none", "zlib", "zstd"}
         Of the output.
+    threads : int, optional
+        Threads that record many asperities, and write them; one for each processor up to 4 by default. What comes out
+        is the same, bit for bit.
     tell : callable, optional
         Takes notices for the user, such as which snapshot is passed over.
 
@@ -70,7 +75,7 @@ def run(
     if output is None:
         _check_interval(snapshot_every)
         check_compression(compression)
-        return _in_memory(_source(path), progress=progress, tell=tell)
+        return _in_memory(_source(path), progress=progress, threads=threads_of(threads), tell=tell)
     write(
         path,
         output,
@@ -78,6 +83,7 @@ def run(
         resume=resume,
         snapshot_every=snapshot_every,
         compression=compression,
+        threads=threads,
         tell=tell,
     )
     import xarray as xr
@@ -93,11 +99,13 @@ def write(
     resume: bool = False,
     snapshot_every: int | None = None,
     compression: str = "none",
+    threads: int | None = None,
     tell: Teller = silent,
 ) -> None:
     """Replay a scenario, or the log of an earlier run, into a file, without opening it; all as for `run`."""
     _check_interval(snapshot_every)
     check_compression(compression)
+    threads = threads_of(threads)
     output = Path(output)
     with _log_of_run(_source(path), output, resume=resume, tell=tell) as file:
         write_result(
@@ -107,6 +115,7 @@ def write(
             resume=resume,
             snapshot_every=snapshot_every,
             compression=compression,
+            threads=threads,
             tell=tell,
         )
 
@@ -144,7 +153,7 @@ def head_of(loaded: scenario.Scenario, tell: Teller = silent) -> tuple[Head, lis
     return head, loaded.events(tell)
 
 
-def _in_memory(path: Path | scenario.Scenario, *, progress: bool, tell: Teller) -> "xr.Dataset":
+def _in_memory(path: Path | scenario.Scenario, *, progress: bool, threads: int, tell: Teller) -> "xr.Dataset":
     if isinstance(path, Path) and is_log(path):
         with LogFile(path) as file:
             head, content = file.head, file.sound()
@@ -155,7 +164,8 @@ def _in_memory(path: Path | scenario.Scenario, *, progress: bool, tell: Teller) 
     else:
         head, events = head_of(scenario.as_scenario(path), tell)
         links = links_of(head, events)
-    return head.replay(events).dataset(attributes=head.attributes | digest_attribute(links[-1]), progress=progress)
+    attributes = head.attributes | digest_attribute(links[-1])
+    return head.replay(events, threads).dataset(attributes=attributes, progress=progress)
 
 
 def _log_again(path: Path, beside: Path, *, resume: bool) -> LogFile:

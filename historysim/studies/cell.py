@@ -107,7 +107,8 @@ def _history(loaded: Scenario, *, each: bool) -> "xr.Dataset":
         raise InputError(
             f'{loaded.path.name}: record.asperities: "totals"; expected others, since their rows are asked for'
         )
-    job = loaded.replay(_ground(loaded))
+    # cells are computed by as many processes as there are processors
+    job = attrs.evolve(loaded.replay(_ground(loaded)), threads=1)
     if each or attrs.evolve(job.changes, friction_differs=False) != Changes():
         return job.dataset()
     # totals cost the same whatever the number of asperities; of these only what the summaries read is put beside them

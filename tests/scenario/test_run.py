@@ -151,3 +151,21 @@ def test_a_short_run_shows_no_bar(scenario, monkeypatch):
     monkeypatch.setattr(sys, "stderr", terminal)
     hs.run(scenario, progress=True)
     assert "17" not in terminal.getvalue()
+
+
+# -- threads ---------------------------------------------------------------------------------------
+
+
+def test_threads_do_not_change_what_comes_out(scenario, tmp_path, monkeypatch):
+    monkeypatch.setattr("historysim.asperities.projectors.CELLS_PASSED_ON", 15)
+    expected = fingerprint(hs.run(scenario, threads=1))
+    assert fingerprint(hs.run(scenario, threads=3)) == expected
+    with hs.run(scenario, tmp_path / "five.nc", threads=3) as written:
+        assert fingerprint(written) == expected
+
+
+@pytest.mark.parametrize("output", [None, "five.nc"])
+def test_what_is_no_number_of_threads_is_refused_before_anything_is_made(scenario, tmp_path, output):
+    with pytest.raises(hs.InputError, match="threads is 0; expected a whole number of 1 or more"):
+        hs.run(scenario, output and tmp_path / output, threads=0)
+    assert list(tmp_path.iterdir()) == [scenario]

@@ -1,0 +1,139 @@
+"""Threads that project the asperities of rows while the next rows are walked.
+
+The walk itself is one thread: each step goes on from the one before. What it passes on are copies, rows do not depend
+on one another, and no sum runs over more than one of them; so the bits are the same whatever the number of threads.
+"""
+
+from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from historysim.memory.layout import Contact, Memory, Units
+from historysim.memory.paths import Paths
+from historysim.memory.pending import NO_ROOM, Pending, room_for
+from historysim.memory.projection import record_pending
+from historysim.memory.rows import Rows
+from historysim.memory.walk import walk_paths
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+CELLS_PASSED_ON = 1 << 16
+"""Rows times asperities that are passed on at once: about half a millisecond of projecting."""
+
+
+class _Task(NamedTuple):
+    """Rows to be projected."""
+
+    contact: Contact
+    pending: Pending
+    rows: Rows
+    columns: Integers
+    units: Units
+
+
+class Projectors:
+    """Threads that project rows; with one, rows are projected as they are walked.
+
+    Parameters
+    ----------
+    threads : int
+        Of all, with that which walks.
+    """
+
+    def __init__(self, threads: int = 1) -> None:
+        self._threads = threads
+        self._pool: ThreadPoolExecutor | None = None
+        self._running: list[tuple[Future[None], _Task]] = []
+        # scratch that no thread has in use
+        self._spare: list[Floats] = []
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End the threads."""
+        if self._pool is not None:
+            self._pool.shutdown(cancel_futures=True)
+
+    def walk(
+        self,
+        contact: Contact,
+        memory: Memory,
+        paths: Paths,
+        rows: Rows,
+        columns: Integers,
+        units: Units,
+        *options: Any,
+    ) -> tuple[Memory, int, float, float]:
+        """Walk paths as `walk_paths` does, with ``options`` that follow its scratch; all rows are there in the end."""
+        work = self._scratch(contact, columns)
+        found = memory, -1, 0.0, 0.0
+        try:
+            for first, part, its_rows, pending in self._parts(contact, paths, rows, columns.size):
+                found = walk_paths(contact, found[0], part, its_rows, pending, columns, units, work, *options)
+                if found[1] >= 0:
+                    return found[0], first + found[1], *found[2:]
+                if pending.waits.any():
+                    self._start(_Task(contact, pending, its_rows, columns, units))
+        finally:
+            self._finish(work)
+            self._spare.append(work)
+        return found
+
+    def _parts(
+        self, contact: Contact, paths: Paths, rows: Rows, columns: int
+    ) -> Iterator[tuple[int, Paths, Rows, Pending]]:
+        """Cut paths that record much, where they record a row; yield the first of each part, with room to pass on."""
+        at_once = max(1, CELLS_PASSED_ON // max(columns, 1))
+        if self._threads == 1 or len(rows.totals) * columns < 2 * CELLS_PASSED_ON:
+            yield 0, paths, rows, NO_ROOM
+            return
+        end = paths.first_row + paths.parts - 1 + paths.recorded
+        cuts = np.flatnonzero(paths.recorded) + 1
+        first = 0
+        while first < end.size:
+            row = int(paths.first_row[first])
+            # the last cut before too many rows, or else the next one
+            place = max(
+                np.searchsorted(end[cuts - 1], row + at_once, side="right") - 1, np.searchsorted(cuts, first + 1)
+            )
+            last = int(cuts[place]) if place < cuts.size else end.size
+            part = Paths._make(array[first:last] for array in paths)
+            some = Rows._make(array[row : int(end[last - 1])] for array in rows)
+            room = room_for(len(some.totals), contact.friction.size, columns)
+            yield first, part._replace(first_row=part.first_row - row), some, room
+            first = last
+
+    def _start(self, task: _Task) -> None:
+        if self._pool is None:
+            # whoever compiles first decides on last bits: always this thread
+            record_pending(task.contact, NO_ROOM, task.rows, task.columns, task.units, np.empty((5, 0)))
+            self._pool = ThreadPoolExecutor(self._threads - 1, thread_name_prefix="projector")
+        self._running.append((self._pool.submit(self._project, task), task))
+
+    def _project(self, task: _Task) -> None:
+        work = self._scratch(task.contact, task.columns)
+        record_pending(*task, work)
+        self._spare.append(work)
+
+    def _finish(self, work: Floats) -> None:
+        """Project what nobody has begun with, and wait for the rest."""
+        running, self._running = self._running, []
+        for future, task in reversed(running):
+            if future.cancel():
+                record_pending(*task, work)
+        for future, _ in running:
+            if not future.cancelled():
+                future.result()
+
+    def _scratch(self, contact: Contact, columns: Integers) -> Floats:
+        size = contact.gap.size if columns.size else 0
+        try:
+            spare = self._spare.pop()
+        except IndexError:
+            return np.empty((5, size))
+        return spare if spare.shape[1] == size else np.empty((5, size))
