@@ -64,6 +64,7 @@ if TYPE_CHECKING:
     from historysim.scenario.scenario import load as load
     from historysim.scenario.show import show as show
     from historysim.scenario.sliding import find_sliding as find_sliding
+    from historysim.studies import design_studies as design_studies
     from historysim.studies.design import design as design
     from historysim.studies.gallery import gallery as gallery
     from historysim.studies.spread import drift_along as drift_along
@@ -124,6 +125,7 @@ _HOMES = {
     "scenario.run": ("run",),
     "scenario.scenario": ("load",),
     "scenario.show": ("show",),
+    "studies": ("design_studies",),
     "studies.design": ("design",),
     "studies.spread": ("drift_along", "spread"),
     "studies.gallery": ("gallery",),

@@ -18,7 +18,7 @@ from historysim.basics.wording import counted, shown
 from historysim.errors import InputError
 from historysim.loads.events import Event, NormalDisplacement, NormalLoad
 from historysim.loads.events import misfit as event_misfit
-from historysim.scenario.document import read_sections
+from historysim.scenario.document import read_sections, sections_of
 from historysim.scenario.loading_kinds import MOST_STEPS, MeasuredLoading
 from historysim.scenario.schema import given, reported
 from historysim.scenario.sections import Sections
@@ -369,6 +369,27 @@ def load(path: str | os.PathLike[str], values: Mapping[str, Any] | None = None) 
     path = Path(path)
     with reported(path.name or str(path)):
         return Scenario(path, *read_sections(path, values))
+
+
+def scenario_of(document: Mapping[str, Any], name: str) -> Scenario:
+    """Return the scenario that tables say, as if a file of that name in the present folder held them.
+
+    Parameters
+    ----------
+    document : dict
+        The tables of a scenario, with values as TOML has them.
+    name : str
+        What messages and titles call it.
+
+    Raises
+    ------
+    InputError
+        Fields that cannot be used: one line for each, with the path to it.
+    """
+    import tomlkit
+
+    with reported(name):
+        return Scenario(Path(name), tomlkit.dumps(document), sections_of(document))
 
 
 def as_scenario(scenario: Scenario | str | os.PathLike[str]) -> Scenario:

@@ -198,7 +198,7 @@ def _attributes(scenario: Scenario, grid: Grid, there: Sequence["xr.Dataset"]) -
     return {
         "Conventions": CONVENTIONS,
         "title": scenario.title or f"Sweep of {scenario.path.name}",
-        "summary": f"What {counted(len(grid), 'load history', 'load histories')} of a frictional contact give.",
+        "summary": f"What {counted(len(grid), 'load history', 'load histories')} of a frictional contact led to.",
         "keywords": KEYWORDS,
         **scenario.metadata,
         "content": CONTENT,
