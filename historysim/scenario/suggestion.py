@@ -66,6 +66,9 @@ def suggested_loading(path: Path, listings: Sequence[Listing], layout: Format, b
     lines += ["", "[loading.columns]"]
     lines.append(_key("time", time, "s") if time else "# no column looks like time: without it, the row is the clock")
     lines.append(_key("normal_load", normal, "mN", _pressing(path, normal, layout)))
+    if friction and not stroke:
+        # where the load alone was recorded, it is what was controlled
+        return "\n".join([*lines, _key("tangential_load", friction, "mN")])
     lines.append(_key("tangential_displacement", stroke, "µm"))
     if friction:
         lines += ["", "[loading.response]", _key("tangential_load", friction, "mN")]

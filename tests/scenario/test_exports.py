@@ -201,6 +201,14 @@ def test_all_samples_tell_the_sign_of_the_normal_load_and_not_the_first(tmp_path
     assert ("below zero: what is the zero of the load?" in suggested) == loads.startswith("-30")
 
 
+def test_a_tangential_load_alone_is_what_was_controlled(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("t (s),Fn (mN),Ft (mN)\n0,1,2\n1,2,3\n", encoding="utf-8")
+    loading = tomllib.loads(suggested_loading(path, describe(path), Format()))["loading"]
+    assert loading["columns"] == {"time": "t (s)", "normal_load": "Fn (mN)", "tangential_load": "Ft (mN)"}
+    assert "response" not in loading
+
+
 def test_an_empty_cell_names_the_key_that_leaves_it_out(tmp_path):
     content = "Time,Fz,X\n0,1,1\n1,,2\n2,3,3\n"
     with pytest.raises(InputError, match=r"line 3, column 'Fz': ''; expected a finite number; missing = \"drop\""):
