@@ -8,7 +8,7 @@ from historysim.contact.drift import backward_branch
 from historysim.errors import InputError
 from historysim.measured.definitions import DEFAULT, Definitions
 from historysim.results import analysis
-from historysim.results.analysis.recorded import displacement_ratio, present_friction, shape_of
+from historysim.results.analysis.recorded import check_all_recorded, displacement_ratio, present_friction, shape_of
 
 Floats = npt.NDArray[np.float64]
 
@@ -173,8 +173,7 @@ def _changes(values: Floats) -> Floats:
 def _displacements(history: xr.Dataset, step: int) -> Floats:
     """Preliminary displacement θ μ_i δ_i of each asperity at a step [m]."""
     _check_steps(history, step)
-    # it refuses what does not tell
-    analysis.preliminary_displacement(history.isel(step=[step]))
+    check_all_recorded(history.isel(step=[step]))
     friction = present_friction(history).of(step % history.sizes["step"])
     own = shape_of(history, "summit_height", step) - float(history["separation"].values[step])
     found: Floats = displacement_ratio(history) * friction * np.maximum(own, 0.0)

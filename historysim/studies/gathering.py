@@ -55,10 +55,10 @@ def gathered(
         raise InputError(f"all of {counted(len(cells), 'cell', 'cells')} failed; the first: {reasons[first]}")
     swept = swept_coordinates(scenario, grid)
     labels = _labels(there)
-    variables = {
-        name: _stacked(str(name), grid, cells, there, labels) for name in there[0].variables if name not in labels
-    }
-    own = {name for name in there[0].coords if name not in labels}
+    # positions, say, are told of some surfaces only
+    names = dict.fromkeys(str(name) for cell in there for name in cell.variables if name not in labels)
+    variables = {name: _stacked(name, grid, cells, labels) for name in names}
+    own = [name for name in names if any(name in cell.coords for cell in there)]
     steps = {"asperity": xr.Variable("asperity", labels["asperity"], there[0]["asperity"].attrs)} if labels else {}
     data = {name: variable for name, variable in variables.items() if name not in own}
     if reasons:
@@ -72,12 +72,14 @@ def gathered(
 
 def unlike(cells: "Mapping[int, xr.Dataset]") -> dict[int, str]:
     """Return why cells cannot stand beside the first, by position: one of their quantities goes over something else."""
-    first = cells[min(cells)] if cells else {}
+    if not cells:
+        return {}
+    over = {name: variable.dims for name, variable in cells[min(cells)].variables.items()}
     return {
-        index: f"{name} goes over {_words(cell[name].dims)}, and before over {_words(first[name].dims)}; sweep apart"
+        index: f"{name} goes over {_words(own)}, and before over {_words(over[name])}; sweep apart"
         for index, cell in sorted(cells.items())
-        for name in first
-        if cell[name].dims != first[name].dims
+        for name, variable in cell.variables.items()
+        if (own := variable.dims) != over.get(name, own)
     }
 
 
@@ -95,27 +97,23 @@ def _labels(there: Sequence["xr.Dataset"]) -> dict[str, Any]:
     return {"asperity": np.unique(np.concatenate(own))} if own else {}
 
 
-def _stacked(
-    name: str,
-    grid: Grid,
-    cells: Sequence["xr.Dataset | None"],
-    there: Sequence["xr.Dataset"],
-    labels: Mapping[str, Any],
-) -> "xr.Variable":
+def _stacked(name: str, grid: Grid, cells: Sequence["xr.Dataset | None"], labels: Mapping[str, Any]) -> "xr.Variable":
     """Return a variable of all cells; a coordinate that is the same in all stands there once."""
     import xarray as xr
 
+    there = [cell for cell in cells if cell is not None and name in cell.variables]
     model = there[0][name].variable
     shape = tuple(
         labels[dim].size if dim in labels else max(cell.sizes[dim] for cell in there) for dim in map(str, model.dims)
     )
-    if name in there[0].coords and all(np.array_equal(model.values, cell[name].values) for cell in there):
+    known = sum(cell is not None for cell in cells)
+    if name in there[0].coords and len(there) == known and _same(model, [cell[name].variable for cell in there]):
         return model
     whole = len(there) == len(cells) and all(cell[name].shape == shape for cell in there)
     # what is filled up needs a NaN
     values = np.full((len(cells), *shape), 0 if whole else np.nan, dtype=model.dtype if whole else np.float64)
     for index, cell in enumerate(cells):
-        if cell is not None:
+        if cell is not None and name in cell.variables:
             where = tuple(
                 np.searchsorted(labels[dim], cell[dim].values) if dim in labels else np.arange(cell.sizes[dim])
                 for dim in map(str, model.dims)
@@ -127,6 +125,10 @@ def _stacked(
     return xr.Variable(
         dims, values.reshape((*grid.shape, *shape)), model.attrs | flags, {"_FillValue": None} if whole else {}
     )
+
+
+def _same(model: "xr.Variable", others: "Sequence[xr.Variable]") -> bool:
+    return all(np.array_equal(model.values, other.values) for other in others)
 
 
 def swept_coordinates(scenario: Scenario, grid: Grid) -> dict[str, "xr.Variable"]:

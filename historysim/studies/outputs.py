@@ -40,7 +40,8 @@ def _at_peak(history: "xr.Dataset") -> "xr.Dataset":
 
 def _approach(history: "xr.Dataset") -> float:
     heights = history["present_summit_height" if "present_summit_height" in history else "summit_height"]
-    return max(float((heights.max("asperity") - history["separation"]).max()), 0.0)
+    highest = heights.transpose(..., "asperity").values.max(axis=-1, initial=-np.inf)
+    return float((highest - history["separation"].values).max(initial=0.0))
 
 
 def _first(history: "xr.Dataset") -> int:

@@ -157,6 +157,17 @@ def test_what_evolves_is_what_a_run_of_its_scenario_gives(ball, name):
         assert any((found[output].diff(dim) != 0).any() for output in SUMMARIES)
 
 
+def test_what_some_surfaces_tell_is_missing_for_others(ball):
+    kinds = [{"kind": "textured", "count": [2, 1], "pitch": 1e-4, "radius": 1e-3}, {"kind": "sphere", "radius": 1e-3}]
+    for order in (kinds, kinds[::-1]):
+        found = hs.sweep(ball, {"surface": order}, outputs=["normal_load"])
+        ball_alone = found.isel(surface=order.index(kinds[1]))
+        assert ball_alone.x.isnull().all()
+        assert ball_alone.summit_radius.isnull().values.tolist() == [False, True]
+        assert found.isel(surface=order.index(kinds[0])).x.values.tolist() == [0.0, 1e-4]
+        assert found.surface[order.index(kinds[1])] == "{ kind = sphere, radius = 0.001 }"
+
+
 def test_cells_whose_rows_go_over_something_else_are_left_out(ball):
     law = 'law = "power"\ncoefficient = 0.3\nreference_load = "1 mN"\nexponent = -0.1\n'
     ball.write_text(SLIDING.replace(FRICTION, law), encoding="utf-8")

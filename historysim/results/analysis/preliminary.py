@@ -112,8 +112,10 @@ def _capacity(history: xr.Dataset) -> tuple[Floats, npt.NDArray[np.int64]]:
 
 def _steady_capacity(history: xr.Dataset, friction: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
     separation, height = history["separation"].values, history["summit_height"].values
-    # no asperity is the last to slide where another one is as high or higher and has more friction; few are left
-    order = np.lexsort((-friction, -height))
+    # no asperity is the last to slide that never touches, or where another one is as high or higher and has more
+    # friction; few are left
+    touching = np.flatnonzero(height > separation.min(initial=np.inf))
+    order = touching[np.lexsort((-friction[touching], -height[touching]))]
     leading = np.flatnonzero(friction[order] > np.maximum.accumulate(np.append(-1.0, friction[order]))[:-1])
     order = order[leading]
     ratio = displacement_ratio(history)
