@@ -18,6 +18,8 @@ def groups(*keys: npt.NDArray[np.generic]) -> Integers:
     """
     numbers = np.zeros(len(keys[0]), dtype=np.int64)
     for key in keys:
+        if (key == key[0]).all():
+            continue
         _, rank = np.unique(key, return_inverse=True)
         _, numbers = np.unique(numbers * (rank.max() + 1) + rank, return_inverse=True)
     return numbers
@@ -37,9 +39,13 @@ def ordered(
     """
     smallest = np.full(group.max() + 1, np.inf)
     np.minimum.at(smallest, group, gap)
-    order = np.lexsort((gap, group, smallest[group]))
+    # sorting by gap takes the most of all; what stands in order already is sorted again in no time
+    ascending = np.argsort(gap, kind="stable")
+    place = np.empty(smallest.size, dtype=np.int64)
+    place[np.argsort(smallest, kind="stable")] = np.arange(smallest.size)
+    order = ascending[np.argsort(place[group[ascending]], kind="stable")]
     first = np.flatnonzero(np.diff(group[order], prepend=-1, append=-1))
-    by_gap = np.argsort(gap, kind="stable") if index is None else np.lexsort((index, gap))
+    by_gap = ascending if index is None else np.lexsort((index, gap))
     contact = Contact(
         gap=gap[order],
         weight=weight[order],

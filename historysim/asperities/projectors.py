@@ -6,6 +6,7 @@ on one another, and no sum runs over more than one of them; so the bits are the 
 
 from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -23,6 +24,8 @@ Integers = npt.NDArray[np.int64]
 
 CELLS_PASSED_ON = 1 << 16
 """Rows times asperities that are passed on at once: about half a millisecond of projecting."""
+TASKS_AHEAD = 2
+"""How many times they may wait for each thread."""
 
 
 class _Task(NamedTuple):
@@ -48,8 +51,9 @@ class Projectors:
         self._threads = threads
         self._pool: ThreadPoolExecutor | None = None
         self._running: list[tuple[Future[None], _Task]] = []
-        # scratch that no thread has in use
-        self._spare: list[Floats] = []
+        # what no thread has in use: memory that was touched before is twice as fast
+        self._scratch: list[Floats] = []
+        self._rooms: list[Pending] = []
 
     def __enter__(self) -> Self:
         return self
@@ -70,7 +74,7 @@ class Projectors:
         *options: Any,
     ) -> tuple[Memory, int, float, float]:
         """Walk paths as `walk_paths` does, with ``options`` that follow its scratch; all rows are there in the end."""
-        work = self._scratch(contact, columns)
+        work = self._some_scratch(contact, columns)
         found = memory, -1, 0.0, 0.0
         try:
             for first, part, its_rows, pending in self._parts(contact, paths, rows, columns.size):
@@ -78,10 +82,9 @@ class Projectors:
                 if found[1] >= 0:
                     return found[0], first + found[1], *found[2:]
                 if pending.waits.any():
-                    self._start(_Task(contact, pending, its_rows, columns, units))
+                    self._pass_on(_Task(contact, pending, its_rows, columns, units), work)
         finally:
             self._finish(work)
-            self._spare.append(work)
         return found
 
     def _parts(
@@ -98,27 +101,32 @@ class Projectors:
         while first < end.size:
             row = int(paths.first_row[first])
             # the last cut before too many rows, or else the next one
-            place = max(
-                np.searchsorted(end[cuts - 1], row + at_once, side="right") - 1, np.searchsorted(cuts, first + 1)
-            )
+            few = np.searchsorted(end[cuts - 1], row + at_once, side="right") - 1
+            place = max(few, np.searchsorted(cuts, first, side="right"))
             last = int(cuts[place]) if place < cuts.size else end.size
             part = Paths._make(array[first:last] for array in paths)
             some = Rows._make(array[row : int(end[last - 1])] for array in rows)
-            room = room_for(len(some.totals), contact.friction.size, columns)
+            room = self._room(contact, len(some.totals), columns)
             yield first, part._replace(first_row=part.first_row - row), some, room
             first = last
 
-    def _start(self, task: _Task) -> None:
+    def _pass_on(self, task: _Task, work: Floats) -> None:
+        """Have rows projected: by another thread, or if enough of them wait, by this one."""
         if self._pool is None:
             # whoever compiles first decides on last bits: always this thread
-            record_pending(task.contact, NO_ROOM, task.rows, task.columns, task.units, np.empty((5, 0)))
+            record_pending(task.contact, NO_ROOM, task.rows, task.columns, task.units, work)
             self._pool = ThreadPoolExecutor(self._threads - 1, thread_name_prefix="projector")
-        self._running.append((self._pool.submit(self._project, task), task))
+        if sum(not future.done() for future, _ in self._running) < TASKS_AHEAD * self._threads:
+            self._running.append((self._pool.submit(self._project, task), task))
+        else:
+            record_pending(*task, work)
+            self._rooms.append(task.pending)
 
     def _project(self, task: _Task) -> None:
-        work = self._scratch(task.contact, task.columns)
+        work = self._some_scratch(task.contact, task.columns)
         record_pending(*task, work)
-        self._spare.append(work)
+        self._scratch.append(work)
+        self._rooms.append(task.pending)
 
     def _finish(self, work: Floats) -> None:
         """Project what nobody has begun with, and wait for the rest."""
@@ -129,11 +137,23 @@ class Projectors:
         for future, _ in running:
             if not future.cancelled():
                 future.result()
+        self._scratch.append(work)
 
-    def _scratch(self, contact: Contact, columns: Integers) -> Floats:
+    def _room(self, contact: Contact, rows: int, columns: int) -> Pending:
+        new = partial(room_for, rows, contact.friction.size, columns)
+        try:
+            room = self._rooms.pop()
+        except IndexError:
+            return new()
+        if room.depth.shape[1] != contact.friction.size or room.waits.size < rows:
+            return new()
+        room.waits[:] = False
+        return room
+
+    def _some_scratch(self, contact: Contact, columns: Integers) -> Floats:
         size = contact.gap.size if columns.size else 0
         try:
-            spare = self._spare.pop()
+            spare = self._scratch.pop()
         except IndexError:
             return np.empty((5, size))
         return spare if spare.shape[1] == size else np.empty((5, size))
