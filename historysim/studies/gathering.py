@@ -91,34 +91,36 @@ def _dimensions(grid: Grid) -> tuple[str, ...]:
     return tuple(axis.name for axis in grid.axes)
 
 
-def _labels(there: Sequence["xr.Dataset"]) -> dict[str, Any]:
+def _labels(there: Sequence["xr.Dataset"]) -> dict[Any, Any]:
     """Return the indices of all asperities of which there are rows, none where there are none."""
     own = [cell["asperity"].values for cell in there if "asperity" in cell.coords]
     return {"asperity": np.unique(np.concatenate(own))} if own else {}
 
 
-def _stacked(name: str, grid: Grid, cells: Sequence["xr.Dataset | None"], labels: Mapping[str, Any]) -> "xr.Variable":
+def _stacked(name: str, grid: Grid, cells: Sequence["xr.Dataset | None"], labels: Mapping[Any, Any]) -> "xr.Variable":
     """Return a variable of all cells; a coordinate that is the same in all stands there once."""
     import xarray as xr
 
-    there = [cell for cell in cells if cell is not None and name in cell.variables]
-    model = there[0][name].variable
+    there = {index: cell for index, cell in enumerate(cells) if cell is not None}
+    own = {index: cell.variables[name] for index, cell in there.items() if name in cell.variables}
+    first = min(own)
+    model = own[first]
+    longest = map(max, zip(*(variable.shape for variable in own.values()), strict=True))
     shape = tuple(
-        labels[dim].size if dim in labels else max(cell.sizes[dim] for cell in there) for dim in map(str, model.dims)
+        labels[dim].size if dim in labels else length for dim, length in zip(model.dims, longest, strict=True)
     )
-    known = sum(cell is not None for cell in cells)
-    if name in there[0].coords and len(there) == known and _same(model, [cell[name].variable for cell in there]):
+    everywhere = len(own) == len(there)
+    if name in there[first].coords and everywhere and _same(list(own.values())):
         return model
-    whole = len(there) == len(cells) and all(cell[name].shape == shape for cell in there)
+    whole = len(own) == len(cells) and all(variable.shape == shape for variable in own.values())
     # what is filled up needs a NaN
     values = np.full((len(cells), *shape), 0 if whole else np.nan, dtype=model.dtype if whole else np.float64)
-    for index, cell in enumerate(cells):
-        if cell is not None and name in cell.variables:
-            where = tuple(
-                np.searchsorted(labels[dim], cell[dim].values) if dim in labels else np.arange(cell.sizes[dim])
-                for dim in map(str, model.dims)
-            )
-            values[index, ...][np.ix_(*where)] = cell[name].values
+    for index, variable in own.items():
+        where = (
+            np.searchsorted(labels[dim], there[index][dim].values) if dim in labels else np.arange(length)
+            for dim, length in zip(variable.dims, variable.shape, strict=True)
+        )
+        values[index, ...][np.ix_(*where)] = variable.values
     dims = (*_dimensions(grid), *map(str, model.dims))
     # flags have the type of what they are flags of
     flags = {key: value.astype(values.dtype) for key, value in model.attrs.items() if key == "flag_values"}
@@ -127,8 +129,8 @@ def _stacked(name: str, grid: Grid, cells: Sequence["xr.Dataset | None"], labels
     )
 
 
-def _same(model: "xr.Variable", others: "Sequence[xr.Variable]") -> bool:
-    return all(np.array_equal(model.values, other.values) for other in others)
+def _same(variables: "Sequence[xr.Variable]") -> bool:
+    return all(np.array_equal(variables[0].values, other.values) for other in variables[1:])
 
 
 def swept_coordinates(scenario: Scenario, grid: Grid) -> dict[str, "xr.Variable"]:
