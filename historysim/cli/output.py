@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+PICTURES = ".png", ".pdf", ".svg"
+"""Endings of pictures that are promised; matplotlib knows more."""
+
 
 def print_lines(lines: Iterable[tuple[str, str]]) -> None:
     """Print labels with what belongs to them, in two columns."""

@@ -14,7 +14,7 @@ from historysim.cli.arguments import (
     set_option,
     text_options,
 )
-from historysim.cli.output import check_ending, print_lines, print_table, save, save_table
+from historysim.cli.output import PICTURES, check_ending, print_lines, print_table, save, save_table
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
@@ -22,9 +22,6 @@ if TYPE_CHECKING:
     from historysim.measured.sliding import Over
     from historysim.scenario.scenario import Scenario
     from historysim.tables import Format
-
-
-PICTURES = ".png", ".pdf", ".svg"
 
 
 @click.command()
@@ -71,6 +68,7 @@ def columns(file: Path, layout: "Format") -> None:
     "--levels", type=path_type, help="Also write the table over the normal load (.nc, .csv), or draw it there."
 )
 @click.option("--plot", "with_picture", is_flag=True, help="Also draw the loops: FILE's name with _loops.png, here.")
+@click.option("--picture", type=path_type, help="Also draw the loops to this file (PNG, PDF, SVG).")
 @click.option("--model", "with_model", is_flag=True, help="Draw those of the scenario's model with them, dashed.")
 @set_option
 def loops(
@@ -83,6 +81,7 @@ def loops(
     output: Path | None,
     levels: Path | None,
     with_picture: bool,
+    picture: Path | None,
     with_model: bool,
     values: dict[str, Any],
 ) -> None:
@@ -91,11 +90,12 @@ def loops(
     At several normal loads this is a table with a row for each load.
     """
     band = None if dead_band is None else quantity_option("--dead-band", dead_band, "m")
-    picture = Path(f"{file.stem}_loops.png") if with_picture else None
-    targets = [path for path in (output, levels, picture) if path is not None]
+    named = Path(f"{file.stem}_loops.png") if with_picture else None
+    pictures = [path for path in (named, picture) if path is not None]
+    targets = [path for path in (output, levels, *pictures) if path is not None]
     for number, target in enumerate(targets):
         check_target(target, file, *targets[:number])
-        check_ending(target, ".nc", ".csv", *PICTURES)
+        check_ending(target, *(() if target in pictures else (".nc", ".csv")), *PICTURES)
     from historysim.measured.definitions import DEFAULT, Definitions
     from historysim.results.plots.loop_levels import plot_loop_levels
     from historysim.results.plots.loops import plot_loops
@@ -118,8 +118,8 @@ def loops(
         save_table(
             by_load.to_dataset(), levels, lambda table: plot_loop_levels(table, title=file.name), measured=measured
         )
-    if picture is not None:
-        save(plot_loops(found, model, title=file.name), picture)
+    for path in pictures:
+        save(plot_loops(found, model, title=file.name), path)
     print_lines(found.summary())
     if not found.large.all():
         print_table(found.by_amplitude().rows())

@@ -7,14 +7,15 @@ import click
 
 from historysim.basics.processors import processors
 from historysim.cli.arguments import check_target, path_type, scenario_or_file, set_option
-from historysim.cli.output import check_ending, notice, print_lines, save
+from historysim.cli.output import PICTURES, check_ending, notice, print_lines, save
 from historysim.errors import InputError
 
 
 @click.command()
 @click.argument("scenario", type=path_type)
 @click.option("-o", "--output", type=path_type, help="The result (netCDF). [default: SCENARIO's name with .nc, here]")
-@click.option("--plot", "with_picture", is_flag=True, help="Also draw the result, beside it.")
+@click.option("--plot", "with_picture", is_flag=True, help="Also draw the result, beside it, with .png.")
+@click.option("--picture", type=path_type, help="Also draw the result to this file (PNG, PDF, SVG).")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing.")
 @click.option("--resume", is_flag=True, help="Go on where an earlier run was ended, from its log.")
 @click.option(
@@ -35,6 +36,7 @@ def run(
     values: dict[str, Any],
     output: Path | None,
     with_picture: bool,
+    picture: Path | None,
     quiet: bool,
     resume: bool,
     snapshot_every: int | None,
@@ -48,9 +50,10 @@ def run(
     output = output or Path(f"{scenario.stem}.nc")
     check_target(output, scenario)
     check_target(output.with_suffix(".history"), *([] if scenario.suffix == ".history" else [scenario, output]))
-    picture = output.with_suffix(".png")
-    if with_picture:
-        check_target(picture, scenario, output)
+    pictures = [path for path in (output.with_suffix(".png") if with_picture else None, picture) if path is not None]
+    for path in pictures:
+        check_target(path, scenario, output)
+        check_ending(path, *PICTURES)
     from historysim.scenario.run import write
 
     write(
@@ -63,19 +66,21 @@ def run(
         threads=threads,
         tell=notice,
     )
-    if quiet and not with_picture:
+    if quiet and not pictures:
         return
     from historysim.results import analysis
     from historysim.results.files import open_result
 
     with open_result(output) as history:
-        if with_picture:
+        if pictures:
             from historysim.results.plots.history import plot_history
 
-            save(plot_history(history), picture)
+            drawn = plot_history(history)
+            for path in pictures:
+                save(drawn, path)
         lines = [*analysis.summary(history), ("result", str(output))]
     if not quiet:
-        print_lines([*lines, ("picture", str(picture))] if with_picture else lines)
+        print_lines([*lines, *(("picture", str(path)) for path in pictures)])
 
 
 @click.command()

@@ -93,9 +93,10 @@ def test_run_draws_beside_its_output(folder):
 
 
 def test_run_can_be_quiet(folder):
-    done = call("run", "ball.toml", "--quiet", "--plot")
+    done = call("run", "ball.toml", "--quiet", "--plot", "--picture", "other.pdf")
     assert (done.exit_code, done.output) == (0, "")
-    assert files(folder) == ["ball.history", "ball.nc", "ball.png", "ball.toml"]
+    assert files(folder) == ["ball.history", "ball.nc", "ball.png", "ball.toml", "other.pdf"]
+    assert (folder / "other.pdf").read_bytes().startswith(b"%PDF")
 
 
 def test_validate_reads_and_writes_nothing(folder):
@@ -288,7 +289,11 @@ def test_loops_are_written_drawn_and_read_again(folder):
     assert (folder / "ball_loops.png").read_bytes().startswith(b"\x89PNG")
     assert "friction force" in call("show", "l.nc").output
     assert call("plot", "l.nc").output == "l.png\n"
-    assert call("loops", "ball.nc", "--levels", "n.nc", "-o", "l.pdf").output.splitlines()[-2:] == ["l.pdf", "n.nc"]
+    done = call("loops", "ball.nc", "--levels", "n.nc", "-o", "l.pdf", "--picture", "p.svg")
+    assert done.output.splitlines()[-3:] == ["l.pdf", "n.nc", "p.svg"]
+    assert (folder / "p.svg").read_text(encoding="utf-8").startswith("<?xml")
+    said = "p.csv: .csv ending; expected .png or .pdf or .svg"
+    check_refusal(process(folder, "loops", "ball.nc", "--picture", "p.csv"), 2, said)
     assert (folder / "l.pdf").read_bytes().startswith(b"%PDF")
     assert "50 mN" in call("show", "n.nc").output
     assert call("plot", "n.nc", "-o", "n.svg").output == "n.svg\n"
@@ -547,6 +552,7 @@ PIXEL = ("--pixel-size", "1 µm", "--height-unit", "nm")
         (["run", "ball.toml", "-o", "ball.toml"], "ball.toml: would overwrite what it is made from"),
         (["run", "ball.toml", "-o", "./../{name}/ball.toml"], "would overwrite what it is made from"),
         (["run", "ball.toml", "--plot", "-o", "ball.png"], "ball.png: would overwrite what it is made from"),
+        (["run", "ball.toml", "--picture", "ball.txt"], "ball.txt: .txt ending; expected .png or .pdf or .svg"),
         (["run"], "Missing argument 'SCENARIO'"),
         (["rnu", "ball.toml"], "No such command 'rnu'"),
         (["run", "ball.toml", "--polt"], "No such option"),

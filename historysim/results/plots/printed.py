@@ -1,22 +1,41 @@
 """Figures that are saved in one way, whoever saves them."""
 
+import io
 import warnings
+from os import PathLike
+from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-# journals reject Type 3 fonts; 42 embeds TrueType. An SVG has its letters as outlines, which look the same anywhere
-PRINT: dict[Any, Any] = {"pdf.fonttype": 42, "ps.fonttype": 42, "svg.fonttype": "path"}
+from historysim.results.plots.embedded_fonts import with_fonts
+
+# journals reject Type 3 fonts; 42 embeds TrueType
+PRINT: dict[Any, Any] = {"pdf.fonttype": 42, "ps.fonttype": 42}
+SVG: dict[Any, Any] = {"svg.fonttype": "none"}
 DOTS_PER_INCH = 200
 
 
 class PrintedFigure(Figure):
-    """A figure whose files have TrueType fonts, and 200 dots per inch where nothing else is said."""
+    """A figure whose files have TrueType fonts in them, and 200 dots per inch where nothing else is said."""
 
     def savefig(self, fname: Any, **options: Any) -> None:
         """Save the figure; parameters as for matplotlib's figures."""
         with mpl.rc_context(PRINT), warnings.catch_warnings():
             # a sign that the font does not have is drawn as a box
             warnings.filterwarnings("ignore", message="Glyph .* missing from")
-            super().savefig(fname, **{"dpi": DOTS_PER_INCH, **options})
+            named = isinstance(fname, str | PathLike)
+            kind = options.get("format") or (Path(fname).suffix.removeprefix(".") if named else "")
+            given = {"dpi": DOTS_PER_INCH, **options}
+            if kind.lower() != "svg":
+                super().savefig(fname, **given)
+                return
+            stream = io.StringIO()
+            with mpl.rc_context(SVG):
+                super().savefig(stream, **given | {"format": "svg"})
+            text = with_fonts(stream.getvalue())
+        if named:
+            Path(fname).write_text(text, encoding="utf-8")
+        else:
+            fname.write(text if isinstance(fname, io.TextIOBase) else text.encode())

@@ -1,11 +1,15 @@
 """Figures of a size on paper, whose files have fonts that a journal takes."""
 
+import base64
+import io
 import re
 import zlib
+from xml.etree import ElementTree as ET
 
 import matplotlib as mpl
 import numpy as np
 import pytest
+from fontTools.ttLib import TTFont
 
 import historysim as hs
 from historysim.errors import InputError
@@ -30,7 +34,6 @@ def test_files_have_truetype_fonts_whoever_saves_them(tmp_path):
     history = hs.replay(hs.Ensemble(pair, 0.0, 1e-3, 0.2), [hs.NormalLoad(0.0, 0.1), hs.TangentialLoad(1.0, 0.01)])
     settings, figure = dict(mpl.rcParams), hs.plot(history)
     figure.savefig(tmp_path / "h.pdf")
-    figure.savefig(tmp_path / "h.svg")
     figure.savefig(tmp_path / "h.png")
     assert dict(mpl.rcParams) == settings
     content = (tmp_path / "h.pdf").read_bytes()
@@ -41,7 +44,30 @@ def test_files_have_truetype_fonts_whoever_saves_them(tmp_path):
     kinds = set(re.findall(rb"/Subtype\s*/(Type3|TrueType|Type1|CIDFontType2|Type0)", b"\n".join(parts)))
     assert kinds
     assert b"Type3" not in kinds
-    # letters of an SVG are outlines, and look the same without the font
-    assert b"<text" not in (tmp_path / "h.svg").read_bytes()
     width = int.from_bytes((tmp_path / "h.png").read_bytes()[16:20], "big")
     assert width == pytest.approx(180 / 25.4 * 200, abs=1)
+
+
+def test_an_svg_has_its_texts_and_the_fonts_to_draw_them(tmp_path):
+    with new_figure(None, (90.0, 60.0)) as figure:
+        axes = figure.add_subplot(title="Überlast µ")
+        axes.set_xlabel(r"traction $\tau$ & load")
+    figure.savefig(tmp_path / "f.svg")
+    stream = io.BytesIO()
+    figure.savefig(stream, format="svg")
+    text = (tmp_path / "f.svg").read_text(encoding="utf-8")
+    # searched, selected, changed: they are no outlines
+    for written in (text, stream.getvalue().decode()):
+        assert "Überlast µ" in "".join(ET.fromstring(written).itertext())  # noqa: S314 - it is our own
+    faces = re.findall(
+        r"font-family:'(.*?)';font-weight:(\w+);font-style:(\w+);src:url\(data:font/ttf;base64,(.*?)\)", text
+    )
+    fonts = {(weight, style): TTFont(io.BytesIO(base64.b64decode(font))) for _, weight, style, font in faces}
+    assert {family for family, *_ in faces} == {"DejaVu Sans"}
+    assert {ord(letter) for letter in "Überlast µ"} <= set(fonts["700", "normal"].getBestCmap())
+    assert {ord(letter) for letter in "traction & load"} <= set(fonts["400", "normal"].getBestCmap())
+    assert ord("τ") in fonts["400", "oblique"].getBestCmap()
+    # TrueType outlines, of the letters that are there, with what the letters themselves are made of
+    assert all("glyf" in font for font in fonts.values())
+    assert ord("Q") not in fonts["400", "normal"].getBestCmap()
+    assert len(text) < 100_000
