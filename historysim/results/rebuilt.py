@@ -7,8 +7,6 @@ the events are replayed that the result was made from, from the log beside it or
 """
 
 from collections.abc import Sequence
-from contextlib import suppress
-from pathlib import Path
 
 import attrs
 import numpy as np
@@ -19,12 +17,10 @@ from historysim.asperities.asperity import Asperity
 from historysim.asperities.ensemble import Ensemble
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
-from historysim.log import inputs
-from historysim.log.event_log import EventLog
-from historysim.log.result import digest_attribute, log_beside
 from historysim.memory.paths import DISPLACED, Goals, paths_to
 from historysim.memory.rows import blank_rows
 from historysim.results.analysis.recorded import check_recorded, column_of, position_of
+from historysim.results.origin import ask_origin
 
 Floats = npt.NDArray[np.float64]
 
@@ -201,16 +197,5 @@ def _walked(history: xr.Dataset, column: int, positions: Sequence[int]) -> list[
 
 def _replayed(history: xr.Dataset, label: int, positions: Sequence[int]) -> list[Asperity] | None:
     """Return the asperity at steps from what the result was made from; None where neither log nor file tell it."""
-    source = history.encoding.get("source")
-    if not source:
-        return None
-    path, times = Path(source), [float(time) for time in history["time"].values[list(positions)]]
-    # the log goes on from snapshots
-    with suppress(InputError), EventLog(log_beside(path)) as log:
-        if history.attrs.get("log_digest") == digest_attribute(bytes.fromhex(log.digest))["log_digest"]:
-            return [log.ensemble.asperity(label, log.state(at=time)) for time in times]
-    with suppress(InputError):
-        head, content = inputs.read(path)
-        job = head.replay(content.events)
-        return [job.ensemble.asperity(label, job.state(until=time)) for time in times]
-    return None
+    times = [float(time) for time in history["time"].values[list(positions)]]
+    return ask_origin(history, lambda origin: [origin.ensemble.asperity(label, origin.state(time)) for time in times])

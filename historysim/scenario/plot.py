@@ -167,33 +167,15 @@ def _dataset(what: "xr.Dataset", name: str, chosen: _Options) -> "Figure":
 
 def _history(history: "xr.Dataset", chosen: _Options) -> "Figure":
     from historysim.results.plots.pictures import draw
-    from historysim.results.plots.surface import surface_of
 
-    picture = chosen.picture or ("history" if chosen.step is None else "contact-map")
-    if picture == "contact-map" and "solved_pressure" in surface_of(history):
-        return _contact_map(history, "partial" if chosen.step is None else chosen.step, chosen.size)
     return draw(
         history,
-        picture,
+        chosen.picture or ("history" if chosen.step is None else "contact-map"),
         step=chosen.step,
         asperity=chosen.asperity,
         panels=chosen.panels,
         size=chosen.size,
     )
-
-
-def _contact_map(history: "xr.Dataset", step: int | str, size: tuple[float, float] | None) -> "Figure":
-    from historysim.log.event_log import EventLog
-    from historysim.log.file import ENDING
-    from historysim.results.plots.contact_map import plot_contact_map
-    from historysim.results.plots.surface import position_of
-
-    # a surface with its solutions came from a file, beside which its log stands
-    path = Path(history.encoding["source"]).with_suffix(ENDING)
-    with EventLog(path) as log:
-        if history.attrs.get("log_digest") != f"sha256:{log.digest}":
-            raise InputError(f"{path}: is not the log of this result; expected that, from which the tractions follow")
-        return plot_contact_map(log, float(history["time"].values[position_of(step, history)]), size=size)
 
 
 def _ground(scenario: Scenario, chosen: _Options) -> "Figure":

@@ -156,8 +156,6 @@ def _adhesion(scenario: Scenario) -> list[str]:
 
 def _run(scenario: Scenario) -> list[str]:
     from historysim.results.report.history import history_pictures
-    from historysim.results.report.page import picture
-    from historysim.scenario.plot import plot
     from historysim.scenario.run import run
 
     # the surface stands in a file beside the history
@@ -165,11 +163,6 @@ def _run(scenario: Scenario) -> list[str]:
         if history.sizes["step"] == 1:
             # it has no course
             return []
-        if "stick_area" in history:
-            # of patches, the log beside the result has the contact
-            step = int(abs(history["total_tangential_load"].values).argmax())
-            contact = picture(plot(history, step=step), "The contact under the greatest tangential load.")
-            return [*history_pictures(history, ["history"]), contact]
         return history_pictures(history)
 
 

@@ -4,14 +4,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
+import xarray as xr
 
 from historysim.asperities.ensemble import Ensemble
+from historysim.asperities.state import EnsembleState
 from historysim.basics.units import prefixed, quantity_text
 from historysim.errors import InputError
 from historysim.log.event_log import EventLog
 from historysim.replay import Replay
+from historysim.results.origin import Origin, ask_origin
 from historysim.results.plots.paper import PAGE, Size, new_figure
 from historysim.results.plots.style import INK, STATE_COLOURS, plain_title
+from historysim.results.plots.surface import position_of
 from historysim.surfaces.heights import Surface
 
 if TYPE_CHECKING:
@@ -21,6 +25,8 @@ if TYPE_CHECKING:
 Floats = npt.NDArray[np.float64]
 
 STICKS, SLIPS = 1.0, 2.0
+SOLVED = "solved_pressure"
+"""What the surface of a result holds where its asperities press on one another."""
 
 
 def plot_contact_map(log: EventLog, at: float, *, title: str = "", size: Size | None = None) -> "Figure":
@@ -48,11 +54,40 @@ def plot_contact_map(log: EventLog, at: float, *, title: str = "", size: Size | 
     InputError
         A log of another surface, or a time before the first event.
     """
-    arrays = log.surface
-    if "solved_pressure" not in arrays:
+    origin = Origin.of_log(log)
+    if SOLVED not in origin.surface:
         raise InputError(f'{log.path}: has no contact maps; expected the log of a surface with interaction = "full"')
-    state, ensemble = log.state(at=at), log.ensemble
-    shape = log.settings["surface_attributes"]["shape"]
+    return _drawn(origin, origin.state(at), at, title, size)
+
+
+def plot_interacting(history: xr.Dataset, step: int | str = "partial", *, size: Size | None = None) -> "Figure":
+    """Draw what `plot_contact_map` does, at a step of a history that comes from the file of a result.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        Of a run with ``interaction = "full"``.
+    step, size
+        As for `plot_surface`.
+
+    Raises
+    ------
+    InputError
+        A step that the history does not have, or one that does not come from a file with its events.
+    """
+    at = float(history["time"].values[position_of(step, history)])
+    found = ask_origin(history, lambda origin: (origin, origin.state(at)))
+    if found is None:
+        raise InputError(
+            "the contact map of patches follows from the events of the history, which is not the whole file of a "
+            "result, nor has its log beside it; expected the file that historysim run has written"
+        )
+    return _drawn(*found, at, "", size)
+
+
+def _drawn(origin: Origin, state: EnsembleState, at: float, title: str, size: Size | None) -> "Figure":
+    arrays, ensemble = origin.surface, origin.ensemble
+    shape = origin.settings["surface_attributes"]["shape"]
     pixel = tuple(float(side / count) for side, count in zip(_sides(arrays), shape, strict=True))
     point, found = arrays["point"].astype(np.int64), ensemble.superposition(state)
     modulus = ensemble.pair.contact_modulus
@@ -64,16 +99,16 @@ def plot_contact_map(log: EventLog, at: float, *, title: str = "", size: Size | 
         filled[point[touching]] = values[touching]
         return filled.reshape(shape)
 
-    pressure = whole(np.clip(found.normal @ arrays["solved_pressure"], 0.0, None) * modulus)
-    traction = whole(found.tangential @ arrays["solved_pressure"] * modulus)
+    pressure = whole(np.clip(found.normal @ arrays[SOLVED], 0.0, None) * modulus)
+    traction = whole(found.tangential @ arrays[SOLVED] * modulus)
     lengths, unit = prefixed(max(_sides(arrays)))
     extent = (0.0, shape[0] * pixel[0] * lengths, 0.0, shape[1] * pixel[1] * lengths)
     with new_figure(size, (PAGE, 163.0)) as figure:
         axes = figure.subplots(2, 2, sharex=True, sharey=True)
         _draw_zones(axes[0, 0], whole(zone), extent, "whole map")
-        _draw_zones(axes[0, 1], _independent(log, at, shape, pixel), extent, "independent summits")
-        _draw_field(axes[1, 0], pressure, extent, "pressure", "viridis")
-        _draw_field(axes[1, 1], traction, extent, "traction", "RdBu_r")
+        _draw_zones(axes[0, 1], _independent(origin, at, shape, pixel), extent, "independent summits")
+        _draw_field(axes[1, 0], pressure, extent, "pressure", signed=False)
+        _draw_field(axes[1, 1], traction, extent, "traction", signed=True)
         for axis in axes[1]:
             axis.set_xlabel(f"$x$ ({unit}m)")
         for axis in axes[:, 0]:
@@ -83,7 +118,7 @@ def plot_contact_map(log: EventLog, at: float, *, title: str = "", size: Size | 
             f"t = {at:.6g} s:  N = {quantity_text(state.normal_load, 'N')},  "
             f"T = {quantity_text(state.tangential_load, 'N')},  U = {quantity_text(state.tangential_displacement, 'm')}"
         )
-        heading = plain_title(title or str(log.settings["title"]))
+        heading = plain_title(title or str(origin.settings["title"]))
         figure.suptitle("\n".join(filter(None, [heading, caption])), x=0.01, ha="left", fontsize=9)
     return figure
 
@@ -102,16 +137,15 @@ def _sides(arrays: Any) -> tuple[float, float]:
     return float(x[-1] + x[1] - x[0]), float(y[-1] + y[1] - y[0])
 
 
-def _independent(log: EventLog, at: float, shape: tuple[int, int], pixel: tuple[float, ...]) -> Floats:
+def _independent(origin: Origin, at: float, shape: tuple[int, int], pixel: tuple[float, ...]) -> Floats:
     """Stick and slip of the summits of the map, each a circle, where they carry the same loads by themselves."""
-    arrays, found = log.surface, np.full(shape, np.nan)
+    arrays, found = origin.surface, np.full(shape, np.nan)
     if arrays["height"].shape != tuple(shape):
         return found
-    periodic = bool(log.settings["surface_attributes"]["periodic"])
+    periodic = bool(origin.settings["surface_attributes"]["periodic"])
     summits = Surface(arrays["height"], pixel, periodic=periodic).summits(9)
-    ensemble = Ensemble.from_summits(log.ensemble.pair, summits, float(log.ensemble.friction[0]))
-    events = log.events()
-    job = Replay(ensemble, events, saturate=True, record="all")
+    ensemble = Ensemble.from_summits(origin.ensemble.pair, summits, float(origin.ensemble.friction[0]))
+    job = Replay(ensemble, origin.events, saturate=True, record="all")
     row = job.dataset(until=at).isel(step=-1)
     x, y = (np.arange(count) * size for count, size in zip(shape, pixel, strict=True))
     for index in np.flatnonzero(row["contact_radius"].values > 0):
@@ -135,16 +169,17 @@ def _draw_zones(axes: "Axes", zone: Floats, extent: tuple[float, float, float, f
 
 
 def _draw_field(
-    axes: "Axes", values: Floats, extent: tuple[float, float, float, float], name: str, colours: str
+    axes: "Axes", values: Floats, extent: tuple[float, float, float, float], name: str, *, signed: bool
 ) -> None:
+    """Draw a quantity point by point; one with a sign from dark to light, which grey print tells apart, too."""
     largest = float(np.nanmax(np.abs(values), initial=0.0)) or 1.0
     factor, prefix = prefixed(largest)
     image = axes.imshow(
         values.T * factor,
         origin="lower",
         extent=extent,
-        cmap=colours,
-        vmin=-largest * factor if colours == "RdBu_r" else 0.0,
+        cmap="viridis",
+        vmin=-largest * factor if signed else 0.0,
         vmax=largest * factor,
         interpolation="nearest",
     )

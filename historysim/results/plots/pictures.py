@@ -7,6 +7,7 @@ import attrs
 import xarray as xr
 
 from historysim.errors import InputError
+from historysim.results.plots.contact_map import SOLVED, plot_interacting
 from historysim.results.plots.history import plot_history
 from historysim.results.plots.loop import plot_loop
 from historysim.results.plots.paper import Size
@@ -20,7 +21,9 @@ if TYPE_CHECKING:
 
 
 def _contact_map(history: xr.Dataset, **options: Any) -> "Figure":
-    return plot_surface(surface_of(history), history, **options)
+    surface = surface_of(history)
+    # asperities that press on one another have no summits, but maps of their own
+    return plot_interacting(history, **options) if SOLVED in surface else plot_surface(surface, history, **options)
 
 
 def _distribution(history: xr.Dataset, **options: Any) -> "Figure":

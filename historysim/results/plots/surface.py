@@ -13,6 +13,7 @@ from historysim.basics.units import prefixed, quantity_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.recording import surface_group
+from historysim.results.analysis.recorded import shape_of
 from historysim.results.analysis.shares import telling_step
 from historysim.results.plots.paper import COLUMN, PAGE, Size, new_figure
 from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, STATES, plain_title
@@ -34,6 +35,8 @@ SEPARATED, TOUCHING = 0, -1
 NO_CONTACT = "#4aa8e0"
 """Summits without contact: a colour that neither grey heights nor the slip states have."""
 MISSING = "#efdcc3"
+DARKEST = 0.55
+"""Darkest grey of heights under summits in contact."""
 FLAT: dict[str, Any] = {"color": INK, "linewidth": 0.8, "linestyle": (0, (4, 2))}
 
 
@@ -45,6 +48,8 @@ class Contact:
     ----------
     state : array (summit)
         Slip state, or `TOUCHING` where the summit touches and was not recorded.
+    height, radius : array (summit)
+        Of the summits at the step, which wear and other events change [m].
     separation : float
         Height of the rigid flat [m].
     caption : str
@@ -52,6 +57,8 @@ class Contact:
     """
 
     state: States
+    height: Floats
+    radius: Floats
     separation: float
     caption: str
 
@@ -137,7 +144,7 @@ def plot_surface(
             if has_map and 1 in surface["height"].shape:
                 _draw_profile(axes, surface, state, contact)
             else:
-                draw_map(axes, surface, state)
+                draw_map(axes, surface, state, pale=contact is not None)
         draw_distribution(figure.add_subplot(grid[0, -1]), surface, state, contact)
         draw_legend(figure, surface, state, contact)
         heading = title or str((surface if history is None else history).attrs.get("title", ""))
@@ -209,10 +216,15 @@ def contact_at(surface: xr.Dataset, history: xr.Dataset, step: int) -> Contact:
     row = history.isel(step=step)
     count = int(row["contact_count"])
     state = np.full(surface.sizes["summit"], SEPARATED, dtype=np.int8)
+    shape = {name: surface[name].values.copy() for name in ("summit_height", "summit_radius")}
+    places = _places(surface, row) if "slip_state" in row else np.empty(0, dtype=np.int64)
+    for name, values in shape.items():
+        if places.size:
+            values[places] = shape_of(history, name, step)
     # the highest ones; beside the separation, which is rounded, one might be taken for the wrong side
-    state[np.argsort(-surface["summit_height"].values, kind="stable")[:count]] = TOUCHING
-    if "slip_state" in row:
-        state[_places(surface, row)] = row["slip_state"].values
+    state[np.argsort(-shape["summit_height"], kind="stable")[:count]] = TOUCHING
+    if places.size:
+        state[places] = row["slip_state"].values
     caption = (
         f"step {step:,}, t = {float(row['time']):.6g} s:  "
         f"N = {quantity_text(float(row['total_normal_load']), 'N')},  "
@@ -220,7 +232,7 @@ def contact_at(surface: xr.Dataset, history: xr.Dataset, step: int) -> Contact:
         f"U = {quantity_text(float(row['tangential_displacement']), 'm')},  "
         f"{counted(count, 'asperity', 'asperities')} in contact"
     )
-    return Contact(state, float(row["separation"]), caption)
+    return Contact(state, shape["summit_height"], shape["summit_radius"], float(row["separation"]), caption)
 
 
 def _places(surface: xr.Dataset, row: xr.Dataset) -> npt.NDArray[np.int64]:
@@ -237,15 +249,19 @@ def _places(surface: xr.Dataset, row: xr.Dataset) -> npt.NDArray[np.int64]:
     return places
 
 
-def draw_map(axes: "Axes", surface: xr.Dataset, state: States) -> None:
-    """Draw heights and summits from above, those in contact in the colour of their state."""
+def draw_map(axes: "Axes", surface: xr.Dataset, state: States, *, pale: bool = True) -> None:
+    """Draw heights and summits from above, those in contact in the colour of their state.
+
+    Heights are pale where the colours of the states are to be told from them, in grey print, too.
+    """
     x, y = (_ends(surface, axis) for axis in "xy")
     sides = (x[1] - x[0], y[1] - y[0])
     # a single summit has no sides, but a radius
     lone = max(sides) == 0
     factor, unit = _readable(surface["summit_radius"].values if lone else sides)
     if "height" in surface:
-        _draw_heights(axes, surface, (x[0] * factor, x[1] * factor, y[0] * factor, y[1] * factor))
+        extent = (x[0] * factor, x[1] * factor, y[0] * factor, y[1] * factor)
+        _draw_heights(axes, surface, extent, greys=(DARKEST, 1.0) if pale else (0.0, 1.0))
     _draw_marks(axes, surface["summit_x"].values * factor, surface["summit_y"].values * factor, state)
     if lone:
         reach = float(surface["summit_radius"].values.max()) * factor
@@ -266,8 +282,11 @@ def _ends(surface: xr.Dataset, axis: str) -> tuple[float, float]:
     return float(positions.min()), float(positions.max())
 
 
-def _draw_heights(axes: "Axes", surface: xr.Dataset, extent: tuple[float, float, float, float]) -> None:
+def _draw_heights(
+    axes: "Axes", surface: xr.Dataset, extent: tuple[float, float, float, float], *, greys: tuple[float, float]
+) -> None:
     import matplotlib as mpl
+    from matplotlib.colors import ListedColormap
 
     factor, unit = _readable(surface["height"].values)
     heights = surface["height"].values * factor
@@ -277,7 +296,7 @@ def _draw_heights(axes: "Axes", surface: xr.Dataset, extent: tuple[float, float,
     image = axes.imshow(
         heights.T,
         origin="lower",
-        cmap=mpl.colormaps["gray"].with_extremes(bad=MISSING),
+        cmap=ListedColormap(mpl.colormaps["gray"](np.linspace(*greys, 256))).with_extremes(bad=MISSING),
         vmin=low if high > low else low - 1,
         vmax=high if high > low else low + 1,
         extent=extent,
@@ -299,7 +318,8 @@ def _draw_heights(axes: "Axes", surface: xr.Dataset, extent: tuple[float, float,
 
 def _draw_profile(axes: "Axes", surface: xr.Dataset, state: States, contact: Contact | None) -> None:
     axis = "x" if surface.sizes["x"] > 1 else "y"
-    points, heights, summits = surface[axis].values, surface["height"].values.ravel(), surface["summit_height"].values
+    points, heights = surface[axis].values, surface["height"].values.ravel()
+    summits = surface["summit_height"].values if contact is None else contact.height
     along, unit = _readable(points)
     up, height_unit = _readable(heights, *([] if contact is None else [contact.separation]))
     axes.plot(points * along, heights * up, color=FAINT, linewidth=0.7, rasterized=True, zorder=1)
@@ -312,7 +332,9 @@ def _draw_profile(axes: "Axes", surface: xr.Dataset, state: States, contact: Con
 
 def draw_distribution(axes: "Axes", surface: xr.Dataset, state: States, contact: Contact | None) -> None:
     """Draw the radius of each summit against its height."""
-    heights, radii = surface["summit_height"].values, surface["summit_radius"].values
+    heights, radii = (surface["summit_height"].values, surface["summit_radius"].values)
+    if contact is not None:
+        heights, radii = contact.height, contact.radius
     along, height_unit = _readable(heights, *([] if contact is None else [contact.separation]))
     up, radius_unit = _readable(radii)
     _draw_marks(axes, heights * along, radii * up, state)

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from historysim.basics.units import prefixed
+from historysim.basics.units import prefixed, quantity_text
 from historysim.errors import InputError
 from historysim.results import rebuilt
 from historysim.results.analysis.recorded import GROSS_SLIP, check_any, check_recorded, column_of
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 STATES_IN_ONE, MOST_IN_ONE = 5, 10
 LINES, MOST_LINES = 24, 200
 POINTS = 401
+HIGHEST, CLOSEST = 1.6, 0.9
+"""Height of the friction limit over the distance of two lines, and the most that a line comes down to the one below."""
 
 
 def plot_traction(
@@ -109,8 +111,9 @@ def plot_slip_fronts(
     factor, radius_unit = prefixed(float(found["radius"].values[-1]))
     across = np.concatenate([-found["radius"].values[:0:-1], found["radius"].values]) * factor
     largest = float(found["friction_limit"].values.max(initial=0.0)) or 1.0
-    # no line covers another one by much, and each change is seen
-    height = 1.6
+    # each change is seen, and no line crosses the one before: from step to step a traction may turn round
+    step_up = np.diff(found["traction"].values, axis=0).min(initial=0.0) / largest
+    height = min(HIGHEST, CLOSEST / -step_up) if step_up else HIGHEST
     looks: dict[str, dict[str, Any]] = {
         "slips": {"color": STATE_COLOURS[2], "linewidth": 0.8},
         "sticks": {"color": STATE_COLOURS[1], "linewidth": 1.6},
@@ -128,8 +131,7 @@ def plot_slip_fronts(
         labels = [f"{found['step'].values[row]},  {found['time'].values[row]:.4g} s" for row in ticks]
         axes.set_yticks(ticks, labels)
         axes.set(title=f"Slip fronts of asperity {asperity}", xlabel=f"$r$ ({radius_unit}m)", ylabel="step, time")
-        stress, prefix = prefixed(largest)
-        scale = f"one line is {largest / height * stress:.3g} {prefix}Pa above the next"
+        scale = f"one line is {quantity_text(largest / height, 'Pa', 3)} above the next"
         legend_below(figure, axes, extra=scale, columns=2)
     return figure
 

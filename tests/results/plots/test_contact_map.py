@@ -2,6 +2,7 @@ import pytest
 import xarray as xr
 
 import historysim as hs
+from historysim.results.report.history import CAPTIONS
 
 pytest.importorskip("tamaas", reason='needs pip install "historysim[interaction]"')
 
@@ -54,11 +55,25 @@ def test_zones_are_those_of_the_recorded_areas(result):
     assert "T = 2 mN" in figure.get_suptitle()
 
 
-def test_a_log_of_another_run_is_refused(result):
+def test_without_its_own_log_the_result_draws_itself(result):
+    before = shares(hs.plot(result, step=1).axes[0])
     with hs.EventLog(result.with_suffix(".history")) as log:
-        log.append(hs.NormalLoad(2.0, 1e-3))
-    with pytest.raises(hs.InputError, match="is not the log of this result"):
-        hs.plot(result, step=1)
+        # it is the log of something else now
+        log.append([hs.NormalLoad(2.0, 1e-3)])
+    assert shares(hs.plot(result, step=1).axes[0]) == before
+    result.with_suffix(".history").unlink()
+    assert shares(hs.plot(result, step=1).axes[0]) == before
+
+
+def test_a_report_has_the_map(result):
+    text = hs.report(result)
+    assert "No picture contact-map" not in text
+    assert CAPTIONS["contact-map"] in text
+
+
+def test_what_is_no_size_is_told_as_such(result):
+    with pytest.raises(hs.InputError, match="size is"):
+        hs.plot(result, step=1, size=(1, 1))
 
 
 def test_a_log_without_maps_has_no_picture(tmp_path):

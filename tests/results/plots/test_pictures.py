@@ -1,6 +1,7 @@
 """Pictures of a history by their names: what stands in them. That they look well was seen by eye."""
 
 import io
+import itertools
 
 import matplotlib as mpl
 import numpy as np
@@ -94,6 +95,16 @@ def test_slip_fronts_end_where_the_stick_zone_does(history):
     spacing = 1.01 * history.contact_radius.values.max() * 1e9 / 400
     found = [line.get_xdata()[-1] for line in sticks]
     assert found == pytest.approx((radii[radii > 0] * 1e9).tolist(), abs=spacing)
+
+
+def test_slip_fronts_do_not_cross_where_the_traction_turns_round():
+    events = [hs.NormalLoad(0.0, 4e-3), *(hs.TangentialDisplacement(t, (-1.0) ** t * 5e-8) for t in (1.0, 2.0, 3.0))]
+    turned = hs.replay(hs.Ensemble(PAIR, 0.0, 1e-5, 0.2), events)
+    axes = plot_slip_fronts(turned, 0, [1, 2, 3]).axes[0]
+    lines = [line.get_ydata() for line in axes.get_lines()]
+    assert len(lines) == 3
+    for below, above in itertools.pairwise(lines):
+        assert (above > below).all()
 
 
 def test_the_stiffness_stands_below_the_load(history):

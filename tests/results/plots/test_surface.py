@@ -481,3 +481,27 @@ def test_the_colours_of_summits_differ_from_each_other_and_from_grey():
     for index, one in enumerate(colours):
         assert np.ptp(one) > 0.15
         assert all(np.abs(np.subtract(one, other)).max() > 0.15 for other in colours[:index])
+
+
+def test_summits_stand_at_the_heights_and_radii_of_the_step():
+    heights, radii = np.array([0.0, -4e-9, -9e-9, -30e-9]), 10e-6
+    later = np.array([-2e-9, -4e-9, -1e-9, -30e-9])
+    change = hs.GeometryChange(1.0, later, np.array([10e-6, 10e-6, 20e-6, 10e-6]))
+    ensemble = hs.Ensemble(PAIR, heights, radii, 0.2)
+    history = hs.replay(ensemble, [hs.NormalLoad(0.0, 5e-4), change, hs.NormalLoad(2.0, 5e-4)], record="all")
+    for step, height, radius in ((0, heights, np.full(4, radii)), (-1, later, [10e-6, 10e-6, 20e-6, 10e-6])):
+        _, panels = drawn(surface_of(history), history, step)
+        check_marks(panels[DISTRIBUTION], height, np.asarray(radius), history["slip_state"].values[step])
+        touching = height > history["separation"].values[step]
+        assert touching.sum() == history["contact_count"].values[step]
+        assert flat(panels[DISTRIBUTION]) == pytest.approx(float(history["separation"][step]))
+
+
+def test_states_are_told_from_the_heights_in_grey_print(rough):
+    surface, _, history = rough
+    _, panels = drawn(surface, history)
+    (image,) = panels[MAP].get_images()
+    darkest = image.get_cmap()(0.0)[0]
+    lightness = [np.dot(mpl.colors.to_rgb(colour), (0.299, 0.587, 0.114)) for colour in style.STATE_COLOURS[1:3]]
+    # what slips throughout is lighter, and has an edge of ink
+    assert max(lightness) < darkest - 0.05
