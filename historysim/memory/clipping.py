@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from historysim.memory.compiled import compiled, inlined, short
-from historysim.memory.energy import spread, withdrawal_energy
+from historysim.memory.energy import dissipate, withdrawal_energy
 from historysim.memory.layout import (
     ANCHOR,
     LABEL,
@@ -112,9 +112,7 @@ def clip(
                     slip_a, slip_b = max(side * v_a - limit_a, 0.0), max(side * v_b - limit_b, 0.0)
                     drag_a = mean_drag(limit_a, slip_a, side * moved, rise + gain * (d - a))
                     drag_b = mean_drag(limit_b, slip_b, side * moved, rise + gain * (d - b))
-                    dissipated += spread(
-                        group.gap, group.weight, group.dissipated, a, b, slip_a, slip_b, drag_a, drag_b
-                    )
+                    dissipated += dissipate(group, a, b, slip_a, slip_b, drag_a, drag_b)
             else:
                 stiffness += load_at(group.gap, group.weight, b)[1] - load_at(group.gap, group.weight, a)[1]
                 if b == high:

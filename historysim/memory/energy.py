@@ -8,6 +8,40 @@ from historysim.memory.normal import touching
 
 
 @reordered
+def part_of_one(
+    h: float,
+    k: float,
+    low: float,
+    high: float,
+    slip_low: float,
+    slip_slope: float,
+    drag_low: float,
+    drag_slope: float,
+) -> float:
+    """∫ slip·drag·N'' da of one asperity of gap h and weight k over labels from low to high > h.
+
+    Slip and drag are linear in the label, so the integrand over x = √(a - h) is a polynomial of fourth degree and
+    three Gauss points are exact; no term is negative.
+    """
+    node = math.sqrt(0.6)
+    base = max(h, low)
+    x_low = math.sqrt(base - h)
+    x_high = math.sqrt(high - h)
+    length = (high - base) / (x_high + x_low)
+    middle = 0.5 * (x_high + x_low)
+    offset = 0.5 * length * node
+    x = middle - offset
+    s = base - low + (x - x_low) * (x + x_low)
+    q = 5.0 * (slip_low + slip_slope * s) * (drag_low + drag_slope * s)
+    s = base - low + (middle - x_low) * (middle + x_low)
+    q += 8.0 * (slip_low + slip_slope * s) * (drag_low + drag_slope * s)
+    x = middle + offset
+    s = base - low + (x - x_low) * (x + x_low)
+    q += 5.0 * (slip_low + slip_slope * s) * (drag_low + drag_slope * s)
+    return k * length * q * (1.5 / 18.0)
+
+
+@reordered
 def spread(
     gap: Floats,
     weight: Floats,
@@ -21,37 +55,35 @@ def spread(
 ) -> float:
     """Add to each asperity the energy ∫ slip·drag·N'' da over labels from low to high; return the sum.
 
-    Slip and drag (the mean spring deflection while it slipped) are linear in the label, so the
-    integrand over x = √(a - h) is a polynomial of fourth degree and three Gauss points are exact;
-    no term is negative.
+    Slip and drag (the mean spring deflection while it slipped) are linear in the label.
     """
     width = high - low
     if width <= 0.0:
         return 0.0
     slip_slope = (slip_high - slip_low) / width
     drag_slope = (drag_high - drag_low) / width
-    node = math.sqrt(0.6)
     total = 0.0
     for i in range(touching(gap, high)):
-        h = gap[i]
-        base = max(h, low)
-        x_low = math.sqrt(base - h)
-        x_high = math.sqrt(high - h)
-        length = (high - base) / (x_high + x_low)
-        middle = 0.5 * (x_high + x_low)
-        offset = 0.5 * length * node
-        x = middle - offset
-        s = base - low + (x - x_low) * (x + x_low)
-        q = 5.0 * (slip_low + slip_slope * s) * (drag_low + drag_slope * s)
-        s = base - low + (middle - x_low) * (middle + x_low)
-        q += 8.0 * (slip_low + slip_slope * s) * (drag_low + drag_slope * s)
-        x = middle + offset
-        s = base - low + (x - x_low) * (x + x_low)
-        q += 5.0 * (slip_low + slip_slope * s) * (drag_low + drag_slope * s)
-        e = weight[i] * length * q * (1.5 / 18.0)
+        e = part_of_one(gap[i], weight[i], low, high, slip_low, slip_slope, drag_low, drag_slope)
         energy[i] += e
         total += e
     return total
+
+
+@inlined
+def dissipate(
+    group: Group, low: float, high: float, slip_low: float, slip_high: float, drag_low: float, drag_high: float
+) -> float:
+    """`spread` over a group what it dissipates; return the sum."""
+    gap, weight, dissipated = group.gap, group.weight, group.dissipated
+    if gap.size > 1:
+        return spread(gap, weight, dissipated, low, high, slip_low, slip_high, drag_low, drag_high)
+    if high <= low or high <= gap[0]:
+        return 0.0
+    slip_slope, drag_slope = (slip_high - slip_low) / (high - low), (drag_high - drag_low) / (high - low)
+    e = part_of_one(gap[0], weight[0], low, high, slip_low, slip_slope, drag_low, drag_slope)
+    dissipated[0] += e
+    return e
 
 
 @entry
@@ -80,9 +112,7 @@ def one_way_withdrawal(group: Group, low: float, high: float, slip_low: float, s
         return 0.0
     drag = 0.5 * group.friction / ratio
     slip_low, slip_high = abs(slip_low), abs(slip_high)
-    return spread(
-        group.gap, group.weight, group.dissipated, low, high, slip_low, slip_high, drag * slip_low, drag * slip_high
-    )
+    return dissipate(group, low, high, slip_low, slip_high, drag * slip_low, drag * slip_high)
 
 
 @compiled
@@ -143,6 +173,6 @@ def slip_energy(
             slip_high = slip + (friction - sign * group.stack[j, SLOPE]) * (high - low)
             drag_high = friction * max(d1 - high - lag * slip_high, 0.0)
         if high > low:
-            total += spread(group.gap, group.weight, group.dissipated, low, high, slip, slip_high, drag, drag_high)
+            total += dissipate(group, low, high, slip, slip_high, drag, drag_high)
         low, slip, drag = high, slip_high, drag_high
     return total

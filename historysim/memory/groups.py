@@ -1,10 +1,12 @@
 """What all friction groups carry together, and at which approach they carry it."""
 
+import math
+
 import numpy as np
 
-from historysim.memory.compiled import short, uncounted
+from historysim.memory.compiled import reordered, short, uncounted
 from historysim.memory.layout import APPROACH, LABEL, NORMAL_LOAD, TANGENTIAL, Contact, Floats, Memory
-from historysim.memory.normal import approach_at, load_at
+from historysim.memory.normal import approach_at, load_at, touching
 from historysim.memory.tolerances import EPSILON
 
 
@@ -43,9 +45,21 @@ def total_force(contact: Contact, memory: Memory) -> float:
     return force
 
 
+@reordered
+def loads_of_ones(gap: Floats, weight: Floats, approach: float, loads: Floats) -> None:
+    """Write the loads of touching asperities."""
+    for i in range(loads.size):
+        depth = approach - gap[i]
+        loads[i] = weight[i] * math.sqrt(depth) * depth
+
+
 @short
 def group_loads(contact: Contact, approach: float) -> Floats:
     """Return the normal loads of the groups that touch, which are the first ones."""
+    if contact.friction.size == contact.gap.size:
+        loads = np.empty(touching(contact.gap, approach))
+        loads_of_ones(contact.gap, contact.weight, approach, loads)
+        return loads
     count = 0
     while count < contact.friction.size and contact.gap[contact.first[count]] < approach:
         count += 1

@@ -37,6 +37,11 @@ def load_and_slope(gap: Floats, weight: Floats, count: int, approach: float) -> 
 @inlined
 def load_at(gap: Floats, weight: Floats, approach: float) -> tuple[float, float]:
     """P(a) and P'(a) of asperities in ascending gap."""
+    if gap.size == 1:
+        # many groups are of one asperity, for which handing on the arrays would cost more than the physics
+        depth = max(approach - gap[0], 0.0)
+        half_chord = weight[0] * math.sqrt(depth)
+        return half_chord * depth, 1.5 * half_chord
     return load_and_slope(gap, weight, touching(gap, approach), approach)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from historysim.memory.compiled import inlined
 from historysim.memory.energy import slip_energy, withdrawal_energy
+from historysim.memory.fronts import note_front
 from historysim.memory.layout import ANCHOR, LABEL, NORMAL, SLOPE, TANGENTIAL, Floats, Group, put
 from historysim.memory.normal import label_at, load_at
 from historysim.memory.tolerances import TIE
@@ -219,11 +220,12 @@ def move_group(
 
 @inlined
 def force_of_group(
-    group: Group, depth: int, d0: float, v0: float, d1: float, v1: float, load: float
+    group: Group, depth: int, d0: float, v0: float, d1: float, v1: float, load: float, fronts: Floats, index: int
 ) -> tuple[float, float, float]:
     """Tangential force that `move_group` would reach, with its first and second derivative in v1.
 
-    Nothing is changed, but for the first vertex of a group that does not touch yet.
+    Nothing is changed, but for the first vertex of a group that does not touch yet. A slip front that can be is
+    noted instead, and gives the force from then on (see `fronts`).
     """
     stack, friction = group.stack, group.friction
     if depth == 0:
@@ -235,6 +237,8 @@ def force_of_group(
     if v1 == anchor:
         return edge_force, load_at(group.gap, group.weight, edge)[1], 0.0
     kept, front, sign, _ = slip_front(stack, segment, edge, anchor, d1, v1, friction, 1.0, 0.0)
+    if note_front(fronts, index, group, depth, kept, sign):
+        return 0.0, 0.0, 0.0
     slope = sign * friction
     if kept == 0:
         return slope * load, 0.0, 0.0

@@ -3,6 +3,7 @@
 import numpy as np
 
 from historysim.memory.compiled import compiled, inlined
+from historysim.memory.fronts import no_fronts
 from historysim.memory.groups import approach_for, group_loads
 from historysim.memory.layout import (
     APPROACH,
@@ -52,14 +53,16 @@ def correct(contact: Contact, start: Memory, end: Memory) -> None:
     # a front that passes a summit bends the way; of one summit it does not, and of many each bends it little
     panels = FEW_PANELS if 1 < contact.gap.size <= FEW_SUMMITS else 1
     more = 0.0
+    fronts = no_fronts(contact.friction.size)
     for k in range(panels * len(NODES)):
         share = (k // len(NODES) + NODES[k % len(NODES)]) / panels
         d = toward(first[APPROACH], last[APPROACH], share)
         v = toward(first[DISPLACEMENT], last[DISPLACEMENT], share)
-        force = force_at(contact, start, group_loads(contact, d), d, v)[0]
+        force = force_at(contact, start, group_loads(contact, d), fronts, d, v)[0]
         load, slope = load_at(contact.sorted_gap, contact.sorted_weight, d)
         d += (first[NORMAL_LOAD] + rate * (force - first[TANGENTIAL_LOAD]) - load) / slope
-        more += WEIGHTS[k % len(NODES)] / panels * (force_at(contact, start, group_loads(contact, d), d, v)[0] - force)
+        raised = force_at(contact, start, group_loads(contact, d), fronts, d, v)[0]
+        more += WEIGHTS[k % len(NODES)] / panels * (raised - force)
     share = max(1.0 + more * moved / lost, 0.0)
     for i in range(end.dissipated.size):
         end.dissipated[i] = start.dissipated[i] + share * (end.dissipated[i] - start.dissipated[i])

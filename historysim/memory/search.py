@@ -6,6 +6,7 @@ import numpy as np
 
 from historysim.memory.clipping import carried, clip
 from historysim.memory.compiled import compiled, short
+from historysim.memory.fronts import OFF, find_off, force_on_fronts, forget_front, no_fronts
 from historysim.memory.groups import total_force
 from historysim.memory.layout import (
     ANCHOR,
@@ -24,22 +25,32 @@ from historysim.memory.tolerances import EPSILON, TIE
 
 
 @compiled
-def force_at(contact: Contact, memory: Memory, shares: Floats, d1: float, v1: float) -> tuple[float, float, float]:
-    """Tangential load at the end of a straight path to (d1, v1), with its first and second derivative in v1."""
+def force_at(
+    contact: Contact, memory: Memory, shares: Floats, fronts: Floats, d1: float, v1: float
+) -> tuple[float, float, float]:
+    """Tangential load at the end of a straight path to (d1, v1), with its first and second derivative in v1.
+
+    Fronts are looked up, or found and noted (see `fronts`).
+    """
     d0, v0 = memory.now[APPROACH], memory.now[DISPLACEMENT]
     force, stiffness, curvature = 0.0, 0.0, 0.0
-    for index in range(shares.size):
+    off = fronts[OFF, : shares.size]
+    for index in range(shares.size if find_off(fronts, off, d1, v1) else 0):
+        if off[index] == 0.0:
+            continue
+        forget_front(fronts, index)
         group, depth = group_of(contact, memory, index), memory.depth[index]
         if memory.steep[index] and depth > 0:
             stack = carried(group, depth, d1, v1, shares[index])
             clipped, slope, _ = clip(group, stack, d1, v1, group.friction, 0.0, 0.0, 0.0, depth < 0)
             part, bend = clipped[len(clipped) - 1, TANGENTIAL], 0.0
         else:
-            part, slope, bend = force_of_group(group, depth, d0, v0, d1, v1, shares[index])
+            part, slope, bend = force_of_group(group, depth, d0, v0, d1, v1, shares[index], fronts, index)
         force += part
         stiffness += slope
         curvature += bend
-    return force, stiffness, curvature
+    part, slope, bend = force_on_fronts(fronts, shares, d1, v1)
+    return force + part, stiffness + slope, curvature + bend
 
 
 @short
@@ -129,8 +140,9 @@ def found_displacement(contact: Contact, memory: Memory, shares: Floats, d1: flo
     if change != 0.0:
         # a little on the way, so that the first stiffness is that of the direction in which it goes
         v += math.copysign(1e-9 * reach, change)
+    fronts = no_fronts(shares.size)
     for _ in range(200):
-        force, stiffness, curvature = force_at(contact, memory, shares, d1, v)
+        force, stiffness, curvature = force_at(contact, memory, shares, fronts, d1, v)
         missing = goal - rigid * v - compliance * force
         if abs(missing) <= accuracy:
             return v
