@@ -9,6 +9,7 @@ import xarray as xr
 from historysim.basics.units import quantity_text
 from historysim.measured.loops import OF_SLIP
 from historysim.measured.statistics import LoopStatistics
+from historysim.results.netcdf_table import FOR_CATALOGUES
 
 
 def summary(loops: xr.Dataset) -> list[tuple[str, str]]:
@@ -66,7 +67,7 @@ def _large(loops: xr.Dataset) -> npt.NDArray[np.bool_]:
 
 
 def _told(loops: xr.Dataset) -> list[tuple[str, str]]:
-    return [(str(name), str(value)) for name, value in loops.attrs.items()]
+    return [(str(name), str(value)) for name, value in loops.attrs.items() if name not in FOR_CATALOGUES]
 
 
 def _table(table: xr.Dataset) -> list[tuple[str, str]]:

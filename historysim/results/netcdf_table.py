@@ -19,6 +19,8 @@ ALONG_THE_HISTORY = ("step", "elapsed_time")
 """Dimensions that may be too long for memory."""
 CONTENT = "table"
 """What the attribute ``content`` says of a table that does not say it by itself."""
+FOR_CATALOGUES = ("Conventions", "summary", "keywords", "source", "history")
+"""Attributes that say nothing of the numbers."""
 CALCULATED, MEASURED = "modelResult", "physicalMeasurement"
 """Where numbers come from, in the words of ACDD."""
 

@@ -50,7 +50,7 @@ class Excerpt:
         Of each step of each friction group after the other: the separation at which the springs of a vertex first
         touched [m], and its weight in the superposition of Hertz pressures. Empty where the memory cannot be told.
     notes : tuple of str
-        What is left out.
+        What part of the history this is, in sentences, and what there is not.
     """
 
     steps: Integers
@@ -87,12 +87,12 @@ def excerpt(history: xr.Dataset) -> Excerpt:
     friction = present_friction(history)
     coefficients = np.broadcast_to(friction.of(steps if friction.changes else 0), (steps.size, recorded))[:, columns]
     group, vertices, missing = _memories(history, steps, columns)
-    notes = []
+    kept = []
     if steps.size < total:
-        notes.append(f"{steps.size:,} of {total:,} steps")
+        kept.append(f"{steps.size:,} of {total:,} steps")
     if columns.size < recorded:
         carried = 100 * peak[columns].sum() / max(peak.sum(), 1e-300)
-        notes.append(
+        kept.append(
             f"{columns.size:,} of {recorded:,} recorded asperities, which carry {carried:.3g} % of the peak normal load"
         )
     return Excerpt(
@@ -107,7 +107,7 @@ def excerpt(history: xr.Dataset) -> Excerpt:
         stick_ratio=np.divide(stick, contact, out=np.zeros_like(stick), where=contact > 0),
         group=group,
         vertices=vertices,
-        notes=(*notes, *missing),
+        notes=(*([f"To keep the page small, it holds {'; '.join(kept)}."] if kept else []), *missing),
     )
 
 
@@ -115,13 +115,15 @@ def _memories(history: xr.Dataset, steps: Integers, columns: Integers) -> tuple[
     """Return the friction group of each asperity, the vertices of each group at each step, and why there are none."""
     height, friction = history["summit_height"].values[columns], history["friction"].values[columns]
     coefficients, group = np.unique(friction, return_inverse=True)
+    if "stick_area" in history:
+        return group, [], ["Patches have no traction profiles; the contact map below has their tractions."]
     if present_friction(history).changes or CHANGING_HEIGHT in history:
         # what asperities of one coefficient share at the start they need not share later, and the page has one
         # friction and one height of each
-        return group, [], ["no traction profiles: friction or heights change in the history"]
+        return group, [], ["There are no traction profiles: friction or heights change in the history."]
     if coefficients.size > MOST_GROUPS:
         told = f"{coefficients.size:,} friction coefficients, and up to {MOST_GROUPS} are embedded"
-        return group, [], [f"no traction profiles: there are {told}"]
+        return group, [], [f"There are no traction profiles: there are {told}."]
     vertices: list[Floats] = []
     for number in range(coefficients.size):
         # the highest asperity of a group sees all that the group remembers
@@ -130,7 +132,7 @@ def _memories(history: xr.Dataset, steps: Integers, columns: Integers) -> tuple[
         try:
             found = rebuilt.asperities_at(history, label, steps.tolist())
         except InputError as error:
-            return group, [], [f"no traction profiles: {error}"]
+            return group, [], [f"There are no traction profiles: {error}."]
         for asperity in found:
             touched = asperity.summit_height - asperity.memory.radius**2 / asperity.summit_radius
             vertices.append(np.stack([touched, asperity.memory.jump], axis=1))
@@ -196,7 +198,7 @@ def _layout(history: xr.Dataset, part: Excerpt) -> tuple[Any, Any, Any]:
     ):
         scales[quantity], prefix = prefixed(float(np.abs(values).max(initial=0.0)))
         units[quantity] = f"{prefix}{unit}"
-    steps, own = part.steps, scales["own"]
+    steps, own_scale = part.steps, scales["own"]
     thin = np.union1d(np.linspace(0, time.size - 1, min(time.size, MOST_POINTS)).round().astype(np.int64), steps)
     lists = np.concatenate([np.zeros((0, 2)), *part.vertices])
     sources = {
@@ -212,9 +214,9 @@ def _layout(history: xr.Dataset, part: Excerpt) -> tuple[Any, Any, Any]:
         "cells": source(
             "cells",
             state=part.state.ravel(),
-            normal=(part.normal.ravel() * own).astype(np.float32),
-            tangential=(part.tangential.ravel() * own).astype(np.float32),
-            limit=(part.limit.ravel() * own).astype(np.float32),
+            normal=(part.normal.ravel() * own_scale).astype(np.float32),
+            tangential=(part.tangential.ravel() * own_scale).astype(np.float32),
+            limit=(part.limit.ravel() * own_scale).astype(np.float32),
             stick_ratio=part.stick_ratio.ravel().astype(np.float32),
         ),
         "vertices": source("vertices", separation=lists[:, 0], weight=lists[:, 1]),
@@ -247,7 +249,9 @@ def _layout(history: xr.Dataset, part: Excerpt) -> tuple[Any, Any, Any]:
     slider.js_on_change("value", moved)
     sources["map"].selected.js_on_change("indices", moved)
     loop, contacts, own_history, profile = _figures(history, sources, line, units)
-    rows = (slider, told, row(loop, contacts), Div(text=_key(), width=1020), clicked, row(own_history, profile))
+    # without memories there is no traction to show
+    own = row(own_history, profile) if part.vertices else own_history
+    rows = (slider, told, row(loop, contacts), Div(text=_key(), width=1020), clicked, own)
     return column(*rows), slider, sources["map"]
 
 
@@ -320,7 +324,8 @@ def _figures(history: xr.Dataset, sources: dict[str, Any], line: Any, units: dic
     labels = []
     for name in names:
         largest = float(np.abs(history[name].values).max(initial=0.0)) if name in history.coords else 0.0
-        labels.append(f"{name.replace('_', ' ')} ({prefixed(largest)[1]}m)")
+        when = " at the start" if CHANGING_HEIGHT in history and name.startswith("summit") else ""
+        labels.append(f"{name.replace('_', ' ')}{when} ({prefixed(largest)[1]}m)")
     title = "Contact map: click an asperity" if _placed(history) else "Asperities by height: click one"
     contacts = panel(title, *labels, tools=drag, name="contacts_figure", match_aspect=_placed(history))
     marks = contacts.scatter("x", "y", source=sources["map"], size=9, fill_color="fill", line_color=INK)

@@ -79,8 +79,7 @@ def _interactive(history: xr.Dataset) -> tuple[str, Section]:
         return "", Section(title, (paragraph(text, "note"),))
     except InputError as error:
         return "", Section(title, (paragraph(f"Not available: {error}", "note"),))
-    left_out = [paragraph(f"To keep the page small, it holds {'; '.join(notes)}.", "note")] if notes else []
-    return library, Section(title, (*left_out, body))
+    return library, Section(title, (*(paragraph(note, "note") for note in notes), body))
 
 
 def history_pictures(history: xr.Dataset, names: Sequence[str] | None = None) -> list[str]:
@@ -108,9 +107,14 @@ def history_pictures(history: xr.Dataset, names: Sequence[str] | None = None) ->
 
 def _figures(history: xr.Dataset) -> Section:
     names: list[str] = list(CAPTIONS) if "slip_state" in history else ["history", "stiffness"]
-    if history.sizes.get("asperity") == 1:
+    left_out: tuple[str, ...] = ()
+    if "stick_area" in history:
+        # a patch has no radius to draw over
+        left_out = ("traction", "slip-fronts")
+    elif history.sizes.get("asperity") == 1:
         # a map of one point tells nothing
-        names.remove("contact-map")
+        left_out = ("contact-map",)
+    names = [name for name in names if name not in left_out]
     return Section("Pictures", tuple(history_pictures(history, names)))
 
 

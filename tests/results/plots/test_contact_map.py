@@ -67,7 +67,8 @@ def test_without_its_own_log_the_result_draws_itself(result):
 
 def test_a_report_has_the_map(result):
     text = hs.report(result)
-    assert "No picture contact-map" not in text
+    assert "No picture" not in text
+    assert "Patches have no traction profiles" in text
     assert CAPTIONS["contact-map"] in text
 
 

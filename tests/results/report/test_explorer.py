@@ -111,20 +111,30 @@ def test_of_a_large_history_a_part_is_embedded_and_the_page_says_which(history, 
     loads = history.normal_load.values[0]
     assert set(part.columns) == set(np.argsort(-loads)[:2])
     carried = 100 * loads[part.columns].sum() / loads.sum()
-    assert part.notes == (
-        f"{part.steps.size} of 31 steps",
-        f"2 of 3 recorded asperities, which carry {carried:.3g} % of the peak normal load",
-    )
+    (told,) = part.notes
+    kept = f"{part.steps.size} of 31 steps; 2 of 3 recorded asperities, which carry {carried:.3g} % of the peak normal"
+    assert told == f"To keep the page small, it holds {kept} load."
     assert explorer.explorer(history)[2] == part.notes
 
 
 def test_tractions_that_cannot_be_told_are_left_out_and_the_page_says_so(history, monkeypatch):
     at_once = [*EVENTS, hs.TangentialDisplacement(3.0, 20e-9)]
     (told,) = explorer.excerpt(hs.replay(ENSEMBLE, at_once, substeps=10)).notes
-    assert told.startswith("no traction profiles: asperity")
+    assert told.startswith("There are no traction profiles: asperity")
     changed = [*EVENTS, hs.FrictionChange(4.0, 0.1)]
     (told,) = explorer.excerpt(hs.replay(ENSEMBLE, changed, substeps=10)).notes
-    assert told == "no traction profiles: friction or heights change in the history"
+    assert told == "There are no traction profiles: friction or heights change in the history."
     monkeypatch.setattr(explorer, "MOST_GROUPS", 1)
     (told,) = explorer.excerpt(history).notes
-    assert told.startswith("no traction profiles: there are 2 friction coefficients")
+    assert told.startswith("There are no traction profiles: there are 2 friction coefficients")
+
+
+def test_without_tractions_no_empty_picture_stands_in_the_page(tmp_path):
+    changed = [*EVENTS, hs.FrictionChange(4.0, 0.1)]
+    path = tmp_path / "r.html"
+    hs.report(hs.replay(ENSEMBLE, changed, substeps=10), path)
+    # an axis without numbers would complain
+    with opened(path) as page:
+        page.wait_for_function(READY)
+        assert page.evaluate('() => Bokeh.documents[0].get_model_by_name("profile_figure")') is None
+        assert page.evaluate('() => Bokeh.documents[0].get_model_by_name("history_figure") !== null')
