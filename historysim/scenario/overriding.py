@@ -134,7 +134,8 @@ def _check(here: object, above: Place, step: str | int) -> None:
     where = path_text(above)
     if isinstance(step, int):
         if not isinstance(here, list):
-            raise InputError(f"{where}: {shown(here)}; expected an array, to take [{step}] of it")
+            quoted = f"; a name that holds [{step}] itself stands in quotes" if isinstance(here, dict) else ""
+            raise InputError(f"{where}: {shown(here)}; expected an array, to take [{step}] of it{quoted}")
         if step >= len(here):
             last = f"expected [0] to [{len(here) - 1}]" if here else "it is empty"
             raise InputError(f"{where}[{step}]: there is none; {last}")

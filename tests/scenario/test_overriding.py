@@ -89,6 +89,8 @@ def test_a_key_with_a_dot_of_its_own_is_quoted():
     changed = text_with_values(text, values)
     assert tomllib.loads(changed)["sweep"]["over"] == {"surface.radius": [2e-3], "loading.waypoints[1].time": [3, 2]}
     assert "# one" in changed
+    with pytest.raises(hs.InputError, match=r"sweep\.over\.surface\.radius: a table; .*\[0\] itself stands in quotes"):
+        text_with_values(text, {"sweep.over.surface.radius[0]": [1e-3]})
     with pytest.raises(hs.InputError, match=r"sweep\.over\.'surface\.radius': an array; expected a table"):
         text_with_values(text, {"sweep.over.'surface.radius'.x": 1})
 
