@@ -14,8 +14,12 @@ from historysim.memory.single import Singles, step_singles
 
 Floats = npt.NDArray[np.float64]
 
-FIRST_ROOM = 4
-"""Vertices that each contact has room for at the beginning."""
+FIRST_ROOM = 7
+"""Vertices that each contact has room for at the beginning: loops have up to five, and a step adds two.
+
+Contacts that need more move, so that what neighbours remember is no longer side by side; a power of two would have all
+of them meet in a few places of the cache.
+"""
 
 
 class ContactBatch:

@@ -41,8 +41,13 @@ def checked(name: str, values: npt.ArrayLike, *, above: float = -math.inf, least
         result = None
     if result is None:
         raise InputError(f"{name} is {values!r}; expected numbers in SI")
-    wrong = ~(np.isfinite(result) & (result > above) & (result >= least))
-    if wrong.any():
+    good = np.isfinite(result)
+    if above > -math.inf:
+        good &= result > above
+    if least > -math.inf:
+        good &= result >= least
+    if not good.all():
+        wrong = ~good
         bound = (
             f" greater than {above:g}" if above > -math.inf else f" of {least:g} or more" if least > -math.inf else ""
         )
