@@ -19,8 +19,6 @@ from typing import Final
 import attrs
 import numpy as np
 import numpy.typing as npt
-from scipy.interpolate import CubicSpline
-from scipy.optimize import brentq
 
 from historysim.errors import InputError
 
@@ -98,6 +96,8 @@ class Translation:
         -----
         Mehler's formula; Grigoriu, *Applied Non-Gaussian Processes* (1995).
         """
+        from scipy.interpolate import CubicSpline
+
         powers = self._hermite_powers()
 
         def series(correlation: Floats) -> Floats:
@@ -157,6 +157,9 @@ def translation(skewness: float, kurtosis: float) -> Translation | None:
     """
     if skewness == 0 and kurtosis == 3:
         return None
+    # most surfaces are Gaussian, and do without
+    from scipy.optimize import brentq
+
     limit = skewness * skewness + 1
     if kurtosis < limit:
         raise InputError(
@@ -197,6 +200,7 @@ def _log_normal(skewness: float) -> tuple[float, float]:
 
 def _of_skewness(skewness: float, bounded: bool, sharpness: float) -> Translation:
     """Return the translation of one family and sharpness with a skewness ≥ 0, which grows as κ falls from 1 to 0."""
+    from scipy.optimize import brentq
 
     def of_shift(shift: float) -> Translation:
         return Translation(bounded, sharpness, math.exp(-shift))
