@@ -21,9 +21,11 @@ from historysim.memory.layout import (
     Memory,
     copy_vertices,
     deepest,
+    fill,
     group_of,
     grown,
 )
+from historysim.memory.lean import counted, empty, given_back, lean
 from historysim.memory.polyline import Aim, move_group, to_displacement
 from historysim.memory.search import displacement_at, found_displacement
 
@@ -35,6 +37,7 @@ def carry(contact: Contact, memory: Memory, d1: float, load: float, friction: Fl
     The groups' coefficients go straight to ``friction`` on the way, so that the limit of each spring does; with it the
     energy is that of `clip`. A tangential load has to be within the friction limit at the end.
     """
+    given, contact, memory, friction = memory, lean(contact), counted(lean(memory)), lean(friction)
     needed = 3 * deepest(memory) + 6
     if needed > memory.vertices.shape[1]:
         memory = grown(memory, 2 * needed)
@@ -42,7 +45,7 @@ def carry(contact: Contact, memory: Memory, d1: float, load: float, friction: Fl
     d0, v0 = now[APPROACH], now[DISPLACEMENT]
     shares = group_loads(after, d1)
     # any cone may cut any polyline
-    memory.steep[:] = True
+    fill(memory.steep, True)
     v1 = aim.value
     if shares.size == 0:
         v1 = displacement_at(after, memory, shares, d1, aim)
@@ -75,13 +78,15 @@ def carry(contact: Contact, memory: Memory, d1: float, load: float, friction: Fl
     now[DISPLACEMENT] = v1
     now[NORMAL_LOAD] = load
     now[TANGENTIAL_LOAD] = aim.value if aim.rigid == 0.0 else total_force(after, memory)
-    return memory
+    return given_back(memory, given)
 
 
 @entry
 def innermost_anchors(contact: Contact, memory: Memory) -> Floats:
     """Return the anchor of the innermost spring of each asperity, which slips last; NaN where it does not touch."""
-    found = np.full(contact.gap.size, np.nan)
+    gaps, contact, memory = contact.gap, lean(contact), lean(memory)
+    found = empty(gaps.size, np.float64)
+    fill(found, np.nan)
     for index in range(contact.friction.size):
         depth, stack = memory.depth[index], memory.vertices[index]
         j = 0
@@ -91,4 +96,4 @@ def innermost_anchors(contact: Contact, memory: Memory) -> Floats:
             while stack[j, LABEL] < contact.gap[i]:
                 j += 1
             found[i] = stack[j, ANCHOR] - stack[j, SLOPE] * (stack[j, LABEL] - contact.gap[i])
-    return found
+    return given_back(found, gaps)

@@ -18,6 +18,7 @@ from historysim.memory.layout import (
     copy_vertices,
     put,
 )
+from historysim.memory.lean import empty
 from historysim.memory.normal import load_at
 from historysim.memory.polyline import edge_at
 from historysim.memory.tolerances import TIE
@@ -36,7 +37,7 @@ def is_steep(stack: Floats, depth: int, friction: float) -> bool:
 def carried(group: Group, depth: int, d1: float, v1: float, load: float) -> Floats:
     """Polyline of a touching group carried straight to (d1, v1) before any slip: cut, or extended by new springs."""
     segment, edge, anchor, edge_load, edge_force = edge_at(group.stack, depth, d1, load)
-    stack = np.empty((segment + 2, group.stack.shape[1]))
+    stack = empty((segment + 2, group.stack.shape[1]), np.float64)
     copy_vertices(group.stack, stack, segment + 1)
     if d1 <= edge:
         put(stack, segment, d1, anchor, stack[segment, SLOPE], v1, load, edge_force)
@@ -83,7 +84,7 @@ def clip(
     stiffness dT/dV, and the energy dissipated, which where ``dissipates`` is added to the asperities
     of the group.
     """
-    clipped = np.empty((3 * len(stack), stack.shape[1]))
+    clipped = empty((3 * len(stack), stack.shape[1]), np.float64)
     copy_vertices(stack, clipped, min(len(stack), 1))
     limit = friction * (d - stack[0, LABEL])
     v = displacement - stack[0, ANCHOR]

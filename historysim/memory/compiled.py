@@ -9,28 +9,51 @@ There are three kinds:
   rounding, so that the processor handles several asperities at once.
 - `inlined`: short steps that are written out where they are used. A call between functions takes each array apart and
   counts the references to it, which for small groups costs more than the physics.
+
+They hand lean arrays to one another (see `lean`), of which an `entry` makes those that it is given.
 """
 
 import contextlib
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
-import numpy.typing as npt
 from numba import njit, types
-from numba.core import cgutils
+from numba.core import sigutils
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
-from numba.extending import intrinsic
 
-Array = TypeVar("Array", bound=npt.NDArray[Any])
+from historysim.memory.lean import is_lean
+
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 # options that the types of numba do not know
 WITHOUT_C_WRAPPER: dict[str, Any] = {"no_cfunc_wrapper": True}
-WITHOUT_WRAPPERS: dict[str, Any] = WITHOUT_C_WRAPPER | {"no_cpython_wrapper": True}
 
 
-class _Inner(CPUDispatcher):
+class _OfTheRoom(CPUDispatcher):
+    """A function that is compiled once for numbers of a kind, whether they are constants or not."""
+
+    _compiler: Any
+    _inner = False
+
+    def get_call_template(self, arguments: Any, named: Any) -> Any:
+        """Return what numba calls for arguments of these types."""
+        plain = {name: types.unliteral(kind) for name, kind in named.items()}
+        return super().get_call_template([types.unliteral(kind) for kind in arguments], plain)
+
+    def compile(self, sig: Any) -> Any:
+        """Compile for a signature, with a wrapper for Python where Python has such arguments."""
+        kinds, _ = sigutils.normalize_signature(sig)
+        with global_compiler_lock:
+            outside = not any(is_lean(kind) for kind in kinds)
+            self._compiler.targetoptions["no_cpython_wrapper"] = self._inner or not outside
+            return super().compile(sig)
+
+
+class _Inner(_OfTheRoom):
     """A function without a wrapper, which Python would take for an address."""
+
+    _inner = True
 
     def __call__(self, *_arguments: Any, **_named: Any) -> Any:
         raise TypeError(f"{self.py_func.__name__} is called by compiled functions alone; expected an `entry`")
@@ -49,53 +72,34 @@ def kept(function: Any, *, named: bool = True) -> Any:
     return function
 
 
+def _made(function: Any, kind: type[_OfTheRoom] = _OfTheRoom, *, named: bool = True, **options: Any) -> Any:
+    # an option that the types of numba do not know
+    made: Any = njit(error_model="numpy", **WITHOUT_C_WRAPPER, **options)(function)
+    made.__class__ = kind
+    return kept(made, named=named)
+
+
 def compiled(function: Function) -> Function:
     """Return a function compiled for compiled functions alone, each operation rounded as it is written."""
-    made: Any = njit(error_model="numpy", **WITHOUT_WRAPPERS)(function)
-    made.__class__ = _Inner
-    return kept(made)
+    return _made(function, _Inner)
 
 
 def entry(function: Function) -> Function:
     """Return a function compiled for Python, too; other threads go on while it runs."""
-    return kept(njit(error_model="numpy", nogil=True, **WITHOUT_C_WRAPPER)(function))
+    return _made(function, nogil=True)
 
 
 def short(function: Function) -> Function:
     """Return a function compiled as an `entry`, and copied into compiled functions that call it."""
-    return kept(njit(error_model="numpy", **WITHOUT_C_WRAPPER)(function), named=False)
+    return _made(function, named=False)
 
 
 def reordered(function: Function) -> Function:
     """Return a function compiled as a `short` one, whose sums may be added in any order."""
-    fastmath = {"reassoc", "contract", "nsz"}
-    return kept(njit(error_model="numpy", fastmath=fastmath, **WITHOUT_C_WRAPPER)(function), named=False)
+    return _made(function, named=False, fastmath={"reassoc", "contract", "nsz"})
 
 
 def inlined(function: Function) -> Function:
     """Return a function that is written out wherever a compiled one calls it."""
     written_out: Any = njit(error_model="numpy", inline="always")(function)
     return written_out
-
-
-if TYPE_CHECKING:
-
-    def uncounted(array: Array, /) -> Array:
-        """See below; numba's own type for it would hide that of the array."""
-
-else:
-
-    @intrinsic
-    def uncounted(_context: Any, array: types.Array) -> Any:
-        """View of an array that numba does not count references to; something else has to keep the array alive.
-
-        Numba counts the references that a call takes with an atomic operation per array, which for small
-        groups costs more than the physics.
-        """
-
-        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            view = context.make_helper(builder, signature.args[0], value=arguments[0])
-            view.meminfo = cgutils.get_null_value(view.meminfo.type)
-            return view._getvalue()  # noqa: SLF001 - numba's own way to take the value out
-
-        return array(array), generate

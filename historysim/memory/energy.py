@@ -4,6 +4,7 @@ import math
 
 from historysim.memory.compiled import compiled, entry, inlined, reordered, short
 from historysim.memory.layout import ANCHOR, DISPLACEMENT, LABEL, SLOPE, Contact, Floats, Group, Memory
+from historysim.memory.lean import lean, uncounted
 from historysim.memory.normal import touching
 
 
@@ -89,6 +90,7 @@ def dissipate(
 @entry
 def stored_energy(contact: Contact, memory: Memory, energy: Floats) -> float:
     """Elastic tangential energy ½ ∫ v² N'' da, added per asperity to ``energy``; returns the sum."""
+    contact, memory, energy = lean(contact), uncounted(lean(memory)), lean(energy)
     displacement = memory.now[DISPLACEMENT]
     total = 0.0
     for index in range(contact.friction.size):

@@ -10,7 +10,7 @@ import numpy as np
 from historysim.memory.clipping import carried, clip, is_steep
 from historysim.memory.compiled import compiled, entry, short
 from historysim.memory.energy import stored_energy
-from historysim.memory.groups import friction_limit, total_force
+from historysim.memory.groups import friction_limit, largest_friction, total_force
 from historysim.memory.layout import (
     APPROACH,
     DISPLACEMENT,
@@ -26,9 +26,11 @@ from historysim.memory.layout import (
     Memory,
     copied,
     copy_vertices,
+    fill,
     group_of,
     grown,
 )
+from historysim.memory.lean import counted, empty, given_back, keep, lean, uncounted
 from historysim.memory.normal import load_at
 from historysim.memory.polyline import Aim, to_displacement
 from historysim.memory.search import found_displacement
@@ -42,6 +44,7 @@ def change_friction(contact: Contact, memory: Memory, friction: Floats, aim: Aim
 
     A load beyond the new limit stays with the memory as what is asked for.
     """
+    given, contact, memory, friction = memory, lean(contact), counted(lean(memory)), lean(friction)
     now = memory.now
     slips = False
     for index in range(friction.size):
@@ -49,23 +52,32 @@ def change_friction(contact: Contact, memory: Memory, friction: Floats, aim: Aim
             slips = slips or friction[index] < contact.friction[index]
             memory.steep[index] = is_steep(memory.vertices[index], memory.depth[index], friction[index])
     if not slips:
-        return memory
+        return given
     held, force = 1.0, now[TANGENTIAL_LOAD]
     if aim.rigid == 0.0:
         before = friction_limit(contact, now[APPROACH], now[NORMAL_LOAD])
         after = friction_limit(with_coefficients(contact, friction), now[APPROACH], now[NORMAL_LOAD])
         if abs(force) > after:
             held = min(max((before - abs(force)) / (before - after), 0.0), 1.0)
-    start, first = contact, contact.friction
+    start, there = contact, empty(friction.size, np.float64)
     if aim.compliance > 0.0 and held > 0.0:
-        memory = fall_in_parts(contact, memory, first + held * (friction - first), aim, tolerance)
-        start = with_coefficients(contact, first + held * (friction - first))
+        mix(contact.friction, friction, held, there)
+        start = with_coefficients(contact, uncounted(there))
+        memory = fall_in_parts(contact, memory, start.friction, aim, tolerance)
     if aim.compliance == 0.0 or held < 1.0:
         memory = fall(start, memory, friction, to_displacement(memory.now[DISPLACEMENT]))
     for index in range(friction.size):
         memory.steep[index] = is_steep(memory.vertices[index], memory.depth[index], friction[index])
     memory.now[TANGENTIAL_LOAD] = force if aim.rigid == 0.0 else total_force(contact, memory)
-    return memory
+    keep(there)
+    return given_back(memory, given)
+
+
+@short
+def mix(first: Floats, last: Floats, share: float, target: Floats) -> None:
+    """Fill in coefficients a share of the way from the first to the last."""
+    for index in range(first.size):
+        target[index] = first[index] + share * (last[index] - first[index])
 
 
 @short
@@ -82,15 +94,18 @@ def fall_in_parts(contact: Contact, memory: Memory, friction: Floats, aim: Aim, 
     the asperities share it.
     """
     now, first = memory.now, contact.friction
-    unused = np.zeros(memory.dissipated.size)
+    unused = empty(memory.dissipated.size, np.float64)
+    fill(unused, 0.0)
     before, lost = stored_energy(contact, memory, unused), now[DISSIPATED]
-    reach = first.max() * (now[APPROACH] - contact.sorted_gap[0])
+    reach = largest_friction(contact) * (now[APPROACH] - contact.sorted_gap[0])
     parts, reached = 4, np.inf
+    low, high = empty(first.size, np.float64), empty(first.size, np.float64)
     while True:
         fine = copied(memory)
         for k in range(parts):
-            part = with_coefficients(contact, first + (k / parts) * (friction - first))
-            fine = fall(part, fine, first + ((k + 1) / parts) * (friction - first), aim)
+            mix(first, friction, k / parts, low)
+            mix(first, friction, (k + 1) / parts, high)
+            fine = fall(with_coefficients(contact, uncounted(low)), fine, uncounted(high), aim)
         moved = fine.now[DISPLACEMENT] - now[DISPLACEMENT]
         work = 0.5 * (now[TANGENTIAL_LOAD] + total_force(contact, fine)) * moved
         balance = work + before - stored_energy(contact, fine, unused)
@@ -100,6 +115,8 @@ def fall_in_parts(contact: Contact, memory: Memory, friction: Floats, aim: Aim, 
             break
         reached = fine.now[DISPLACEMENT]
         parts *= 2
+    keep(low)
+    keep(high)
     share = max(balance, 0.0) / told if told > 0.0 else 1.0
     for i in range(memory.dissipated.size):
         fine.dissipated[i] = memory.dissipated[i] + share * (fine.dissipated[i] - memory.dissipated[i])
@@ -114,13 +131,16 @@ def fall(contact: Contact, memory: Memory, friction: Floats, aim: Aim) -> Memory
     d, v0 = now[APPROACH], now[DISPLACEMENT]
     after = with_coefficients(contact, friction)
     # the very loads that the edges have
-    shares = np.empty(np.count_nonzero(memory.depth))
-    for index in range(shares.size):
+    touching = 0
+    while touching < memory.depth.size and memory.depth[touching] > 0:
+        touching += 1
+    shares = empty(touching, np.float64)
+    for index in range(touching):
         shares[index] = memory.vertices[index, memory.depth[index] - 1, NORMAL]
     v1 = aim.value
     if aim.compliance > 0.0:
         # any cone may cut any polyline
-        memory.steep[:] = True
+        fill(memory.steep, True)
         v1 = found_displacement(after, memory, shares, d, aim)
     for index in range(shares.size):
         depth, gain = memory.depth[index], friction[index] - contact.friction[index]
@@ -142,6 +162,7 @@ def fall(contact: Contact, memory: Memory, friction: Floats, aim: Aim) -> Memory
 @entry
 def refresh_loads(contact: Contact, memory: Memory) -> None:
     """Recompute the loads kept with the vertices, after groups have been split."""
+    contact, memory = lean(contact), lean(memory)
     for index in range(contact.friction.size):
         group = group_of(contact, memory, index)
         for j in range(memory.depth[index]):

@@ -15,6 +15,7 @@ import numpy as np
 
 from historysim.memory.compiled import inlined, reordered, short
 from historysim.memory.layout import ANCHOR, LABEL, NORMAL, SLOPE, TANGENTIAL, Floats, Group
+from historysim.memory.lean import empty
 
 # rows of the table of fronts, which has a column for each group: sμ, label and anchor of the vertex below the front,
 # m - sμ and its reciprocal, tangential load less m P of that vertex, the labels between which this holds, gap and
@@ -37,7 +38,7 @@ def forget_front(fronts: Floats, index: int) -> None:
 @short
 def no_fronts(groups: int) -> Floats:
     """Return the table before any front is found."""
-    fronts = np.empty((ROWS_OF_FRONTS, groups))
+    fronts = empty((ROWS_OF_FRONTS, groups), np.float64)
     for index in range(groups):
         forget_front(fronts, index)
     return fronts

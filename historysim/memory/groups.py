@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 
-from historysim.memory.compiled import reordered, short, uncounted
+from historysim.memory.compiled import reordered, short
 from historysim.memory.layout import APPROACH, LABEL, NORMAL_LOAD, TANGENTIAL, Contact, Floats, Memory
+from historysim.memory.lean import empty, uncounted
 from historysim.memory.normal import approach_at, load_at, touching
 from historysim.memory.tolerances import EPSILON
 
@@ -54,20 +55,49 @@ def loads_of_ones(gap: Floats, weight: Floats, approach: float, loads: Floats) -
 
 
 @short
+def least_friction(contact: Contact) -> float:
+    """Return the smallest friction coefficient."""
+    least = contact.friction[0]
+    for index in range(1, contact.friction.size):
+        least = min(least, contact.friction[index])
+    return least
+
+
+@short
+def largest_friction(contact: Contact) -> float:
+    """Return the largest friction coefficient."""
+    largest = contact.friction[0]
+    for index in range(1, contact.friction.size):
+        largest = max(largest, contact.friction[index])
+    return largest
+
+
+@short
 def group_loads(contact: Contact, approach: float) -> Floats:
     """Return the normal loads of the groups that touch, which are the first ones."""
     if contact.friction.size == contact.gap.size:
-        loads = np.empty(touching(contact.gap, approach))
+        loads = empty(touching(contact.gap, approach), np.float64)
         loads_of_ones(contact.gap, contact.weight, approach, loads)
         return loads
     count = 0
     while count < contact.friction.size and contact.gap[contact.first[count]] < approach:
         count += 1
-    loads = np.empty(count)
+    loads = empty(count, np.float64)
     for index in range(count):
         start, stop = contact.first[index], contact.first[index + 1]
         loads[index] = load_at(uncounted(contact.gap)[start:stop], uncounted(contact.weight)[start:stop], approach)[0]
     return loads
+
+
+@short
+def shares_at(contact: Contact, approach: float, load: float) -> Floats:
+    """Return the normal loads of the groups that touch at an approach, where they carry ``load`` together."""
+    if contact.friction.size > 1:
+        return group_loads(contact, approach)
+    shares = empty(1 if approach > contact.sorted_gap[0] else 0, np.float64)
+    if shares.size > 0:
+        shares[0] = load
+    return shares
 
 
 @short

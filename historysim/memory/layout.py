@@ -1,16 +1,19 @@
 """How a contact, and what it remembers, are laid out in arrays."""
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
-from historysim.memory.compiled import inlined, short, uncounted
+from historysim.memory.compiled import inlined, short
+from historysim.memory.lean import duplicate, empty, given_back, lean, uncounted
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 Bytes = npt.NDArray[np.int8]
 Flags = npt.NDArray[np.bool_]
+
+Array = TypeVar("Array", Floats, Integers, Flags)
 
 # columns of a vertex: label, anchor, slope dw/da towards the next deeper vertex, displacement at which it
 # was made, load of the group at the label, tangential load of everything deeper
@@ -123,9 +126,18 @@ def deepest(memory: Memory) -> int:
 
 
 @short
+def any_steep(memory: Memory) -> bool:
+    """Return whether a group's polyline has slopes beyond μ."""
+    found = False
+    for index in range(memory.steep.size):
+        found = found or memory.steep[index]
+    return found
+
+
+@short
 def stacks_of_capacity(memory: Memory, capacity: int) -> Floats:
     """Copy the stacks to an array that holds so many vertices each."""
-    vertices = np.empty((memory.vertices.shape[0], capacity, memory.vertices.shape[2]))
+    vertices = empty((memory.vertices.shape[0], capacity, memory.vertices.shape[2]), np.float64)
     for index in range(memory.depth.size):
         copy_vertices(memory.vertices[index], vertices[index], memory.depth[index])
     return vertices
@@ -140,5 +152,26 @@ def grown(memory: Memory, capacity: int) -> Memory:
 @short
 def copied(memory: Memory) -> Memory:
     """Return an independent copy, which the next step fits into."""
-    vertices = stacks_of_capacity(memory, deepest(memory) + 2)
-    return Memory(vertices, memory.depth.copy(), memory.steep.copy(), memory.dissipated.copy(), memory.now.copy())
+    here = lean(memory)
+    copy = Memory(
+        stacks_of_capacity(here, deepest(here) + 2),
+        duplicate(here.depth),
+        duplicate(here.steep),
+        duplicate(here.dissipated),
+        duplicate(here.now),
+    )
+    return given_back(copy, memory)
+
+
+@short
+def fill(array: Array, value: float) -> None:
+    """Set all items of an array with one axis."""
+    for i in range(array.size):
+        array[i] = value
+
+
+@short
+def copy_items(source: Array, target: Array) -> None:
+    """Copy all items of an array with one axis."""
+    for i in range(target.size):
+        target[i] = source[i]

@@ -14,7 +14,14 @@ from typing import NamedTuple
 import numpy as np
 
 from historysim.memory.compiled import compiled, inlined, short
-from historysim.memory.groups import approach_for, friction_limit, group_loads, limit_and_slopes
+from historysim.memory.groups import (
+    approach_for,
+    friction_limit,
+    group_loads,
+    largest_friction,
+    least_friction,
+    limit_and_slopes,
+)
 from historysim.memory.layout import (
     APPROACH,
     DISPLACEMENT,
@@ -25,6 +32,7 @@ from historysim.memory.layout import (
     Integers,
     Memory,
 )
+from historysim.memory.lean import empty
 from historysim.memory.move import move
 from historysim.memory.normal import approach_at, load_at
 from historysim.memory.polyline import to_displacement, to_load
@@ -35,6 +43,8 @@ from historysim.memory.tolerances import LIMIT_SLACK, TIE
 MOST_PIECES = 64
 # shares of a path below which a request that touches the limit does not meet it
 NARROWEST = 1e-12
+# of a path, one after the other, that lead to less than that
+MOST_HALVINGS = 64
 
 
 class Course(NamedTuple):
@@ -57,6 +67,19 @@ class Station(NamedTuple):
     limit: float
     limit_slope: float
     load_slope: float
+
+
+@inlined
+def put_station(places: Floats, index: int, place: Station) -> None:
+    """Write a point of a course to a row of an array."""
+    for column, value in enumerate(place):
+        places[index, column] = value
+
+
+@inlined
+def station_of(places: Floats, index: int) -> Station:
+    """Return the point of a course that stands in a row of an array."""
+    return Station(places[index, 0], places[index, 1], places[index, 2], places[index, 3])
 
 
 @short
@@ -94,7 +117,7 @@ def slopes_of_limit(contact: Contact, course: Course, low: Station, high: Statio
         rate = course.approaches[1] - course.approaches[0]
         return min(rate * limit_least, rate * limit_most), max(rate * limit_least, rate * limit_most)
     load_least, load_most = min(low.load_slope, high.load_slope), max(low.load_slope, high.load_slope)
-    least, most = contact.friction.min(), contact.friction.max()
+    least, most = least_friction(contact), largest_friction(contact)
     if load_most > 0.0:
         least = max(least, limit_least / load_most)
     if load_least > 0.0:
@@ -138,12 +161,13 @@ def first_change(contact: Contact, course: Course, side: float, start: Station, 
     say that the excess is monotone or has no sign to change to.
     """
     # the right ends of the intervals that are still to be looked at, the nearest last
-    waiting = [end]
+    waiting, count = empty((MOST_HALVINGS, len(end)), np.float64), 1
+    put_station(waiting, 0, end)
     low = start
     rate = side * (course.forces[1] - course.forces[0])
     wanted = 1.0 if beyond else -1.0
-    while len(waiting) > 0:
-        high = waiting[-1]
+    while count > 0:
+        high = station_of(waiting, count - 1)
         at_low, at_high = wanted * excess(course, low, side), wanted * excess(course, high, side)
         least, most = slopes_of_limit(contact, course, low, high)
         fastest = rate - least if beyond else most - rate
@@ -154,12 +178,13 @@ def first_change(contact: Contact, course: Course, side: float, start: Station, 
             return crossing_between(contact, course, side, low, high) if at_low < 0.0 else low.share
         hopeless = monotone or min(at_low + fastest * width, at_high - slowest * width) <= 0.0
         if at_high <= 0.0 and (hopeless or width <= NARROWEST):
-            waiting.pop()
+            count -= 1
             low = high
         elif width <= NARROWEST:
             return high.share
         else:
-            waiting.append(station(contact, course, 0.5 * (low.share + high.share)))
+            put_station(waiting, count, station(contact, course, 0.5 * (low.share + high.share)))
+            count += 1
     return np.inf
 
 

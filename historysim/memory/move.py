@@ -1,11 +1,9 @@
 """All friction groups together on one straight path in (d, V)."""
 
-import numpy as np
-
 from historysim.memory.clipping import is_steep, move_steep_group
 from historysim.memory.compiled import entry
 from historysim.memory.energy import withdrawal_energy
-from historysim.memory.groups import friction_limit, group_loads, total_force
+from historysim.memory.groups import friction_limit, shares_at, total_force
 from historysim.memory.layout import (
     APPROACH,
     DISPLACEMENT,
@@ -14,10 +12,12 @@ from historysim.memory.layout import (
     TANGENTIAL_LOAD,
     Contact,
     Memory,
+    any_steep,
     deepest,
     group_of,
     grown,
 )
+from historysim.memory.lean import counted, given_back, lean
 from historysim.memory.polyline import Aim, move_group, to_displacement
 from historysim.memory.search import displacement_at
 
@@ -31,13 +31,14 @@ def move(contact: Contact, memory: Memory, d1: float, load: float, aim: Aim) -> 
 
     A tangential load has to be within the friction limit.
     """
+    given, contact, memory = memory, lean(contact), counted(lean(memory))
     # a front and an edge; a polyline steeper than μ may be cut in every segment
-    needed = 3 * deepest(memory) + 6 if memory.steep.any() else deepest(memory) + 2
+    needed = 3 * deepest(memory) + 6 if any_steep(memory) else deepest(memory) + 2
     if needed > memory.vertices.shape[1]:
         memory = grown(memory, 2 * needed)
     now, groups = memory.now, contact.friction.size
     d0, v0 = now[APPROACH], now[DISPLACEMENT]
-    shares = group_loads(contact, d1) if groups > 1 else np.full(1 if d1 > contact.sorted_gap[0] else 0, load)
+    shares = shares_at(contact, d1, load)
     alone = groups == 1 and shares.size > 0 and not memory.steep[0]
     path = aim if alone or aim.compliance == 0.0 else to_displacement(displacement_at(contact, memory, shares, d1, aim))
     v1 = path.value
@@ -66,4 +67,4 @@ def move(contact: Contact, memory: Memory, d1: float, load: float, aim: Aim) -> 
         # contact has slid so far that its displacement is rounded by more than it can be strained
         limit = friction_limit(contact, d1, load)
         now[TANGENTIAL_LOAD] = min(max((aim.value - aim.rigid * v1) / aim.compliance, -limit), limit)
-    return memory
+    return given_back(memory, given)

@@ -5,7 +5,8 @@ import math
 import numpy as np
 
 from historysim.memory.compiled import compiled, entry, reordered
-from historysim.memory.layout import Floats
+from historysim.memory.layout import Floats, copy_items
+from historysim.memory.lean import empty, lean
 from historysim.memory.normal import touching
 from historysim.memory.rows import FULL_STICK, GROSS_SLIP, PARTIAL_SLIP, SEPARATED, Rows
 
@@ -60,12 +61,15 @@ def record_patches(
     (patch, row); ``approaches`` and ``areas`` (row, patch) are the table, from first touch on. The contact is at
     ``approach``, and sticks inside ``stick``.
     """
-    normal_weight, tangential_weight = np.empty(share.shape[1]), np.empty(share.shape[1])
+    elements, rows, share, loads, stick = lean(elements), lean(rows), lean(share), lean(loads), lean(stick)
+    approaches, areas, first_touch, approach = lean(approaches), lean(areas), lean(first_touch), lean(approach)
+    normal_weight = empty(share.shape[1], np.float64)
+    tangential_weight = empty(share.shape[1], np.float64)
     for r in range(approach.size):
         superpose(elements.normal_load[r], share, normal_weight)
         superpose(elements.tangential_load[r], share, tangential_weight)
         if r > 0 and approach[r] == approach[r - 1]:
-            rows.contact_radius[r] = rows.contact_radius[r - 1]
+            copy_items(rows.contact_radius[r - 1], rows.contact_radius[r])
         else:
             equal_radii(approaches, areas, approach[r], rows.contact_radius[r])
         equal_radii(approaches, areas, stick[r], rows.stick_radius[r])

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from historysim.memory.compiled import compiled, entry, reordered, short, uncounted
+from historysim.memory.compiled import compiled, entry, reordered, short
 from historysim.memory.layout import (
     APPROACH,
     DISPLACEMENT,
@@ -21,6 +21,7 @@ from historysim.memory.layout import (
     Units,
     group_of,
 )
+from historysim.memory.lean import lean, uncounted
 from historysim.memory.normal import touching
 from historysim.memory.pending import Pending, set_aside
 from historysim.memory.rows import (
@@ -138,6 +139,8 @@ def record_asperities(
 
     ``work`` (5, asperity) is scratch.
     """
+    contact, memory, rows = lean(contact), uncounted(lean(memory)), lean(rows)
+    columns, work = lean(columns), lean(work)
     approach = memory.now[APPROACH]
     for index in range(contact.friction.size):
         depth, start = memory.depth[index], contact.first[index]
@@ -190,6 +193,8 @@ def record_row(
     work: Floats,
 ) -> None:
     """Project the state onto one row, or leave its asperities for later where there is room for what that takes."""
+    contact, memory, rows, pending = lean(contact), uncounted(lean(memory)), lean(rows), lean(pending)
+    columns, work = lean(columns), lean(work)
     record_totals(contact, memory, rows.totals[row], units, saturated)
     if columns.size > 0:
         record_energies(memory, rows, row, columns, units)
@@ -202,6 +207,7 @@ def record_pending(
     contact: Contact, pending: Pending, rows: Rows, columns: Integers, units: Units, work: Floats
 ) -> None:
     """Project the asperities of all rows that were left for later."""
+    contact, pending, rows, columns, work = lean(contact), lean(pending), lean(rows), lean(columns), lean(work)
     for row in range(pending.waits.size):
         if pending.waits[row]:
             # the energies are in the rows already, so that any array will do for them

@@ -4,7 +4,7 @@ import numpy as np
 
 from historysim.memory.compiled import compiled, inlined
 from historysim.memory.fronts import no_fronts
-from historysim.memory.groups import approach_for, group_loads
+from historysim.memory.groups import approach_for, group_loads, largest_friction, least_friction
 from historysim.memory.layout import (
     APPROACH,
     DISPLACEMENT,
@@ -84,7 +84,7 @@ def ramp(contact: Contact, memory: Memory, load: float, force: float, tolerance:
     if now[APPROACH] < contact.sorted_gap[0] and load > 0.0:
         now[APPROACH] = contact.sorted_gap[0]
     load0, force0, dissipated0 = now[NORMAL_LOAD], now[TANGENTIAL_LOAD], now[DISSIPATED]
-    sticks = bool(abs(force - force0) <= contact.friction.min() * (load - load0))
+    sticks = bool(abs(force - force0) <= least_friction(contact) * (load - load0))
     # the error of a corrected chord is a small multiple of the square of the relative change
     small = ((load - load0) / max(load, load0)) ** 2 <= tolerance if load != load0 else True
     # then the state does not depend on the chords
@@ -92,7 +92,7 @@ def ramp(contact: Contact, memory: Memory, load: float, force: float, tolerance:
     # with several groups the error falls in steps, as groups slip earlier or later
     ratio = 2 if single else 3
     weight = 1.0 / (ratio * ratio - 1.0)
-    corrects = bool(small and load != load0 and abs(force - force0) > contact.friction.max() * abs(load - load0))
+    corrects = bool(small and load != load0 and abs(force - force0) > largest_friction(contact) * abs(load - load0))
     whole, coarse = memory, copied(memory) if corrects else memory
     energy, last_change, fell, agreed = 0.0, 0.0, True, 0
     chords = np.int64(1)
@@ -111,7 +111,7 @@ def ramp(contact: Contact, memory: Memory, load: float, force: float, tolerance:
         else:
             extrapolated = fine.now[DISSIPATED] + weight * (fine.now[DISSIPATED] - coarse.now[DISSIPATED])
             drift = abs(fine.now[DISPLACEMENT] - coarse.now[DISPLACEMENT])
-            reach = contact.friction.max() * (max(now[APPROACH], fine.now[APPROACH]) - contact.sorted_gap[0])
+            reach = largest_friction(contact) * (max(now[APPROACH], fine.now[APPROACH]) - contact.sorted_gap[0])
             change = abs(fine.now[DISSIPATED] - coarse.now[DISSIPATED])
             settled = abs(extrapolated - energy) <= tolerance * (extrapolated - dissipated0)
             # while the changes do not fall by ratio², as they have to, two extrapolations may agree by chance

@@ -7,7 +7,7 @@ import numpy as np
 from historysim.memory.clipping import carried, clip
 from historysim.memory.compiled import compiled, short
 from historysim.memory.fronts import OFF, find_off, force_on_fronts, forget_front, no_fronts
-from historysim.memory.groups import total_force
+from historysim.memory.groups import largest_friction, total_force
 from historysim.memory.layout import (
     ANCHOR,
     APPROACH,
@@ -127,7 +127,7 @@ def found_displacement(contact: Contact, memory: Memory, shares: Floats, d1: flo
     now = memory.now
     goal, rigid, compliance = aim
     limit = limit_of(contact, shares)
-    reach, stride = contact.friction.max() * (d1 - contact.sorted_gap[0]), np.inf
+    reach, stride = largest_friction(contact) * (d1 - contact.sorted_gap[0]), np.inf
     if rigid == 0.0:
         if abs(goal) >= (1.0 - TIE) * limit:
             return sliding_displacement(contact, memory, shares, d1, math.copysign(1.0, goal))

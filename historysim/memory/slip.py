@@ -10,6 +10,7 @@ import numpy as np
 
 from historysim.memory.compiled import compiled, entry, inlined, short
 from historysim.memory.layout import ANCHOR, DISPLACEMENT, LABEL, SLOPE, Contact, Floats, Memory, group_of
+from historysim.memory.lean import lean, uncounted
 from historysim.memory.normal import load_at
 from historysim.memory.tolerances import TIE
 
@@ -51,6 +52,7 @@ def sticking_stiffness(contact: Contact, memory: Memory, direction: float) -> fl
 
     With 0 it is that of the springs that stick now, without those that slide either way.
     """
+    contact, memory = lean(contact), uncounted(lean(memory))
     displacement = memory.now[DISPLACEMENT]
     stiffness = 0.0
     for index in range(contact.friction.size):

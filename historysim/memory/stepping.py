@@ -19,9 +19,11 @@ from historysim.memory.layout import (
     Memory,
     Units,
     copied,
+    copy_items,
     copy_vertices,
     deepest,
 )
+from historysim.memory.lean import counted, empty, given_back, lean
 from historysim.memory.limit import MOST_PIECES
 from historysim.memory.paths import LEAST_APPROACH, LEAST_LOAD, LOAD
 from historysim.memory.slopes import Slopes, slopes
@@ -75,7 +77,7 @@ def walk_path(
     contact: Contact, memory: Memory, path: Path, saturate: bool, tolerance: float, compliance: float
 ) -> tuple[Memory, bool, float, float]:
     """Walk one path; return also whether it is refused, with the request and the limit (see `planned`)."""
-    ends, sides = np.ones(MOST_PIECES), np.zeros(MOST_PIECES, dtype=np.int64)
+    ends, sides = empty(MOST_PIECES, np.float64), empty(MOST_PIECES, np.int64)
     journey, refused, asked, limit = planned(contact, memory, path, ends, sides, saturate, compliance, True)
     if not refused:
         memory, _ = walk_on(contact, memory, journey, ends, sides, 0.0, 1.0, tolerance)
@@ -104,11 +106,12 @@ def step(
     bool
         Whether the path was refused, since its tangential load is beyond the friction limit.
     """
+    contact, memory = lean(body.contact), counted(lean(body.memory))
     path = path_to(body.units, normal_control, normal_target, tangential_control, tangential_target)
-    memory, refused, _, _ = walk_path(body.contact, body.memory, path, body.saturate, body.tolerance, body.compliance)
+    memory, refused, _, _ = walk_path(contact, memory, path, body.saturate, body.tolerance, body.compliance)
     if not refused:
         body.control[0], body.control[1] = normal_control, tangential_control
-    return with_memory(body, memory), refused
+    return with_memory(body, given_back(memory, body.memory)), refused
 
 
 @short
@@ -128,7 +131,8 @@ def forked(body: Body) -> Body:
 @short
 def end_slopes(body: Body, start: float) -> Slopes:
     """Return the derivatives of the loads at the end of the last path, which began at an approach [m]; see `slopes`."""
-    return in_si(slopes(body.contact, body.memory, start / body.units.length), body.units)
+    found = slopes(lean(body.contact), lean(body.memory), start / body.units.length)
+    return in_si(found, body.units)
 
 
 @short
@@ -180,23 +184,24 @@ def step_arrays(
     Returns whether the path is refused with the request and the limit (dimensionless), and new arrays where those
     given were too small for the result.
     """
-    here, memory, scale = Contact(*contact), Memory(*arrays), Units(*units)
+    here, memory, scale = Contact(*lean(contact)), Memory(*counted(lean(arrays))), Units(*units)
     path = path_to(scale, normal_control, normal_target, tangential_control, tangential_target)
     after, refused, asked, limit = walk_path(here, memory, path, saturate, tolerance, compliance)
     if deepest(after) > memory.vertices.shape[1]:
-        return refused, asked, limit, (after.vertices, after.depth, after.steep, after.dissipated, after.now)
+        larger = (after.vertices, after.depth, after.steep, after.dissipated, after.now)
+        return refused, asked, limit, given_back(larger, arrays)
     # what is another array was made on the way, such as by a ramp that is walked several times
     if after.vertices is not memory.vertices:
         for index in range(after.depth.size):
             copy_vertices(after.vertices[index], memory.vertices[index], after.depth[index])
     if after.depth is not memory.depth:
-        memory.depth[:] = after.depth
+        copy_items(after.depth, memory.depth)
     if after.steep is not memory.steep:
-        memory.steep[:] = after.steep
+        copy_items(after.steep, memory.steep)
     if after.dissipated is not memory.dissipated:
-        memory.dissipated[:] = after.dissipated
+        copy_items(after.dissipated, memory.dissipated)
     if after.now is not memory.now:
-        memory.now[:] = after.now
+        copy_items(after.now, memory.now)
     return refused, asked, limit, None
 
 
@@ -208,5 +213,5 @@ def slopes_of_arrays(
     d0: float,
 ) -> tuple[float, float, float]:
     """Do what `end_slopes` does, for a caller in Python; the path began at the dimensionless approach ``d0``."""
-    found = in_si(slopes(Contact(*contact), Memory(*arrays), d0), Units(*units))
+    found = in_si(slopes(Contact(*lean(contact)), Memory(*lean(arrays)), d0), Units(*units))
     return found.tangential, found.coupling, found.normal

@@ -18,6 +18,7 @@ from historysim.memory.layout import (
     Memory,
     Units,
 )
+from historysim.memory.lean import counted, empty, given_back, lean
 from historysim.memory.limit import MOST_PIECES, Course, cut, follow, meets_limit, overload
 from historysim.memory.move import move
 from historysim.memory.normal import load_at
@@ -174,7 +175,9 @@ def walk_paths(
     the friction limit with the request and the limit (dimensionless); the memory is then of no use. The path is -1
     where all could be walked.
     """
-    ends, sides = np.ones(MOST_PIECES), np.zeros(MOST_PIECES, dtype=np.int64)
+    given, contact, memory = memory, lean(contact), counted(lean(memory))
+    paths, rows, pending, columns, work = lean(paths), lean(rows), lean(pending), lean(columns), lean(work)
+    ends, sides = empty(MOST_PIECES, np.float64), empty(MOST_PIECES, np.int64)
     flag = False
     for p in range(paths.parts.size):
         parts = paths.parts[p]
@@ -189,7 +192,7 @@ def walk_paths(
         direct = bool(parts == 1 and until == 1.0)
         journey, refused, asked, limit = planned(contact, memory, path, ends, sides, saturate, compliance, direct)
         if refused:
-            return memory, p, asked, limit
+            return given_back(memory, given), p, asked, limit
         before = 0.0
         for part in range(1, parts + 1):
             share = until * (part / parts)
@@ -201,4 +204,4 @@ def walk_paths(
                 row = paths.first_row[p] + part - 1
                 record_row(contact, memory, rows, row, pending, columns, units, flag, work)
                 flag = False
-    return memory, -1, 0.0, 0.0
+    return given_back(memory, given), -1, 0.0, 0.0
