@@ -6,6 +6,7 @@ from historysim.memory.clipping import carried, clip, is_steep
 from historysim.memory.compiled import entry
 from historysim.memory.energy import withdrawal_energy
 from historysim.memory.friction import with_coefficients
+from historysim.memory.fronts import no_fronts
 from historysim.memory.groups import group_loads, total_force
 from historysim.memory.layout import (
     ANCHOR,
@@ -50,7 +51,7 @@ def carry(contact: Contact, memory: Memory, d1: float, load: float, friction: Fl
     if shares.size == 0:
         v1 = displacement_at(after, memory, shares, d1, aim)
     elif aim.compliance > 0.0:
-        v1 = found_displacement(after, memory, shares, d1, aim)
+        v1 = found_displacement(after, memory, shares, no_fronts(shares.size), d1, aim)
     for index in range(friction.size):
         depth, energy = memory.depth[index], 0.0
         if index >= shares.size and depth == 0:

@@ -10,6 +10,7 @@ import numpy as np
 from historysim.memory.clipping import carried, clip, is_steep
 from historysim.memory.compiled import compiled, entry, short
 from historysim.memory.energy import stored_energy
+from historysim.memory.fronts import no_fronts
 from historysim.memory.groups import friction_limit, largest_friction, total_force
 from historysim.memory.layout import (
     APPROACH,
@@ -141,7 +142,7 @@ def fall(contact: Contact, memory: Memory, friction: Floats, aim: Aim) -> Memory
     if aim.compliance > 0.0:
         # any cone may cut any polyline
         fill(memory.steep, True)
-        v1 = found_displacement(after, memory, shares, d, aim)
+        v1 = found_displacement(after, memory, shares, no_fronts(shares.size), d, aim)
     for index in range(shares.size):
         depth, gain = memory.depth[index], friction[index] - contact.friction[index]
         if v1 == v0 and gain >= 0.0:

@@ -40,7 +40,7 @@ def no_fronts(groups: int) -> Floats:
     """Return the table before any front is found."""
     fronts = empty((ROWS_OF_FRONTS, groups), np.float64)
     for index in range(groups):
-        forget_front(fronts, index)
+        fronts[LEAST, index] = np.inf
     return fronts
 
 

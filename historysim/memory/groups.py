@@ -11,11 +11,23 @@ from historysim.memory.normal import approach_at, load_at, touching
 from historysim.memory.tolerances import EPSILON
 
 
+@reordered
+def limit_of_ones(gap: Floats, weight: Floats, friction: Floats, count: int, approach: float) -> float:
+    """Σ μ P(a) of the first groups, all of which are of one asperity and touch."""
+    limit = 0.0
+    for i in range(count):
+        depth = approach - gap[i]
+        limit += friction[i] * weight[i] * math.sqrt(depth) * depth
+    return limit
+
+
 @short
 def friction_limit(contact: Contact, approach: float, load: float) -> float:
     """Σ μ P(a): the largest tangential load that the contact carries, where it carries the normal load ``load``."""
     if contact.friction.size == 1:
         return contact.friction[0] * load
+    if contact.friction.size == contact.gap.size:
+        return limit_of_ones(contact.gap, contact.weight, contact.friction, touching(contact.gap, approach), approach)
     return limit_and_slopes(contact, approach)[0]
 
 

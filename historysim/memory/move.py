@@ -1,7 +1,7 @@
 """All friction groups together on one straight path in (d, V)."""
 
 from historysim.memory.clipping import is_steep, move_steep_group
-from historysim.memory.compiled import entry
+from historysim.memory.compiled import compiled, entry, short
 from historysim.memory.energy import withdrawal_energy
 from historysim.memory.groups import friction_limit, shares_at, total_force
 from historysim.memory.layout import (
@@ -11,6 +11,7 @@ from historysim.memory.layout import (
     NORMAL_LOAD,
     TANGENTIAL_LOAD,
     Contact,
+    Floats,
     Memory,
     any_steep,
     deepest,
@@ -32,18 +33,34 @@ def move(contact: Contact, memory: Memory, d1: float, load: float, aim: Aim) -> 
     A tangential load has to be within the friction limit.
     """
     given, contact, memory = memory, lean(contact), counted(lean(memory))
+    memory, shares = with_room(memory), shares_at(contact, d1, load)
+    direct = aim.compliance == 0.0 or (shares.size > 0 and is_alone(contact, memory))
+    path = aim if direct else to_displacement(displacement_at(contact, memory, shares, d1, aim))
+    carry(contact, memory, shares, d1, load, aim, path)
+    return given_back(memory, given)
+
+
+@short
+def is_alone(contact: Contact, memory: Memory) -> bool:
+    """Return whether there is one group, which any aim moves by one update."""
+    return bool(contact.friction.size == 1 and not memory.steep[0])
+
+
+@short
+def with_room(memory: Memory) -> Memory:
+    """Return the memory with stacks that the next path fits into."""
     # a front and an edge; a polyline steeper than μ may be cut in every segment
     needed = 3 * deepest(memory) + 6 if any_steep(memory) else deepest(memory) + 2
-    if needed > memory.vertices.shape[1]:
-        memory = grown(memory, 2 * needed)
-    now, groups = memory.now, contact.friction.size
-    d0, v0 = now[APPROACH], now[DISPLACEMENT]
-    shares = shares_at(contact, d1, load)
-    alone = groups == 1 and shares.size > 0 and not memory.steep[0]
-    path = aim if alone or aim.compliance == 0.0 else to_displacement(displacement_at(contact, memory, shares, d1, aim))
-    v1 = path.value
+    return grown(memory, 2 * needed) if needed > memory.vertices.shape[1] else memory
+
+
+@compiled
+def carry(contact: Contact, memory: Memory, shares: Floats, d1: float, load: float, aim: Aim, path: Aim) -> None:
+    """Do what `move` does in place, the loads of the groups at d1 and the aim of each path in (d, V) being known."""
+    now = memory.now
+    d0, v0, v1 = now[APPROACH], now[DISPLACEMENT], path.value
     still = d1 == d0 and v1 == v0 and path.compliance == 0.0
-    for index in range(groups):
+    for index in range(contact.friction.size):
         depth = memory.depth[index]
         if still or (index >= shares.size and depth == 0):
             break
@@ -67,4 +84,3 @@ def move(contact: Contact, memory: Memory, d1: float, load: float, aim: Aim) -> 
         # contact has slid so far that its displacement is rounded by more than it can be strained
         limit = friction_limit(contact, d1, load)
         now[TANGENTIAL_LOAD] = min(max((aim.value - aim.rigid * v1) / aim.compliance, -limit), limit)
-    return given_back(memory, given)

@@ -12,13 +12,15 @@ from historysim.memory.layout import (
     NORMAL_LOAD,
     TANGENTIAL_LOAD,
     Contact,
+    Floats,
     Memory,
     copied,
 )
-from historysim.memory.move import move
+from historysim.memory.lean import duplicate
+from historysim.memory.move import carry, is_alone, move, with_room
 from historysim.memory.normal import load_at
-from historysim.memory.polyline import to_load
-from historysim.memory.search import force_at
+from historysim.memory.polyline import to_displacement, to_load
+from historysim.memory.search import displacement_with, force_at
 
 MOST_CHORDS = 1 << 14
 
@@ -39,34 +41,53 @@ FEW_SUMMITS, FEW_PANELS = 100, 6
 
 
 @compiled
-def correct(contact: Contact, start: Memory, end: Memory) -> None:
-    """Correct the energy of one chord for the way of the loads, which is straight in (N, T) and not in (d, V).
+def extra_work(
+    contact: Contact, memory: Memory, fronts: Floats, d1: float, v1: float, load: float, force: float
+) -> float:
+    """Work that the way of the loads takes beyond that of a chord, to (d1, v1) where they are ``load`` and ``force``.
 
-    Both lead from one state to the other, so what the way dissipates more is the work of the tangential load that it
-    has more at each displacement. To first order in the change of N that load is the one at its approach.
+    The way of the loads is straight in (N, T) and not in (d, V). Both lead from one state to the other, so what it
+    dissipates more is the work of the tangential load that it has more at each displacement. To first order in the
+    change of N that load is the one at its approach.
     """
-    first, last = start.now, end.now
-    rate = (last[NORMAL_LOAD] - first[NORMAL_LOAD]) / (last[TANGENTIAL_LOAD] - first[TANGENTIAL_LOAD])
-    moved, lost = last[DISPLACEMENT] - first[DISPLACEMENT], last[DISSIPATED] - first[DISSIPATED]
-    if lost <= 0.0:
-        return
+    now = memory.now
+    rate = (load - now[NORMAL_LOAD]) / (force - now[TANGENTIAL_LOAD])
     # a front that passes a summit bends the way; of one summit it does not, and of many each bends it little
     panels = FEW_PANELS if 1 < contact.gap.size <= FEW_SUMMITS else 1
     more = 0.0
-    fronts = no_fronts(contact.friction.size)
     for k in range(panels * len(NODES)):
         share = (k // len(NODES) + NODES[k % len(NODES)]) / panels
-        d = toward(first[APPROACH], last[APPROACH], share)
-        v = toward(first[DISPLACEMENT], last[DISPLACEMENT], share)
-        force = force_at(contact, start, group_loads(contact, d), fronts, d, v)[0]
-        load, slope = load_at(contact.sorted_gap, contact.sorted_weight, d)
-        d += (first[NORMAL_LOAD] + rate * (force - first[TANGENTIAL_LOAD]) - load) / slope
-        raised = force_at(contact, start, group_loads(contact, d), fronts, d, v)[0]
-        more += WEIGHTS[k % len(NODES)] / panels * (raised - force)
-    share = max(1.0 + more * moved / lost, 0.0)
-    for i in range(end.dissipated.size):
-        end.dissipated[i] = start.dissipated[i] + share * (end.dissipated[i] - start.dissipated[i])
-    last[DISSIPATED] = first[DISSIPATED] + share * lost
+        d = toward(now[APPROACH], d1, share)
+        v = toward(now[DISPLACEMENT], v1, share)
+        reached = force_at(contact, memory, group_loads(contact, d), fronts, d, v)[0]
+        carried, slope = load_at(contact.sorted_gap, contact.sorted_weight, d)
+        d += (now[NORMAL_LOAD] + rate * (reached - now[TANGENTIAL_LOAD]) - carried) / slope
+        raised = force_at(contact, memory, group_loads(contact, d), fronts, d, v)[0]
+        more += WEIGHTS[k % len(NODES)] / panels * (raised - reached)
+    return more * (v1 - now[DISPLACEMENT])
+
+
+@compiled
+def corrected_chord(contact: Contact, memory: Memory, load: float, force: float) -> Memory:
+    """Carry all groups along one chord to (load, force), and correct its energy for the way of the loads."""
+    aim, d1 = to_load(force), approach_for(contact, memory, load)
+    fronts, dissipated, before = no_fronts(contact.friction.size), duplicate(memory.dissipated), memory.now[DISSIPATED]
+    if is_alone(contact, memory):
+        start = copied(memory)
+        memory = move(contact, memory, d1, load, aim)
+        more = extra_work(contact, start, fronts, d1, memory.now[DISPLACEMENT], load, force)
+    else:
+        memory, shares = with_room(memory), group_loads(contact, d1)
+        v1 = displacement_with(contact, memory, shares, fronts, d1, aim)
+        more = extra_work(contact, memory, fronts, d1, v1, load, force)
+        carry(contact, memory, shares, d1, load, aim, to_displacement(v1))
+    lost = memory.now[DISSIPATED] - before
+    if lost > 0.0:
+        share = max(1.0 + more / lost, 0.0)
+        for i in range(dissipated.size):
+            memory.dissipated[i] = dissipated[i] + share * (memory.dissipated[i] - dissipated[i])
+        memory.now[DISSIPATED] = before + share * lost
+    return memory
 
 
 @compiled
@@ -93,7 +114,9 @@ def ramp(contact: Contact, memory: Memory, load: float, force: float, tolerance:
     ratio = 2 if single else 3
     weight = 1.0 / (ratio * ratio - 1.0)
     corrects = bool(small and load != load0 and abs(force - force0) > largest_friction(contact) * abs(load - load0))
-    whole, coarse = memory, copied(memory) if corrects else memory
+    if corrects and not sticks:
+        return corrected_chord(contact, memory, load, force)
+    whole, coarse = memory, memory
     energy, last_change, fell, agreed = 0.0, 0.0, True, 0
     chords = np.int64(1)
     while True:
@@ -102,8 +125,6 @@ def ramp(contact: Contact, memory: Memory, load: float, force: float, tolerance:
             step_load, step_force = toward(load0, load, k / chords), toward(force0, force, k / chords)
             d1 = approach_for(contact, fine, step_load)
             fine = move(contact, fine, d1, step_load, to_load(step_force))
-        if corrects and not sticks:
-            correct(contact, coarse, fine)
         if small or sticks:
             return fine
         if chords == 1:

@@ -94,6 +94,12 @@ def displacement_at(contact: Contact, memory: Memory, shares: Floats, d1: float,
     Where nothing touches at d1, a load leaves V at the anchor of the last spring to leave, which is one of the
     highest summit.
     """
+    return displacement_with(contact, memory, shares, no_fronts(shares.size), d1, aim)
+
+
+@compiled
+def displacement_with(contact: Contact, memory: Memory, shares: Floats, fronts: Floats, d1: float, aim: Aim) -> float:
+    """Do what `displacement_at` does, and leave the fronts that were met in their table."""
     now = memory.now
     goal, rigid, compliance = aim
     if shares.size == 0 and rigid > 0.0:
@@ -106,7 +112,7 @@ def displacement_at(contact: Contact, memory: Memory, shares: Floats, d1: float,
         if abs(missing) <= TIE * (rigid * abs(goal) + compliance * limit_of(contact, shares)):
             # held: rounding is no reason to move
             return v
-    return found_displacement(contact, memory, shares, d1, aim)
+    return found_displacement(contact, memory, shares, fronts, d1, aim)
 
 
 @short
@@ -119,7 +125,7 @@ def limit_of(contact: Contact, shares: Floats) -> float:
 
 
 @compiled
-def found_displacement(contact: Contact, memory: Memory, shares: Floats, d1: float, aim: Aim) -> float:
+def found_displacement(contact: Contact, memory: Memory, shares: Floats, fronts: Floats, d1: float, aim: Aim) -> float:
     """`displacement_at` where something touches at d1, whatever the contact carries now.
 
     A load at the friction limit is met by the displacement at which the last spring begins to slide.
@@ -140,7 +146,6 @@ def found_displacement(contact: Contact, memory: Memory, shares: Floats, d1: flo
     if change != 0.0:
         # a little on the way, so that the first stiffness is that of the direction in which it goes
         v += math.copysign(1e-9 * reach, change)
-    fronts = no_fronts(shares.size)
     for _ in range(200):
         force, stiffness, curvature = force_at(contact, memory, shares, fronts, d1, v)
         missing = goal - rigid * v - compliance * force
