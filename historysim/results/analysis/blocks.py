@@ -77,8 +77,21 @@ def derived(
         The names of the variables, all of the same dimensions.
     **attributes
         Units and long name.
+
+    Returns
+    -------
+    xarray.DataArray
+        A dask array where one of the variables is; else one that is read and computed where it is indexed.
     """
-    array = _Derived(compute, [history[source].variable for source in sources])
+    arrays = [history[source] for source in sources]
+    if any(array.chunks for array in arrays):
+        # of dask arrays another one, which goes on as they are cut
+        answer: xr.DataArray = xr.apply_ufunc(
+            compute, *arrays, dask="parallelized", output_dtypes=[np.float64], keep_attrs=True
+        ).rename(name)
+        answer.attrs = dict(attributes)
+        return answer
+    array = _Derived(compute, [each.variable for each in arrays])
     coordinates = {key: value for key, value in history.coords.items() if set(value.dims) <= set(array.dims)}
     lazy = xr.Variable(array.dims, indexing.LazilyIndexedArray(array), attributes)
     return xr.DataArray(lazy, coordinates, name=name)

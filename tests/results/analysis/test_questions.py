@@ -279,6 +279,17 @@ def test_what_is_read_in_blocks_is_what_is_in_memory(history, question, tmp_path
         xr.testing.assert_identical(lazy.load(), question(history).load())
 
 
+@pytest.mark.parametrize("question", QUESTIONS)
+def test_of_dask_arrays_the_answer_is_the_same_and_none_is_computed_before_it_is_asked_for(history, question):
+    dask = pytest.importorskip("dask")
+    cut = history.chunk({"step": 5, "asperity": 2})
+    with dask.config.set(scheduler="synchronous"):
+        answer = question(cut)
+        if isinstance(answer, xr.DataArray) and answer.ndim == 2:
+            assert answer.chunksizes == cut["normal_load"].chunksizes
+        xr.testing.assert_identical(answer.compute(), question(history).load())
+
+
 def test_a_question_reads_no_more_than_it_says(history, tmp_path, monkeypatch):
     """No more steps of a variable at a time than a block has."""
     history.to_netcdf(tmp_path / "h.nc")
