@@ -13,9 +13,12 @@ from historysim.errors import InputError
 from historysim.results.analysis.cycles import friction_loops
 from historysim.results.analysis.recorded import check_recorded, position_of
 from historysim.results.plots.along_path import thinned
+from historysim.results.plots.contact_map import SOLVED, draw_zones, zones_at
+from historysim.results.plots.contact_map import draw_legend as name_zones
 from historysim.results.plots.paper import PAGE, Size, in_style, new_figure
 from historysim.results.plots.style import FAINT, INK, STATE_COLOURS
 from historysim.results.plots.surface import (
+    caption_at,
     check_summits,
     contact_at,
     draw_distribution,
@@ -42,7 +45,8 @@ def animate_contact_map(
     Parameters
     ----------
     history : xarray.Dataset
-        A history with asperities. Without their positions the asperity distribution takes the place of the map.
+        A history with asperities. Without their positions the asperity distribution takes the place of the map. Of
+        asperities that press on one another, from the file of a result, the map has the zones that stick and slip.
     steps : sequence of int, optional
         Positions of the steps that are shown; by default up to 60 of the last friction loop, or of all where there is
         no whole loop.
@@ -66,7 +70,10 @@ def animate_contact_map(
     if not frames:
         raise InputError("steps is empty; expected one step or more")
     surface = surface_of(history)
-    check_summits(surface)
+    # asperities that press on one another have no summits, but zones
+    zones = zones_at(history, frames) if SOLVED in surface else None
+    if zones is None:
+        check_summits(surface)
     placed = {"summit_x", "summit_y"} <= set(surface.variables)
     names = ("tangential_displacement", "total_tangential_load")
     thin, now = thinned(history), history[list(names)].isel(step=frames).load()
@@ -82,19 +89,26 @@ def animate_contact_map(
             xlabel=f"tangential displacement $U$ ({length_prefix}m)",
             ylabel=f"tangential load $T$ ({force_prefix}N)",
         )
-        first = contact_at(surface, history, frames[0])
-        draw_legend(figure, surface, first.state, first, flat=not placed)
+        if zones is None:
+            first = contact_at(surface, history, frames[0])
+            draw_legend(figure, surface, first.state, first, flat=not placed)
+        else:
+            name_zones(figure)
 
     def show(frame: int) -> None:
-        contact = contact_at(surface, history, frames[frame])
         with in_style():
             contacts.clear()
-            if placed:
+            if zones is not None:
+                draw_zones(contacts, zones.maps[frame], zones.extent, "Contact map")
+                contacts.set(xlabel=f"$x$ ({zones.unit})", ylabel=f"$y$ ({zones.unit})")
+            elif placed:
+                contact = contact_at(surface, history, frames[frame])
                 draw_map(contacts, surface, contact.state)
             else:
+                contact = contact_at(surface, history, frames[frame])
                 draw_distribution(contacts, surface, contact.state, contact)
             dot.set_data([x[frame]], [y[frame]])
-            figure.suptitle(contact.caption, x=0.01, ha="left", fontsize=8)
+            figure.suptitle(caption_at(history, frames[frame]), x=0.01, ha="left", fontsize=8)
             # ticks are made when they are first drawn, and that is to be in this style
             figure.draw_without_rendering()
 

@@ -1,7 +1,9 @@
 """The contact of a rough map whose asperities press on one another, point by point, at one time of a log."""
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar
 
+import attrs
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
@@ -24,9 +26,31 @@ if TYPE_CHECKING:
 
 Floats = npt.NDArray[np.float64]
 
+Extent = tuple[float, float, float, float]
+Answer = TypeVar("Answer")
+
 STICKS, SLIPS = 1.0, 2.0
 SOLVED = "solved_pressure"
 """What the surface of a result holds where its asperities press on one another."""
+
+
+@attrs.frozen(eq=False)
+class Zones:
+    """Where a contact sticks and slips.
+
+    Attributes
+    ----------
+    maps : list of arrays (x, y)
+        At each step, `STICKS`, `SLIPS`, or NaN where nothing touches.
+    extent : (float, float, float, float)
+        Ends of the map in x and y.
+    unit : str
+        Of the extent.
+    """
+
+    maps: list[Floats]
+    extent: Extent
+    unit: str
 
 
 def plot_contact_map(log: EventLog, at: float, *, title: str = "", size: Size | None = None) -> "Figure":
@@ -76,44 +100,69 @@ def plot_interacting(history: xr.Dataset, step: int | str = "partial", *, size: 
         A step that the history does not have, or one that does not come from a file with its events.
     """
     at = float(history["time"].values[position_of(step, history)])
-    found = ask_origin(history, lambda origin: (origin, origin.state(at)))
+    return _drawn(*_answered(history, lambda origin: (origin, origin.state(at))), at, "", size)
+
+
+def zones_at(history: xr.Dataset, steps: Sequence[int]) -> Zones:
+    """Return where the contact sticks and slips at steps; parameters and errors as for `plot_interacting`."""
+    times = [float(history["time"].values[step]) for step in steps]
+    return _answered(
+        history,
+        lambda origin: Zones([_zone(origin, origin.state(at)) for at in times], *_extent(origin)),
+    )
+
+
+def _answered(history: xr.Dataset, question: Callable[[Origin], Answer]) -> Answer:
+    found = ask_origin(history, question)
     if found is None:
         raise InputError(
             "the contact map of patches follows from the events of the history, which is not the whole file of a "
             "result, nor has its log beside it; expected the file that historysim run has written"
         )
-    return _drawn(*found, at, "", size)
+    return found
+
+
+def _zone(origin: Origin, state: EnsembleState) -> Floats:
+    """Return what sticks and what slips, point by point; NaN where nothing touches."""
+    found, first_touch = origin.ensemble.superposition(state), origin.surface["first_touch"]
+    kind = np.where(first_touch <= found.stick_approach, STICKS, SLIPS)
+    return _on_map(origin, kind, first_touch <= found.approach)
+
+
+def _on_map(origin: Origin, values: Floats, touching: npt.NDArray[np.bool_]) -> Floats:
+    shape = origin.settings["surface_attributes"]["shape"]
+    filled = np.full(int(np.prod(shape)), np.nan)
+    filled[origin.surface["point"].astype(np.int64)[touching]] = values[touching]
+    return filled.reshape(shape)
+
+
+def _extent(origin: Origin) -> tuple[Extent, str]:
+    """Return the ends of the map in a readable unit, and that unit."""
+    x, y = _sides(origin.surface)
+    factor, prefix = prefixed(max(x, y))
+    return (0.0, x * factor, 0.0, y * factor), f"{prefix}m"
 
 
 def _drawn(origin: Origin, state: EnsembleState, at: float, title: str, size: Size | None) -> "Figure":
     arrays, ensemble = origin.surface, origin.ensemble
     shape = origin.settings["surface_attributes"]["shape"]
     pixel = tuple(float(side / count) for side, count in zip(_sides(arrays), shape, strict=True))
-    point, found = arrays["point"].astype(np.int64), ensemble.superposition(state)
-    modulus = ensemble.pair.contact_modulus
+    found, modulus = ensemble.superposition(state), ensemble.pair.contact_modulus
     touching = arrays["first_touch"] <= found.approach
-    zone = np.where(arrays["first_touch"] <= found.stick_approach, STICKS, SLIPS)
-
-    def whole(values: Floats) -> Floats:
-        filled = np.full(int(np.prod(shape)), np.nan)
-        filled[point[touching]] = values[touching]
-        return filled.reshape(shape)
-
-    pressure = whole(np.clip(found.normal @ arrays[SOLVED], 0.0, None) * modulus)
-    traction = whole(found.tangential @ arrays[SOLVED] * modulus)
-    lengths, unit = prefixed(max(_sides(arrays)))
-    extent = (0.0, shape[0] * pixel[0] * lengths, 0.0, shape[1] * pixel[1] * lengths)
+    pressure = _on_map(origin, np.clip(found.normal @ arrays[SOLVED], 0.0, None) * modulus, touching)
+    traction = _on_map(origin, found.tangential @ arrays[SOLVED] * modulus, touching)
+    extent, unit = _extent(origin)
     with new_figure(size, (PAGE, 163.0)) as figure:
         axes = figure.subplots(2, 2, sharex=True, sharey=True)
-        _draw_zones(axes[0, 0], whole(zone), extent, "whole map")
-        _draw_zones(axes[0, 1], _independent(origin, at, shape, pixel), extent, "independent summits")
+        draw_zones(axes[0, 0], _zone(origin, state), extent, "whole map")
+        draw_zones(axes[0, 1], _independent(origin, at, shape, pixel), extent, "independent summits")
         _draw_field(axes[1, 0], pressure, extent, "pressure", signed=False)
         _draw_field(axes[1, 1], traction, extent, "traction", signed=True)
         for axis in axes[1]:
-            axis.set_xlabel(f"$x$ ({unit}m)")
+            axis.set_xlabel(f"$x$ ({unit})")
         for axis in axes[:, 0]:
-            axis.set_ylabel(f"$y$ ({unit}m)")
-        _draw_legend(figure)
+            axis.set_ylabel(f"$y$ ({unit})")
+        draw_legend(figure)
         caption = (
             f"t = {at:.6g} s:  N = {quantity_text(state.normal_load, 'N')},  "
             f"T = {quantity_text(state.tangential_load, 'N')},  U = {quantity_text(state.tangential_displacement, 'm')}"
@@ -123,7 +172,8 @@ def _drawn(origin: Origin, state: EnsembleState, at: float, title: str, size: Si
     return figure
 
 
-def _draw_legend(figure: "Figure") -> None:
+def draw_legend(figure: "Figure") -> None:
+    """Name below a figure what the colours of its zones are."""
     from matplotlib.patches import Patch
 
     states = zip((STATE_COLOURS[1], STATE_COLOURS[3]), ("sticks", "slips"), strict=True)
@@ -159,7 +209,8 @@ def _independent(origin: Origin, at: float, shape: tuple[int, int], pixel: tuple
     return found
 
 
-def _draw_zones(axes: "Axes", zone: Floats, extent: tuple[float, float, float, float], name: str) -> None:
+def draw_zones(axes: "Axes", zone: Floats, extent: Extent, name: str) -> None:
+    """Draw what sticks and what slips, and their shares of the map."""
     from matplotlib.colors import ListedColormap
 
     colours = ListedColormap([STATE_COLOURS[1], STATE_COLOURS[3]])
@@ -168,9 +219,7 @@ def _draw_zones(axes: "Axes", zone: Floats, extent: tuple[float, float, float, f
     axes.set_title(f"{name}\n{sum(shares):.2%} touches, {shares[0]:.2%} sticks")
 
 
-def _draw_field(
-    axes: "Axes", values: Floats, extent: tuple[float, float, float, float], name: str, *, signed: bool
-) -> None:
+def _draw_field(axes: "Axes", values: Floats, extent: Extent, name: str, *, signed: bool) -> None:
     """Draw a quantity point by point; one with a sign from dark to light, which grey print tells apart, too."""
     largest = float(np.nanmax(np.abs(values), initial=0.0)) or 1.0
     factor, prefix = prefixed(largest)

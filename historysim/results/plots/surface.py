@@ -225,14 +225,21 @@ def contact_at(surface: xr.Dataset, history: xr.Dataset, step: int) -> Contact:
     state[np.argsort(-shape["summit_height"], kind="stable")[:count]] = TOUCHING
     if places.size:
         state[places] = row["slip_state"].values
-    caption = (
+    return Contact(
+        state, shape["summit_height"], shape["summit_radius"], float(row["separation"]), caption_at(history, step)
+    )
+
+
+def caption_at(history: xr.Dataset, step: int) -> str:
+    """Return the step, its time and its loads as a line."""
+    row = history.isel(step=step)
+    return (
         f"step {step:,}, t = {float(row['time']):.6g} s:  "
         f"N = {quantity_text(float(row['total_normal_load']), 'N')},  "
         f"T = {quantity_text(float(row['total_tangential_load']), 'N')},  "
         f"U = {quantity_text(float(row['tangential_displacement']), 'm')},  "
-        f"{counted(count, 'asperity', 'asperities')} in contact"
+        f"{counted(int(row['contact_count']), 'asperity', 'asperities')} in contact"
     )
-    return Contact(state, shape["summit_height"], shape["summit_radius"], float(row["separation"]), caption)
 
 
 def _places(surface: xr.Dataset, row: xr.Dataset) -> npt.NDArray[np.int64]:

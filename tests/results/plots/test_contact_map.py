@@ -1,3 +1,4 @@
+import h5py
 import pytest
 import xarray as xr
 
@@ -63,6 +64,26 @@ def test_without_its_own_log_the_result_draws_itself(result):
     assert shares(hs.plot(result, step=1).axes[0]) == before
     result.with_suffix(".history").unlink()
     assert shares(hs.plot(result, step=1).axes[0]) == before
+
+
+def test_it_moves_with_the_zones_of_each_step(result):
+    with xr.open_dataset(result, decode_times=False) as history:
+        moving = hs.animate_contact_map(history, [0, 1])
+        figure = moving._fig
+        for frame in (0, 1):
+            moving._func(frame)
+            row = history.isel(step=frame)
+            touches, sticks = (float(row[name].sum()) / 32e-6**2 for name in ("contact_area", "stick_area"))
+            assert shares(figure.axes[1]) == pytest.approx([100 * touches, 100 * sticks], abs=0.2)
+            assert f"step {frame}," in figure.get_suptitle()
+
+
+def test_without_its_events_it_is_refused(result):
+    result.with_suffix(".history").unlink()
+    with h5py.File(result, "a") as file:
+        del file["surface/log"]
+    with pytest.raises(hs.InputError, match="expected the file that historysim run has written"):
+        hs.plot(result, step=1)
 
 
 def test_a_report_has_the_map(result):
