@@ -83,12 +83,19 @@ def _encoding(dataset: xr.Dataset, along: str = "") -> dict[Any, dict[str, Any]]
         own = found[name] = {}
         if variable.dtype.kind in "UO":
             own["dtype"] = "S1"
+        elif name in dataset.coords and variable.dtype == np.int64 and _is_small(variable):
+            # ncview knows no labels of 8 bytes
+            own.update({"_FillValue": None, "dtype": "int32"})
         elif name in dataset.coords or variable.dtype.kind in "iub":
             own["_FillValue"] = None
         if along in variable.dims and variable.ndim <= 2 and variable.size:
             rows, columns = chunk_shape(variable.sizes[along], variable.size // variable.sizes[along])
             own["chunksizes"] = (rows, columns)[: variable.ndim]
     return found
+
+
+def _is_small(variable: xr.Variable) -> bool:
+    return not variable.size or bool(np.abs(variable.values).max() <= np.iinfo(np.int32).max)
 
 
 def _described(dataset: xr.Dataset, origin: str) -> xr.Dataset:

@@ -1,5 +1,8 @@
 """Tables as netCDF files: what any tool reads, and catalogues."""
 
+import shutil
+import subprocess
+
 import h5py
 import numpy as np
 import pytest
@@ -35,6 +38,23 @@ def test_a_history_over_time_comes_back(history, tmp_path, monkeypatch, at_once)
     with h5py.File(tmp_path / "t.nc") as file:
         assert file["elapsed_time"].maxshape == (None,)
         assert file["elapsed_time"].attrs["units"] == b"s"
+
+
+CDO = shutil.which("cdo")
+
+
+@pytest.mark.skipif(CDO is None, reason="no CDO; apt-get install cdo")
+def test_cdo_takes_time_for_its_axis(history, tmp_path):
+    hs.write_netcdf(history.contact.time_series(), tmp_path / "t.nc")
+    told = subprocess.run(
+        [CDO, "-s", "showtimestamp", "t.nc"], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    # which it tells in whole seconds
+    seconds = [float(text.rsplit(":", 1)[1]) for text in told.stdout.split()]
+    assert np.floor(seconds).tolist() == np.floor(history["time"].values).tolist()
+    one = [CDO, "-s", "outputf,%.17g", "-selname,total_tangential_load", "t.nc"]
+    values = subprocess.run(one, cwd=tmp_path, capture_output=True, text=True, check=True).stdout.split()
+    assert [float(value) for value in values] == history["total_tangential_load"].values.tolist()
 
 
 def test_one_asperity_has_a_row_for_each_time(history):
