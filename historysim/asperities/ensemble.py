@@ -1,7 +1,7 @@
 """`Ensemble`: asperities that share one approach and one tangential displacement, and how their state moves."""
 
 import math
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, Self
 
@@ -271,7 +271,7 @@ class Ensemble:
         # asperities whose friction depends on themselves share what they remember where they are alike
         alone = self.wear is not None or (self.law is not None and self.law.depends_on in {"own", "slid"})
         own = (self.summit_height, self.summit_radius) if alone else ()
-        contact, order = ordered(groups(self.friction, *own), self.friction, *self._shape())
+        contact, order = ordered(groups(self.friction, *own), self.friction, *self._shape(), by_gap=self._by_gap)
         count = contact.friction.size
         memory = Memory(
             vertices=np.zeros((count, 1, TANGENTIAL + 1)),
@@ -653,8 +653,7 @@ class Ensemble:
         """
         units, (gap, weight) = self._units(), self._shape()
         load = scalar("normal_load", normal_load, least=0.0) / units.load
-        by_gap = np.argsort(gap, kind="stable")
-        return approach_at(gap[by_gap], weight[by_gap], load, 0.0) * units.length
+        return approach_at(gap[self._by_gap], weight[self._by_gap], load, 0.0) * units.length
 
     def superposition(self, state: EnsembleState) -> Superposition:
         """Return pressures and tractions of patches as sums of those in the table of their normal curves.
@@ -776,6 +775,11 @@ class Ensemble:
             normal_control=int(paths.normal_control[-1]),
             tangential_control=int(paths.tangential_control[-1]),
         )
+
+    @cached_property
+    def _by_gap(self) -> Integers:
+        """The elements at the start by ascending gap, equals in the order in which they come."""
+        return np.argsort(self._shape()[0], kind="stable")
 
     def _shape(self) -> tuple[Floats, Floats]:
         """Gaps and weights of the elements at the start, dimensionless."""

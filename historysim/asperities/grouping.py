@@ -26,7 +26,13 @@ def groups(*keys: npt.NDArray[np.generic]) -> Integers:
 
 
 def ordered(
-    group: Integers, friction: Floats, gap: Floats, weight: Floats, index: Integers | None = None
+    group: Integers,
+    friction: Floats,
+    gap: Floats,
+    weight: Floats,
+    index: Integers | None = None,
+    *,
+    by_gap: Integers | None = None,
 ) -> tuple[Contact, Integers]:
     """Return a contact whose asperities stand by group and gap, and which one stands at each position.
 
@@ -36,23 +42,25 @@ def ordered(
         Groups are numbered from 0; coefficients are those of the groups.
     index : array (asperity), optional
         Asperities of one gap stand in its order among all groups; by default in that in which they come.
+    by_gap : array (asperity), optional
+        Their order by ascending gap, and then in that in which they come, where it is known.
     """
     smallest = np.full(group.max() + 1, np.inf)
     np.minimum.at(smallest, group, gap)
     # sorting by gap takes the most of all; what stands in order already is sorted again in no time
-    ascending = np.argsort(gap, kind="stable")
+    ascending = np.argsort(gap, kind="stable") if by_gap is None else by_gap
     place = np.empty(smallest.size, dtype=np.int64)
     place[np.argsort(smallest, kind="stable")] = np.arange(smallest.size)
     order = ascending[np.argsort(place[group[ascending]], kind="stable")]
     first = np.flatnonzero(np.diff(group[order], prepend=-1, append=-1))
-    by_gap = ascending if index is None else np.lexsort((index, gap))
+    among_all = ascending if index is None else np.lexsort((index, gap))
     contact = Contact(
         gap=gap[order],
         weight=weight[order],
         first=first.astype(np.int64),
         friction=friction[order[first[:-1]]],
-        sorted_gap=gap[by_gap],
-        sorted_weight=weight[by_gap],
+        sorted_gap=gap[among_all],
+        sorted_weight=weight[among_all],
     )
     return contact, order.astype(np.int64)
 
