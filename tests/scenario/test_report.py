@@ -1,11 +1,13 @@
 """Whatever has a report, and what has none."""
 
+import re
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 
 import historysim as hs
+from historysim.basics.units import quantity_text
 from historysim.cli import main
 
 ROOT = Path(__file__).parents[2]
@@ -62,6 +64,26 @@ def measured(folder):
 
 def call(*arguments):
     return CliRunner().invoke(main, list(arguments))
+
+
+@pytest.mark.usefixtures("folder")
+def test_loops_by_their_loads_have_a_report_with_a_column_for_each_load():
+    again = "".join(f'    {{ after = 1, tangential_displacement = "{way} nm" }},\n' for way in (-40, 40, -40, 40, -40))
+    end = BALL.rindex("]")
+    step = '    { after = 1, normal_load = "70 mN" },\n'
+    Path("two.toml").write_text(BALL[:end] + again + step + again + BALL[end:], encoding="utf-8")
+    assert call("run", "two.toml", "-q").exit_code == 0
+    assert call("loops", "two.nc", "--levels", "n.nc").exit_code == 0
+    table = hs.find_loops("two.nc").by_load()
+    assert len(table) == 2
+    assert call("report", "n.nc").output == "n_report.html\n"
+    page = Path("n_report.html").read_text(encoding="utf-8")
+    for load, members in zip(table.value, table.members, strict=True):
+        assert f">{quantity_text(load, 'N')}, {members.size:,} loops</th>" in page
+    found = zip(table.statistics("friction_force"), table.members, strict=True)
+    forces = [one.text("N", members.size) for one, members in found]
+    (row,) = re.findall("<tr><t[hd][^>]*>friction force</t[hd]>(.*?)</tr>", page)
+    assert re.findall("<td[^>]*>(.*?)</td>", row) == forces
 
 
 def test_loops_have_a_report(folder):

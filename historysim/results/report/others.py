@@ -53,11 +53,22 @@ def levels_page(levels: xr.Dataset) -> str:
     return page(
         str(levels.attrs.get("title") or "Friction loops"),
         [
-            Section("Summary", (paragraph(told), table(lines[:split]))),
+            Section("Summary", (paragraph(told), table(*_by_group(lines[:split])))),
             Section("Pictures", tuple(drawn)),
             Section("How they were found", (table(lines[split + 1 :]),)),
         ],
     )
+
+
+def _by_group(lines: Sequence[tuple[str, str]]) -> tuple[list[list[str]], list[str]]:
+    """Return the lines of groups, each below its load or amplitude, as the rows of a table with a column for each."""
+    heading, rows = [""], dict[str, list[str]]()
+    for label, text in lines:
+        if label.startswith(" "):
+            rows.setdefault(label.strip(), []).append(text)
+        else:
+            heading.append(f"{label}, {text}")
+    return [[label, *texts] for label, texts in rows.items()], heading
 
 
 def sliding_page(sliding: Sliding) -> str:
