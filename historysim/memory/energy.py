@@ -2,7 +2,7 @@
 
 import math
 
-from historysim.memory.compiled import compiled, entry, inlined, reordered, short
+from historysim.memory.compiled import compiled, entry, inlined, reordered
 from historysim.memory.layout import ANCHOR, DISPLACEMENT, LABEL, SLOPE, Contact, Floats, Group, Memory
 from historysim.memory.lean import lean, uncounted
 from historysim.memory.normal import touching
@@ -104,7 +104,7 @@ def stored_energy(contact: Contact, memory: Memory, energy: Floats) -> float:
     return total
 
 
-@short
+@inlined
 def one_way_withdrawal(group: Group, low: float, high: float, slip_low: float, slip_high: float, rate: float) -> float:
     """Energy of leaving springs that slip one way: the drag falls to 0 in proportion to the slip left."""
     sign = 1.0 if slip_low + slip_high > 0.0 else -1.0

@@ -12,13 +12,18 @@ from historysim.memory.tolerances import EPSILON
 
 
 @reordered
-def limit_of_ones(gap: Floats, weight: Floats, friction: Floats, count: int, approach: float) -> float:
-    """Σ μ P(a) of the first groups, all of which are of one asperity and touch."""
-    limit = 0.0
+def limit_and_slopes_of_ones(
+    gap: Floats, weight: Floats, friction: Floats, count: int, approach: float
+) -> tuple[float, float, float]:
+    """Do what `limit_and_slopes` does where each group is of one asperity, the first of which touch."""
+    limit, limit_slope, load_slope = 0.0, 0.0, 0.0
     for i in range(count):
         depth = approach - gap[i]
-        limit += friction[i] * weight[i] * math.sqrt(depth) * depth
-    return limit
+        half_chord = weight[i] * math.sqrt(depth)
+        limit += friction[i] * half_chord * depth
+        limit_slope += friction[i] * half_chord
+        load_slope += half_chord
+    return limit, 1.5 * limit_slope, 1.5 * load_slope
 
 
 @short
@@ -26,14 +31,15 @@ def friction_limit(contact: Contact, approach: float, load: float) -> float:
     """Σ μ P(a): the largest tangential load that the contact carries, where it carries the normal load ``load``."""
     if contact.friction.size == 1:
         return contact.friction[0] * load
-    if contact.friction.size == contact.gap.size:
-        return limit_of_ones(contact.gap, contact.weight, contact.friction, touching(contact.gap, approach), approach)
     return limit_and_slopes(contact, approach)[0]
 
 
 @short
 def limit_and_slopes(contact: Contact, approach: float) -> tuple[float, float, float]:
     """Return the friction limit at an approach, and the slopes in the approach of the limit and of the normal load."""
+    if 1 < contact.friction.size == contact.gap.size:
+        count = touching(contact.gap, approach)
+        return limit_and_slopes_of_ones(contact.gap, contact.weight, contact.friction, count, approach)
     limit, limit_slope, load_slope = 0.0, 0.0, 0.0
     for index in range(contact.friction.size):
         start, stop = contact.first[index], contact.first[index + 1]
