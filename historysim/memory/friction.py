@@ -25,8 +25,8 @@ from historysim.memory.layout import (
     Contact,
     Floats,
     Memory,
-    copied,
     copy_vertices,
+    duplicated,
     fill,
     group_of,
     grown,
@@ -102,7 +102,7 @@ def fall_in_parts(contact: Contact, memory: Memory, friction: Floats, aim: Aim, 
     parts, reached = 4, np.inf
     low, high = empty(first.size, np.float64), empty(first.size, np.float64)
     while True:
-        fine = copied(memory)
+        fine = duplicated(memory)
         for k in range(parts):
             mix(first, friction, k / parts, low)
             mix(first, friction, (k + 1) / parts, high)

@@ -5,8 +5,8 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from historysim.memory.compiled import inlined, short
-from historysim.memory.lean import duplicate, empty, given_back, lean, uncounted
+from historysim.memory.compiled import compiled, inlined, short
+from historysim.memory.lean import counted, duplicate, empty, given_back, lean, uncounted
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -152,15 +152,19 @@ def grown(memory: Memory, capacity: int) -> Memory:
 @short
 def copied(memory: Memory) -> Memory:
     """Return an independent copy, which the next step fits into."""
-    here = lean(memory)
-    copy = Memory(
-        stacks_of_capacity(here, deepest(here) + 2),
-        duplicate(here.depth),
-        duplicate(here.steep),
-        duplicate(here.dissipated),
-        duplicate(here.now),
+    return given_back(duplicated(counted(lean(memory))), memory)
+
+
+@compiled
+def duplicated(memory: Memory) -> Memory:
+    """Do what `copied` does, for compiled functions alone."""
+    return Memory(
+        stacks_of_capacity(memory, deepest(memory) + 2),
+        duplicate(memory.depth),
+        duplicate(memory.steep),
+        duplicate(memory.dissipated),
+        duplicate(memory.now),
     )
-    return given_back(copy, memory)
 
 
 @short

@@ -99,7 +99,7 @@ def station(contact: Contact, course: Course, share: float) -> Station:
     return Station(share, limit, limit_slope, load_slope)
 
 
-@inlined
+@short
 def excess(course: Course, place: Station, side: float) -> float:
     """How far a request is beyond the limit on one side; 0 within rounding counts as beyond."""
     request = toward(course.forces[0], course.forces[1], place.share)

@@ -4,6 +4,7 @@ import math
 
 from historysim.memory.compiled import inlined, reordered, short
 from historysim.memory.layout import Floats
+from historysim.memory.lean import lean
 
 
 @short
@@ -90,4 +91,5 @@ def label_at(gap: Floats, weight: Floats, total: float, guess: float, rigid: flo
 @short
 def approach_at(gap: Floats, weight: Floats, load: float, guess: float) -> float:
     """Approach at which asperities, in ascending gap, carry a load."""
+    gap, weight = lean(gap), lean(weight)
     return label_at(gap, weight, load, guess, 0.0, 1.0)

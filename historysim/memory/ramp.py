@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from historysim.memory.compiled import compiled, inlined
+from historysim.memory.compiled import compiled, short
 from historysim.memory.fronts import no_fronts
 from historysim.memory.groups import approach_for, group_loads, largest_friction, least_friction
 from historysim.memory.layout import (
@@ -14,7 +14,7 @@ from historysim.memory.layout import (
     Contact,
     Floats,
     Memory,
-    copied,
+    duplicated,
 )
 from historysim.memory.lean import duplicate
 from historysim.memory.move import carry, is_alone, move, with_room
@@ -28,7 +28,7 @@ MOST_CHORDS = 1 << 14
 DISORDER = 0.15
 
 
-@inlined
+@short
 def toward(present: float, target: float, fraction: float) -> float:
     """Point a fraction of the way from where a channel is to its target; the target itself at the end."""
     return target if fraction == 1.0 else present + fraction * (target - present)
@@ -73,7 +73,7 @@ def corrected_chord(contact: Contact, memory: Memory, load: float, force: float)
     aim, d1 = to_load(force), approach_for(contact, memory, load)
     fronts, dissipated, before = no_fronts(contact.friction.size), duplicate(memory.dissipated), memory.now[DISSIPATED]
     if is_alone(contact, memory):
-        start = copied(memory)
+        start = duplicated(memory)
         memory = move(contact, memory, d1, load, aim)
         more = extra_work(contact, start, fronts, d1, memory.now[DISPLACEMENT], load, force)
     else:
@@ -120,7 +120,7 @@ def ramp(contact: Contact, memory: Memory, load: float, force: float, tolerance:
     energy, last_change, fell, agreed = 0.0, 0.0, True, 0
     chords = np.int64(1)
     while True:
-        fine = memory if small or sticks else copied(memory)
+        fine = memory if small or sticks else duplicated(memory)
         for k in range(1, chords + 1):
             step_load, step_force = toward(load0, load, k / chords), toward(force0, force, k / chords)
             d1 = approach_for(contact, fine, step_load)

@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
+
+from historysim.basics.compiled import compiled
 
 Floats = npt.NDArray[np.float64]
 
@@ -37,7 +38,7 @@ def prominences(heights: Floats, offsets: tuple[tuple[int, int], ...], *, period
     return found.reshape(heights.shape)
 
 
-@njit(error_model="numpy")
+@compiled
 def _flooded(heights, order, nx, ny, steps, periodic):  # type: ignore[no-untyped-def] # numba knows the types
     parent = np.full(heights.size, -1)
     prominence = np.zeros(heights.size)
