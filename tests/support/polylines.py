@@ -223,6 +223,9 @@ def _extended(line, gap, d0, v0, d, v):
     if d > line[-1][0]:
         return [*line, (d, v)]
     kept = [vertex for vertex in line if vertex[0] < d]
+    if not kept:
+        # rounding has the first spring touch a little beyond the gap
+        return []
     (a0, w0), (a1, w1) = kept[-1], line[len(kept)]
     return [*kept, (d, w0 + (w1 - w0) * (d - a0) / (a1 - a0))]
 
