@@ -18,9 +18,7 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from numba import njit, types
-from numba.core import sigutils
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
-from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
 
 from historysim.memory.lean import is_lean
@@ -59,27 +57,14 @@ class _Compiler(CompilerBase):
 class _OfTheRoom(CPUDispatcher):
     """A function that is compiled once for numbers of a kind, whether they are constants or not."""
 
-    _compiler: Any
-    _inner = False
-
     def get_call_template(self, arguments: Any, named: Any) -> Any:
         """Return what numba calls for arguments of these types."""
         plain = {name: types.unliteral(kind) for name, kind in named.items()}
         return super().get_call_template([types.unliteral(kind) for kind in arguments], plain)
 
-    def compile(self, sig: Any) -> Any:
-        """Compile for a signature, with a wrapper for Python where Python has such arguments."""
-        kinds, _ = sigutils.normalize_signature(sig)
-        with global_compiler_lock:
-            outside = not any(is_lean(kind) for kind in kinds)
-            self._compiler.targetoptions["no_cpython_wrapper"] = self._inner or not outside
-            return super().compile(sig)
-
 
 class _Inner(_OfTheRoom):
     """A function without a wrapper, which Python would take for an address."""
-
-    _inner = True
 
     def __call__(self, *_arguments: Any, **_named: Any) -> Any:
         raise TypeError(f"{self.py_func.__name__} is called by compiled functions alone; expected an `entry`")
@@ -102,7 +87,25 @@ def _made(function: Any, kind: type[_OfTheRoom] = _OfTheRoom, *, named: bool = T
     # an option that the types of numba do not know
     made: Any = njit(error_model="numpy", pipeline_class=_Compiler, **WITHOUT_C_WRAPPER, **options)(function)
     made.__class__ = kind
+    _with_wrapper_for_python(made)
     return kept(made, named=named)
+
+
+def _with_wrapper_for_python(function: Any) -> None:
+    """Have a function compiled with a wrapper where Python has such arguments, which are not lean.
+
+    It is decided where compiling begins: to look for machine code that is kept may compile the same function before,
+    for other arguments.
+    """
+    compiler = function._compiler  # noqa: SLF001 - see `kept`
+    compile_it = compiler.compile
+
+    def compile_for(kinds: Any, return_type: Any) -> Any:
+        inside = isinstance(function, _Inner) or any(is_lean(kind) for kind in kinds)
+        compiler.targetoptions["no_cpython_wrapper"] = inside
+        return compile_it(kinds, return_type)
+
+    compiler.compile = compile_for
 
 
 def compiled(function: Function) -> Function:

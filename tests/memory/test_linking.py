@@ -5,7 +5,10 @@ import sys
 
 import numpy as np
 import pytest
+from numba import types
 
+from historysim.memory.compiled import short
+from historysim.memory.lean import Lean
 from historysim.memory.normal import load_and_slope, touching
 from historysim.memory.ramp import ramp
 
@@ -50,3 +53,21 @@ def test_functions_of_others_that_are_kept_run_in_a_process_that_loads_nothing_e
     for _ in range(2):
         done = subprocess.run([sys.executable, script], capture_output=True, text=True, check=False)
         assert (done.returncode, done.stdout, done.stderr) == (0, "True True\n", "")
+
+
+def test_python_calls_what_was_compiled_after_another_kind_of_the_same(monkeypatch):
+    """What looks for kept machine code may compile the function for lean arrays, and then find that it is of no use."""
+
+    @short
+    def first(array):
+        return array[0]
+
+    for_lean_arrays = (Lean(types.float64, 1, False),)
+
+    def of_no_use(kinds, _context):
+        if kinds != for_lean_arrays:
+            first.compile(for_lean_arrays)
+
+    monkeypatch.setattr(first._cache, "load_overload", of_no_use)
+    monkeypatch.setattr(first._cache, "save_overload", lambda *_: None)
+    assert first(np.array([2.0])) == 2.0
