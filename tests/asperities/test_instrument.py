@@ -8,8 +8,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 import xarray as xr
-from histories import follow, histories, random_contact, random_moves, to_events
-from hypothesis import given, settings
+from histories import Move, follow, histories, random_contact, random_moves, to_events
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 from springs import SpringRow
@@ -486,9 +486,10 @@ def assert_agrees_with_springs(contact, moves, largest_load, ratio, springs=200,
     spent = energy.max() + 0.01 * limit * (slide + limit / stiffness)
     assert np.abs(history.total_dissipated_energy.values - energy).max() <= loss * grid * spent + doubt[2]
     asked = [(row, move) for row, move in rows_at_arrival(moves) if move.tangential_kind == "displacement"]
+    rounding = stronger * (8 * EPS * reach + drive_rounding(contact, largest_load, history, stiffness))
     for row, move in asked:
         found = history.drive_displacement.values[row]
-        assert found == pytest.approx(move.tangential_value, abs=16 * EPS * reach * stronger)
+        assert found == pytest.approx(move.tangential_value, abs=rounding)
 
 
 def rows_at_arrival(moves):
@@ -520,7 +521,15 @@ def test_drawn_histories_of_one_asperity(moves, exponent):
     assert_agrees_with_springs(ONE, moves, 0.02, 10**exponent, loss=15)
 
 
+# slid by many times what it can be strained, the contact's displacement is rounded by more than the drive
+FAR = [
+    Move("load", 0.0234375, "displacement", 0.041936162245268055, friction=(0.1875, 0.3373239811729815, 0.721875)),
+    Move("displacement", 0.028044488826153586, "load", 0.0, friction=None),
+]
+
+
 @settings(max_examples=25, deadline=None)
+@example(FAR, -1.4375)
 @given(histories(THREE, 0.06, friction_changes=True), st.floats(-1.5, 1.5))
 def test_drawn_histories_of_three_asperities_and_coefficients(moves, exponent):
     assert_agrees_with_springs(THREE, moves, 0.06, 10**exponent, loss=15)
