@@ -486,7 +486,9 @@ def assert_agrees_with_springs(contact, moves, largest_load, ratio, springs=200,
     spent = energy.max() + 0.01 * limit * (slide + limit / stiffness)
     assert np.abs(history.total_dissipated_energy.values - energy).max() <= loss * grid * spent + doubt[2]
     asked = [(row, move) for row, move in rows_at_arrival(moves) if move.tangential_kind == "displacement"]
-    rounding = stronger * (8 * EPS * reach + drive_rounding(contact, largest_load, history, stiffness))
+    # the contact's displacement is sought to a rounding, which moves the drive as many times as far as it is stiffer
+    farthest = np.abs(history.tangential_displacement.values).max() + slide
+    rounding = 16 * EPS * reach * stronger + EPS * 4 * limit / slide * farthest / stiffness
     for row, move in asked:
         found = history.drive_displacement.values[row]
         assert found == pytest.approx(move.tangential_value, abs=rounding)

@@ -8,7 +8,6 @@ import matrix
 import pytest
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("case", matrix.CHEAP, ids=lambda case: case.__name__)
 def test_the_program_runs_wherever_it_is(tmp_path, case):
     case(tmp_path)

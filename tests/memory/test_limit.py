@@ -193,7 +193,7 @@ def ensemble_of(count):
     return hs.Ensemble(UNIT, -np.linspace(0.0, 0.3, count), 1.0, FRICTION[:count])
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(st.integers(1, 3).flatmap(lambda count: st.tuples(st.just(count), restless(count))))
 def test_histories_at_the_limit_do_not_depend_on_substeps_and_agree_with_the_oracle(drawn):
     count, moves = drawn

@@ -9,7 +9,7 @@ from number_files import FORCE, TIME, UNITS, WRITERS, broken, columns_of, read_o
 from historysim.errors import InputError
 from historysim.tables import Column, Format, describe, read_table
 
-fuzz = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+fuzz = settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
 @pytest.fixture(scope="module")

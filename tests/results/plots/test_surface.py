@@ -28,10 +28,7 @@ MOVED = LINES.replace(
     "{ time = 0, normal_load = 0 }",
     '{ time = 0, normal_load = "1 mN" }, { after = 1, tangential_displacement = "3 nm" }',
 )
-CASES = [
-    *(pytest.param(entry, id=name) for name, entry in SECTIONS.items()),
-    *(pytest.param(entry, id=f"{name}, in short", marks=pytest.mark.slow) for name, entry in SHORT.items()),
-]
+CASES = {**SECTIONS, **{f"{name}, in short": entry for name, entry in SHORT.items()}}
 
 
 def history_of(summits, loads=(3e-2, 6e-2, 2e-2), *, swing=10e-9, record="all", friction=0.2):
@@ -369,7 +366,7 @@ def test_a_summit_at_the_very_height_of_the_flat_is_where_the_count_says():
 # -- kinds, files and histories -----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("entry", CASES)
+@pytest.mark.parametrize("entry", CASES.values(), ids=CASES)
 def test_every_kind_can_be_drawn_from_a_scenario_and_from_its_result(tmp_path, monkeypatch, entry):
     write_files(tmp_path)
     loaded(tmp_path, entry, MOVED)
