@@ -38,12 +38,12 @@ from historysim.memory.layout import (
     TANGENTIAL_LOAD,
     Memory,
     Units,
-    copied,
 )
 from historysim.memory.normal import approach_at
 from historysim.memory.paths import DISPLACED, LEAST_APPROACH, LEAST_LOAD, LOAD, STILL, Goals, Paths, paths_to
 from historysim.memory.polyline import Aim
 from historysim.memory.rows import Rows, blank_rows
+from historysim.memory.stacks import copied
 from historysim.memory.traction import TractionMemory
 
 Floats = npt.NDArray[np.float64]

@@ -31,7 +31,6 @@ from historysim.memory.layout import (
     Integers,
     Memory,
     Units,
-    copied,
 )
 from historysim.memory.move import move
 from historysim.memory.normal import load_at
@@ -47,6 +46,7 @@ from historysim.memory.rows import (
     Rows,
     blank_rows,
 )
+from historysim.memory.stacks import copied
 from historysim.memory.tolerances import LIMIT_SLACK
 from historysim.memory.walk import walk_paths
 

@@ -10,14 +10,7 @@ from historysim.asperities.curves import NormalCurves
 from historysim.asperities.state import BLOCK, EnsembleState, joined
 from historysim.basics.arguments import checked
 from historysim.errors import FrictionLimitError, InputError
-from historysim.memory.layout import (
-    APPROACH,
-    DISPLACEMENT,
-    DISSIPATED,
-    NORMAL_LOAD,
-    TANGENTIAL_LOAD,
-    Memory,
-)
+from historysim.memory.layout import APPROACH, DISPLACEMENT, DISSIPATED, NORMAL_LOAD, TANGENTIAL_LOAD, Memory
 from historysim.memory.paths import DISPLACED, LOAD, STILL, Goals, paths_to
 from historysim.memory.rows import (
     ROW_APPROACH,

@@ -15,7 +15,9 @@ def compiled(function: Function) -> Function:
     Other threads go on while it runs.
     """
     made: Any = njit(error_model="numpy", nogil=True)(function)
-    # numba refuses where neither the package nor the home can be written
-    with contextlib.suppress(RuntimeError, OSError):
-        made.enable_caching()
-    return made  # type: ignore[no-any-return] # it stands for the function
+    # numba refuses where neither the package nor the home can be written, and may change what it does not promise
+    with contextlib.suppress(ImportError, AttributeError, TypeError, RuntimeError, OSError):
+        from historysim.basics.kept_code import KeptCode
+
+        made._cache = KeptCode(made.py_func)  # noqa: SLF001 - numba's own enable_caching does no more
+    return made

@@ -16,8 +16,9 @@ from pathlib import Path
 from typing import Any
 from weakref import WeakValueDictionary
 
-from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
+from numba.core.caching import CompileResultCacheImpl, IndexDataCacheFile
 
+from historysim.basics.kept_code import KeptCode
 from historysim.memory import linking
 
 
@@ -48,7 +49,8 @@ class _InOrder(CompileResultCacheImpl):
     """Machine code together with what had come before it where it was compiled."""
 
     def reduce(self, compiled: Any) -> Any:
-        return dict(_present), super().reduce(compiled)
+        code, *rest = super().reduce(compiled)
+        return dict(_present), (linking.with_symbols(compiled.library, code), *rest)
 
     def rebuild(self, target_context: Any, kept: Any) -> Any:
         before, code = kept
@@ -63,13 +65,13 @@ class _InOrder(CompileResultCacheImpl):
         return rebuilt
 
 
-class RoomCache(FunctionCache):
+class RoomCache(KeptCode):
     """Numba's cache of one function, stamped with the content of the whole room, and loaded in the order of compiling.
 
     It is a shortcut: where a file of it is damaged, or cannot be written, the function is compiled all the same.
     """
 
-    _impl_class = _InOrder
+    _impl_class: Any = _InOrder
 
     def __init__(self, function: Any, *, named: bool) -> None:
         super().__init__(function.py_func)

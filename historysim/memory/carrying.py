@@ -20,15 +20,11 @@ from historysim.memory.layout import (
     Contact,
     Floats,
     Memory,
-    copy_vertices,
-    deepest,
-    fill,
-    group_of,
-    grown,
 )
 from historysim.memory.lean import counted, empty, given_back, lean
 from historysim.memory.polyline import Aim, move_group, to_displacement
 from historysim.memory.search import displacement_at, found_displacement
+from historysim.memory.stacks import copy_vertices, deepest, fill, group_of, grown
 
 
 @entry

@@ -6,21 +6,11 @@ import numpy as np
 
 from historysim.memory.compiled import compiled, inlined, short
 from historysim.memory.energy import dissipate, withdrawal_energy
-from historysim.memory.layout import (
-    ANCHOR,
-    LABEL,
-    MADE_AT,
-    NORMAL,
-    SLOPE,
-    TANGENTIAL,
-    Floats,
-    Group,
-    copy_vertices,
-    put,
-)
+from historysim.memory.layout import ANCHOR, LABEL, MADE_AT, NORMAL, SLOPE, TANGENTIAL, Floats, Group
 from historysim.memory.lean import empty
 from historysim.memory.normal import load_at
 from historysim.memory.polyline import edge_at
+from historysim.memory.stacks import copy_vertices, put
 from historysim.memory.tolerances import TIE
 
 

@@ -25,16 +25,12 @@ from historysim.memory.layout import (
     Contact,
     Floats,
     Memory,
-    copy_vertices,
-    duplicated,
-    fill,
-    group_of,
-    grown,
 )
 from historysim.memory.lean import counted, empty, given_back, keep, lean, uncounted
 from historysim.memory.normal import load_at
 from historysim.memory.polyline import Aim, to_displacement
 from historysim.memory.search import found_displacement
+from historysim.memory.stacks import copy_vertices, duplicated, fill, group_of, grown
 
 MOST_PARTS = 1 << 10
 

@@ -6,11 +6,13 @@ which a call would matter, are copied into what calls them. A function of anothe
 still gets copies of all that it needs, and stands by itself.
 """
 
+import itertools
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 from weakref import WeakKeyDictionary, WeakSet
 
+from llvmlite import binding
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import cpu_target
@@ -25,8 +27,35 @@ _depth = [0]
 """Functions of the room that are being compiled, one within the other."""
 
 
+WITH_SYMBOLS = "object with its symbols"
+"""What `with_symbols` calls machine code, in the place of numba's ``"object"``."""
+
+
 class Library(JITCodeLibrary):
-    """Machine code that calls the functions of the room by name where it is one of them itself."""
+    """Machine code that calls the functions of the room by name where it is one of them itself.
+
+    What others would copy of it is read from the disk when one does.
+    """
+
+    _to_copy: bytes | None = None
+
+    @classmethod
+    def _unserialize(cls, codegen: Any, state: tuple[str, str, Any]) -> Any:
+        name, kind, data = state
+        if kind != WITH_SYMBOLS:
+            return super()._unserialize(codegen, state)
+        library = codegen.create_library(name)
+        code, library._to_copy, symbols = data  # noqa: SLF001 - one of this class
+        library.enable_object_caching()
+        library._set_compiled_object(code)  # noqa: SLF001
+        library._finalize_final_module()  # noqa: SLF001
+        codegen._engine._defined_symbols |= symbols  # noqa: SLF001 - numba takes them from what is to be copied
+        return library
+
+    def _get_module_for_linking(self) -> Any:
+        if self._to_copy is not None:
+            self._shared_module, self._to_copy = binding.parse_bitcode(self._to_copy), None
+        return super()._get_module_for_linking()
 
     def add_linking_library(self, library: Any) -> None:
         """Take copies of what machine code holds, unless that is called by name."""
@@ -39,6 +68,14 @@ class Library(JITCodeLibrary):
             _callees.setdefault(self, []).append(library)
             if library not in _named:
                 super().add_linking_library(library)
+
+
+def with_symbols(library: Any, state: tuple[str, str, Any]) -> tuple[str, str, Any]:
+    """Return machine code as it is kept on the disk, with the names of what it defines beside it."""
+    name, _, (code, to_copy) = state
+    module = library._get_module_for_linking()  # noqa: SLF001 - see `compiled.kept`
+    told = itertools.chain(module.functions, module.global_variables)
+    return name, WITH_SYMBOLS, (code, to_copy, {each.name for each in told if not each.is_declaration})
 
 
 def install() -> None:

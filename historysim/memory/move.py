@@ -13,14 +13,11 @@ from historysim.memory.layout import (
     Contact,
     Floats,
     Memory,
-    any_steep,
-    deepest,
-    group_of,
-    grown,
 )
 from historysim.memory.lean import counted, given_back, lean
 from historysim.memory.polyline import Aim, move_group, to_displacement
 from historysim.memory.search import displacement_at
+from historysim.memory.stacks import any_steep, deepest, group_of, grown
 
 # how many times softer than the contact an instrument is for which rounding of the load would be felt at its drive
 MUCH_SOFTER = 1e6

@@ -5,10 +5,11 @@ import math
 import numpy as np
 
 from historysim.memory.compiled import compiled, entry, reordered
-from historysim.memory.layout import Floats, copy_items
+from historysim.memory.layout import Floats
 from historysim.memory.lean import empty, lean
 from historysim.memory.normal import touching
 from historysim.memory.rows import FULL_STICK, GROSS_SLIP, PARTIAL_SLIP, SEPARATED, Rows
+from historysim.memory.stacks import copy_items
 
 
 @compiled

@@ -8,16 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from historysim.memory.compiled import short
-from historysim.memory.layout import (
-    TANGENTIAL,
-    Flags,
-    Floats,
-    Integers,
-    Memory,
-    copy_vertices,
-    deepest,
-)
+from historysim.memory.layout import TANGENTIAL, Flags, Floats, Integers, Memory
 from historysim.memory.rows import OF_EACH
+from historysim.memory.stacks import copy_vertices, deepest
 
 VERTEX = TANGENTIAL + 1
 

@@ -13,8 +13,9 @@ import numpy as np
 from historysim.memory.compiled import inlined
 from historysim.memory.energy import slip_energy, withdrawal_energy
 from historysim.memory.fronts import note_front
-from historysim.memory.layout import ANCHOR, LABEL, NORMAL, SLOPE, TANGENTIAL, Floats, Group, put
+from historysim.memory.layout import ANCHOR, LABEL, NORMAL, SLOPE, TANGENTIAL, Floats, Group
 from historysim.memory.normal import label_at, load_at
+from historysim.memory.stacks import put
 from historysim.memory.tolerances import TIE
 
 

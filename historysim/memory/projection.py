@@ -19,7 +19,6 @@ from historysim.memory.layout import (
     Integers,
     Memory,
     Units,
-    group_of,
 )
 from historysim.memory.lean import lean, uncounted
 from historysim.memory.normal import touching
@@ -43,6 +42,7 @@ from historysim.memory.rows import (
     Rows,
 )
 from historysim.memory.slip import largest_traction_ratio, slip_zones, sticking_stiffness
+from historysim.memory.stacks import group_of
 
 
 @reordered

@@ -14,13 +14,13 @@ from historysim.memory.layout import (
     Contact,
     Floats,
     Memory,
-    duplicated,
 )
 from historysim.memory.lean import duplicate
 from historysim.memory.move import carry, is_alone, move, with_room
 from historysim.memory.normal import load_at
 from historysim.memory.polyline import to_displacement, to_load
 from historysim.memory.search import displacement_with, force_at
+from historysim.memory.stacks import duplicated
 
 MOST_CHORDS = 1 << 14
 

@@ -18,9 +18,9 @@ from historysim.memory.layout import (
     Contact,
     Floats,
     Memory,
-    group_of,
 )
 from historysim.memory.polyline import Aim, force_of_group
+from historysim.memory.stacks import group_of
 from historysim.memory.tolerances import EPSILON, TIE
 
 

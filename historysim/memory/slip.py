@@ -9,9 +9,10 @@ import math
 import numpy as np
 
 from historysim.memory.compiled import compiled, entry, inlined, short
-from historysim.memory.layout import ANCHOR, DISPLACEMENT, LABEL, SLOPE, Contact, Floats, Memory, group_of
+from historysim.memory.layout import ANCHOR, DISPLACEMENT, LABEL, SLOPE, Contact, Floats, Memory
 from historysim.memory.lean import lean, uncounted
 from historysim.memory.normal import load_at
+from historysim.memory.stacks import group_of
 from historysim.memory.tolerances import TIE
 
 # places in each segment at which the tractions are looked at, before the largest is refined

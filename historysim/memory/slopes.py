@@ -9,9 +9,10 @@ those on the side of the path: where it turned around, those of the way on which
 from typing import NamedTuple
 
 from historysim.memory.compiled import compiled
-from historysim.memory.layout import APPROACH, DISPLACEMENT, LABEL, SLOPE, Contact, Memory, group_of
+from historysim.memory.layout import APPROACH, DISPLACEMENT, LABEL, SLOPE, Contact, Memory
 from historysim.memory.normal import load_at
 from historysim.memory.slip import sliding_side
+from historysim.memory.stacks import group_of
 
 
 class Slopes(NamedTuple):

@@ -18,15 +18,12 @@ from historysim.memory.layout import (
     Integers,
     Memory,
     Units,
-    copied,
-    copy_items,
-    copy_vertices,
-    deepest,
 )
 from historysim.memory.lean import counted, empty, given_back, lean
 from historysim.memory.limit import MOST_PIECES
 from historysim.memory.paths import LEAST_APPROACH, LEAST_LOAD, LOAD
 from historysim.memory.slopes import Slopes, slopes
+from historysim.memory.stacks import copied, copy_items, copy_vertices, deepest
 from historysim.memory.walk import Path, planned, walk_on
 
 Arrays = tuple[Any, ...]
