@@ -31,6 +31,8 @@ MOST_AREA = 0.05
 """Contact area over nominal area up to which asperities are taken to be independent."""
 HALF = 0.5
 """Share of the normal load that a handful of outliers may carry."""
+FEW = 500
+"""Circles of which all pairs are looked at, since that takes less than to import what finds those that are near."""
 ONSET_OF_HARDNESS, ONSET_OF_YIELD = 0.4, 1.07
 """Mean pressure at which a sphere begins to flow, over the hardness (Greenwood and Williamson 1966: peak pressure
 0.6 H) and over the yield stress (Johnson 1985, section 6.1: peak pressure 1.6 Y for ν = 0.3)."""
@@ -224,18 +226,25 @@ def overlapping(place: Floats, radius: Floats) -> npt.NDArray[np.bool_]:
     -------
     array (circle) of bool
     """
-    from scipy.spatial import cKDTree
-
-    tree = cKDTree(place)
-    # of two circles that overlap, the smaller one has its centre within twice the radius of the larger one
-    near = tree.query_ball_point(place, 2 * radius)
-    one = np.repeat(np.arange(radius.size), [len(others) for others in near])
-    other = np.concatenate([np.asarray(others, dtype=np.int64) for others in near])
+    one, other = _near(place, radius)
     distance = np.hypot(*(place[one] - place[other]).T)
     both = (one != other) & (distance < radius[one] + radius[other])
     result = np.zeros(radius.size, dtype=bool)
     result[one[both]] = result[other[both]] = True
     return result
+
+
+def _near(place: Floats, radius: Floats) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Return pairs of circles, among which are all that overlap."""
+    if radius.size <= FEW:
+        one, other = np.indices((radius.size, radius.size)).reshape(2, -1)
+        return one, other
+    from scipy.spatial import cKDTree
+
+    # of two circles that overlap, the smaller one has its centre within twice the radius of the larger one
+    near = cKDTree(place).query_ball_point(place, 2 * radius)
+    one = np.repeat(np.arange(radius.size), [len(others) for others in near])
+    return one, np.concatenate([np.asarray(others, dtype=np.int64) for others in near])
 
 
 def _adhering(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:

@@ -184,9 +184,6 @@ def find_hum(time: npt.ArrayLike, values: npt.ArrayLike, *, dead_band: float) ->
     length = min(int(np.median(np.diff(turns)) * 0.8), _LONGEST_PIECE)
     if length < _LEAST_PIECE:
         return ()
-    # scipy's signal and stats take half a second to import, for a window and one quantile
-    from scipy.special import gammainccinv, gammaincinv
-
     starts = [
         start
         for first, last in itertools.pairwise(turns.tolist())
@@ -200,7 +197,6 @@ def find_hum(time: npt.ArrayLike, values: npt.ArrayLike, *, dead_band: float) ->
     spectrum = np.abs(np.fft.rfft((pieces - pieces @ basis @ basis.T) * window, axis=1)) ** 2
     # white noise of variance 1 has the mean 1; a line spreads over the lobe of the window alone
     power = spectrum[:, 2 * _DETREND : -1].mean(axis=0) / np.sum(window**2)
-    outside = gammainccinv(len(pieces), FALSE_ALARM / power.size) / gammaincinv(len(pieces), 0.5)
     found = []
     for place in (1 + np.flatnonzero((power[1:-1] > power[:-2]) & (power[1:-1] > power[2:]))).tolist():
         if not _ASIDE <= place < power.size - 1:
@@ -209,11 +205,19 @@ def find_hum(time: npt.ArrayLike, values: npt.ArrayLike, *, dead_band: float) ->
         # on a slope the higher side counts, lest the bend of a branch be taken for a line
         floor = max(float(np.median(side)) for side in (before, after) if side.size)
         squared = 4 * float(np.sum(power[place - _LOBE : place + _LOBE + 1] - floor)) / length
-        stands_out = power[place] > outside * floor and squared > (_ROUNDING * np.ptp(given)) ** 2
-        if stands_out and squared / 2 > WORTH * 2 * float(power.sum()) / length:
+        is_worth = squared / 2 > WORTH * 2 * float(power.sum()) / length
+        if is_worth and squared > (_ROUNDING * np.ptp(given)) ** 2 and power[place] > floor * _most(power, len(pieces)):
             at = (2 * _DETREND + _between(power, place)) * rate / length
             found.append(Hum(float(at), math.sqrt(squared)))
     return tuple(sorted(found, key=lambda each: -each.amplitude))
+
+
+def _most(power: Floats, pieces: int) -> float:
+    """Return what a mean of the power of noise over so many pieces reaches by chance, over its median."""
+    # scipy takes a quarter of a second to import, which most records do without: hardly a line is worth telling
+    from scipy.special import gammainccinv, gammaincinv
+
+    return float(gammainccinv(pieces, FALSE_ALARM / power.size) / gammaincinv(pieces, 0.5))
 
 
 def _kept(given: Floats, left: Floats) -> Correction:

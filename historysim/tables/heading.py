@@ -122,10 +122,15 @@ def _is_named(column: Column, names: Sequence[str], brackets: Sequence[str] = ()
     return len(places_of(str(column.column), names, brackets)) >= (column.occurrence or 1)
 
 
-def _may_be_named(column: Column, names: Sequence[str]) -> bool:
-    """Return whether a column may be one of these names, whatever units stand in the line below them."""
-    name = str(column.column)
-    return bool(places_of(name, names) or places_of(split_unit(name)[0], names))
+def _with_stems(columns: Iterable[Column]) -> set[str]:
+    """Return what columns are called, with their units and without."""
+    names = [str(column.column) for column in columns]
+    return {*names, *(split_unit(name)[0] for name in names)}
+
+
+def _any_may_be(wanted: Collection[str], names: Iterable[str]) -> bool:
+    """Return whether one of these names may be wanted, whatever units stand in the line below them."""
+    return any(name in wanted or ((stem := split_unit(name)[0]) and stem in wanted) for name in names)
 
 
 def _absent(column: Column, names: Sequence[str], brackets: Sequence[str] = ()) -> InputError:
@@ -287,10 +292,11 @@ class Head:
         """Return the heading in the first line that holds all names; comments come last."""
         found = []
         nearly: list[str] = []
+        wanted = _with_stems(columns)
         for delimiter in self._delimiters:
             for line in self._candidates():
                 for names in namings(line.text, line.fields(delimiter), delimiter):
-                    if not any(_may_be_named(column, names) for column in columns):
+                    if not _any_may_be(wanted, names):
                         continue
                     heading = self._below(line, delimiter, names)
                     absent = [column for column in columns if not _is_named(column, heading.names, heading.brackets)]

@@ -9,6 +9,8 @@ from historysim.errors import InputError
 
 # "Force.(kN)", "Force [kN] filtered", "Force / kN"; a number in brackets counts something, and is no unit
 _BRACKETS = re.compile(r"\(((?:[^()]|\([^()]*\))*)\)|\[([^\[\]]*)\]")
+_MARKS = frozenset("([/")
+"""One of them stands in a name that has a unit."""
 _SLASH = re.compile(r"\s/\s+([^\s/]+)\s*$")
 # factors of one unit, reached in different ways
 _ROUNDING = 1e-12
@@ -21,6 +23,9 @@ def unit_in(name: str) -> str | None:
 
 def split_unit(name: str) -> tuple[str, str | None]:
     """Return a name without its unit, and the unit: ``("Force", "kN")`` for ``"Force [kN]"``; None without one."""
+    # the header is looked for in all values of many lines
+    if _MARKS.isdisjoint(name):
+        return name, None
     matches = [*_BRACKETS.finditer(name)] or [*_SLASH.finditer(name)]
     unit = next(filter(None, matches[-1].groups()), "").strip() if matches else ""
     if not re.search(r"[^\W\d_]|[%°]", unit):

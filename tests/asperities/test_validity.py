@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import historysim as hs
+from historysim.asperities import validity
 from historysim.asperities.instrument import Instrument
 from historysim.asperities.validity import findings, overlapping
 from historysim.contact import adhesion, hertz
@@ -98,7 +99,9 @@ def test_the_contact_area_is_compared_with_the_nominal_one():
         assert names(findings(ensemble, 1e-6)) == expected
 
 
-def test_circles_that_overlap_are_those_that_a_search_of_all_pairs_finds():
+@pytest.mark.parametrize("few", [0, 60])
+def test_circles_that_overlap_are_those_that_a_search_of_all_pairs_finds(few, monkeypatch):
+    monkeypatch.setattr(validity, "FEW", few)
     rng = np.random.default_rng(1)
     for _ in range(20):
         place = rng.uniform(0, 1, (60, 2))
