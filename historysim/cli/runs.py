@@ -66,21 +66,20 @@ def run(
         threads=threads,
         tell=notice,
     )
-    if quiet and not pictures:
-        return
-    from historysim.results import analysis
-    from historysim.results.files import open_result
+    if pictures:
+        from historysim.results.files import open_result
+        from historysim.results.plots.history import plot_history
 
-    with open_result(output) as history:
-        if pictures:
-            from historysim.results.plots.history import plot_history
-
+        with open_result(output) as history:
             drawn = plot_history(history)
             for path in pictures:
                 save(drawn, path)
-        lines = [*analysis.summary(history), ("result", str(output))]
     if not quiet:
-        print_lines([*lines, *(("picture", str(path)) for path in pictures)])
+        from historysim.results import analysis, recorded_file
+
+        with recorded_file.opened(output) as recorded:
+            lines = analysis.summary(recorded)
+        print_lines([*lines, ("result", str(output)), *(("picture", str(path)) for path in pictures)])
 
 
 @click.command()

@@ -14,6 +14,7 @@ from historysim.measured.loops import CONTENT
 from historysim.measured.sliding import CONTENT_OF_COURSE
 from historysim.results.analysis.time_series import CONTENT as TIME_SERIES
 from historysim.results.netcdf_table import CONTENT as TABLE
+from historysim.results.recorded_file import damage_told
 from historysim.results.sweeps import CONTENT as SWEEP
 
 Kind = Literal["scenario", "log", "result", "loops", "sliding", "sweep", "table", "height map"]
@@ -127,11 +128,5 @@ def _opened(path: Path) -> Iterator[xr.Dataset]:
         found = xr.open_dataset(path, engine="netcdf4", decode_times=False)
     except (OSError, RuntimeError, AttributeError, ValueError) as error:
         raise InputError(f"{path}: is damaged ({error}); make it again") from error
-    with found:
-        try:
-            yield found
-        except (RuntimeError, AttributeError) as error:
-            # the second is what the library raises where an attribute cannot be read
-            if not str(error).startswith("NetCDF: "):
-                raise
-            raise InputError(f"{path}: is damaged ({error}); make it again") from error
+    with found, damage_told(path):
+        yield found

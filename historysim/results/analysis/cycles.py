@@ -1,17 +1,18 @@
 """Friction loops of a history, and the energy that each of them takes, of every asperity."""
 
-from typing import Any
-
-import xarray as xr
+from typing import TYPE_CHECKING, Any
 
 from historysim.measured.definitions import DEFAULT, Definitions
 from historysim.measured.loops import Loops
 from historysim.measured.splitting import loops_of_history
 from historysim.results.analysis.recorded import check_recorded
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 def friction_loops(
-    history: xr.Dataset, *, dead_band: float | None = None, skip: int = 0, definitions: Definitions = DEFAULT
+    history: "xr.Dataset", *, dead_band: float | None = None, skip: int = 0, definitions: Definitions = DEFAULT
 ) -> Loops:
     """Return the friction loops of a history, with what each of them says.
 
@@ -41,7 +42,7 @@ def friction_loops(
     return loops_of_history(history, dead_band=dead_band, skip=skip, definitions=definitions)
 
 
-def energy_per_cycle(history: xr.Dataset, *, dead_band: float | None = None, skip: int = 0) -> xr.Dataset:
+def energy_per_cycle(history: "xr.Dataset", *, dead_band: float | None = None, skip: int = 0) -> "xr.Dataset":
     """Return the energy that friction takes in each cycle, of every asperity and of all of them.
 
     It is the rise of the dissipated energy from the beginning of a friction loop to its end, whose tractions differ
@@ -67,6 +68,8 @@ def energy_per_cycle(history: xr.Dataset, *, dead_band: float | None = None, ski
     InputError
         A history without a whole loop.
     """
+    import xarray as xr
+
     check_recorded(history)
     loops = loops_of_history(history, dead_band=dead_band, skip=skip)
     ends = loops.ends[:, [0, 2]]

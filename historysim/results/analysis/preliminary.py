@@ -1,13 +1,15 @@
 """The preliminary displacement of a surface in virgin loading, the asperity that decides it, and its drift."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import numpy.typing as npt
-import xarray as xr
 
 from historysim.results.analysis.blocks import parts
 from historysim.results.analysis.recorded import (
     CHANGING_HEIGHT,
     Friction,
+    Recorded,
     check_all_recorded,
     displacement_ratio,
     position_of,
@@ -15,10 +17,13 @@ from historysim.results.analysis.recorded import (
     shape_of,
 )
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 Floats = npt.NDArray[np.float64]
 
 
-def preliminary_displacement(history: xr.Dataset) -> xr.DataArray:
+def preliminary_displacement(history: "xr.Dataset") -> "xr.DataArray":
     """Return the preliminary displacement: the tangential displacement at which the last asperity of all slides.
 
     δ_t,max = max_i θ μ_i δ_i with θ = E*/(4 G*) and the approach δ_i = z_i - d, for one-way loading from
@@ -39,9 +44,11 @@ def preliminary_displacement(history: xr.Dataset) -> xr.DataArray:
     InputError
         A history without some or all of the asperities, or of a version that did not record changes of friction.
     """
-    capacity, _ = _capacity(history)
+    import xarray as xr
+
+    greatest, _ = capacity(history)
     return xr.DataArray(
-        capacity,
+        greatest,
         dims="step",
         coords={"time": history["time"]},
         name="preliminary_displacement",
@@ -49,7 +56,7 @@ def preliminary_displacement(history: xr.Dataset) -> xr.DataArray:
     )
 
 
-def critical_asperity(history: xr.Dataset) -> xr.DataArray:
+def critical_asperity(history: "xr.Dataset") -> "xr.DataArray":
     """Return the asperity that is the last to slide: the one with the greatest μ_i δ_i.
 
     Parameters
@@ -67,9 +74,11 @@ def critical_asperity(history: xr.Dataset) -> xr.DataArray:
     InputError
         As for `preliminary_displacement`.
     """
-    capacity, label = _capacity(history)
+    import xarray as xr
+
+    greatest, label = capacity(history)
     return xr.DataArray(
-        np.where(capacity > 0, label, -1),
+        np.where(greatest > 0, label, -1),
         dims="step",
         coords={"time": history["time"]},
         name="critical_asperity",
@@ -77,7 +86,7 @@ def critical_asperity(history: xr.Dataset) -> xr.DataArray:
     )
 
 
-def drift(history: xr.Dataset, first: int, second: int) -> float:
+def drift(history: "xr.Dataset", first: int, second: int) -> float:
     """Return the change of the preliminary displacement between two steps, |δ_t,max,2 - δ_t,max,1|.
 
     Parameters
@@ -98,11 +107,11 @@ def drift(history: xr.Dataset, first: int, second: int) -> float:
         A step that the history does not have, or as for `preliminary_displacement`.
     """
     first, second = (position_of(step, history) for step in (first, second))
-    capacity, _ = _capacity(history)
-    return float(abs(capacity[second] - capacity[first]))
+    greatest, _ = capacity(history)
+    return float(abs(greatest[second] - greatest[first]))
 
 
-def _capacity(history: xr.Dataset) -> tuple[Floats, npt.NDArray[np.int64]]:
+def capacity(history: Recorded) -> tuple[Floats, npt.NDArray[np.int64]]:
     """Return the greatest θ μ_i δ_i of each step, and the asperity that has it."""
     check_all_recorded(history)
     friction = present_friction(history)
@@ -110,7 +119,7 @@ def _capacity(history: xr.Dataset) -> tuple[Floats, npt.NDArray[np.int64]]:
     return _changing_capacity(history, friction) if changes else _steady_capacity(history, friction.of(0))
 
 
-def _steady_capacity(history: xr.Dataset, friction: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
+def _steady_capacity(history: Recorded, friction: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
     separation, height = history["separation"].values, history["summit_height"].values
     # no asperity is the last to slide that never touches, or where another one is as high or higher and has more
     # friction; few are left
@@ -119,24 +128,24 @@ def _steady_capacity(history: xr.Dataset, friction: Floats) -> tuple[Floats, npt
     leading = np.flatnonzero(friction[order] > np.maximum.accumulate(np.append(-1.0, friction[order]))[:-1])
     order = order[leading]
     ratio = displacement_ratio(history)
-    capacity = np.zeros(separation.size)
+    greatest = np.zeros(separation.size)
     label = np.full(separation.size, -1)
     for index in order:
         own = ratio * friction[index] * (height[index] - separation)
-        label = np.where(own > capacity, history["asperity"].values[index], label)
-        capacity = np.maximum(own, capacity)
-    return capacity, label
+        label = np.where(own > greatest, history["asperity"].values[index], label)
+        greatest = np.maximum(own, greatest)
+    return greatest, label
 
 
-def _changing_capacity(history: xr.Dataset, friction: Friction) -> tuple[Floats, npt.NDArray[np.int64]]:
+def _changing_capacity(history: Recorded, friction: Friction) -> tuple[Floats, npt.NDArray[np.int64]]:
     separation = history["separation"].values
-    capacity, label = np.zeros(separation.size), np.full(separation.size, -1)
+    greatest, label = np.zeros(separation.size), np.full(separation.size, -1)
     if not history.sizes["asperity"]:
-        return capacity, label
+        return greatest, label
     ratio = displacement_ratio(history)
     for rows in parts(history):
         height = shape_of(history, "summit_height", rows)
         own = ratio * friction.of(rows) * (height - separation[rows, np.newaxis])
         label[rows] = history["asperity"].values[own.argmax(axis=1)]
-        capacity[rows] = np.maximum(own.max(axis=1), 0.0)
-    return capacity, label
+        greatest[rows] = np.maximum(own.max(axis=1), 0.0)
+    return greatest, label

@@ -5,11 +5,11 @@ At constant normal load the virgin curve of the surface is T = F(u) = Σ μ_i N_
 """
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import attrs
 import numpy as np
 import numpy.typing as npt
-import xarray as xr
 
 from historysim.results.analysis.recorded import (
     CHANGING_HEIGHT,
@@ -19,6 +19,9 @@ from historysim.results.analysis.recorded import (
     present_friction,
     shape_of,
 )
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Floats = npt.NDArray[np.float64]
 
@@ -51,7 +54,7 @@ class _Virgin:
         return u
 
 
-def preliminary_displacements(history: xr.Dataset) -> xr.Dataset:
+def preliminary_displacements(history: "xr.Dataset") -> "xr.Dataset":
     """Return the preliminary displacement of the surface under each definition, at the normal load of each step.
 
     Parameters
@@ -74,6 +77,7 @@ def preliminary_displacements(history: xr.Dataset) -> xr.Dataset:
     InputError
         A history without some or all of the asperities, or of patches.
     """
+    import xarray as xr
 
     def found(virgin: _Virgin) -> tuple[float, ...]:
         reach = float(virgin.reach.max())
@@ -91,7 +95,7 @@ def preliminary_displacements(history: xr.Dataset) -> xr.Dataset:
     )
 
 
-def presliding_work(history: xr.Dataset) -> xr.DataArray:
+def presliding_work(history: "xr.Dataset") -> "xr.DataArray":
     """Return the mechanical work of pre-sliding at the normal load of each step: the area of the closed loop ±δ.
 
     The loop turns where the last asperity slides, at the preliminary displacement δ, so that it has no flat parts. Its
@@ -112,6 +116,7 @@ def presliding_work(history: xr.Dataset) -> xr.DataArray:
     InputError
         A history without some or all of the asperities, or of patches.
     """
+    import xarray as xr
 
     def found(virgin: _Virgin) -> tuple[float]:
         return (float((virgin.limit * (4 * virgin.reach.max() - 3.2 * virgin.reach)).sum()),)
@@ -125,7 +130,7 @@ def presliding_work(history: xr.Dataset) -> xr.DataArray:
     )
 
 
-def _of_each_load(history: xr.Dataset, found: Callable[[_Virgin], tuple[float, ...]], count: int) -> Floats:
+def _of_each_load(history: "xr.Dataset", found: Callable[[_Virgin], tuple[float, ...]], count: int) -> Floats:
     """Return what is found of the virgin curve of each step (step, count); 0 where nothing with friction touches."""
     check_recorded(history, "summit_radius")
     check_all_recorded(history)

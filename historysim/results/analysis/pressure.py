@@ -1,15 +1,17 @@
 """How hard asperities are pressed, and how much of their contact sticks: element by element, where it is read."""
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
-import xarray as xr
 
 from historysim.basics.arguments import scalar
 from historysim.errors import InputError
-from historysim.results.analysis.blocks import derived
 from historysim.results.analysis.recorded import check_recorded
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Floats = npt.NDArray[np.float64]
 
@@ -19,7 +21,7 @@ SURFACE_GROUP = "surface"
 """The group of a result that says what surface it is of."""
 
 
-def stick_ratio(history: xr.Dataset) -> xr.DataArray:
+def stick_ratio(history: "xr.Dataset") -> "xr.DataArray":
     """Return c/a of each asperity at each step: 1 in full stick, 0 in gross slip, NaN where it does not touch.
 
     Parameters
@@ -37,6 +39,8 @@ def stick_ratio(history: xr.Dataset) -> xr.DataArray:
     InputError
         A history without asperities, or of patches.
     """
+    from historysim.results.analysis.derived import derived
+
     check_recorded(history, "stick_radius", "contact_radius")
     return derived(
         history,
@@ -48,7 +52,7 @@ def stick_ratio(history: xr.Dataset) -> xr.DataArray:
     )
 
 
-def mean_pressure(history: xr.Dataset) -> xr.DataArray:
+def mean_pressure(history: "xr.Dataset") -> "xr.DataArray":
     """Return the mean pressure of each asperity or patch, N over its contact area; 0 where it does not touch.
 
     Parameters
@@ -69,7 +73,7 @@ def mean_pressure(history: xr.Dataset) -> xr.DataArray:
     return _pressure(history, "mean_pressure", "mean pressure of the asperity")
 
 
-def peak_pressure(history: xr.Dataset) -> xr.DataArray:
+def peak_pressure(history: "xr.Dataset") -> "xr.DataArray":
     """Return the greatest pressure of each asperity, 3N/(2πa²) in its middle (Hertz); 0 where it does not touch.
 
     Parameters
@@ -91,7 +95,7 @@ def peak_pressure(history: xr.Dataset) -> xr.DataArray:
     return _pressure(history, "peak_pressure", "greatest pressure of the asperity", PEAK_OVER_MEAN)
 
 
-def total_mean_pressure(history: xr.Dataset) -> xr.DataArray:
+def total_mean_pressure(history: "xr.Dataset") -> "xr.DataArray":
     """Return the mean pressure of the whole contact, all of N over the real contact area; 0 where nothing touches.
 
     Parameters
@@ -114,7 +118,7 @@ def total_mean_pressure(history: xr.Dataset) -> xr.DataArray:
     return pressure.assign_attrs(units="Pa", long_name="mean pressure of the real contact area")
 
 
-def nominal_pressure(history: xr.Dataset, nominal_area: float | None = None) -> xr.DataArray:
+def nominal_pressure(history: "xr.Dataset", nominal_area: float | None = None) -> "xr.DataArray":
     """Return the normal load over the nominal area.
 
     Parameters
@@ -139,7 +143,9 @@ def nominal_pressure(history: xr.Dataset, nominal_area: float | None = None) -> 
     return pressure.assign_attrs(units="Pa", long_name="normal load over the nominal area")
 
 
-def _nominal_area(history: xr.Dataset) -> float:
+def _nominal_area(history: "xr.Dataset") -> float:
+    import xarray as xr
+
     source = history.encoding.get("source")
     if source:
         try:
@@ -152,7 +158,9 @@ def _nominal_area(history: xr.Dataset) -> float:
     raise InputError("the history does not say its nominal area; expected nominal_area = … [m²]")
 
 
-def _pressure(history: xr.Dataset, name: str, label: str, factor: float = 1.0) -> xr.DataArray:
+def _pressure(history: "xr.Dataset", name: str, label: str, factor: float = 1.0) -> "xr.DataArray":
+    from historysim.results.analysis.derived import derived
+
     square = "contact_area" not in history
     size = "contact_radius" if square else "contact_area"
     check_recorded(history, "normal_load", size)

@@ -1,13 +1,49 @@
 """What a history must hold for a question, and the messages where it does not."""
 
+from collections.abc import Mapping
+from typing import Any, Protocol
+
 import attrs
 import numpy as np
 import numpy.typing as npt
-import xarray as xr
 
 from historysim.errors import InputError
 
 Floats = npt.NDArray[np.float64]
+
+
+class Column(Protocol):
+    """A variable of a history."""
+
+    @property
+    def dims(self) -> tuple[Any, ...]:
+        """The names of its dimensions."""
+
+    @property
+    def values(self) -> npt.NDArray[Any]:
+        """What stands in it."""
+
+    def isel(self, *, step: Any) -> "Column":
+        """Return it at a step, or at a slice of steps."""
+
+
+class Recorded(Protocol):
+    """As much of a Dataset as the simplest questions need; an open file has it, too, without xarray."""
+
+    @property
+    def attrs(self) -> Mapping[Any, Any]:
+        """Attributes."""
+
+    @property
+    def sizes(self) -> Mapping[Any, int]:
+        """How many steps there are, and asperities."""
+
+    def __contains__(self, name: object, /) -> bool:
+        """Return whether there is a variable of this name."""
+
+    def __getitem__(self, name: str, /) -> Column:
+        """Return a variable."""
+
 
 SEPARATED, FULL_STICK, PARTIAL_SLIP, GROSS_SLIP = range(4)
 """Flag values of ``slip_state``."""
@@ -15,7 +51,7 @@ STATES = ("full_stick", "partial_slip", "gross_slip")
 """Those of asperities in contact, from 1 on."""
 
 
-def check_recorded(history: xr.Dataset, *names: str) -> None:
+def check_recorded(history: Recorded, *names: str) -> None:
     """Check that a history holds variables of its asperities.
 
     Raises
@@ -28,7 +64,7 @@ def check_recorded(history: xr.Dataset, *names: str) -> None:
     missing = [name for name in names if name not in history]
     if not missing:
         return
-    if history.sizes.get("asperity") and "summit_radius" not in history.coords:
+    if history.sizes.get("asperity") and "summit_radius" not in history:
         raise InputError(
             f"the history is of patches of an interacting contact, which have no {missing[0]}; expected one of "
             "asperities, each with a radius"
@@ -39,7 +75,7 @@ def check_recorded(history: xr.Dataset, *names: str) -> None:
     )
 
 
-def check_any(history: xr.Dataset) -> None:
+def check_any(history: Recorded) -> None:
     """Check that there is an asperity to show.
 
     Raises
@@ -51,7 +87,7 @@ def check_any(history: xr.Dataset) -> None:
         raise InputError('no asperity ever touches, so there is none to show; press harder, or record = "all"')
 
 
-def check_all_recorded(history: xr.Dataset) -> None:
+def check_all_recorded(history: Recorded) -> None:
     """Check that all asperities that touch are recorded.
 
     Raises
@@ -66,11 +102,11 @@ def check_all_recorded(history: xr.Dataset) -> None:
         )
 
 
-def is_complete(history: xr.Dataset) -> bool:
+def is_complete(history: Recorded) -> bool:
     """Return whether all asperities that touch are recorded."""
     if "summit_height" not in history or "friction" not in history:
         return False
-    most = int(history["contact_count"].max())
+    most = int(history["contact_count"].values.max())
     if most == 0:
         return True
     # a separation that was rounded must not make an asperity at the verge of contact look left out
@@ -88,7 +124,7 @@ CHANGING_HEIGHT = "present_summit_height"
 """Variable of a history in which the geometry of asperities changes."""
 
 
-def shape_of(history: xr.Dataset, name: str, steps: object) -> Floats:
+def shape_of(history: Recorded, name: str, steps: object) -> Floats:
     """Return heights or radii of the recorded asperities at a step (asperity), or at steps, which they may change with.
 
     Parameters
@@ -102,7 +138,7 @@ def shape_of(history: xr.Dataset, name: str, steps: object) -> Floats:
     return found
 
 
-def position_of(step: object, history: xr.Dataset) -> int:
+def position_of(step: object, history: Recorded) -> int:
     """Return a step of a history as a number from 0; negative ones count from the end.
 
     Raises
@@ -116,7 +152,7 @@ def position_of(step: object, history: xr.Dataset) -> int:
     return int(step) % steps
 
 
-def column_of(asperity: int, history: xr.Dataset) -> int:
+def column_of(asperity: int, history: Recorded) -> int:
     """Return where an asperity stands among the recorded ones.
 
     Raises
@@ -132,7 +168,7 @@ def column_of(asperity: int, history: xr.Dataset) -> int:
     return int(there[0])
 
 
-def displacement_ratio(history: xr.Dataset) -> float:
+def displacement_ratio(history: Recorded) -> float:
     """Return θ = E*/(4 G*) of the pair of a history."""
     return float(history.attrs["contact_modulus"] / (4 * history.attrs["shear_modulus"]))
 
@@ -145,12 +181,12 @@ class Friction:
     ----------
     changes : bool
         Whether they change from step to step.
-    source : xarray.Variable
+    source : Column
         Along ``asperity``, ``step`` or both.
     """
 
     changes: bool
-    source: xr.Variable
+    source: Column
 
     def of(self, steps: object) -> Floats:
         """Return those of a step (asperity), or of steps (step, asperity); a size of 1 stands for all asperities."""
@@ -158,7 +194,7 @@ class Friction:
         return found[..., np.newaxis] if self.source.dims == ("step",) else found
 
 
-def present_friction(history: xr.Dataset) -> Friction:
+def present_friction(history: Recorded) -> Friction:
     """Return the friction coefficients of the recorded asperities at each step.
 
     Raises
@@ -167,10 +203,10 @@ def present_friction(history: xr.Dataset) -> Friction:
         They change, in a history of a version that did not record how.
     """
     if "present_friction" in history:
-        return Friction(changes=True, source=history["present_friction"].variable)
+        return Friction(changes=True, source=history["present_friction"])
     if "largest_traction_ratio" in history:
         raise InputError(
             "friction changes in the history, and the version that made it did not record how; run it again with this "
             "one"
         )
-    return Friction(changes=False, source=history["friction"].variable)
+    return Friction(changes=False, source=history["friction"])

@@ -1,10 +1,14 @@
 """Shares of the contacts, of their area and of the load that stick, slip in part, or slide."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import xarray as xr
 
 from historysim.results.analysis.blocks import blocks
 from historysim.results.analysis.recorded import STATES, check_recorded
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 SHARES = {
     "share_of_contacts": "share of the contacts in each slip state",
@@ -14,7 +18,7 @@ SHARES = {
 }
 
 
-def slip_shares(history: xr.Dataset) -> xr.Dataset:
+def slip_shares(history: "xr.Dataset") -> "xr.Dataset":
     """Return which shares of the contacts, of area and load are in each slip state, and which share of the area slips.
 
     Parameters
@@ -35,6 +39,8 @@ def slip_shares(history: xr.Dataset) -> xr.Dataset:
     InputError
         A history without asperities, or of patches without areas.
     """
+    import xarray as xr
+
     patches = "contact_area" in history
     sizes = ("contact_area", "stick_area") if patches else ("contact_radius", "stick_radius")
     names = ("slip_state", *sizes, "normal_load", "tangential_load")
@@ -65,7 +71,7 @@ def slip_shares(history: xr.Dataset) -> xr.Dataset:
     )
 
 
-def telling_step(history: xr.Dataset) -> int:
+def telling_step(history: "xr.Dataset") -> int:
     """Return the step whose contact map shows most: where half of the contact area slips, or nearest to that.
 
     Parameters

@@ -1,11 +1,22 @@
 """When each asperity first slips and first slides, and which of them does so first."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import numpy.typing as npt
-import xarray as xr
 
-from historysim.results.analysis.blocks import blocks
-from historysim.results.analysis.recorded import GROSS_SLIP, PARTIAL_SLIP, check_recorded, present_friction, shape_of
+from historysim.results.analysis.blocks import parts
+from historysim.results.analysis.recorded import (
+    GROSS_SLIP,
+    PARTIAL_SLIP,
+    Recorded,
+    check_recorded,
+    present_friction,
+    shape_of,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Integers = npt.NDArray[np.int64]
 
@@ -13,7 +24,7 @@ NEVER = -1
 BEGINNINGS = {"slip": ("first slips", PARTIAL_SLIP), "slide": ("first slides", GROSS_SLIP)}
 
 
-def first_slips(history: xr.Dataset) -> xr.Dataset:
+def first_slips(history: "xr.Dataset") -> "xr.Dataset":
     """Return when each asperity first slips, in part or whole, when it first slides, and its rank among the others.
 
     A *slip* is any, also of a thin annulus at the edge of the contact, which begins with the first tangential load; a
@@ -37,18 +48,9 @@ def first_slips(history: xr.Dataset) -> xr.Dataset:
     InputError
         A history without asperities.
     """
-    check_recorded(history, "slip_state")
-    count = history.sizes["asperity"]
-    steps = {name: np.full(count, NEVER) for name in BEGINNINGS}
-    for first, block in blocks(history, ["slip_state"]):
-        states = block["slip_state"].values
-        for name, (_, least) in BEGINNINGS.items():
-            waiting = np.flatnonzero(steps[name] == NEVER)
-            reached = states[:, waiting] >= least
-            there = reached.any(axis=0)
-            steps[name][waiting[there]] = first + reached[:, there].argmax(axis=0)
-        if (steps["slide"] != NEVER).all():
-            break
+    import xarray as xr
+
+    steps = first_steps(history)
     time = history["time"].values
     found: dict[str, tuple[str, npt.NDArray[np.generic], dict[str, str]]] = {}
     for name, (label, _) in BEGINNINGS.items():
@@ -62,7 +64,29 @@ def first_slips(history: xr.Dataset) -> xr.Dataset:
     return xr.Dataset(found, beside)
 
 
-def slides_first(history: xr.Dataset) -> Integers:
+def first_steps(history: Recorded) -> dict[str, Integers]:
+    """Return the positions of the steps at which asperities first slip, and first slide (asperity); -1 for never.
+
+    Raises
+    ------
+    InputError
+        A history without asperities.
+    """
+    check_recorded(history, "slip_state")
+    steps = {name: np.full(history.sizes["asperity"], NEVER) for name in BEGINNINGS}
+    for rows in parts(history):
+        states = history["slip_state"].isel(step=rows).values
+        for name, (_, least) in BEGINNINGS.items():
+            waiting = np.flatnonzero(steps[name] == NEVER)
+            reached = states[:, waiting] >= least
+            there = reached.any(axis=0)
+            steps[name][waiting[there]] = rows.start + reached[:, there].argmax(axis=0)
+        if (steps["slide"] != NEVER).all():
+            break
+    return steps
+
+
+def slides_first(history: "xr.Dataset") -> Integers:
     """Return the labels of the asperities that slide, in the order in which they begin to.
 
     Of those that begin between the same two recorded steps, the one of the smallest μ_i δ_i at the second step stands
@@ -83,10 +107,10 @@ def slides_first(history: xr.Dataset) -> Integers:
     InputError
         A history without asperities, or of a version that did not record changes of friction.
     """
-    return order_of_sliding(history, first_slips(history)["slide_step"].values)
+    return order_of_sliding(history, first_steps(history)["slide"])
 
 
-def order_of_sliding(history: xr.Dataset, step: Integers) -> Integers:
+def order_of_sliding(history: Recorded, step: Integers) -> Integers:
     """Return what `slides_first` does, where the steps at which asperities first slide are known (asperity)."""
     sliding = np.flatnonzero(step != NEVER)
     separation, friction = history["separation"].values, present_friction(history)

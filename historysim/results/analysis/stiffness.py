@@ -1,15 +1,17 @@
 """Tangential stiffness along the path, of each asperity."""
 
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from historysim.errors import InputError
-from historysim.results.analysis.blocks import derived
 from historysim.results.analysis.recorded import check_recorded
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 RADIUS = {"onward": "stick_radius", "reversed": "contact_radius"}
 
 
-def tangential_stiffness(history: xr.Dataset, direction: str = "onward") -> xr.DataArray:
+def tangential_stiffness(history: "xr.Dataset", direction: str = "onward") -> "xr.DataArray":
     """Return the tangential stiffness of each asperity at each step, at a fixed approach.
 
     An asperity whose stick zone has the radius c has 8 G* c while the displacement goes on, which is 0 where it slides;
@@ -34,6 +36,8 @@ def tangential_stiffness(history: xr.Dataset, direction: str = "onward") -> xr.D
     InputError
         Another direction, or a history without asperities or of patches.
     """
+    from historysim.results.analysis.derived import derived
+
     if direction not in RADIUS:
         raise InputError(f"direction is {direction!r}; expected 'onward' or 'reversed'")
     check_recorded(history, RADIUS[direction])

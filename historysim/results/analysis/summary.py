@@ -3,21 +3,20 @@
 from contextlib import suppress
 
 import numpy as np
-import xarray as xr
 
 from historysim.basics import findings
 from historysim.basics.findings import Finding
 from historysim.basics.units import duration_text, quantity_text
 from historysim.errors import InputError
-from historysim.results.analysis.preliminary import critical_asperity, preliminary_displacement
-from historysim.results.analysis.recorded import CHANGING_HEIGHT, is_complete
-from historysim.results.analysis.slips import NEVER, first_slips, order_of_sliding
+from historysim.results.analysis.preliminary import capacity
+from historysim.results.analysis.recorded import CHANGING_HEIGHT, Recorded, is_complete
+from historysim.results.analysis.slips import NEVER, first_steps, order_of_sliding
 
 WORTH_TELLING = 1.05
 """Ratio of traction to friction limit from which a summary tells it."""
 
 
-def validity(history: xr.Dataset) -> tuple[Finding, ...]:
+def validity(history: Recorded) -> tuple[Finding, ...]:
     """Return which assumptions of the model did not hold where the asperities were pressed most.
 
     Parameters
@@ -33,7 +32,7 @@ def validity(history: xr.Dataset) -> tuple[Finding, ...]:
     return findings.read(history.attrs.get("validity", "[]"))
 
 
-def summary(history: xr.Dataset) -> list[tuple[str, str]]:
+def summary(history: Recorded) -> list[tuple[str, str]]:
     """Return in a few lines what happened.
 
     Parameters
@@ -58,7 +57,7 @@ def summary(history: xr.Dataset) -> list[tuple[str, str]]:
         ("peak tangential load", quantity_text(np.abs(tangential).max(), "N")),
     ]
     try:
-        displacement, asperity = preliminary_displacement(history), critical_asperity(history)
+        displacement, asperity = capacity(history)
     except InputError:
         reason = "its version did not record changes of friction: run it again"
         if not is_complete(history):
@@ -68,15 +67,15 @@ def summary(history: xr.Dataset) -> list[tuple[str, str]]:
         lines += [
             (
                 "preliminary displacement",
-                f"{quantity_text(displacement[peak].item(), 'm')} at the peak normal load, θμδ of virgin loading",
+                f"{quantity_text(float(displacement[peak]), 'm')} at the peak normal load, θμδ of virgin loading",
             ),
-            ("critical asperity", str(asperity[peak].item()) if normal[peak] > 0 else "none"),
+            ("critical asperity", str(asperity[peak]) if displacement[peak] > 0 else "none"),
         ]
     with suppress(InputError):
         lines.append(("slides first", _first_to_slide(history)))
     lines.append(("dissipated energy", quantity_text(history["total_dissipated_energy"].values[-1], "J")))
     lines += _evolved(history)
-    if held := int(history["saturated"].sum()):
+    if held := int(history["saturated"].values.sum()):
         lines.append(("held at the limit", f"{held:,} steps"))
     if (
         "largest_traction_ratio" in history
@@ -88,7 +87,7 @@ def summary(history: xr.Dataset) -> list[tuple[str, str]]:
     return [*lines, *(("warning", finding.text) for finding in validity(history))]
 
 
-def _evolved(history: xr.Dataset) -> list[tuple[str, str]]:
+def _evolved(history: Recorded) -> list[tuple[str, str]]:
     """Return how far asperities have slid, what they have lost, and what was forgotten with their shapes."""
     lines = []
     if "total_slid_distance" in history:
@@ -102,8 +101,8 @@ def _evolved(history: xr.Dataset) -> list[tuple[str, str]]:
     return lines
 
 
-def _touched(history: xr.Dataset) -> str:
-    most = int(history["contact_count"].max())
+def _touched(history: Recorded) -> str:
+    most = int(history["contact_count"].values.max())
     total = f" of {history.attrs['number_of_asperities']:,}" if "number_of_asperities" in history.attrs else ""
     if not is_complete(history):
         return f"{most:,}{total} at one time"
@@ -116,8 +115,8 @@ def _touched(history: xr.Dataset) -> str:
     return f"{touched:,}{total}" + (f", {most:,} at one time" if most < touched else "")
 
 
-def _first_to_slide(history: xr.Dataset) -> str:
-    steps = first_slips(history)["slide_step"].values
+def _first_to_slide(history: Recorded) -> str:
+    steps = first_steps(history)["slide"]
     order = order_of_sliding(history, steps)
     recorded = "" if is_complete(history) else " recorded"
     if not order.size:

@@ -1,8 +1,11 @@
 """A history over time: for tables with a row for each time, and for tools that know no other axis."""
 
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from historysim.results.analysis.recorded import check_any, check_recorded, column_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 CONTENT = "history over time"
 """What the attribute ``content`` of a history over time says."""
@@ -10,7 +13,7 @@ OF_THE_RESULT = ("complete", "id", "log_digest")
 """Attributes that hold of the result alone."""
 
 
-def time_series(history: xr.Dataset, asperity: int | None = None) -> xr.Dataset:
+def time_series(history: "xr.Dataset", asperity: int | None = None) -> "xr.Dataset":
     """Return a history with its time for a dimension, in place of ``step``: all of it, or of one asperity.
 
     The variables of a result go along ``step``, and ``time`` stands beside them; CDO and other tools take for the axis
