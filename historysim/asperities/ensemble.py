@@ -42,7 +42,7 @@ from historysim.memory.layout import (
 from historysim.memory.normal import approach_at
 from historysim.memory.paths import DISPLACED, LEAST_APPROACH, LEAST_LOAD, LOAD, STILL, Goals, Paths, paths_to
 from historysim.memory.polyline import Aim
-from historysim.memory.rows import Rows, blank_rows
+from historysim.memory.rows import Rows, blank_rows, columns_of
 from historysim.memory.stacks import copied
 from historysim.memory.traction import TractionMemory
 
@@ -621,7 +621,7 @@ class Ensemble:
             copied(state.memory),
             _scaled(paths, units),
             walked,
-            position[chosen],
+            columns_of(state.contact, position[chosen]),
             units,
             saturate,
             self.tolerance,

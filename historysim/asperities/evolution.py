@@ -45,6 +45,8 @@ from historysim.memory.rows import (
     TOGETHER,
     Rows,
     blank_rows,
+    columns_of,
+    scratch_for,
 )
 from historysim.memory.stacks import copied
 from historysim.memory.tolerances import LIMIT_SLACK
@@ -251,9 +253,9 @@ class Evolution:
             alone,
             blank_rows(0, 0),
             NO_ROOM,
-            np.empty(0, dtype=np.int64),
+            columns_of(start.contact, np.empty(0, dtype=np.int64)),
             self.units,
-            np.empty((5, 0)),
+            scratch_for(0),
             saturate,
             self.tolerance,
             compliance,
@@ -505,8 +507,8 @@ class Evolution:
         contact, order, evolved = present.contact, present.order, present.evolved
         position = np.empty(order.size, dtype=np.int64)
         position[order] = np.arange(order.size)
-        work = np.empty((5, order.size if chosen.size else 0))
-        record_row(contact, present.memory, rows, row, NO_ROOM, position[chosen], self.units, bool(flag), work)
+        columns, work = columns_of(contact, position[chosen]), scratch_for(order.size if chosen.size else 0)
+        record_row(contact, present.memory, rows, row, NO_ROOM, columns, self.units, bool(flag), work)
         if rows.friction.size:
             friction = present.friction
             rows.friction[row] = friction[chosen if rows.friction.shape[1] == chosen.size else [0]]

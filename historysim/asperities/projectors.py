@@ -10,17 +10,13 @@ from functools import partial
 from typing import Any, NamedTuple, Self
 
 import numpy as np
-import numpy.typing as npt
 
 from historysim.memory.layout import Contact, Memory, Units
 from historysim.memory.paths import Paths
 from historysim.memory.pending import NO_ROOM, Pending, room_for
 from historysim.memory.projection import record_pending
-from historysim.memory.rows import Rows
+from historysim.memory.rows import Columns, Rows, Scratch, scratch_for
 from historysim.memory.walk import walk_paths
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 CELLS_PASSED_ON = 1 << 17
 """Rows times asperities that are passed on at once: about a millisecond of projecting."""
@@ -36,7 +32,7 @@ class _Task(NamedTuple):
     contact: Contact
     pending: Pending
     rows: Rows
-    columns: Integers
+    columns: Columns
     units: Units
 
 
@@ -54,7 +50,7 @@ class Projectors:
         self._pool: ThreadPoolExecutor | None = None
         self._running: list[tuple[Future[None], _Task]] = []
         # what no thread has in use: memory that was touched before is twice as fast
-        self._scratch: list[Floats] = []
+        self._scratch: list[Scratch] = []
         self._rooms: list[Pending] = []
 
     def __enter__(self) -> Self:
@@ -71,7 +67,7 @@ class Projectors:
         memory: Memory,
         paths: Paths,
         rows: Rows,
-        columns: Integers,
+        columns: Columns,
         units: Units,
         *options: Any,
     ) -> tuple[Memory, int, float, float]:
@@ -79,7 +75,7 @@ class Projectors:
         work = self._some_scratch(contact, columns)
         found = memory, -1, 0.0, 0.0
         try:
-            for first, part, its_rows, pending in self._parts(contact, paths, rows, columns.size):
+            for first, part, its_rows, pending in self._parts(contact, paths, rows, columns.place.size):
                 found = walk_paths(contact, found[0], part, its_rows, pending, columns, units, work, *options)
                 if found[1] >= 0:
                     return found[0], first + found[1], *found[2:]
@@ -113,7 +109,7 @@ class Projectors:
             yield first, part._replace(first_row=part.first_row - row), some, room
             first = last
 
-    def _pass_on(self, task: _Task, work: Floats) -> None:
+    def _pass_on(self, task: _Task, work: Scratch) -> None:
         """Have rows projected: by another thread, or if enough of them wait, by this one."""
         if self._pool is None:
             # whoever compiles first decides on last bits: always this thread
@@ -131,7 +127,7 @@ class Projectors:
         self._scratch.append(work)
         self._rooms.append(task.pending)
 
-    def _finish(self, work: Floats) -> None:
+    def _finish(self, work: Scratch) -> None:
         """Project what nobody has begun with, and wait for the rest."""
         running, self._running = self._running, []
         for future, task in reversed(running):
@@ -153,10 +149,10 @@ class Projectors:
         room.waits[:] = False
         return room
 
-    def _some_scratch(self, contact: Contact, columns: Integers) -> Floats:
-        size = contact.gap.size if columns.size else 0
+    def _some_scratch(self, contact: Contact, columns: Columns) -> Scratch:
+        size = contact.gap.size if columns.place.size else 0
         try:
             spare = self._scratch.pop()
         except IndexError:
-            return np.empty((5, size))
-        return spare if spare.shape[1] == size else np.empty((5, size))
+            return scratch_for(size)
+        return spare if spare.state.size == size else scratch_for(size)

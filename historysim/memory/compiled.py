@@ -1,12 +1,13 @@
 """How the functions of this room are compiled.
 
-There are three kinds:
+There are four kinds:
 
 - `compiled`: machine code of its own, in which each operation is rounded as it is written. All that decides, such as
   where slip ends, is of this kind. `entry` is the same for what Python calls, too, which takes a wrapper; `short` for
   what is copied into the machine code that calls it (see `linking`).
 - `reordered`: long sums over asperities. They may be added in any order, and a product and a sum may share one
   rounding, so that the processor handles several asperities at once.
+- `fused`: long loops over asperities without such sums. A product and a sum may share one rounding.
 - `inlined`: short steps that are written out where they are used. A call between functions takes each array apart and
   counts the references to it, which for small groups costs more than the physics.
 
@@ -83,9 +84,17 @@ def kept(function: Any, *, named: bool = True) -> Any:
     return function
 
 
-def _made(function: Any, kind: type[_OfTheRoom] = _OfTheRoom, *, named: bool = True, **options: Any) -> Any:
-    # an option that the types of numba do not know
-    made: Any = njit(error_model="numpy", pipeline_class=_Compiler, **WITHOUT_C_WRAPPER, **options)(function)
+def _made(
+    function: Any,
+    kind: type[_OfTheRoom] = _OfTheRoom,
+    *,
+    named: bool = True,
+    fastmath: Any = False,
+    **options: Any,
+) -> Any:
+    # without a word on rounding, what a `reordered` function is the first to call would be rounded as that is
+    options |= {"error_model": "numpy", "fastmath": fastmath, "pipeline_class": _Compiler}
+    made: Any = njit(**WITHOUT_C_WRAPPER, **options)(function)
     made.__class__ = kind
     _with_wrapper_for_python(made)
     return kept(made, named=named)
@@ -126,6 +135,11 @@ def short(function: Function) -> Function:
 def reordered(function: Function) -> Function:
     """Return a function compiled as a `short` one, whose sums may be added in any order."""
     return _made(function, named=False, fastmath={"reassoc", "contract", "nsz"})
+
+
+def fused(function: Function) -> Function:
+    """Return a function compiled as a `short` one, in which a product and a sum may share one rounding."""
+    return _made(function, named=False, fastmath={"contract"})
 
 
 def inlined(function: Function) -> Function:

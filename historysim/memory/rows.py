@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from historysim.memory.layout import Bytes, Floats
+from historysim.memory.layout import Bytes, Contact, Floats, Integers
 
 SEPARATED, FULL_STICK, PARTIAL_SLIP, GROSS_SLIP = range(4)
 
@@ -49,6 +49,34 @@ class Rows(NamedTuple):
     dissipated: Floats
     friction: Floats
     evolved: Floats
+
+
+class Columns(NamedTuple):
+    """The recorded asperities, one a column: their places in the contact, gaps and weights."""
+
+    place: Integers
+    gap: Floats
+    weight: Floats
+
+
+def columns_of(contact: Contact, place: Integers) -> Columns:
+    """Return columns for the asperities at some places of a contact."""
+    return Columns(place, contact.gap[place], contact.weight[place])
+
+
+class Scratch(NamedTuple):
+    """One row of all asperities in the order of the contact, not yet in that of the columns.
+
+    ``numbers`` (4, asperity) are tangential and normal loads, contact and stick radii; ``state`` is the slip state.
+    """
+
+    numbers: Floats
+    state: Bytes
+
+
+def scratch_for(asperities: int) -> Scratch:
+    """Return scratch for a contact of so many asperities."""
+    return Scratch(np.empty((4, asperities)), np.empty(asperities, dtype=np.int8))
 
 
 def blank_rows(count: int, asperities: int, coefficients: int = 0, *, evolve: bool = False) -> Rows:

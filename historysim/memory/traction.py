@@ -10,7 +10,7 @@ import numpy.typing as npt
 from historysim.memory.energy import stored_energy
 from historysim.memory.layout import ANCHOR, APPROACH, LABEL, MADE_AT, SLOPE, Contact, Memory, Units
 from historysim.memory.projection import record_asperities
-from historysim.memory.rows import Rows, blank_rows
+from historysim.memory.rows import Rows, blank_rows, columns_of, scratch_for
 from historysim.memory.slip import sticking_stiffness
 from historysim.memory.tolerances import TIE
 
@@ -89,7 +89,8 @@ class TractionMemory:
     def recorded(self) -> Rows:
         """The row that a recorder would write of this asperity."""
         rows = blank_rows(1, 1)
-        record_asperities(self.contact, self.memory, rows, 0, THE_ONE, self.units, np.empty((5, 1)))
+        columns = columns_of(self.contact, THE_ONE)
+        record_asperities(self.contact, self.memory, rows, 0, columns, self.units, scratch_for(1))
         rows.dissipated[...] = self.dissipated_energy
         return rows
 

@@ -27,7 +27,7 @@ from historysim.memory.pending import Pending
 from historysim.memory.polyline import Aim, to_displacement, to_load
 from historysim.memory.projection import record_row
 from historysim.memory.ramp import ramp, toward
-from historysim.memory.rows import Rows
+from historysim.memory.rows import Columns, Rows, Scratch
 from historysim.memory.search import displacement_at
 from historysim.memory.tolerances import LIMIT_SLACK
 
@@ -159,17 +159,17 @@ def walk_paths(
     paths: Paths,
     rows: Rows,
     pending: Pending,
-    columns: Integers,
+    columns: Columns,
     units: Units,
-    work: Floats,
+    work: Scratch,
     saturate: bool,
     tolerance: float,
     compliance: float,
     until: float,
 ) -> tuple[Memory, int, float, float]:
-    """Walk paths one after the other and record their rows; ``columns`` gives each column's asperity.
+    """Walk paths one after the other and record their rows.
 
-    Asperities of rows that find room in ``pending`` are left for `record_pending`; ``work`` (5, asperity) is scratch.
+    Asperities of rows that find room in ``pending`` are left for `record_pending`; ``work`` is scratch.
     Displacements of the tangential channel are those of a drive behind a spring of a compliance; with 0, the
     contact's. Of each path the share ``until`` is walked. Returns the memory, and the path that asks for more than
     the friction limit with the request and the limit (dimensionless); the memory is then of no use. The path is -1
