@@ -21,6 +21,7 @@ ROOMS = (
     "asperities",
     "loads",
     "recording",
+    "ahead",
     "replay",
     "log",
     "measured",

@@ -28,6 +28,15 @@ loaded = [function.__name__ for function in (touching, spread) if sum(function.s
 print(json.dumps([value, loaded]))
 """
 
+UNWRITABLE_PACKAGE = """
+import numba.core.caching
+def nowhere(self):
+    raise OSError
+numba.core.caching.InTreeCacheLocator.ensure_cache_path = nowhere
+"""
+# nor the home
+UNWRITABLE = UNWRITABLE_PACKAGE + "numba.core.caching.UserWideCacheLocator.ensure_cache_path = nowhere\n"
+
 
 @pytest.fixture
 def package(tmp_path):
@@ -138,13 +147,32 @@ def test_what_calls_a_function_that_is_lost_is_compiled_anew_with_it(package):
     [
         "import numba.core.caching as c\ndel c.CompileResultCacheImpl\n",
         "import numba.core.caching as c\nc.FunctionCache.__init__ = lambda self: None\n",
-        # neither the package nor the home can be written
-        "import numba.core.caching as c\ndef no(self): raise OSError\nc._CacheLocator.ensure_cache_path = no\n",
     ],
 )
 def test_where_nothing_can_be_kept_everything_works(package, prevented):
     value, _ = outcome(package)
     assert outcome(package, prevented) == (value, [])
+
+
+def test_where_nothing_can_be_written_what_lies_beside_the_source_is_loaded(package):
+    """It came with the package, or its owner has used it."""
+    value, loaded = outcome(package, UNWRITABLE)
+    assert loaded == []
+    assert not list(package.rglob("*.nb?"))
+    assert outcome(package) == (value, [])
+    assert outcome(package, UNWRITABLE) == (value, ["touching", "spread"])
+    assert outcome(package, UNWRITABLE, NUMBA_CACHE_DIR=str(package / "else")) == (value, [])
+
+
+def test_what_lies_beside_the_source_is_loaded_where_another_folder_is_written(package, tmp_path):
+    value, _ = outcome(package)
+    home = tmp_path / "home"
+    assert outcome(package, UNWRITABLE_PACKAGE, XDG_CACHE_HOME=str(home)) == (value, ["touching", "spread"])
+    assert not list(home.rglob("*.nbc"))
+    for file in kept(package, "spread", "nbc"):
+        file.unlink()
+    assert outcome(package, UNWRITABLE_PACKAGE, XDG_CACHE_HOME=str(home)) == (value, ["touching"])
+    assert list(home.rglob("*.spread-*.nbc"))
 
 
 def test_a_full_disk_is_no_reason_to_stop(package):
