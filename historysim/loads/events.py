@@ -380,6 +380,10 @@ def digest(events: Iterable[Event]) -> str:
     """Return the SHA-256 of events, over a form that covers kind, order and every bit of the numbers."""
     total = hashlib.sha256()
     for event in events:
-        told = [type(event).__name__, event.time.hex(), *map(_hex, contents(event))]
-        total.update(json.dumps(told).encode() + b"\n")
+        if isinstance(event, LoadEvent):
+            # what JSON makes of it, in a fifth of the time
+            line = f'["{type(event).__name__}", "{event.time.hex()}", "{event.value.hex()}"]'
+        else:
+            line = json.dumps([type(event).__name__, event.time.hex(), *map(_hex, contents(event))])
+        total.update(line.encode() + b"\n")
     return total.hexdigest()

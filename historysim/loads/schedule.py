@@ -154,7 +154,7 @@ def stretches(
         yield _sampled(events, substeps)
         return
     _check(events, substeps)
-    normal, tangential, friction = _channels(events, start)
+    channels = normal, tangential, friction = _channels(events, start)
     arriving_channels = ("friction", "normal", "tangential") if friction.waypoints else ("normal", "tangential")
     done, rows, previous = (start.events, start.rows, start.time) if start else (0, 0, None)
     standing, broken_at = start, rows
@@ -164,7 +164,7 @@ def stretches(
         if time > until:
             if previous is not None and until > previous:
                 if table.paths:
-                    yield table.stretch(standing=standing)
+                    yield table.stretch(standing=standing or _standing(done, rows, previous, channels))
                     table = _Table()
                 table.ramp = friction.ramp(time, previous)
                 table.add(normal.arrive(time, previous), tangential.arrive(time, previous), done)
@@ -196,20 +196,28 @@ def stretches(
                 table.add(normal.stay(), tangential.stay(), number)
         table.record(time)
         previous, done, rows = time, done + len(present), rows + 1 + len(inner)
-        standing = Standing(
-            events=done,
-            rows=rows,
-            time=time,
-            passed=(normal.passed, tangential.passed, friction.passed),
-            control=(normal.control, tangential.control, LOAD),
-            heading=(normal.heading(time), tangential.heading(time), friction.heading(time)),
-        )
+        # where friction is on its way, the stretch that ends here is given when friction has moved on
+        standing = _standing(done, rows, time, channels) if friction.waypoints else None
         # changes of friction break stretches too, but in the midst of a time
         if table.ramp is not None or (most_rows is not None and rows - broken_at >= most_rows):
-            yield table.stretch(standing=standing)
+            yield table.stretch(standing=standing or _standing(done, rows, time, channels))
             table, broken_at = _Table(), rows
     if table.paths:
-        yield table.stretch(standing=standing)
+        yield table.stretch(standing=standing or _standing(done, rows, previous, channels))
+
+
+def _standing(done: int, rows: int, time: float | None, channels: Sequence["_Channel"]) -> Standing | None:
+    """Where a schedule stands now that a time is done, if one is."""
+    if time is None:
+        return None
+    return Standing(
+        events=done,
+        rows=rows,
+        time=time,
+        passed=tuple(channel.passed for channel in channels),
+        control=tuple(channel.control for channel in channels),
+        heading=tuple(channel.heading(time) for channel in channels),
+    )
 
 
 def standing_at(events: Sequence[Event], count: int, substeps: int = 1) -> Standing | None:
@@ -290,11 +298,10 @@ def check_substeps(substeps: int) -> None:
 
 
 def _first(present: list[tuple[int, Event]], channel: str) -> tuple[int, Event] | None:
-    return next((pair for pair in present if _of_channel(pair[1], channel)), None)
-
-
-def _of_channel(event: Event, channel: str) -> bool:
-    return getattr(event, "channel", None) == channel
+    for pair in present:
+        if getattr(pair[1], "channel", None) == channel:
+            return pair
+    return None
 
 
 def _joint(rest: list[tuple[int, Event]]) -> list[tuple[int, Other | dict[str, LoadEvent]]]:

@@ -1,11 +1,14 @@
 """Load events: what they take, what they refuse, and the order they stand in."""
 
+import hashlib
+import json
+
 import attrs
 import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.loads.events import EVENT_KINDS, LOAD_KINDS, LoadEvent, check_sequence, events_text
+from historysim.loads.events import EVENT_KINDS, LOAD_KINDS, LoadEvent, check_sequence, digest, events_text
 
 LOADS = (hs.NormalLoad, hs.NormalDisplacement, hs.TangentialLoad, hs.TangentialDisplacement)
 EVENTS = (*LOADS, hs.FrictionChange)
@@ -188,3 +191,11 @@ def test_events_say_how_many_they_are_and_how_long_they_last():
     assert events_text([]) == "0 events"
     # a Replay shows itself before its events are checked
     assert events_text(["load"]) == "1 event"
+
+
+def test_the_digest_of_events_is_that_of_their_json():
+    events = [kind(k / 3, -(k + 1) / 7) for k, kind in enumerate(LOADS[1:])] + [hs.FrictionChange(2.0, (0.1, 0.3))]
+    told = [[type(one).__name__, one.time.hex(), one.value.hex()] for one in events[:-1]]
+    told.append(["FrictionChange", (2.0).hex(), [(0.1).hex(), (0.3).hex()]])
+    lines = "".join(json.dumps(each) + "\n" for each in told)
+    assert digest(events) == hashlib.sha256(lines.encode()).hexdigest()
