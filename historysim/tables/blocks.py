@@ -15,8 +15,10 @@ import attrs
 from historysim.basics.units import conversion_factor
 from historysim.errors import InputError
 from historysim.tables.columns import Format
-from historysim.tables.heading import SEARCHED, Head, Heading, like_a_number
+from historysim.tables.head import SEARCHED, Head
+from historysim.tables.heading import Heading
 from historysim.tables.lines import split
+from historysim.tables.runs import like_a_number
 
 # so many lines of what stands above a table are kept
 _KEPT = 30

@@ -18,7 +18,8 @@ from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.tables.blocks import Block, Survey, survey
 from historysim.tables.columns import Column, Format, Found, Listing, MissingValueError, Part, Piece
-from historysim.tables.heading import Head, Heading, ragged
+from historysim.tables.head import Head, ragged
+from historysim.tables.heading import Heading
 from historysim.tables.lines import brief, decimal_hint, is_plain, number, split
 from historysim.tables.times import clock, from_the_first
 

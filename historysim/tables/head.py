@@ -1,0 +1,333 @@
+"""The first lines of a text: where the table begins, and what its heading is."""
+
+import re
+from collections.abc import Collection, Iterable, Sequence
+from itertools import islice
+
+import attrs
+
+from historysim.basics.wording import counted
+from historysim.errors import InputError
+from historysim.tables.columns import Column, Format
+from historysim.tables.heading import Heading, is_named, no_such_column
+from historysim.tables.lines import brief, number
+from historysim.tables.names import namings
+from historysim.tables.runs import Line, like_a_number, longest_run, numeric_places, runs, width_of, without_blank_end
+from historysim.tables.settled import split_unit
+from historysim.tables.units_line import units_in_line
+
+# the header is looked for in so many lines
+SEARCHED = 1000
+
+_DELIMITERS = ("\t", ";", "|", ",", " ")
+_BRACKETED_LINE = re.compile(r"\s*[\[(]")
+_TWO_NUMBERS = re.compile(r"\d([;,\t| ])\s*(?=[+-]?[.\d])")
+
+
+@attrs.frozen
+class Head:
+    """The first lines of a text.
+
+    Attributes
+    ----------
+    physical : list of str
+        All of them.
+    lines : list of Line
+        Those that are not blank, without the mark of a comment.
+    layout : Format
+        What is known of the text.
+    before : int
+        How many lines of the text stand above them.
+    """
+
+    physical: list[str]
+    lines: list[Line]
+    layout: Format
+    before: int = 0
+
+    @classmethod
+    def of(cls, stream: Iterable[str], layout: Format, before: int = 0) -> "Head":
+        """Return the first lines of a text, or of a part of it below so many lines.
+
+        Raises
+        ------
+        InputError
+            None that is not blank.
+        """
+        physical = list(islice(stream, SEARCHED))
+        if physical and not before:
+            physical[0] = physical[0].removeprefix("\ufeff")
+        lines = []
+        for line_number, text in enumerate(physical, before + 1):
+            bare = text.lstrip()
+            is_comment = bool(layout.comment) and bare.startswith(layout.comment)
+            if is_comment:
+                bare = bare.removeprefix(layout.comment)
+            if bare.strip():
+                lines.append(Line(line_number, bare if is_comment else text, is_comment))
+        if not lines:
+            raise InputError("is empty; expected a header line with the names of the columns")
+        return cls(physical, lines, layout, before)
+
+    def heading(self, columns: Sequence[Column]) -> Heading:
+        """Return the heading of the table that holds some columns; without any, of what looks most like a table.
+
+        Raises
+        ------
+        InputError
+            None that does, or lines that can be read in two ways.
+        """
+        named = [column for column in columns if isinstance(column.column, str)]
+        if self.layout.header == 0 and named:
+            raise InputError(
+                f"has no header, as header = 0 says, and so no column {named[0].column!r}; expected positions, such as "
+                "{ column = 1 }"
+            )
+        if named:
+            found = self._below_names(named)
+        elif self.layout.header:
+            found = self._below(self._header_line(), self._likely_delimiter())
+        else:
+            found = self._of_numbers()
+            if columns and self.layout.delimiter is None:
+                self._check_that_it_is_clear(found)
+        if columns and not self.layout.header:
+            self._check_that_nothing_is_left_out(found)
+        return found
+
+    def heading_of(self, known: Collection[str]) -> Heading:
+        """Return the heading with the most of some names, whatever units stand beside them.
+
+        Raises
+        ------
+        InputError
+            No line has any, or names may stand over other columns than their own.
+        """
+        most, found = 0, None
+        for delimiter in self._delimiters if self.layout.header != 0 else ():
+            for line in self._candidates():
+                count = sum(split_unit(name)[0] in known for name in line.fields(delimiter))
+                if count > most:
+                    most, found = count, (line, delimiter)
+        if found is None:
+            raise InputError(
+                f"has no header line; expected one with {', '.join(known)}, or some of them; the first line is "
+                f"{brief(self.lines[0].text.strip())}"
+            )
+        heading = self._below(*found)
+        if heading.misfit:
+            row = self._rows(heading.above)[0]
+            raise InputError(_ragged_below(heading, row))
+        return heading
+
+    @property
+    def _delimiters(self) -> Sequence[str]:
+        given = self.layout.delimiter
+        return [each for each in _DELIMITERS if each != self.layout.decimal] if given is None else [given]
+
+    def _rows(self, above: int = 0) -> list[Line]:
+        return [line for line in self.lines if line.number > above and not line.is_comment]
+
+    def _candidates(self) -> list[Line]:
+        """Return the lines that may be the header; comments come last."""
+        if self.layout.header:
+            return [self._header_line()]
+        return sorted(self.lines, key=lambda line: line.is_comment)
+
+    def _header_line(self) -> Line:
+        for line in self.lines:
+            if line.number == self.layout.header:
+                return line
+        raise InputError(
+            f"line {self.layout.header} is no header; expected the number of a line that is not blank, among the first "
+            f"{len(self.physical)}"
+        )
+
+    def _below_names(self, columns: Sequence[Column]) -> Heading:
+        """Return the heading in the first line that holds all names; comments come last."""
+        found = []
+        nearly: list[str] = []
+        wanted = _with_stems(columns)
+        for delimiter in self._delimiters:
+            for line in self._candidates():
+                for names in namings(line.text, line.fields(delimiter), delimiter):
+                    if not _any_may_be(wanted, names):
+                        continue
+                    heading = self._below(line, delimiter, names)
+                    absent = [column for column in columns if not is_named(column, heading.names, heading.brackets)]
+                    if not absent:
+                        found.append(heading)
+                    elif len(absent) < len(columns):
+                        nearly = nearly or names
+        if not found:
+            names = nearly or self._likely_names()
+            raise next(no_such_column(column, names) for column in columns if not is_named(column, names))
+        return next((heading for heading in found if self._fits(heading, columns)), found[0])
+
+    def _likely_names(self) -> list[str]:
+        if self.layout.header:
+            return self._header_line().fields(self._likely_delimiter())
+        try:
+            heading = self._of_numbers()
+        except InputError:
+            return self.lines[0].fields(self._likely_delimiter())
+        return list(heading.names) or self.lines[0].fields(heading.delimiter)
+
+    def _fits(self, heading: Heading, columns: Sequence[Column]) -> bool:
+        """Return whether there are numbers, or nothing, below the names."""
+        rows = self._rows(heading.above)
+        row = rows[0].fields(heading.delimiter) if rows else []
+        if heading.misfit or not row:
+            return False
+        places = [heading.place(attrs.evolve(column, occurrence=column.occurrence or 1)) for column in columns]
+        return all(number(row[place], self.layout.decimal) is not None for place in places)
+
+    def _below(self, header: Line, delimiter: str, names: Sequence[str] | None = None) -> Heading:
+        """Return the heading of the table whose header is a line, with these names or those that suit its rows."""
+        above = header.number
+        rows = self._rows(above)
+        brackets = units_in_line(rows[0].fields(delimiter)) if rows else []
+        if brackets:
+            above = rows.pop(0).number
+        if names is None:
+            width = len(rows[0].fields(delimiter)) if rows else 0
+            ways = namings(header.text, header.fields(delimiter), delimiter)
+            names = next((way for way in ways if len(way) == width), ways[0])
+        names = without_blank_end(list(names))
+        heading = Heading(delimiter, above, len(names), tuple(names), tuple(brackets))
+        first = rows[0].fields(delimiter) if rows else []
+        if not first or len(without_blank_end(first)) <= len(names) <= len(first):
+            return heading
+        if self.layout.header and len(names) < len(first):
+            # whoever gives the line has seen that the names stand over the first columns
+            unnamed = ("",) * (len(first) - len(names))
+            return attrs.evolve(heading, width=len(first), names=(*names, *unnamed))
+        problem = (
+            f"{_ragged_below(heading, rows[0])}; if the line is right, "
+            "the header has a name too many or too few, and the others may stand over the wrong columns: give columns "
+            f"by position, as in {{ column = 3 }}, or say header = {header.number} if its names are those of the first "
+            "columns"
+        )
+        return attrs.evolve(heading, width=width_of(rows, delimiter, len(first)), misfit=problem)
+
+    def _likely_delimiter(self) -> str:
+        """Return the delimiter that splits the longest run of lines into equally many values, some of them numbers."""
+        rows = self._rows()
+        longest = {delimiter: longest_run(rows, delimiter) for delimiter in self._delimiters}
+        most = max(len(run) for run in longest.values())
+        return next(delimiter for delimiter, run in longest.items() if 2 * len(run) >= most)
+
+    def _of_numbers(self) -> Heading:
+        """Return the heading of the table that begins where the numbers begin."""
+        delimiter = self._likely_delimiter()
+        run = longest_run(self._rows(), delimiter) or longest_run(self._rows(), delimiter, least=1)
+        if not run:
+            raise InputError("has no rows of numbers; expected one line for each sample")
+        width = len(run[0].fields(delimiter))
+        numeric = numeric_places(run, delimiter)
+        first = None
+        for line in self._rows():
+            fields = line.fields(delimiter)
+            if len(fields) == width and numeric and all(not fields[i] or like_a_number(fields[i]) for i in numeric):
+                first = line
+                break
+        return self._above(first or run[0], delimiter, width)
+
+    def first_table(self) -> tuple[Heading, list[str]] | None:
+        """Return the heading and the first row of the first table, found by the looks of its lines; None without one.
+
+        A table has two or more rows, or one below a header. Its rows begin with a number; where white space does not
+        delimit its values, they may begin with a text if a header is above two of them. Two values, a text and a
+        number, are no row: so keys and values are written.
+        """
+        delimiter = self._likely_delimiter()
+        rows = self._rows()
+        longest = len(longest_run(rows, delimiter))
+        least = 2 if longest else 1
+        for begin, end in runs(rows, delimiter, least):
+            fields = rows[begin].fields(delimiter)
+            begins_with_a_number = like_a_number(next(filter(None, fields)))
+            if len(fields) == 2 and not begins_with_a_number:
+                continue
+            heading = self._above(rows[begin], delimiter, len(fields))
+            if begins_with_a_number:
+                is_table = end - begin > 1 or bool(heading.names and not heading.misfit) or longest == 1
+            else:
+                is_table = delimiter != " " and end - begin > 1 and bool(heading.names and not heading.misfit)
+            if is_table:
+                return heading, fields
+        return None
+
+    def _above(self, first: Line, delimiter: str, width: int) -> Heading:
+        """Return the heading that stands above the first row of a table."""
+        before = [line for line in self.lines if line.number < first.number]
+        if before and self.layout.header != 0:
+            header = before[-1]
+            if len(before) > 1 and units_in_line(header.fields(delimiter)):
+                above = before[-2].fields(delimiter)
+                is_header = len(above) > 1 or width == 1 or _BRACKETED_LINE.match(header.text)
+                header = before[-2] if is_header and not any(map(like_a_number, above)) else header
+            names = header.fields(delimiter)
+            if len(names) >= min(width, 2) and not any(map(like_a_number, names)):
+                return self._below(header, delimiter)
+        above_rows = first.number - 1
+        return Heading(delimiter, above_rows, width_of(self._rows(above_rows), delimiter, width))
+
+    def _check_that_it_is_clear(self, heading: Heading) -> None:
+        """Refuse values that would be two with another delimiter, or one with another decimal sign."""
+        rows = [(line.number, line.fields(heading.delimiter)) for line in self._rows(heading.above)]
+        unclear = [
+            (line_number, field)
+            for line_number, fields in rows
+            for field in fields
+            if any(match.group(1) != self.layout.decimal for match in _TWO_NUMBERS.finditer(field))
+        ]
+        if not heading.names and heading.delimiter == "," and all(_like_a_decimal_comma(fields) for _, fields in rows):
+            unclear = [(rows[0][0], ",".join(rows[0][1]))]
+        for line_number, field in unclear[:1]:
+            raise InputError(
+                f"line {line_number}: {brief(field)} may be one value or two; say what stands between values, as in "
+                'delimiter = ";", and the decimal sign if it is a comma, as in decimal = ","'
+            )
+
+    def _check_that_nothing_is_left_out(self, heading: Heading) -> None:
+        """Refuse a row above the header, and where there is no header, any line of numbers above the rows."""
+        for line in self._rows():
+            if line.number > heading.above:
+                break
+            fields = line.fields(heading.delimiter)
+            filled = [field for field in fields if field]
+            is_wide = len(fields) == heading.width or not heading.names or bool(heading.misfit)
+            if is_wide and filled and all(map(like_a_number, filled)):
+                raise InputError(
+                    f"line {line.number} looks like a row of numbers, but the table begins below line {heading.above}; "
+                    f"if so, say header = {heading.above}"
+                )
+
+
+def _with_stems(columns: Iterable[Column]) -> set[str]:
+    """Return what columns are called, with their units and without."""
+    names = [str(column.column) for column in columns]
+    return {*names, *(split_unit(name)[0] for name in names)}
+
+
+def _any_may_be(wanted: Collection[str], names: Iterable[str]) -> bool:
+    """Return whether one of these names may be wanted, whatever units stand in the line below them."""
+    return any(name in wanted or ((stem := split_unit(name)[0]) and stem in wanted) for name in names)
+
+
+def ragged(line_number: int, count: int, expected: str) -> str:
+    """Return what to say of a row that has another number of values than expected."""
+    values = counted(count, "value", "values")
+    return (
+        f"line {line_number}: {values} where {expected}; expected one value for each column, and the delimiter of the "
+        "header"
+    )
+
+
+def _ragged_below(heading: Heading, row: Line) -> str:
+    return ragged(row.number, len(row.fields(heading.delimiter)), f"the header names {len(heading.names)} columns")
+
+
+def _like_a_decimal_comma(fields: list[str]) -> bool:
+    return len(fields) == 2 and fields[0].lstrip("+-").isdigit() and fields[1].isdigit()
