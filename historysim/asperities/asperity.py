@@ -2,7 +2,7 @@
 
 import enum
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
@@ -14,7 +14,9 @@ from historysim.basics.wording import counted
 from historysim.contact.hertz import half_chord
 from historysim.contact.materials import MaterialPair
 from historysim.memory.rows import FULL_STICK, GROSS_SLIP, PARTIAL_SLIP, SEPARATED
-from historysim.memory.traction import TractionMemory
+
+if TYPE_CHECKING:
+    from historysim.memory.traction import TractionMemory
 
 
 class SlipState(enum.IntEnum):
@@ -47,7 +49,7 @@ class Asperity:
     pair: MaterialPair
     summit_height: float
     summit_radius: float
-    memory: TractionMemory
+    memory: "TractionMemory"
 
     def __repr__(self) -> str:
         told = [

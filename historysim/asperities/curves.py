@@ -10,7 +10,6 @@ import numpy.typing as npt
 from historysim.asperities.curve_fitting import LEAST, density, fit_weights, labels, powers, shared
 from historysim.basics.arguments import checked
 from historysim.errors import CurveEndError, InputError
-from historysim.memory.patches import record_patches
 from historysim.memory.paths import LOAD, Paths
 from historysim.memory.rows import (
     ROW_APPROACH,
@@ -192,6 +191,8 @@ class NormalCurves:
         rows : Rows
             Radii are those of circles of the same area.
         """
+        from historysim.memory.patches import record_patches
+
         rows.totals[...] = elements.totals
         approach, stick = elements.totals[:, ROW_APPROACH], self.stick_approach(elements)
         first = self.first_touch

@@ -1,57 +1,37 @@
 """`Ensemble`: asperities that share one approach and one tangential displacement, and how their state moves."""
 
-import math
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.asperities import friction as friction_laws
-from historysim.asperities.asperity import Asperity
 from historysim.asperities.curves import NormalCurves, Superposition
-from historysim.asperities.evolution import Evolution, FrictionGoal, Present
-from historysim.asperities.evolved import Evolved
-from historysim.asperities.grouping import groups, leaders, ordered, regrouped
-from historysim.asperities.instrument import RIGID, Instrument, as_instrument
-from historysim.asperities.laws.base import FrictionLaw
-from historysim.asperities.projectors import Projectors
-from historysim.asperities.saved_state import read
-from historysim.asperities.state import EnsembleState
-from historysim.asperities.stepper import HELD, Stepper, Totals, channel, goals, stepped
-from historysim.asperities.wear import WearLaw
-from historysim.basics.arguments import checked, one_per, scalar
+from historysim.asperities.instrument import RIGID, Instrument
+from historysim.asperities.parameters import Parameters
+from historysim.basics.arguments import scalar
 from historysim.basics.units import range_text
 from historysim.basics.wording import counted
 from historysim.contact.materials import MaterialPair
-from historysim.errors import FrictionLimitError, InputError
-from historysim.interaction.solutions import NormalSolutions
-from historysim.memory.friction import change_friction
-from historysim.memory.layout import (
-    APPROACH,
-    DISPLACEMENT,
-    EXCESS,
-    NORMAL_LOAD,
-    TANGENTIAL,
-    TANGENTIAL_LOAD,
-    Memory,
-    Units,
-)
-from historysim.memory.normal import approach_at
-from historysim.memory.paths import DISPLACED, LEAST_APPROACH, LEAST_LOAD, LOAD, STILL, Goals, Paths, paths_to
-from historysim.memory.polyline import Aim
-from historysim.memory.rows import Rows, blank_rows, columns_of
-from historysim.memory.stacks import copied
-from historysim.memory.traction import TractionMemory
+from historysim.errors import InputError
+from historysim.memory.paths import DISPLACED, STILL, Goals, Paths, paths_to
+from historysim.memory.rows import Rows, blank_rows
 
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
+if TYPE_CHECKING:
+    from historysim.asperities.asperity import Asperity
+    from historysim.asperities.evolution import Evolution
+    from historysim.asperities.friction import FrictionGoal
+    from historysim.asperities.moving import Moving
+    from historysim.asperities.projectors import Projectors
+    from historysim.asperities.state import EnsembleState
+    from historysim.asperities.stepper import Stepper, Totals
+    from historysim.interaction.solutions import NormalSolutions
 
 
 @attrs.frozen(eq=False, init=False, repr=False)
-class Ensemble:
+class Ensemble(Parameters):
     """Hertzian asperities under one rigid flat: shared approach, shared tangential displacement, no other interaction.
 
     Parameters
@@ -83,67 +63,6 @@ class Ensemble:
     InputError
         A number that is not finite or out of range, arrays of different lengths, or patches that shall evolve.
     """
-
-    pair: MaterialPair
-    summit_height: Floats
-    summit_radius: Floats
-    friction: Floats
-    x: Floats | None
-    y: Floats | None
-    tolerance: float
-    curves: NormalCurves | None
-    nominal_area: float | None
-    law: FrictionLaw | None
-    wear: WearLaw | None
-    follow_sliding: bool
-
-    def __init__(
-        self,
-        pair: MaterialPair,
-        summit_height: "npt.ArrayLike",
-        summit_radius: "npt.ArrayLike",
-        friction: "npt.ArrayLike | FrictionLaw",
-        *,
-        x: "npt.ArrayLike | None" = None,
-        y: "npt.ArrayLike | None" = None,
-        nominal_area: float | None = None,
-        tolerance: float = 1e-6,
-        curves: NormalCurves | None = None,
-        wear: WearLaw | None = None,
-        follow_sliding: bool = False,
-    ) -> None:
-        if not isinstance(pair, MaterialPair):
-            raise InputError(f"pair is {pair!r}; expected a MaterialPair")
-        if not (wear is None or isinstance(wear, WearLaw)):
-            raise InputError(f"wear is {wear!r}; expected a WearLaw, such as ArchardWear(coefficient=…, hardness=…)")
-        each = partial(one_per, "asperity", "asperities")
-        height = each("summit_height", summit_height)
-        if not height.size:
-            raise InputError("summit_height is empty; expected one number, or a list with one per asperity")
-        count = max(height.size, np.size(summit_radius))
-        height = each("summit_height", height, count)
-        law = friction if isinstance(friction, FrictionLaw) else None
-        coefficients = friction_laws.at_start(friction, count)
-        coefficients.flags.writeable = False
-        self.__attrs_init__(
-            pair=pair,
-            summit_height=height,
-            summit_radius=each("summit_radius", summit_radius, count, above=0),
-            friction=coefficients,
-            x=None if x is None else each("x", x, count),
-            y=None if y is None else each("y", y, count),
-            tolerance=float(checked("tolerance", tolerance, above=0)),
-            curves=curves,
-            nominal_area=None if nominal_area is None else scalar("nominal_area", nominal_area, above=0),
-            law=law,
-            wear=wear,
-            follow_sliding=bool(follow_sliding),
-        )
-        if curves is not None and (law is not None or self.evolves):
-            raise InputError(
-                "patches of one contact share one coefficient and keep their normal curves; expected a number for "
-                "friction, and neither wear nor slid distances, or an ensemble of summits"
-            )
 
     @classmethod
     def from_summits(cls, pair: MaterialPair, summits: Any, friction: "npt.ArrayLike", **options: Any) -> Self:
@@ -199,17 +118,13 @@ class Ensemble:
 
     @classmethod
     def from_solutions(
-        cls, pair: MaterialPair, solutions: NormalSolutions, friction: float = 0.2, **options: Any
+        cls, pair: MaterialPair, solutions: "NormalSolutions", friction: float = 0.2, **options: Any
     ) -> Self:
         """Make an ensemble of the patches of a rough contact; see `from_normal_curves`, which raises its errors."""
         x, y = solutions.position
         load = solutions.load * pair.contact_modulus
         known = {"x": x, "y": y, "highest_summit": solutions.highest_summit}
         return cls.from_normal_curves(pair, solutions.approach, load, solutions.area, friction, **known, **options)
-
-    def __len__(self) -> int:
-        """Return the number of asperities, or of patches."""
-        return self.elements if self.curves is None else len(self.curves)
 
     def __repr__(self) -> str:
         least, most = self.friction.min(), self.friction.max()
@@ -222,70 +137,25 @@ class Ensemble:
         told = [f"summit {name} {range_text(each.min(), each.max(), unit)}" for name, each, unit in summits]
         return f"<Ensemble: {counted(len(self), 'asperity', 'asperities')}, {', '.join(told)}, {friction}>"
 
-    @property
-    def elements(self) -> int:
-        """Number of Hertzian contacts that the memory is replayed on: of asperities, or of what carries all patches."""
-        return self.summit_height.size
+    @cached_property
+    def _moving(self) -> "Moving":
+        """What moves states; it takes the compiler, which parameters and their checks do without."""
+        from historysim.asperities.moving import Moving
+
+        return Moving(self)
 
     @property
-    def evolves(self) -> bool:
-        """Whether friction depends on how asperities are loaded, they wear, or what they slide is followed."""
-        changing = self.law is not None and self.law.depends_on != "nothing"
-        return changing or self.wear is not None or self.follow_sliding
-
-    @property
-    def evolution(self) -> Evolution:
+    def evolution(self) -> "Evolution":
         """What makes the asperities evolve."""
-        return Evolution(self.pair, self.law, self.wear, self._units(), self.highest_summit, self.tolerance)
+        return self._moving.evolution
 
-    @property
-    def first_touch(self) -> Floats:
-        """Approach at which each asperity or patch first touches [m]."""
-        if self.curves is None:
-            return self.highest_summit - self.summit_height
-        return self.curves.first_touch
-
-    @property
-    def coordinates(self) -> dict[str, Floats]:
-        """What is known of each asperity or patch: heights, radii, friction at the start, positions."""
-        if self.curves is None:
-            known = {
-                "summit_height": self.summit_height,
-                "summit_radius": self.summit_radius,
-                "friction": self.friction,
-            }
-            places = {"x": self.x, "y": self.y}
-        else:
-            height = self.highest_summit - self.curves.first_touch
-            known = {"summit_height": height, "friction": np.full(len(self), self.friction[0])}
-            places = {"x": self.curves.x, "y": self.curves.y}
-        return known | {name: place for name, place in places.items() if place is not None}
-
-    @property
-    def highest_summit(self) -> float:
-        """Height of the highest summit [m]: the separation at first touch."""
-        return float(self.summit_height.max())
-
-    def initial_state(self) -> EnsembleState:
+    def initial_state(self) -> "EnsembleState":
         """Return the unloaded state: the highest summit just touches, nothing is remembered."""
-        # asperities whose friction depends on themselves share what they remember where they are alike
-        alone = self.wear is not None or (self.law is not None and self.law.depends_on in {"own", "slid"})
-        own = (self.summit_height, self.summit_radius) if alone else ()
-        contact, order = ordered(groups(self.friction, *own), self.friction, *self._shape(), by_gap=self._by_gap)
-        count = contact.friction.size
-        memory = Memory(
-            vertices=np.zeros((count, 1, TANGENTIAL + 1)),
-            depth=np.zeros(count, dtype=np.int64),
-            steep=np.zeros(count, dtype=np.bool_),
-            dissipated=np.zeros(self.elements),
-            now=np.zeros(6),
-        )
-        evolved = Evolved.start(self.summit_height, self.summit_radius) if self.evolves else None
-        return EnsembleState(contact, order, memory, self._units(), evolved=evolved)
+        return self._moving.initial_state()
 
     def advance(
         self,
-        state: EnsembleState,
+        state: "EnsembleState",
         *,
         normal_load: float | None = None,
         normal_displacement: float | None = None,
@@ -294,7 +164,7 @@ class Ensemble:
         friction: "npt.ArrayLike | None" = None,
         saturate: bool = False,
         instrument: Instrument = RIGID,
-    ) -> EnsembleState:
+    ) -> "EnsembleState":
         """Return the state after one joint straight path; ``state`` itself is not changed.
 
         With both loads given, the path is straight in (N, T); with a displacement, straight in the
@@ -307,7 +177,7 @@ class Ensemble:
 
         Parameters
         ----------
-        state : EnsembleState
+        state : "EnsembleState"
         normal_load, tangential_load : float, optional
             Total loads to reach [N]; N ≥ 0.
         normal_displacement : float, optional
@@ -329,39 +199,20 @@ class Ensemble:
             A value that is not finite, a negative normal load, both a load and a displacement of one channel, or
             what is no instrument.
         """
-        normal = channel("normal", normal_load, normal_displacement, state.normal_control, 0.0)
-        tangential = channel("tangential", tangential_load, tangential_displacement, state.tangential_control)
-        if self.curves is not None:
-            self.curves.check_reach(paths_to(goals(normal), goals(tangential)))
-        if state.evolved is not None:
-            return self._advanced(state, (normal, tangential), friction, saturate, instrument)
-        compliance = 0.0 if instrument is RIGID else _compliance(instrument, state.units)
-        options = (saturate, self.tolerance, compliance)
-        state = stepped(state, normal, tangential, *options)
-        if friction is not None:
-            state = self.with_friction(state, friction, instrument=instrument)
-            state = stepped(state, (state.normal_control, HELD), (state.tangential_control, HELD), *options)
-        return state
-
-    def _advanced(
-        self,
-        state: EnsembleState,
-        targets: tuple[tuple[int, float], tuple[int, float]],
-        friction: "npt.ArrayLike | None",
-        saturate: bool,
-        instrument: Instrument,
-    ) -> EnsembleState:
-        """`advance` where asperities evolve, to targets in N and m."""
-        state = self.walk(state, paths_to(*map(goals, targets)), saturate=saturate, instrument=instrument)
-        if friction is None:
-            return state
-        state = self.with_friction(state, friction, instrument=instrument)
-        still = (state.normal_control, HELD), (state.tangential_control, HELD)
-        return self.walk(state, paths_to(*map(goals, still)), saturate=saturate, instrument=instrument)
+        return self._moving.advance(
+            state,
+            normal_load=normal_load,
+            normal_displacement=normal_displacement,
+            tangential_load=tangential_load,
+            tangential_displacement=tangential_displacement,
+            friction=friction,
+            saturate=saturate,
+            instrument=instrument,
+        )
 
     def advance_many(
         self,
-        state: EnsembleState,
+        state: "EnsembleState",
         *,
         normal_load: "npt.ArrayLike | None" = None,
         normal_displacement: "npt.ArrayLike | None" = None,
@@ -369,14 +220,14 @@ class Ensemble:
         tangential_displacement: "npt.ArrayLike | None" = None,
         saturate: bool = False,
         instrument: Instrument = RIGID,
-    ) -> tuple[EnsembleState, Totals]:
+    ) -> "tuple[EnsembleState, Totals]":
         """Return the state after straight paths, one after the other, and the totals at the end of each.
 
         It is what as many calls of `advance` would do, bit for bit.
 
         Parameters
         ----------
-        state : EnsembleState
+        state : "EnsembleState"
         normal_load, normal_displacement, tangential_load, tangential_displacement : array_like (path), optional
             As for `advance`, one value for each path; one number stands for all of them.
         saturate : bool
@@ -396,23 +247,19 @@ class Ensemble:
         InputError
             As for `advance`, or lists of different lengths.
         """
-        normal = _goals_of("normal", normal_load, normal_displacement, state.normal_control, least=0.0)
-        tangential = _goals_of("tangential", tangential_load, tangential_displacement, state.tangential_control)
-        counts = {np.size(goals.target) for goals in (normal, tangential)} - {1}
-        if len(counts) > 1:
-            raise InputError(
-                f"the channels have {min(counts)} and {max(counts)} values; expected as many, or one number"
-            )
-        if 0 in counts:
-            raise InputError("there is no value; expected one for each path")
-        paths = paths_to(normal, tangential)
-        rows = blank_rows(paths.parts.size, 0)
-        state = self.walk(state, paths, rows=rows, saturate=saturate, instrument=instrument)
-        return state, Totals.of(rows.totals)
+        return self._moving.advance_many(
+            state,
+            normal_load=normal_load,
+            normal_displacement=normal_displacement,
+            tangential_load=tangential_load,
+            tangential_displacement=tangential_displacement,
+            saturate=saturate,
+            instrument=instrument,
+        )
 
     def stepper(
-        self, state: EnsembleState | None = None, *, saturate: bool = False, instrument: Instrument = RIGID
-    ) -> Stepper:
+        self, state: "EnsembleState | None" = None, *, saturate: bool = False, instrument: Instrument = RIGID
+    ) -> "Stepper":
         """Return what steps a state in place, for tight loops; it starts unloaded by default.
 
         Raises
@@ -420,13 +267,9 @@ class Ensemble:
         InputError
             What is no instrument, or asperities that evolve.
         """
-        state = state or self.initial_state()
-        if state.evolved is not None:
-            raise InputError("asperities that evolve are not stepped in place; expected advance, path by path")
-        compliance = _compliance(instrument, state.units)
-        return Stepper(state, saturate=saturate, tolerance=self.tolerance, compliance=compliance, curves=self.curves)
+        return self._moving.stepper(state, saturate=saturate, instrument=instrument)
 
-    def load_state(self, path: "str | Path") -> EnsembleState:
+    def load_state(self, path: "str | Path") -> "EnsembleState":
         """Return a state of this ensemble from a file that `EnsembleState.save` has written.
 
         Raises
@@ -436,16 +279,18 @@ class Ensemble:
         OSError
             The file cannot be read.
         """
+        from historysim.asperities.saved_state import read
+
         return read(self.initial_state(), Path(path))
 
     def with_friction(
         self,
-        state: EnsembleState,
+        state: "EnsembleState",
         friction: "npt.ArrayLike",
         *,
         asperities: "npt.ArrayLike | None" = None,
         instrument: Instrument = RIGID,
-    ) -> EnsembleState:
+    ) -> "EnsembleState":
         """Return the state with other friction coefficients from now on.
 
         Where a coefficient falls, springs beyond the new limit slip at once. A controlled tangential
@@ -457,7 +302,7 @@ class Ensemble:
 
         Parameters
         ----------
-        state : EnsembleState
+        state : "EnsembleState"
         friction : array_like
             One coefficient, or one per asperity.
         asperities : array_like, optional
@@ -469,34 +314,18 @@ class Ensemble:
         InputError
             See `friction.coulomb`, indices that the ensemble does not have, or what is no instrument.
         """
-        coefficients = self._given_coefficients(state, friction, asperities)
-        evolved = state.evolved
-        if evolved is not None:
-            given = evolved.given.copy()
-            given[slice(None) if asperities is None else np.asarray(asperities)] = True
-            evolved = attrs.evolve(evolved, given=given)
-        compliance = _compliance(instrument, state.units)
-        state = regrouped(state, coefficients)
-        now, leading = state.memory.now, coefficients[leaders(state)]
-        if state.tangential_control == LOAD:
-            held = Aim(now[TANGENTIAL_LOAD], 0.0, 1.0)
-        else:
-            held = Aim(now[DISPLACEMENT] + compliance * now[TANGENTIAL_LOAD], 1.0, compliance)
-        memory = change_friction(state.contact, copied(state.memory), leading, held, self.tolerance)
-        contact = state.contact._replace(friction=leading)
-        controls = (state.normal_control, state.tangential_control)
-        return EnsembleState(contact, state.order, memory, state.units, *controls, evolved=evolved)
+        return self._moving.with_friction(state, friction, asperities=asperities, instrument=instrument)
 
     def with_geometry(
         self,
-        state: EnsembleState,
+        state: "EnsembleState",
         *,
         summit_height: "npt.ArrayLike | None" = None,
         summit_radius: "npt.ArrayLike | None" = None,
         asperities: "npt.ArrayLike | None" = None,
         saturate: bool = False,
         instrument: Instrument = RIGID,
-    ) -> EnsembleState:
+    ) -> "EnsembleState":
         """Return the state with other summits from now on, each of which is a new contact.
 
         What the old contact of a changed summit remembered is erased, its springs are no longer strained; those that
@@ -505,7 +334,7 @@ class Ensemble:
 
         Parameters
         ----------
-        state : EnsembleState
+        state : "EnsembleState"
         summit_height, summit_radius : array_like, optional
             New ones [m], one or one each, the heights over the same datum; those that are not given stay.
         asperities : array_like, optional
@@ -520,47 +349,18 @@ class Ensemble:
         FrictionLimitError
             The new contact does not hold the tangential load.
         """
-        if self.curves is not None:
-            raise InputError("patches have no height and radius to change; expected an ensemble of summits")
-        chosen = self._chosen(asperities)
-        present = self._present(state)
-        height, radius = present.evolved.summit_height.copy(), present.evolved.summit_radius.copy()
-        each = partial(one_per, "asperity", "asperities")
-        if summit_height is not None:
-            height[chosen] = each("summit_height", summit_height, chosen.size)
-        if summit_radius is not None:
-            radius[chosen] = each("summit_radius", summit_radius, chosen.size, above=0)
-        fresh = (height != present.evolved.summit_height) | (radius != present.evolved.summit_radius)
-        if self.wear is not None:
-            # a worn asperity that is replaced, if by its like, is whole again
-            fresh[chosen] = True
-        if not fresh.any():
-            return state
-        evolved = attrs.evolve(
-            present.evolved,
-            summit_height=height,
-            summit_radius=radius,
-            shaped_volume=np.where(fresh, 0.0, present.evolved.shaped_volume),
-            waiting_volume=np.where(fresh, 0.0, present.evolved.waiting_volume),
+        return self._moving.with_geometry(
+            state,
+            summit_height=summit_height,
+            summit_radius=summit_radius,
+            asperities=asperities,
+            saturate=saturate,
+            instrument=instrument,
         )
-        reshaped = self.evolution.reshaped(attrs.evolve(present, evolved=evolved), fresh)
-        now, units = state.memory.now, state.units
-        request = now[TANGENTIAL_LOAD] + now[EXCESS]
-        changed = self._put(state, self.evolution.ruled(reshaped))
-        drive = now[DISPLACEMENT] + _compliance(instrument, units) * now[TANGENTIAL_LOAD]
-        back = paths_to(
-            Goals(LOAD, now[NORMAL_LOAD] * units.load)
-            if state.normal_control == LOAD
-            else Goals(DISPLACED, now[APPROACH] * units.length),
-            Goals(LOAD, request * units.load)
-            if state.tangential_control == LOAD
-            else Goals(DISPLACED, drive * units.displacement),
-        )
-        return self.walk(changed, back, saturate=saturate, instrument=instrument)
 
     def walk(
         self,
-        state: EnsembleState,
+        state: "EnsembleState",
         paths: Paths,
         *,
         rows: Rows | None = None,
@@ -568,14 +368,14 @@ class Ensemble:
         saturate: bool = False,
         instrument: Instrument = RIGID,
         until: float = 1.0,
-        friction: FrictionGoal | None = None,
-        projectors: Projectors | None = None,
-    ) -> EnsembleState:
+        friction: "FrictionGoal | None" = None,
+        projectors: "Projectors | None" = None,
+    ) -> "EnsembleState":
         """Return the state after straight paths, one after the other, and record rows on the way.
 
         Parameters
         ----------
-        state : EnsembleState
+        state : "EnsembleState"
         paths : Paths
             With targets in N and m.
         rows : Rows, optional
@@ -589,9 +389,9 @@ class Ensemble:
             In series with the contact: tangential displacements are those of its drive.
         until : float
             Share of each path that is walked.
-        friction : FrictionGoal, optional
+        friction : "FrictionGoal", optional
             Where friction goes on each path, straight with the channels.
-        projectors : Projectors, optional
+        projectors : "Projectors", optional
             Threads that the asperities of many rows are recorded by, where they do not evolve.
 
         Raises
@@ -601,46 +401,16 @@ class Ensemble:
         InputError
             What is no instrument, or patches whose friction shall go elsewhere.
         """
-        units = state.units
-        chosen = np.asarray(asperities, dtype=np.int64)
-        if state.evolved is not None or friction is not None or (rows is not None and rows.evolved.size):
-            return self._evolved(state, paths, rows, chosen, saturate, instrument, until, friction)
-        if rows is None:
-            rows = blank_rows(0, 0)
-            paths = paths._replace(parts=np.ones_like(paths.parts), recorded=np.zeros_like(paths.recorded))
-        walked = rows
-        if self.curves is not None:
-            self.curves.check_reach(paths)
-            # the first element alone tells where the slip front is
-            patches, chosen = chosen, np.arange(self.elements if chosen.size else 1)
-            walked = blank_rows(len(rows.totals), chosen.size)
-        position = np.empty(self.elements, dtype=np.int64)
-        position[state.order] = np.arange(self.elements)
-        memory, path, request, limit = (projectors or Projectors()).walk(
-            state.contact,
-            copied(state.memory),
-            _scaled(paths, units),
-            walked,
-            columns_of(state.contact, position[chosen]),
-            units,
-            saturate,
-            self.tolerance,
-            _compliance(instrument, units),
-            until,
-        )
-        if path >= 0:
-            raise FrictionLimitError(request * units.load, limit * units.load, path)
-        if self.curves is not None:
-            self.curves.project(walked, float(state.contact.friction[0]), patches, rows)
-        if rows.friction.size:
-            coefficients = state.friction
-            rows.friction[...] = coefficients[chosen if rows.friction.shape[1] == chosen.size else [0]]
-        return attrs.evolve(
+        return self._moving.walk(
             state,
-            memory=memory,
-            deeper=None,
-            normal_control=int(paths.normal_control[-1]),
-            tangential_control=int(paths.tangential_control[-1]),
+            paths,
+            rows=rows,
+            asperities=asperities,
+            saturate=saturate,
+            instrument=instrument,
+            until=until,
+            friction=friction,
+            projectors=projectors,
         )
 
     def approach_at(self, normal_load: float) -> float:
@@ -651,11 +421,13 @@ class Ensemble:
         InputError
             A load that is not a finite number of 0 or more.
         """
-        units, (gap, weight) = self._units(), self._shape()
-        load = scalar("normal_load", normal_load, least=0.0) / units.load
-        return approach_at(gap[self._by_gap], weight[self._by_gap], load, 0.0) * units.length
+        from historysim.memory.normal import approach_at
 
-    def superposition(self, state: EnsembleState) -> Superposition:
+        units, (gap, weight) = self.units(), self.shape()
+        load = scalar("normal_load", normal_load, least=0.0) / units.load
+        return approach_at(gap[self.by_gap], weight[self.by_gap], load, 0.0) * units.length
+
+    def superposition(self, state: "EnsembleState") -> Superposition:
         """Return pressures and tractions of patches as sums of those in the table of their normal curves.
 
         Raises
@@ -670,7 +442,7 @@ class Ensemble:
         summits.walk(state, paths_to(hold, hold), rows=rows, asperities=np.arange(self.elements))
         return self.curves.superposed(rows)
 
-    def asperity(self, index: int, state: EnsembleState) -> Asperity:
+    def asperity(self, index: int, state: "EnsembleState") -> "Asperity":
         """Return one asperity, holding its memory in a state.
 
         Raises
@@ -678,6 +450,9 @@ class Ensemble:
         InputError
             An index that the ensemble does not have.
         """
+        from historysim.asperities.asperity import Asperity
+        from historysim.memory.traction import TractionMemory
+
         if self.curves is not None:
             raise InputError(
                 "a patch of a normal curve is no asperity with a radius of its own; expected an ensemble of summits. "
@@ -694,144 +469,3 @@ class Ensemble:
             summit_radius=float(shape.summit_radius[index]),
             memory=TractionMemory.of(state.contact, state.memory, state.units, position),
         )
-
-    def _coefficients(self, friction: npt.ArrayLike) -> Floats:
-        """Friction coefficients of all elements, of which patches of one contact have one alone."""
-        if self.curves is not None:
-            friction = scalar("friction of patches that share a contact", friction)
-        return friction_laws.coulomb(friction, self.elements)
-
-    def _given_coefficients(
-        self, state: EnsembleState, friction: npt.ArrayLike, asperities: npt.ArrayLike | None
-    ) -> Floats:
-        """Friction coefficients of all elements, of which some have been given."""
-        if asperities is None:
-            return self._coefficients(friction)
-        chosen = self._chosen(asperities)
-        if self.curves is not None:
-            raise InputError("patches of one contact share one coefficient; expected a change for all of them")
-        coefficients = state.friction
-        coefficients[chosen] = friction_laws.coulomb(friction, chosen.size)
-        return coefficients
-
-    def _chosen(self, asperities: npt.ArrayLike | None) -> Integers:
-        """Return the indices of asperities that are chosen, or of all."""
-        if asperities is None:
-            return np.arange(self.elements)
-        chosen = np.atleast_1d(np.asarray(asperities))
-        if chosen.dtype.kind not in "iu" or chosen.ndim != 1 or np.unique(chosen).size != chosen.size:
-            raise InputError(f"asperities is {asperities!r}; expected a list of indices, each of them once")
-        outside = chosen[(chosen < 0) | (chosen >= self.elements)]
-        if outside.size:
-            raise InputError(f"asperity {outside[0]} does not exist; expected an index from 0 to {self.elements - 1}")
-        return chosen.astype(np.int64)
-
-    def _present(self, state: EnsembleState) -> Present:
-        evolved = state.evolved or Evolved.start(self.summit_height, self.summit_radius)
-        return Present(state.contact, state.order, state.memory, evolved)
-
-    @staticmethod
-    def _put(state: EnsembleState, present: Present) -> EnsembleState:
-        controls = (state.normal_control, state.tangential_control)
-        return EnsembleState(
-            present.contact, present.order, present.memory, state.units, *controls, evolved=present.evolved
-        )
-
-    def _evolved(
-        self,
-        state: EnsembleState,
-        paths: Paths,
-        rows: Rows | None,
-        chosen: Integers,
-        saturate: bool,
-        instrument: Instrument,
-        until: float,
-        friction: FrictionGoal | None,
-    ) -> EnsembleState:
-        """`walk` where asperities evolve."""
-        if self.curves is not None:
-            raise InputError("patches of one contact keep their friction along a path; expected a change at a time")
-        if rows is None:
-            rows = blank_rows(0, 0)
-            paths = paths._replace(parts=np.ones_like(paths.parts), recorded=np.zeros_like(paths.recorded))
-        if friction is not None:
-            # those that part ways no longer share what they remember
-            told = state.evolved
-            state = regrouped(state, state.friction, friction.coefficients)
-            given = np.ones(self.elements, dtype=bool)
-            state = attrs.evolve(state, evolved=attrs.evolve(told or self._present(state).evolved, given=given))
-        present = self.evolution.walk(
-            self._present(state),
-            _scaled(paths, state.units),
-            rows,
-            chosen,
-            saturate=saturate,
-            compliance=_compliance(instrument, state.units),
-            until=until,
-            goal=friction,
-        )
-        return attrs.evolve(
-            self._put(state, present),
-            normal_control=int(paths.normal_control[-1]),
-            tangential_control=int(paths.tangential_control[-1]),
-        )
-
-    @cached_property
-    def _by_gap(self) -> Integers:
-        """The elements at the start by ascending gap, equals in the order in which they come."""
-        return np.argsort(self._shape()[0], kind="stable")
-
-    def _shape(self) -> tuple[Floats, Floats]:
-        """Gaps and weights of the elements at the start, dimensionless."""
-        scale = self.summit_radius.max()
-        gap = (self.summit_height.max() - self.summit_height) / scale
-        weight = np.sqrt(self.summit_radius / scale)
-        return gap, weight if self.curves is None else np.copysign(weight, self.curves.weight)
-
-    def _units(self) -> Units:
-        length = radius = float(self.summit_radius.max())
-        load = 4.0 / 3.0 * self.pair.contact_modulus * length**2
-        displacement = self.pair.displacement_ratio * length
-        return Units(
-            load=load,
-            length=length,
-            displacement=displacement,
-            energy=load * displacement,
-            radius=radius,
-            area=math.pi * radius * length,
-            stiffness=load / displacement,
-        )
-
-
-def _compliance(instrument: Instrument, units: Units) -> float:
-    """Compliance of an instrument, dimensionless."""
-    return units.stiffness / as_instrument(instrument).lateral_stiffness
-
-
-def _goals_of(
-    name: str,
-    load: "npt.ArrayLike | None",
-    displacement: "npt.ArrayLike | None",
-    control: int,
-    least: float = -math.inf,
-) -> Goals:
-    """Where one channel of several paths goes."""
-    if load is not None and displacement is not None:
-        raise InputError(f"both {name}_load and {name}_displacement came; expected one of them")
-    kind, values, least = (LOAD, load, least) if load is not None else (DISPLACED, displacement, -math.inf)
-    if values is None:
-        return Goals(control, *STILL)
-    kind_name = "load" if kind == LOAD else "displacement"
-    targets = checked(f"{name}_{kind_name}", values, least=least)
-    if targets.ndim > 1:
-        raise InputError(f"{name}_{kind_name} has shape {targets.shape}; expected one number, or a list")
-    return Goals(kind, targets)
-
-
-def _scaled(paths: Paths, units: Units) -> Paths:
-    load = paths.normal_control == LOAD
-    normal = paths.normal_target / np.where(load, units.load, units.length)
-    # a load that is too small for a float would press on springs without any stiffness
-    normal[np.abs(normal) < np.where(load, LEAST_LOAD, LEAST_APPROACH)] = 0.0
-    tangential = np.where(paths.tangential_control == LOAD, units.load, units.displacement)
-    return paths._replace(normal_target=normal, tangential_target=paths.tangential_target / tangential)

@@ -11,7 +11,9 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
+from historysim.asperities.course import Course, Present, toward
 from historysim.asperities.evolved import Evolved
+from historysim.asperities.friction import FrictionGoal
 from historysim.asperities.laws.base import FrictionLaw, Loaded
 from historysim.asperities.rearrangement import rearranged
 from historysim.asperities.wear import WearLaw
@@ -58,76 +60,6 @@ FEWEST_CHORDS, MOST_CHORDS = 4, 1 << 12
 COARSER, COARSEST = 100.0, 1000.0
 """Tolerances over that of ramps of both loads, since these chords are walked one by one: of loads and displacements, as
 parts of limit, preliminary displacement and approach; and of what is dissipated, slid and worn, as parts of itself."""
-
-
-@attrs.frozen(eq=False)
-class Present:
-    """The contact at one moment, in the order of its groups, and what has become of its asperities."""
-
-    contact: Contact
-    order: Integers
-    memory: Memory
-    evolved: Evolved
-
-    @property
-    def friction(self) -> Floats:
-        """Coefficient of each asperity (asperity)."""
-        found = np.empty(self.order.size)
-        found[self.order] = np.repeat(self.contact.friction, np.diff(self.contact.first))
-        return found
-
-
-@attrs.frozen(eq=False)
-class FrictionGoal:
-    """Coefficients (asperity) that a path goes a fraction of the way to, from where they are."""
-
-    coefficients: Floats
-    fraction: float = 1.0
-
-
-@attrs.frozen(eq=False)
-class _Course:
-    """Where the channels are at each share of one path: what they are at its ends, dimensionless.
-
-    Of two loads both run straight. Otherwise the approach does, as the contact at the start has it; where wear has
-    changed that, a normal load keeps the values that it had then.
-    """
-
-    start: Present
-    by_load: bool
-    by_force: bool
-    approach: tuple[float, float]
-    normal_load: tuple[float, float]
-    tangential: tuple[float, float]
-    compliance: float
-    friction: tuple[Floats, Floats] | None
-
-    def normal(self, present: Present, share: float) -> tuple[float, float]:
-        """Return approach and normal load at a share."""
-        contact, first = present.contact, self.start.contact
-        same = contact.sorted_gap is first.sorted_gap
-        if self.by_load and self.by_force:
-            load = _toward(self.normal_load, share)
-            return approach_for(contact, present.memory, load), load
-        approach = _toward(self.approach, share)
-        if self.by_load and share == 1.0:
-            load = self.normal_load[1]
-        else:
-            load = load_at(first.sorted_gap, first.sorted_weight, approach)[0]
-        if same:
-            return approach, load
-        if self.by_load:
-            return approach_for(contact, present.memory, load), load
-        return approach, load_at(contact.sorted_gap, contact.sorted_weight, approach)[0]
-
-    def aim(self, share: float) -> Aim:
-        """Return where the tangential channel goes."""
-        value = _toward(self.tangential, share)
-        return Aim(value, 0.0, 1.0) if self.by_force else Aim(value, 1.0, self.compliance)
-
-
-def _toward(ends: tuple[float, float], share: float) -> float:
-    return ends[1] if share == 1.0 else ends[0] + share * (ends[1] - ends[0])
 
 
 @attrs.frozen(eq=False)
@@ -199,15 +131,15 @@ class Evolution:
 
     def _course(
         self, present: Present, path: Paths, saturate: bool, compliance: float, goal: FrictionGoal | None
-    ) -> _Course:
+    ) -> Course:
         contact, memory = present.contact, present.memory
         now = memory.now
         by_load, by_force = bool(path.normal_control[0] == LOAD), bool(path.tangential_control[0] == LOAD)
         if by_load:
-            load = _toward((now[NORMAL_LOAD], path.normal_target[0]), path.normal_fraction[0])
+            load = toward((now[NORMAL_LOAD], path.normal_target[0]), path.normal_fraction[0])
             approach = approach_for(contact, memory, load)
         else:
-            approach = _toward((now[APPROACH], path.normal_target[0]), path.normal_fraction[0])
+            approach = toward((now[APPROACH], path.normal_target[0]), path.normal_fraction[0])
             load = load_at(contact.sorted_gap, contact.sorted_weight, approach)[0]
         if by_force:
             first = now[TANGENTIAL_LOAD] + (now[EXCESS] if saturate else 0.0)
@@ -217,18 +149,18 @@ class Evolution:
         if goal is not None:
             last = present.friction + goal.fraction * (goal.coefficients - present.friction)
             friction = (present.friction, goal.coefficients if goal.fraction == 1.0 else last)
-        return _Course(
+        return Course(
             start=present,
             by_load=by_load,
             by_force=by_force,
             approach=(now[APPROACH], approach),
             normal_load=(now[NORMAL_LOAD], load),
-            tangential=(first, _toward((first, path.tangential_target[0]), path.tangential_fraction[0])),
+            tangential=(first, toward((first, path.tangential_target[0]), path.tangential_fraction[0])),
             compliance=compliance,
             friction=friction,
         )
 
-    def _still(self, course: _Course) -> bool:
+    def _still(self, course: Course) -> bool:
         """Whether neither friction nor geometry evolves on a path."""
         if self.wear is not None:
             return False
@@ -265,9 +197,7 @@ class Evolution:
             raise FrictionLimitError(request * self.units.load, limit * self.units.load, 0)
         return attrs.evolve(start, memory=memory)
 
-    def _settled_slides(
-        self, course: _Course, present: Present, before: float, share: float, saturate: bool
-    ) -> Evolved:
+    def _settled_slides(self, course: Course, present: Present, before: float, share: float, saturate: bool) -> Evolved:
         """Return what has become of asperities that slide between two shares of a path on which nothing else evolves.
 
         Where the normal load changes under two controlled loads the way is bent, and followed in chords.
@@ -279,7 +209,7 @@ class Evolution:
 
     # -- chords ------------------------------------------------------------------------------------
 
-    def _settled(self, course: _Course, present: Present, before: float, share: float, saturate: bool) -> Present:
+    def _settled(self, course: Course, present: Present, before: float, share: float, saturate: bool) -> Present:
         """Return the contact at a share of a path, from another, in as many chords as it takes."""
         if course.approach[0] < present.contact.sorted_gap[0] and course.by_load and course.by_force:
             # a gap is crossed without load, before the ramp begins
@@ -329,7 +259,7 @@ class Evolution:
         return attrs.evolve(fine, memory=memory._replace(dissipated=np.maximum(each, least), now=now))
 
     def _in_chords(
-        self, course: _Course, present: Present, before: float, share: float, chords: int, saturate: bool
+        self, course: Course, present: Present, before: float, share: float, chords: int, saturate: bool
     ) -> Present:
         """Return the contact at a share of a path, from another, in so many chords."""
         for k in range(1, chords + 1):
@@ -337,7 +267,7 @@ class Evolution:
             present = self._chord(course, present, there, saturate)
         return present
 
-    def _chord(self, course: _Course, present: Present, share: float, saturate: bool) -> Present:
+    def _chord(self, course: Course, present: Present, share: float, saturate: bool) -> Present:
         """Return the contact at the end of one chord."""
         moved, slid = self._moved(course, present, share, saturate)
         if self.law is not None and self.law.depends_on == "slid" and slid.any():
@@ -359,7 +289,7 @@ class Evolution:
         return self._with_slides(attrs.evolve(moved, evolved=evolved), slid)
 
     def _moved(
-        self, course: _Course, present: Present, share: float, saturate: bool, ahead: Floats | float = 0.0
+        self, course: Course, present: Present, share: float, saturate: bool, ahead: Floats | float = 0.0
     ) -> tuple[Present, Floats]:
         """Return the contact after one straight update, and how far each asperity slid (asperity) [m].
 
@@ -390,7 +320,7 @@ class Evolution:
 
     def _friction(
         self,
-        course: _Course,
+        course: Course,
         present: Present,
         approach: float,
         load: float,
@@ -477,7 +407,7 @@ class Evolution:
     def ruled(self, present: Present) -> Present:
         """Return the contact with the friction that the law gives asperities, of which only fresh ones may differ."""
         now = present.memory.now
-        course = _Course(present, False, False, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), 0.0, None)
+        course = Course(present, False, False, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), 0.0, None)
         friction = self._friction(course, present, now[APPROACH], now[NORMAL_LOAD], 1.0)
         return attrs.evolve(present, contact=present.contact._replace(friction=friction))
 

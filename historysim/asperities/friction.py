@@ -1,5 +1,6 @@
-"""The coefficients of asperities at the start: those that are given, or those of a friction law."""
+"""The coefficients of asperities: those at the start, given or of a friction law, and where a path goes to others."""
 
+import attrs
 import numpy as np
 import numpy.typing as npt
 
@@ -52,3 +53,11 @@ def at_start(friction: npt.ArrayLike | FrictionLaw, count: int) -> Floats:
     if isinstance(friction, SlidFriction):
         return coulomb(friction.coefficient[0], count)
     return coulomb(friction.coefficient if isinstance(friction, PowerLaw) and not friction.exponent else 0.0, count)
+
+
+@attrs.frozen(eq=False)
+class FrictionGoal:
+    """Coefficients (asperity) that a path goes a fraction of the way to, from where they are."""
+
+    coefficients: Floats
+    fraction: float = 1.0

@@ -1,23 +1,24 @@
 """What events that are no loads do to the state of an ensemble."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from historysim.asperities.ensemble import Ensemble
-from historysim.asperities.evolution import FrictionGoal
-from historysim.asperities.friction import coulomb
+from historysim.asperities.friction import FrictionGoal, coulomb
 from historysim.asperities.instrument import Instrument
-from historysim.asperities.state import EnsembleState
 from historysim.loads.events import FrictionChange, FrictionRamp, GeometryChange
+
+if TYPE_CHECKING:
+    from historysim.asperities.state import EnsembleState
 
 
 def changed(
     ensemble: Ensemble,
-    state: EnsembleState,
+    state: "EnsembleState",
     change: FrictionChange | GeometryChange,
     *,
     saturate: bool,
     instrument: Instrument,
-) -> EnsembleState:
+) -> "EnsembleState":
     """Return the state after a change of friction or geometry; errors as for the methods of `Ensemble`."""
     place: dict[str, Any] = {"asperities": change.asperities, "instrument": instrument}
     if isinstance(change, FrictionChange):

@@ -4,13 +4,12 @@ import bisect
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.asperities.state import EnsembleState
 from historysim.errors import InputError
 from historysim.loads.events import (
     Event,
@@ -24,6 +23,9 @@ from historysim.loads.events import (
 )
 from historysim.loads.samples import SampledLoads
 from historysim.memory.paths import DISPLACED, LOAD, STILL, Goals, Paths, paths_to
+
+if TYPE_CHECKING:
+    from historysim.asperities.state import EnsembleState
 
 Goal = tuple[int, float, float]
 """Control of a channel, its target in N or m, and the fraction of the way left to go."""
@@ -74,7 +76,7 @@ class Standing:
 class Start:
     """Where a replay begins: at the beginning, or where an earlier one of the same events stood."""
 
-    state: EnsembleState
+    state: "EnsembleState"
     standing: Standing | None = None
 
     @property

@@ -45,7 +45,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import checked, scalar
-from historysim.basics.compiled import compiled
+from historysim.basics.compiled import compiled, compiled_for_more_than
 from historysim.errors import InputError
 
 Floats = npt.NDArray[np.float64]
@@ -352,7 +352,7 @@ def _with_gaps(name: str, values: npt.ArrayLike) -> Floats:
     return result
 
 
-@compiled
+@compiled_for_more_than(10_000)
 def _turning_points(values: Floats, dead_band: float, kept: Integers) -> int:
     """Write the kept indices, and return how many there are."""
     kept[0] = 0

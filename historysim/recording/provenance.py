@@ -13,6 +13,7 @@ from historysim.basics import findings
 from historysim.basics.wording import counted
 from historysim.loads.events import Event, digest
 from historysim.recording import validity
+from historysim.recording.recorder import largest_approach
 
 CONVENTIONS = "CF-1.11, ACDD-1.3"
 KEYWORDS = "friction, pre-sliding, rough surfaces, contact mechanics, hysteresis"
@@ -40,7 +41,7 @@ def friction_text(ensemble: Ensemble) -> str:
 
 def attributes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrument) -> dict[str, Any]:
     """Return the attributes of a history of these events."""
-    found = validity.findings(ensemble, events, instrument)
+    found = validity.findings(ensemble, events, instrument, largest_approach(ensemble, events))
     in_series = {} if instrument.rigid else {"lateral_stiffness": instrument.lateral_stiffness}
     return {
         "Conventions": CONVENTIONS,

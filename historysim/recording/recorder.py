@@ -112,10 +112,16 @@ def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selec
 
 def largest_approach(ensemble: Ensemble, events: Sequence[Event]) -> float:
     """Return the largest approach of the highest summit that events reach [m], 0 where nothing touches."""
+    load, approach = largest_of(events)
+    return max(approach, ensemble.approach_at(load))
+
+
+def largest_of(events: Sequence[Event]) -> tuple[float, float]:
+    """Return the largest normal load [N] and the largest approach [m] that events ask for, 0 where for none."""
     # channels run straight between waypoints, so the extremes are waypoints
     loads = [event.value for event in events if isinstance(event, NormalLoad)]
     approaches = [event.value for event in events if isinstance(event, NormalDisplacement)]
-    return max([*approaches, ensemble.approach_at(max(loads, default=0.0)), 0.0])
+    return max([*loads, 0.0]), max([*approaches, 0.0])
 
 
 @attrs.define

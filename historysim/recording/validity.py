@@ -7,14 +7,17 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.findings import Finding
 from historysim.basics.units import quantity_text
+from historysim.contact import hertz
 from historysim.loads.events import Event, TangentialDisplacement, TangentialLoad
-from historysim.recording.recorder import largest_approach
+from historysim.recording.recorder import largest_of
 
 ATTRIBUTE = "validity"
 """The attribute of a history that has its findings, as `basics.findings.written` gives them."""
 
 
-def findings(ensemble: Ensemble, events: Sequence[Event], instrument: Instrument = RIGID) -> tuple[Finding, ...]:
+def findings(
+    ensemble: Ensemble, events: Sequence[Event], instrument: Instrument = RIGID, approach: float | None = None
+) -> tuple[Finding, ...]:
     """Return which assumptions of the model do not hold where the asperities are pressed most.
 
     Parameters
@@ -24,6 +27,9 @@ def findings(ensemble: Ensemble, events: Sequence[Event], instrument: Instrument
         Of the whole history.
     instrument : Instrument, optional
         Whose resolutions the tangential loads and displacements are compared with.
+    approach : float, optional
+        The largest approach of the history [m], as `largest_approach` gives it; by default it is found without the
+        compiler, which differs by no more than rounding.
 
     Returns
     -------
@@ -36,8 +42,23 @@ def findings(ensemble: Ensemble, events: Sequence[Event], instrument: Instrument
     InputError
         Loads that are not finite.
     """
-    found = validity.findings(ensemble, largest_approach(ensemble, events), instrument)
+    approach = _largest_approach(ensemble, events) if approach is None else approach
+    found = validity.findings(ensemble, approach, instrument)
     return found + tuple(_amplitudes(events, instrument))
+
+
+def _largest_approach(ensemble: Ensemble, events: Sequence[Event]) -> float:
+    """Return what `largest_approach` does, of summits, without the compiler."""
+    if ensemble.curves is not None:
+        return 0.0
+    load, approach = largest_of(events)
+    carried = hertz.shared_approach(
+        load,
+        gap=ensemble.first_touch,
+        summit_radius=ensemble.summit_radius,
+        contact_modulus=ensemble.pair.contact_modulus,
+    )
+    return max(approach, carried)
 
 
 def _amplitudes(events: Sequence[Event], instrument: Instrument) -> Iterator[Finding]:
