@@ -9,23 +9,23 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import attrs
 import numpy as np
 import numpy.typing as npt
+from tqdm import tqdm
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
-from historysim.asperities.projectors import Projectors
-from historysim.asperities.state import EnsembleState
 from historysim.basics.processors import threads_of
 from historysim.errors import CurveEndError, FrictionLimitError, InputError, LoadError
 from historysim.loads import schedule
 from historysim.loads.acting import changed, friction_goal
 from historysim.loads.events import Event, as_events, events_text, time_text
-from historysim.loads.schedule import Standing, Start, Stretch
 from historysim.recording import provenance
 from historysim.recording.changes import Changes
 from historysim.recording.recorder import DatasetRecorder, Recorder, Selection, StateOnly, chosen_asperities
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from historysim.asperities.state import EnsembleState
 
 RecorderType = TypeVar("RecorderType", bound=Recorder)
 
@@ -104,7 +104,7 @@ class Replay:
         with recording(Path(path), *place, changes=self.changes, writers=self.threads) as target:
             self.walk(target, progress=progress)
 
-    def state(self, until: float = math.inf, *, start: Start | None = None) -> EnsembleState:
+    def state(self, until: float = math.inf, *, start: schedule.Start | None = None) -> "EnsembleState":
         """Return the state at a time [s]: before the first event nothing has happened, after the last all is held."""
         return self.walk(self.recorder(StateOnly, until=until), until=until, start=start)
 
@@ -112,12 +112,12 @@ class Replay:
         self,
         target: Recorder,
         *,
-        start: Start | None = None,
+        start: schedule.Start | None = None,
         until: float = math.inf,
         most_rows: int | None = None,
         progress: bool = False,
-        after: Callable[[Standing, EnsembleState], None] | None = None,
-    ) -> EnsembleState:
+        after: "Callable[[schedule.Standing, EnsembleState], None] | None" = None,
+    ) -> "EnsembleState":
         """Walk the events, record their rows, and return the last state.
 
         Parameters
@@ -134,9 +134,9 @@ class Replay:
         after : callable, optional
             Called with where the schedule stands, and the state there, when a stretch ends with a time.
         """
-        from tqdm import tqdm
+        from historysim.asperities.projectors import Projectors
 
-        start = start or Start(self.ensemble.initial_state())
+        start = start or schedule.Start(self.ensemble.initial_state())
         state, columns = start.state, () if target.asperities is None else target.asperities
         at_once = min(most_rows or target.rows_at_once, target.rows_at_once)
         plan = schedule.stretches(self.events, self.substeps, at_once, start=start.standing, until=until)
@@ -151,7 +151,7 @@ class Replay:
                 bar.update(stretch.row_time.size)
         return state
 
-    def _walked(self, stretch: Stretch, state: EnsembleState, **recorded: Any) -> EnsembleState:
+    def _walked(self, stretch: schedule.Stretch, state: "EnsembleState", **recorded: Any) -> "EnsembleState":
         """Return the state after a stretch, and name the event where that is not to be had."""
         ensemble, instrument, event = self.ensemble, self.instrument, stretch.event[0]
         try:
@@ -169,8 +169,8 @@ class Replay:
             event = stretch.change_event
             return changed(ensemble, state, stretch.change, saturate=self.saturate, instrument=instrument)
         except (FrictionLimitError, CurveEndError) as error:
-            at = stretch.event[error.path] if event != stretch.change_event else event
-            raise LoadError(f"{self._place(at)}: {error}") from None
+            event = event if event == stretch.change_event else stretch.event[error.path]
+            raise LoadError(f"{self._place(event)}: {error}") from None
         except InputError as error:
             raise InputError(f"{self._place(event)}: {error}") from None
 

@@ -6,7 +6,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from historysim.asperities.state import EnsembleState
 from historysim.basics.files import replacing
 from historysim.basics.notices import Teller, silent
 from historysim.errors import InputError, LoadError
@@ -25,6 +24,8 @@ from historysim.replay import Replay
 
 if TYPE_CHECKING:
     import h5netcdf
+
+    from historysim.asperities.state import EnsembleState
 
 LARGE = 200e6
 """Bytes of a result from which its size is told beforehand."""
@@ -103,7 +104,7 @@ def write_result(
             last = start.rows
             keep = last > 0
 
-            def snapshot(standing: Standing, state: EnsembleState) -> None:
+            def snapshot(standing: Standing, state: "EnsembleState") -> None:
                 nonlocal last, keep
                 if standing.rows - last < every or standing.rows == steps:
                     return

@@ -2,17 +2,17 @@
 
 import hashlib
 import json
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import attrs
 
 from historysim._version import __version__
-from historysim.asperities import saved_state
 from historysim.asperities.ensemble import Ensemble
-from historysim.asperities.saved_state import packed
-from historysim.asperities.state import EnsembleState
 from historysim.loads.schedule import Standing
 from historysim.recording.provenance import made_with
+
+if TYPE_CHECKING:
+    from historysim.asperities.state import EnsembleState
 
 
 @attrs.frozen
@@ -43,8 +43,10 @@ class Snapshot:
     written: bytes = b""
 
     @classmethod
-    def of(cls, standing: Standing, batches: int, link: bytes, state: EnsembleState, written: bytes = b"") -> Self:
+    def of(cls, standing: Standing, batches: int, link: bytes, state: "EnsembleState", written: bytes = b"") -> Self:
         """Take a snapshot of a state."""
+        from historysim.asperities.saved_state import packed
+
         return cls(standing, batches, link, program(), packed(state), written)
 
     @property
@@ -72,7 +74,7 @@ def program() -> str:
     return f"historysim {__version__}, {made_with()}"
 
 
-def unpacked(ensemble: Ensemble, content: bytes) -> EnsembleState:
+def unpacked(ensemble: Ensemble, content: bytes) -> "EnsembleState":
     """Return the state of an ensemble that a snapshot holds.
 
     Raises
@@ -80,4 +82,6 @@ def unpacked(ensemble: Ensemble, content: bytes) -> EnsembleState:
     InputError
         Bytes that are no state of this ensemble.
     """
+    from historysim.asperities import saved_state
+
     return saved_state.unpacked(ensemble.initial_state(), content)

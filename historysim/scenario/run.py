@@ -137,8 +137,9 @@ def head_of(loaded: scenario.Scenario, tell: Teller = silent) -> tuple[Head, lis
     for notice in ground.notices:
         tell(f"{loaded.path.name}: {notice}")
     shown, attributes = surface_group.contents(ground.summits, ground.surface, ground.solutions)
+    ensemble, events = loaded.ensemble(ground), loaded.events(tell)
     head = Head.of(
-        loaded.ensemble(ground),
+        ensemble,
         scenario=loaded.text,
         title=loaded.title,
         metadata=loaded.metadata,
@@ -150,7 +151,7 @@ def head_of(loaded: scenario.Scenario, tell: Teller = silent) -> tuple[Head, lis
         surface=shown,
         surface_attributes=attributes,
     )
-    return head, loaded.events(tell)
+    return head, events
 
 
 def _in_memory(path: Path | scenario.Scenario, *, progress: bool, threads: int, tell: Teller) -> "xr.Dataset":

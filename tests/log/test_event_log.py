@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 import historysim as hs
+from historysim.asperities.saved_state import packed
 from historysim.log import file as log_file
-from historysim.log.snapshot import Snapshot, packed
+from historysim.log.snapshot import Snapshot
 from historysim.log.starts import start_before
 from historysim.recording.recorder import StateOnly
 
