@@ -148,8 +148,11 @@ class Head:
         found = []
         nearly: list[str] = []
         wanted = _with_stems(columns)
+        # most lines are rows of numbers, which have no such letters
+        letters = [{letter for letter in name if not letter.isspace()} for name in wanted]
+        candidates = [line for line in self._candidates() if any(each.issubset(line.text) for each in letters)]
         for delimiter in self._delimiters:
-            for line in self._candidates():
+            for line in candidates:
                 for names in namings(line.text, line.fields(delimiter), delimiter):
                     if not _any_may_be(wanted, names):
                         continue

@@ -3,17 +3,17 @@
 from typing import TYPE_CHECKING, Any
 
 from historysim.measured.definitions import DEFAULT, Definitions
-from historysim.measured.loops import Loops
-from historysim.measured.splitting import loops_of_history
 from historysim.results.analysis.recorded import check_recorded
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from historysim.measured.loops import Loops
+
 
 def friction_loops(
     history: "xr.Dataset", *, dead_band: float | None = None, skip: int = 0, definitions: Definitions = DEFAULT
-) -> Loops:
+) -> "Loops":
     """Return the friction loops of a history, with what each of them says.
 
     Those of a measured record are found in the same way: the two can be compared.
@@ -39,6 +39,8 @@ def friction_loops(
     InputError
         A history without a whole loop.
     """
+    from historysim.measured.splitting import loops_of_history
+
     return loops_of_history(history, dead_band=dead_band, skip=skip, definitions=definitions)
 
 
@@ -69,6 +71,8 @@ def energy_per_cycle(history: "xr.Dataset", *, dead_band: float | None = None, s
         A history without a whole loop.
     """
     import xarray as xr
+
+    from historysim.measured.splitting import loops_of_history
 
     check_recorded(history)
     loops = loops_of_history(history, dead_band=dead_band, skip=skip)
