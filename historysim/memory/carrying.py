@@ -4,7 +4,6 @@ import numpy as np
 
 from historysim.memory.clipping import carried, clip, is_steep
 from historysim.memory.compiled import entry
-from historysim.memory.energy import withdrawal_energy
 from historysim.memory.friction import with_coefficients
 from historysim.memory.fronts import no_fronts
 from historysim.memory.groups import group_loads, total_force
@@ -21,7 +20,8 @@ from historysim.memory.layout import (
     Floats,
     Memory,
 )
-from historysim.memory.lean import counted, empty, given_back, lean
+from historysim.memory.lean import counted, empty, given_back, keep, lean, uncounted
+from historysim.memory.losses import is_nearly_full, no_losses, settle, withdrawal_energy
 from historysim.memory.polyline import Aim, move_group, to_displacement
 from historysim.memory.search import displacement_at, found_displacement
 from historysim.memory.stacks import copy_vertices, deepest, fill, group_of, grown
@@ -48,20 +48,24 @@ def carry(contact: Contact, memory: Memory, d1: float, load: float, friction: Fl
         v1 = displacement_at(after, memory, shares, d1, aim)
     elif aim.compliance > 0.0:
         v1 = found_displacement(after, memory, shares, no_fronts(shares.size), d1, aim)
+    put_off = no_losses(friction.size)
+    losses = uncounted(put_off)
     for index in range(friction.size):
         depth, energy = memory.depth[index], 0.0
         if index >= shares.size and depth == 0:
             break
         group = group_of(after, memory, index)
         if index >= shares.size:
-            energy = withdrawal_energy(group, depth, 1, d0, v0, d1, v1)
+            energy = withdrawal_energy(group, losses, depth, 1, d0, v0, d1, v1)
             memory.depth[index] = 0
         elif depth == 0:
-            memory.depth[index], _, energy = move_group(group, 0, d0, v0, d1, shares[index], to_displacement(v1))
+            memory.depth[index], _, energy = move_group(
+                group, losses, 0, d0, v0, d1, shares[index], to_displacement(v1)
+            )
         else:
             stack = carried(group, depth, d1, v1, shares[index])
             if d1 < d0:
-                energy = withdrawal_energy(group, depth, len(stack) - 1, d0, v0, d1, v1)
+                energy = withdrawal_energy(group, losses, depth, len(stack) - 1, d0, v0, d1, v1)
             before = contact.friction[index]
             rise, gain = before * (d1 - d0), friction[index] - before
             clipped, _, slipped = clip(group, stack, d1, v1, friction[index], v1 - v0, rise, gain, depth > 0)
@@ -69,6 +73,10 @@ def carry(contact: Contact, memory: Memory, d1: float, load: float, friction: Fl
             memory.depth[index] = len(clipped)
             energy += slipped
         now[DISSIPATED] += energy
+        if is_nearly_full(losses):
+            settle(losses, uncounted(memory))
+    settle(losses, uncounted(memory))
+    keep(put_off)
     for index in range(friction.size):
         memory.steep[index] = is_steep(memory.vertices[index], memory.depth[index], friction[index])
     now[APPROACH] = d1

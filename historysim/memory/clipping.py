@@ -5,9 +5,10 @@ import math
 import numpy as np
 
 from historysim.memory.compiled import compiled, inlined, short
-from historysim.memory.energy import dissipate, withdrawal_energy
+from historysim.memory.energy import dissipate
 from historysim.memory.layout import ANCHOR, LABEL, MADE_AT, NORMAL, SLOPE, TANGENTIAL, Floats, Group
 from historysim.memory.lean import empty
+from historysim.memory.losses import Losses, withdrawal_energy
 from historysim.memory.normal import load_at
 from historysim.memory.polyline import edge_at
 from historysim.memory.stacks import copy_vertices, put
@@ -121,14 +122,14 @@ def clip(
 
 @compiled
 def move_steep_group(
-    group: Group, depth: int, d0: float, v0: float, d1: float, v1: float, load: float
+    group: Group, losses: Losses, depth: int, d0: float, v0: float, d1: float, v1: float, load: float
 ) -> tuple[int, float]:
     """Carry one touching group whose polyline is steeper than μ straight to (d1, v1); its depth, and the energy."""
     stack = carried(group, depth, d1, v1, load)
     friction = group.friction
     energy = 0.0
     if d1 < d0:
-        energy = withdrawal_energy(group, depth, len(stack) - 1, d0, v0, d1, v1)
+        energy = withdrawal_energy(group, losses, depth, len(stack) - 1, d0, v0, d1, v1)
     clipped, _, slipped = clip(group, stack, d1, v1, friction, v1 - v0, friction * (d1 - d0), 0.0, depth > 0)
     copy_vertices(clipped, group.stack, len(clipped))
     return len(clipped), energy + slipped

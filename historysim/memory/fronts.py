@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from historysim.memory.compiled import inlined, reordered, short
+from historysim.memory.compiled import reordered, short
 from historysim.memory.layout import ANCHOR, LABEL, NORMAL, SLOPE, TANGENTIAL, Floats, Group
 from historysim.memory.lean import empty
 
@@ -44,7 +44,7 @@ def no_fronts(groups: int) -> Floats:
     return fronts
 
 
-@inlined
+@short
 def note_front(fronts: Floats, index: int, group: Group, depth: int, kept: int, sign: float) -> bool:
     """Note on which segment of its polyline a group slips; return whether that is of use.
 
@@ -71,32 +71,25 @@ def note_front(fronts: Floats, index: int, group: Group, depth: int, kept: int, 
     return True
 
 
-@inlined
-def front_of(fronts: Floats, index: int, d: float, v: float) -> float:
-    """Label of the front of a group on the segment noted, or beyond its ends."""
-    below = fronts[BELOW, index]
-    return below + ((v - fronts[ANCHORED, index]) - fronts[CONE, index] * (d - below)) * fronts[RATE, index]
-
-
 @reordered
-def find_off(fronts: Floats, off: Floats, d: float, v: float) -> bool:
-    """Tell of each group in ``off`` whether its front is not on the segment noted; return whether that is so of any."""
-    count = 0.0
-    for index in range(off.size):
-        front = front_of(fronts, index, d, v)
+def force_on_fronts(
+    fronts: Floats, off: Floats, shares: Floats, d: float, v: float
+) -> tuple[float, float, float, bool]:
+    """Tangential load of the groups with fronts at the end of a path to (d, v), with its derivatives in v.
+
+    Tells of each group in ``off`` whether its front is not on the segment noted; returns also whether that is so of
+    any, and the load to be found once more.
+    """
+    force, stiffness, curvature, count = 0.0, 0.0, 0.0, 0.0
+    for index in range(shares.size):
+        cone, below, rate = fronts[CONE, index], fronts[BELOW, index], fronts[RATE, index]
+        # the label of the front on the segment, or beyond its ends
+        front = below + ((v - fronts[ANCHORED, index]) - cone * (d - below)) * rate
         off[index] = 0.0 if fronts[LEAST, index] <= front <= min(fronts[MOST, index], d) else 1.0
         count += off[index]
-    return count > 0.0
-
-
-@reordered
-def force_on_fronts(fronts: Floats, shares: Floats, d: float, v: float) -> tuple[float, float, float]:
-    """Tangential load of the groups with fronts at the end of a path to (d, v), with its derivatives in v."""
-    force, stiffness, curvature = 0.0, 0.0, 0.0
-    for index in range(shares.size):
-        depth = max(front_of(fronts, index, d, v) - fronts[GAP, index], 0.0)
+        depth = max(front - fronts[GAP, index], 0.0)
         half_chord = fronts[WEIGHT, index] * math.sqrt(depth)
-        force += fronts[FORCE, index] + fronts[CONE, index] * shares[index] + fronts[JUMP, index] * half_chord * depth
+        force += fronts[FORCE, index] + cone * shares[index] + fronts[JUMP, index] * half_chord * depth
         stiffness += half_chord
-        curvature += half_chord * fronts[RATE, index] / (depth + SMALL)
-    return force, 1.5 * stiffness, 0.75 * curvature
+        curvature += half_chord * rate / (depth + SMALL)
+    return force, 1.5 * stiffness, 0.75 * curvature, count > 0.0

@@ -47,13 +47,17 @@ class Memory(NamedTuple):
 
 
 class Group(NamedTuple):
-    """One friction group: views of its summits, of what its asperities dissipated, and of its vertex stack."""
+    """One friction group: views of its summits, of what its asperities dissipated, and of its vertex stack.
+
+    ``start`` is its first asperity.
+    """
 
     gap: Floats
     weight: Floats
     dissipated: Floats
     stack: Floats
     friction: float
+    start: int
 
 
 class Units(NamedTuple):

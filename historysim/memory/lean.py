@@ -18,6 +18,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
+from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_getattr, infer_global, signature
@@ -108,6 +109,10 @@ def duplicate(array: Array) -> Array:
     return array.copy()
 
 
+def fetch(_array: Any, *_index: Any) -> None:
+    """Have the processor bring an item near that is asked for soon, where it could not guess that by itself."""
+
+
 def _several(kind: Any) -> bool:
     return isinstance(kind, types.BaseTuple)
 
@@ -177,6 +182,12 @@ class _TypeOfDuplicate(AbstractTemplate):
 class _TypeOfKeep(AbstractTemplate):
     def generic(self, args: Any, _named: Any) -> Any:
         return signature(types.none, *args)
+
+
+@infer_global(fetch)
+class _TypeOfFetch(AbstractTemplate):
+    def generic(self, args: Any, _named: Any) -> Any:
+        return signature(types.none, args[0], *[types.intp] * (len(args) - 1))
 
 
 @infer_global(empty)
@@ -348,6 +359,17 @@ def _empty(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 @lower_builtin(keep, types.Any)
 def _keep(context: Any, _builder: Any, _sig: Any, _args: Any) -> Any:
+    return context.get_dummy_value()
+
+
+@lower_builtin(fetch, Lean, types.VarArg(types.intp))
+def _fetch(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    pointer = _place(builder, args[0], _shape(builder, sig.args[0], args[0]), args[1:])
+    byte, number = ir.IntType(8).as_pointer(), ir.IntType(32)
+    kind = ir.FunctionType(ir.VoidType(), [byte, number, number, number])
+    hint = cgutils.get_or_insert_function(builder.module, kind, "llvm.prefetch.p0i8")
+    # to be read, all the way, data
+    builder.call(hint, [builder.bitcast(pointer, byte), number(0), number(3), number(1)])
     return context.get_dummy_value()
 
 

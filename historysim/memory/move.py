@@ -2,22 +2,23 @@
 
 from historysim.memory.clipping import is_steep, move_steep_group
 from historysim.memory.compiled import compiled, entry, short
-from historysim.memory.energy import withdrawal_energy
 from historysim.memory.groups import friction_limit, shares_at, total_force
 from historysim.memory.layout import (
     APPROACH,
     DISPLACEMENT,
     DISSIPATED,
     NORMAL_LOAD,
+    TANGENTIAL,
     TANGENTIAL_LOAD,
     Contact,
     Floats,
     Memory,
 )
-from historysim.memory.lean import counted, given_back, lean
+from historysim.memory.lean import counted, given_back, keep, lean, uncounted
+from historysim.memory.losses import is_nearly_full, no_losses, settle, withdrawal_energy
 from historysim.memory.polyline import Aim, move_group, to_displacement
 from historysim.memory.search import displacement_at
-from historysim.memory.stacks import any_steep, deepest, group_of, grown
+from historysim.memory.stacks import any_steep, deepest, fetch_group, group_of, grown
 
 # how many times softer than the contact an instrument is for which rounding of the load would be felt at its drive
 MUCH_SOFTER = 1e6
@@ -54,28 +55,38 @@ def with_room(memory: Memory) -> Memory:
 @compiled
 def carry(contact: Contact, memory: Memory, shares: Floats, d1: float, load: float, aim: Aim, path: Aim) -> None:
     """Do what `move` does in place, the loads of the groups at d1 and the aim of each path in (d, V) being known."""
-    now = memory.now
+    memory, put_off = uncounted(memory), no_losses(contact.friction.size)
+    now, losses = memory.now, uncounted(put_off)
     d0, v0, v1 = now[APPROACH], now[DISPLACEMENT], path.value
     still = d1 == d0 and v1 == v0 and path.compliance == 0.0
+    force = total_force(contact, memory) if still else 0.0
     for index in range(contact.friction.size):
         depth = memory.depth[index]
         if still or (index >= shares.size and depth == 0):
             break
+        fetch_group(memory, index)
         group = group_of(contact, memory, index)
         if index >= shares.size:
-            energy = withdrawal_energy(group, depth, 1, d0, v0, d1, v1)
+            energy = withdrawal_energy(group, losses, depth, 1, d0, v0, d1, v1)
             memory.depth[index] = 0
             memory.steep[index] = False
-        elif memory.steep[index]:
-            memory.depth[index], energy = move_steep_group(group, depth, d0, v0, d1, v1, shares[index])
-            memory.steep[index] = is_steep(group.stack, memory.depth[index], group.friction)
         else:
-            memory.depth[index], v1, energy = move_group(group, depth, d0, v0, d1, shares[index], path)
+            if memory.steep[index]:
+                depth, energy = move_steep_group(group, losses, depth, d0, v0, d1, v1, shares[index])
+                memory.steep[index] = is_steep(group.stack, depth, group.friction)
+            else:
+                depth, v1, energy = move_group(group, losses, depth, d0, v0, d1, shares[index], path)
+            memory.depth[index] = depth
+            force += group.stack[depth - 1, TANGENTIAL]
         now[DISSIPATED] += energy
+        if is_nearly_full(losses):
+            settle(losses, memory)
+    settle(losses, memory)
+    keep(put_off)
     now[APPROACH] = d1
     now[DISPLACEMENT] = v1
     now[NORMAL_LOAD] = load
-    now[TANGENTIAL_LOAD] = aim.value if aim.rigid == 0.0 else total_force(contact, memory)
+    now[TANGENTIAL_LOAD] = aim.value if aim.rigid == 0.0 else force
     if aim.rigid > 0.0 and aim.compliance * load > MUCH_SOFTER * d1 > 0.0:
         # the drive of so soft an instrument tells the load better than the sum over the springs does, unless the
         # contact has slid so far that its displacement is rounded by more than it can be strained

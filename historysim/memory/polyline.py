@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from historysim.memory.compiled import inlined
-from historysim.memory.energy import slip_energy, withdrawal_energy
 from historysim.memory.fronts import note_front
 from historysim.memory.layout import ANCHOR, LABEL, NORMAL, SLOPE, TANGENTIAL, Floats, Group
+from historysim.memory.losses import Losses, slip_energy, withdrawal_energy
 from historysim.memory.normal import label_at, load_at
 from historysim.memory.stacks import put
 from historysim.memory.tolerances import TIE
@@ -112,6 +112,7 @@ def slip_front(
 @inlined
 def slip_group(
     group: Group,
+    losses: Losses,
     depth: int,
     d0: float,
     v0: float,
@@ -155,8 +156,8 @@ def slip_group(
     v1 = goal if compliance == 0.0 else front_anchor + slope * (d1 - front) + rigid * sign * slip
     energy = 0.0
     if d1 < d0:
-        energy = withdrawal_energy(group, depth, segment, d0, v0, d1, v1)
-    energy += slip_energy(group, d0, v0, d1, v1, segment, edge, kept, front, sign, slip)
+        energy = withdrawal_energy(group, losses, depth, segment, d0, v0, d1, v1)
+    energy += slip_energy(group, losses, d0, v0, d1, v1, segment, edge, kept, front, sign, slip)
     if kept == 0:
         put(stack, below, front, v1 - slope * (d1 - front), 0.0, v1, 0.0, 0.0)
         kept = 1
@@ -184,12 +185,12 @@ def first_reach(group: Group, d0: float, v0: float, d1: float, load: float, aim:
 
 @inlined
 def move_group(
-    group: Group, depth: int, d0: float, v0: float, d1: float, load: float, aim: Aim
+    group: Group, losses: Losses, depth: int, d0: float, v0: float, d1: float, load: float, aim: Aim
 ) -> tuple[int, float, float]:
     """Carry one group straight from (d0, v0) to approach d1 and to where it aims, exactly.
 
     The group touches at d1, where it carries ``load``; its stack has ``depth`` vertices, or none at d0
-    where that is 0. Returns the depth, the displacement reached, and the energy dissipated.
+    where that is 0. Returns the depth, the displacement reached, and the energy dissipated as far as it is not put off.
     """
     stack, friction = group.stack, group.friction
     y1, rigid, compliance = aim
@@ -206,7 +207,7 @@ def move_group(
         slope = (y1 - y_edge) / (x1 - x_edge) if x1 > x_edge else 0.0
         v1 = y1 if compliance == 0.0 else anchor + slope * (d1 - edge)
         if d1 < d0:
-            energy = withdrawal_energy(group, depth, segment, d0, v0, d1, v1)
+            energy = withdrawal_energy(group, losses, depth, segment, d0, v0, d1, v1)
             put(stack, segment, d1, anchor, stack[segment, SLOPE], v1, load, edge_force)
             depth = segment + 1
         elif d1 > edge:
@@ -216,7 +217,7 @@ def move_group(
             depth = top + 1
         return depth, v1, energy
     kept, x_front, sign, slip = slip_front(stack, segment, x_edge, y_edge, x1, y1, friction, rigid, compliance)
-    return slip_group(group, depth, d0, v0, d1, load, aim, segment, edge, kept, x_front, sign, slip)
+    return slip_group(group, losses, depth, d0, v0, d1, load, aim, segment, edge, kept, x_front, sign, slip)
 
 
 @inlined

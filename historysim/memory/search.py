@@ -6,21 +6,23 @@ import numpy as np
 
 from historysim.memory.clipping import carried, clip
 from historysim.memory.compiled import compiled, short
-from historysim.memory.fronts import OFF, find_off, force_on_fronts, forget_front, no_fronts
+from historysim.memory.fronts import LEAST, OFF, force_on_fronts, forget_front, no_fronts, note_front
 from historysim.memory.groups import largest_friction, total_force
 from historysim.memory.layout import (
     ANCHOR,
     APPROACH,
     DISPLACEMENT,
     LABEL,
+    SLOPE,
     TANGENTIAL,
     TANGENTIAL_LOAD,
     Contact,
     Floats,
     Memory,
 )
+from historysim.memory.lean import uncounted
 from historysim.memory.polyline import Aim, force_of_group
-from historysim.memory.stacks import group_of
+from historysim.memory.stacks import fetch_group, group_of
 from historysim.memory.tolerances import EPSILON, TIE
 
 
@@ -32,12 +34,17 @@ def force_at(
 
     Fronts are looked up, or found and noted (see `fronts`).
     """
+    memory, fronts = uncounted(memory), uncounted(fronts)
     d0, v0 = memory.now[APPROACH], memory.now[DISPLACEMENT]
-    force, stiffness, curvature = 0.0, 0.0, 0.0
     off = fronts[OFF, : shares.size]
-    for index in range(shares.size if find_off(fronts, off, d1, v1) else 0):
+    force, stiffness, curvature, misses = force_on_fronts(fronts, off, shares, d1, v1)
+    if not misses:
+        return force, stiffness, curvature
+    force, stiffness, curvature = 0.0, 0.0, 0.0
+    for index in range(shares.size):
         if off[index] == 0.0:
             continue
+        fetch_group(memory, index)
         forget_front(fronts, index)
         group, depth = group_of(contact, memory, index), memory.depth[index]
         if memory.steep[index] and depth > 0:
@@ -49,8 +56,24 @@ def force_at(
         force += part
         stiffness += slope
         curvature += bend
-    part, slope, bend = force_on_fronts(fronts, shares, d1, v1)
+    part, slope, bend, _ = force_on_fronts(fronts, off, shares, d1, v1)
     return force + part, stiffness + slope, curvature + bend
+
+
+@short
+def guess_fronts(contact: Contact, memory: Memory, shares: Floats, fronts: Floats, sign: float) -> None:
+    """Note the first segment of each polyline on which slip of a sign may end, which for small paths it does.
+
+    It is the outermost, or, where that lies on the cone of this side already, the one below.
+    """
+    memory, fronts = uncounted(memory), uncounted(fronts)
+    for index in range(shares.size):
+        fetch_group(memory, index)
+        depth = memory.depth[index]
+        if depth > 1 and fronts[LEAST, index] == np.inf and not memory.steep[index]:
+            group = group_of(contact, memory, index)
+            slides = group.stack[depth - 1, SLOPE] == sign * group.friction
+            note_front(fronts, index, group, depth, depth - 2 if slides else depth - 1, sign)
 
 
 @short
@@ -108,7 +131,7 @@ def displacement_with(contact: Contact, memory: Memory, shares: Floats, fronts: 
         return memory.vertices[0, 0, ANCHOR] if memory.depth[0] > 0 else now[DISPLACEMENT]
     if d1 == now[APPROACH]:
         v = now[DISPLACEMENT]
-        missing = goal - rigid * v - compliance * total_force(contact, memory)
+        missing = goal - rigid * v - compliance * total_force(contact, uncounted(memory))
         if abs(missing) <= TIE * (rigid * abs(goal) + compliance * limit_of(contact, shares)):
             # held: rounding is no reason to move
             return v
@@ -146,7 +169,11 @@ def found_displacement(contact: Contact, memory: Memory, shares: Floats, fronts:
     if change != 0.0:
         # a little on the way, so that the first stiffness is that of the direction in which it goes
         v += math.copysign(1e-9 * reach, change)
-    for _ in range(200):
+    # so near the start springs that touched on the way all stick, and no front is met yet
+    unmet = 1 if d1 > now[APPROACH] else 0
+    for turn in range(200):
+        if turn == unmet:
+            guess_fronts(contact, memory, shares, fronts, math.copysign(1.0, change))
         force, stiffness, curvature = force_at(contact, memory, shares, fronts, d1, v)
         missing = goal - rigid * v - compliance * force
         if abs(missing) <= accuracy:

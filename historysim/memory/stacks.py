@@ -19,7 +19,7 @@ from historysim.memory.layout import (
     Integers,
     Memory,
 )
-from historysim.memory.lean import counted, duplicate, empty, given_back, lean, uncounted
+from historysim.memory.lean import counted, duplicate, empty, fetch, given_back, lean, uncounted
 
 Array = TypeVar("Array", Floats, Integers, Flags)
 
@@ -34,7 +34,26 @@ def group_of(contact: Contact, memory: Memory, index: int) -> Group:
         uncounted(memory.dissipated)[start:stop],
         uncounted(memory.vertices)[index],
         contact.friction[index],
+        start,
     )
+
+
+# how many groups before it is walked a stack is asked for
+AHEAD = 16
+
+
+@inlined
+def fetch_group(memory: Memory, index: int) -> None:
+    """Have the three outermost vertices of a stack brought near, which is walked soon after that of another group."""
+    ahead = index + AHEAD
+    if ahead < memory.depth.size:
+        depth = memory.depth[ahead]
+        if depth > 2:
+            # an item of each line of 64 bytes that they stand in
+            fetch(memory.vertices, ahead, depth - 3, LABEL)
+            fetch(memory.vertices, ahead, depth - 2, ANCHOR)
+            fetch(memory.vertices, ahead, depth - 1, ANCHOR)
+            fetch(memory.vertices, ahead, depth - 1, TANGENTIAL)
 
 
 @inlined
