@@ -35,7 +35,7 @@ def carry(contact: Contact, memory: Memory, d1: float, load: float, friction: Fl
     energy is that of `clip`. A tangential load has to be within the friction limit at the end.
     """
     given, contact, memory, friction = memory, lean(contact), counted(lean(memory)), lean(friction)
-    needed = 3 * deepest(memory) + 6
+    needed = 3 * deepest(uncounted(memory)) + 6
     if needed > memory.vertices.shape[1]:
         memory = grown(memory, 2 * needed)
     now, after = memory.now, with_coefficients(contact, friction)
@@ -69,7 +69,7 @@ def carry(contact: Contact, memory: Memory, d1: float, load: float, friction: Fl
             before = contact.friction[index]
             rise, gain = before * (d1 - d0), friction[index] - before
             clipped, _, slipped = clip(group, stack, d1, v1, friction[index], v1 - v0, rise, gain, depth > 0)
-            copy_vertices(clipped, group.stack, len(clipped))
+            copy_vertices(uncounted(clipped), group.stack, len(clipped))
             memory.depth[index] = len(clipped)
             energy += slipped
         now[DISSIPATED] += energy

@@ -7,7 +7,7 @@ import numpy as np
 from historysim.memory.compiled import compiled, inlined, short
 from historysim.memory.energy import dissipate
 from historysim.memory.layout import ANCHOR, LABEL, MADE_AT, NORMAL, SLOPE, TANGENTIAL, Floats, Group
-from historysim.memory.lean import empty
+from historysim.memory.lean import empty, uncounted
 from historysim.memory.losses import Losses, withdrawal_energy
 from historysim.memory.normal import load_at
 from historysim.memory.polyline import edge_at
@@ -29,7 +29,7 @@ def carried(group: Group, depth: int, d1: float, v1: float, load: float) -> Floa
     """Polyline of a touching group carried straight to (d1, v1) before any slip: cut, or extended by new springs."""
     segment, edge, anchor, edge_load, edge_force = edge_at(group.stack, depth, d1, load)
     stack = empty((segment + 2, group.stack.shape[1]), np.float64)
-    copy_vertices(group.stack, stack, segment + 1)
+    copy_vertices(group.stack, uncounted(stack), segment + 1)
     if d1 <= edge:
         put(stack, segment, d1, anchor, stack[segment, SLOPE], v1, load, edge_force)
         return stack[: segment + 1]
@@ -76,7 +76,7 @@ def clip(
     of the group.
     """
     clipped = empty((3 * len(stack), stack.shape[1]), np.float64)
-    copy_vertices(stack, clipped, min(len(stack), 1))
+    copy_vertices(uncounted(stack), uncounted(clipped), min(len(stack), 1))
     limit = friction * (d - stack[0, LABEL])
     v = displacement - stack[0, ANCHOR]
     if abs(v) > limit:
@@ -131,5 +131,5 @@ def move_steep_group(
     if d1 < d0:
         energy = withdrawal_energy(group, losses, depth, len(stack) - 1, d0, v0, d1, v1)
     clipped, _, slipped = clip(group, stack, d1, v1, friction, v1 - v0, friction * (d1 - d0), 0.0, depth > 0)
-    copy_vertices(clipped, group.stack, len(clipped))
+    copy_vertices(uncounted(clipped), group.stack, len(clipped))
     return len(clipped), energy + slipped

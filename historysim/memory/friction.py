@@ -149,7 +149,7 @@ def fall(contact: Contact, memory: Memory, friction: Floats, aim: Aim) -> Memory
         now[DISSIPATED] += energy
         if len(clipped) > memory.vertices.shape[1]:
             memory = grown(memory, 2 * len(clipped))
-        copy_vertices(clipped, memory.vertices[index], len(clipped))
+        copy_vertices(uncounted(clipped), uncounted(memory.vertices)[index], len(clipped))
         memory.depth[index] = len(clipped)
     now[DISPLACEMENT] = v1
     now[TANGENTIAL_LOAD] = total_force(after, memory)

@@ -48,7 +48,8 @@ def is_alone(contact: Contact, memory: Memory) -> bool:
 def with_room(memory: Memory) -> Memory:
     """Return the memory with stacks that the next path fits into."""
     # a front and an edge; a polyline steeper than μ may be cut in every segment
-    needed = 3 * deepest(memory) + 6 if any_steep(memory) else deepest(memory) + 2
+    deep = deepest(uncounted(memory))
+    needed = 3 * deep + 6 if any_steep(memory) else deep + 2
     return grown(memory, 2 * needed) if needed > memory.vertices.shape[1] else memory
 
 

@@ -108,8 +108,9 @@ def any_steep(memory: Memory) -> bool:
 def stacks_of_capacity(memory: Memory, capacity: int) -> Floats:
     """Copy the stacks to an array that holds so many vertices each."""
     vertices = empty((memory.vertices.shape[0], capacity, memory.vertices.shape[2]), np.float64)
+    old, new = uncounted(memory.vertices), uncounted(vertices)
     for index in range(memory.depth.size):
-        copy_vertices(memory.vertices[index], vertices[index], memory.depth[index])
+        copy_vertices(old[index], new[index], memory.depth[index])
     return vertices
 
 
@@ -129,7 +130,7 @@ def copied(memory: Memory) -> Memory:
 def duplicated(memory: Memory) -> Memory:
     """Do what `copied` does, for compiled functions alone."""
     return Memory(
-        stacks_of_capacity(memory, deepest(memory) + 2),
+        stacks_of_capacity(memory, deepest(uncounted(memory)) + 2),
         duplicate(memory.depth),
         duplicate(memory.steep),
         duplicate(memory.dissipated),

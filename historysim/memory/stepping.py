@@ -19,7 +19,7 @@ from historysim.memory.layout import (
     Memory,
     Units,
 )
-from historysim.memory.lean import counted, empty, given_back, lean
+from historysim.memory.lean import counted, empty, given_back, lean, uncounted
 from historysim.memory.limit import MOST_PIECES
 from historysim.memory.paths import LEAST_APPROACH, LEAST_LOAD, LOAD
 from historysim.memory.slopes import Slopes, slopes
@@ -184,13 +184,14 @@ def step_arrays(
     here, memory, scale = Contact(*lean(contact)), Memory(*counted(lean(arrays))), Units(*units)
     path = path_to(scale, normal_control, normal_target, tangential_control, tangential_target)
     after, refused, asked, limit = walk_path(here, memory, path, saturate, tolerance, compliance)
-    if deepest(after) > memory.vertices.shape[1]:
+    if deepest(uncounted(after)) > memory.vertices.shape[1]:
         larger = (after.vertices, after.depth, after.steep, after.dissipated, after.now)
         return refused, asked, limit, given_back(larger, arrays)
     # what is another array was made on the way, such as by a ramp that is walked several times
     if after.vertices is not memory.vertices:
+        found, own = uncounted(after.vertices), uncounted(memory.vertices)
         for index in range(after.depth.size):
-            copy_vertices(after.vertices[index], memory.vertices[index], after.depth[index])
+            copy_vertices(found[index], own[index], after.depth[index])
     if after.depth is not memory.depth:
         copy_items(after.depth, memory.depth)
     if after.steep is not memory.steep:
