@@ -51,16 +51,18 @@ def ordered(
     ascending = np.argsort(gap, kind="stable") if by_gap is None else by_gap
     place = np.empty(smallest.size, dtype=np.int64)
     place[np.argsort(smallest, kind="stable")] = np.arange(smallest.size)
-    order = ascending[np.argsort(place[group[ascending]], kind="stable")]
+    order = ascending if smallest.size == 1 else ascending[np.argsort(place[group[ascending]], kind="stable")]
     first = np.flatnonzero(np.diff(group[order], prepend=-1, append=-1))
     among_all = ascending if index is None else np.lexsort((index, gap))
+    by_group = gap[order], weight[order]
+    # of one group all stand in the one order, and the fewer arrays there are, the more of them a cache holds
+    sorted_gap, sorted_weight = by_group if among_all is order else (gap[among_all], weight[among_all])
     contact = Contact(
-        gap=gap[order],
-        weight=weight[order],
+        *by_group,
         first=first.astype(np.int64),
         friction=friction[order[first[:-1]]],
-        sorted_gap=gap[among_all],
-        sorted_weight=weight[among_all],
+        sorted_gap=sorted_gap,
+        sorted_weight=sorted_weight,
     )
     return contact, order.astype(np.int64)
 
