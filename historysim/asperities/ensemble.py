@@ -142,7 +142,8 @@ class Ensemble(Parameters):
         """What moves states; it takes the compiler, which parameters and their checks do without."""
         from historysim.asperities.moving import Moving
 
-        return Moving(self)
+        # if it held the ensemble, that and its arrays would stay until the collector finds both
+        return Moving(self.alone())
 
     @property
     def evolution(self) -> "Evolution":
@@ -421,11 +422,7 @@ class Ensemble(Parameters):
         InputError
             A load that is not a finite number of 0 or more.
         """
-        from historysim.memory.normal import approach_at
-
-        units, (gap, weight) = self.units(), self.shape()
-        load = scalar("normal_load", normal_load, least=0.0) / units.load
-        return approach_at(gap[self.by_gap], weight[self.by_gap], load, 0.0) * units.length
+        return self._moving.approach_at(normal_load)
 
     def superposition(self, state: "EnsembleState") -> Superposition:
         """Return pressures and tractions of patches as sums of those in the table of their normal curves.

@@ -30,6 +30,7 @@ from historysim.memory.layout import (
     Memory,
     Units,
 )
+from historysim.memory.normal import approach_at
 from historysim.memory.paths import DISPLACED, LEAST_APPROACH, LEAST_LOAD, LOAD, STILL, Goals, Paths, paths_to
 from historysim.memory.polyline import Aim
 from historysim.memory.rows import Rows, blank_rows, columns_of
@@ -301,6 +302,12 @@ class Moving:
             normal_control=int(paths.normal_control[-1]),
             tangential_control=int(paths.tangential_control[-1]),
         )
+
+    def approach_at(self, normal_load: float) -> float:
+        """Return the approach of the highest summit [m] at which the asperities carry a total normal load [N]."""
+        units, (gap, weight), by_gap = self.parameters.units(), self.parameters.shape(), self.parameters.by_gap
+        load = scalar("normal_load", normal_load, least=0.0) / units.load
+        return approach_at(gap[by_gap], weight[by_gap], load, 0.0) * units.length
 
     def _coefficients(self, friction: npt.ArrayLike) -> Floats:
         """Friction coefficients of all elements, of which patches of one contact have one alone."""

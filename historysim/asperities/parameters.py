@@ -88,6 +88,12 @@ class Parameters:
                 "friction, and neither wear nor slid distances, or an ensemble of summits"
             )
 
+    def alone(self) -> "Parameters":
+        """Return the parameters by themselves, of the same arrays."""
+        found = Parameters.__new__(Parameters)
+        found.__attrs_init__(**{field.name: getattr(self, field.name) for field in attrs.fields(Parameters)})
+        return found
+
     def __len__(self) -> int:
         """Return the number of asperities, or of patches."""
         return self.elements if self.curves is None else len(self.curves)

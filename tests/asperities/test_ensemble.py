@@ -1,7 +1,9 @@
 """The ensemble: load balance, and a state that is a value."""
 
+import gc
 import hashlib
 import math
+import weakref
 from types import SimpleNamespace
 
 import numpy as np
@@ -487,3 +489,16 @@ def test_a_deep_memory_is_walked_on_whole():
     assert walked.memory.depth.tolist() == depth
     assert walked.memory.vertices[0, : depth[0]].tobytes() == state.memory.vertices[0, : depth[0]].tobytes()
     assert ensemble.with_friction(state, 0.6).memory.depth.tolist() == depth
+
+
+def test_an_ensemble_is_gone_when_nobody_has_it():
+    """Those who make one after the other, as fits do, must not wait for the collector to have the memory back."""
+    ensemble = hs.Ensemble(PAIR, [0.0, -1e-9], 1e-5, 0.2)
+    ensemble.advance(ensemble.initial_state(), normal_displacement=ensemble.approach_at(1e-9))
+    there = weakref.ref(ensemble)
+    gc.disable()
+    try:
+        del ensemble
+        assert there() is None
+    finally:
+        gc.enable()
