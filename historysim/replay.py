@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import attrs
 import numpy as np
 import numpy.typing as npt
-from tqdm import tqdm
+import tqdm
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
@@ -140,7 +140,7 @@ class Replay:
         state, columns = start.state, () if target.asperities is None else target.asperities
         at_once = min(most_rows or target.rows_at_once, target.rows_at_once)
         plan = schedule.stretches(self.events, self.substeps, at_once, start=start.standing, until=until)
-        bar = tqdm(total=target.steps, initial=start.rows, unit="step", delay=2, disable=None if progress else True)
+        bar = tqdm.tqdm(total=target.steps, initial=start.rows, unit="step", delay=2, disable=not progress or None)
         with bar, Projectors(self.threads) as projectors:
             for stretch in plan:
                 rows = target.blank(stretch.row_time.size)

@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 
 import historysim as hs
+from historysim.asperities.saved_state import packed
 from historysim.loads.schedule import Standing
 from historysim.log import file as log_file
 from historysim.log.canonical import columns_of, events_of
 from historysim.log.file import LogFile, links_of
 from historysim.log.head import Head, head_from
-from historysim.log.snapshot import Snapshot, packed, unpacked
+from historysim.log.snapshot import Snapshot, unpacked
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 ENSEMBLE = hs.Ensemble(PAIR, [0.0, -0.01, -0.03], [1.0, 2.0, 0.5], 0.5, x=[0.0, 1.0, 2.0])
