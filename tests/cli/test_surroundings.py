@@ -8,6 +8,7 @@ import matrix
 import pytest
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("case", matrix.CHEAP, ids=lambda case: case.__name__)
 def test_the_program_runs_wherever_it_is(tmp_path, case):
     case(tmp_path)

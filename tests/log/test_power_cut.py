@@ -18,6 +18,7 @@ def power_cuts(*arguments):
     return {title: int(disks) for title, disks in found.items()}
 
 
+@pytest.mark.ci
 def test_whatever_a_power_cut_leaves_keeps_the_promise_and_each_precaution_is_needed():
     disks = power_cuts("--every", 16, "--samples", 0, "--changes")
     assert sum(disks.values()) > 15

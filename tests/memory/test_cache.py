@@ -13,6 +13,8 @@ import pytest
 import historysim
 from historysim.memory.cache import digest
 
+pytestmark = pytest.mark.ci
+
 PACKAGE = Path(historysim.__file__).parent
 SCENARIO = PACKAGE.parent / "scenarios" / "01_load_steps_up.toml"
 
@@ -182,7 +184,6 @@ def test_a_full_disk_is_no_reason_to_stop(package):
     assert outcome(package) == (value, [])
 
 
-@pytest.mark.slow
 def test_the_first_run_gives_the_bits_of_all_later_ones(package, tmp_path):
     results = []
     for name in ("cold.nc", "warm.nc"):
