@@ -38,7 +38,7 @@ print(json.dumps([sorted(before), sorted(compiled() - before)]))
 """
 
 
-@pytest.mark.ci
+@pytest.mark.slow
 def test_ordinary_runs_compile_nothing_more(tmp_path):
     names = ["01_load_steps_up.toml", "08_mixed_control.toml", "10_random_rough_surface.toml"]
     done = subprocess.run(
