@@ -1,0 +1,148 @@
+/* Which summits a contact has, which of them share what they remember, and in which order they stand. */
+
+#include "internal.h"
+
+/* ---- order ------------------------------------------------------------------------------------------------------------ */
+
+/* Merge sort; what is in order takes no time. */
+int hs_sort_by(const double *key, int64_t *place, int64_t count) {
+    int64_t *other = NULL, *source = place;
+    int64_t width = 1;
+    int sorted = 1;
+    for (int64_t i = 1; i < count && sorted; ++i) sorted = key[place[i - 1]] <= key[place[i]];
+    if (sorted) return HS_OK;
+    /* runs of 16 by insertion first */
+    for (int64_t begin = 0; begin < count; begin += 16) {
+        int64_t end = begin + 16 < count ? begin + 16 : count;
+        for (int64_t i = begin + 1; i < end; ++i) {
+            int64_t one = place[i], j = i;
+            for (; j > begin && key[place[j - 1]] > key[one]; --j) place[j] = place[j - 1];
+            place[j] = one;
+        }
+    }
+    width = 16;
+    if (width >= count) return HS_OK;
+    other = (int64_t *)malloc((size_t)count * sizeof *other);
+    if (!other) return HS_OUT_OF_MEMORY;
+    int64_t *target = other;
+    for (; width < count; width *= 2) {
+        for (int64_t begin = 0; begin < count; begin += 2 * width) {
+            int64_t middle = begin + width < count ? begin + width : count;
+            int64_t end = begin + 2 * width < count ? begin + 2 * width : count;
+            int64_t i = begin, j = middle, k = begin;
+            while (i < middle && j < end) target[k++] = key[source[j]] < key[source[i]] ? source[j++] : source[i++];
+            while (i < middle) target[k++] = source[i++];
+            while (j < end) target[k++] = source[j++];
+        }
+        int64_t *swap = source;
+        source = target;
+        target = swap;
+    }
+    if (source != place) memcpy(place, source, (size_t)count * sizeof *place);
+    free(other);
+    return HS_OK;
+}
+
+/* Fill in the arrays of a contact from gaps and weights in the caller's numbering and the group of each asperity. */
+static int put_in_order(hs_contact *contact, const double *gap, const double *weight, const int64_t *group) {
+    int64_t count = contact->count, groups = contact->groups;
+    double *sorted_gap = (double *)contact->sorted_gap, *sorted_weight = (double *)contact->sorted_weight;
+    double *own_gap = (double *)contact->gap, *own_weight = (double *)contact->weight;
+    int64_t *order = (int64_t *)contact->order, *first = (int64_t *)contact->first;
+    for (int64_t i = 0; i < count; ++i) order[i] = i;
+    if (hs_sort_by(gap, order, count) != HS_OK) return HS_OUT_OF_MEMORY;
+    for (int64_t i = 0; i < count; ++i) {
+        sorted_gap[i] = gap[order[i]];
+        sorted_weight[i] = weight[order[i]];
+    }
+    if (groups > 1) {
+        /* groups are met in the order of their smallest gaps */
+        int64_t *rank = (int64_t *)malloc((size_t)(groups + count) * sizeof *rank), *ascending, met = 0;
+        if (!rank) return HS_OUT_OF_MEMORY;
+        ascending = rank + groups;
+        memcpy(ascending, order, (size_t)count * sizeof *ascending);
+        for (int64_t g = 0; g < groups; ++g) rank[g] = -1;
+        for (int64_t g = 0; g <= groups; ++g) first[g] = 0;
+        for (int64_t i = 0; i < count; ++i) {
+            int64_t g = group[ascending[i]];
+            if (rank[g] < 0) rank[g] = met++;
+            ++first[rank[g] + 1];
+        }
+        for (int64_t g = 0; g < groups; ++g) first[g + 1] += first[g];
+        for (int64_t i = 0; i < count; ++i) order[first[rank[group[ascending[i]]]]++] = ascending[i];
+        for (int64_t g = groups; g > 0; --g) first[g] = first[g - 1];
+        first[0] = 0;
+        free(rank);
+    } else {
+        first[0] = 0;
+        first[1] = count;
+    }
+    if (own_gap != sorted_gap)
+        for (int64_t i = 0; i < count; ++i) {
+            own_gap[i] = gap[order[i]];
+            own_weight[i] = weight[order[i]];
+        }
+    return HS_OK;
+}
+
+/* Make a contact with the units of another, in order; gaps and weights are in the caller's numbering. */
+hs_contact *hs_contact_of(int64_t count, int64_t groups, const double *gap, const double *weight, const int64_t *group,
+                          const hs_units *units, double datum) {
+    /* of one group all stand in the one order, and the fewer arrays there are, the more of them a cache holds */
+    size_t n = (size_t)count, arrays = groups > 1 ? 4 : 2;
+    size_t size = sizeof(hs_contact) + (arrays + 1) * n * 8 + ((size_t)groups + 1) * 8;
+    hs_contact *contact = (hs_contact *)malloc(size);
+    if (!contact) return NULL;
+    double *numbers = (double *)(contact + 1);
+    contact->count = count;
+    contact->groups = groups;
+    contact->gap = numbers;
+    contact->weight = numbers + n;
+    contact->sorted_gap = groups > 1 ? numbers + 2 * n : numbers;
+    contact->sorted_weight = groups > 1 ? numbers + 3 * n : numbers + n;
+    contact->order = (int64_t *)(numbers + arrays * n);
+    contact->first = contact->order + n;
+    contact->units = *units;
+    contact->datum = datum;
+    contact->references = 1;
+    if (put_in_order(contact, gap, weight, group) == HS_OK) return contact;
+    free(contact);
+    return NULL;
+}
+
+hs_contact *hs_contact_new(int64_t count, const double *summit_height, const double *summit_radius, const double *sign,
+                           const int64_t *group, double contact_modulus, double displacement_ratio) {
+    double highest = summit_height[0], largest = summit_radius[0];
+    int64_t groups = 1;
+    for (int64_t i = 0; i < count; ++i) {
+        highest = hs_most(highest, summit_height[i]);
+        largest = hs_most(largest, summit_radius[i]);
+        if (group && group[i] >= groups) groups = group[i] + 1;
+    }
+    hs_units units;
+    units.length = units.radius = largest;
+    units.load = 4.0 / 3.0 * contact_modulus * (largest * largest);
+    units.displacement = displacement_ratio * largest;
+    units.energy = units.load * units.displacement;
+    units.area = 3.141592653589793 * largest * largest;
+    units.stiffness = units.load / units.displacement;
+    double *gap = (double *)malloc(2 * (size_t)count * sizeof *gap), *weight = gap + count;
+    if (!gap) return NULL;
+    for (int64_t i = 0; i < count; ++i) {
+        gap[i] = (highest - summit_height[i]) / largest;
+        weight[i] = sqrt(summit_radius[i] / largest);
+        if (sign) weight[i] = copysign(weight[i], sign[i]);
+    }
+    hs_contact *contact = hs_contact_of(count, groups, gap, weight, group, &units, highest);
+    free(gap);
+    return contact;
+}
+
+hs_contact *hs_contact_held(hs_contact *contact) {
+    __atomic_add_fetch(&contact->references, 1, __ATOMIC_RELAXED);
+    return contact;
+}
+
+void hs_contact_free(hs_contact *contact) {
+    if (contact && __atomic_sub_fetch(&contact->references, 1, __ATOMIC_ACQ_REL) == 0) free(contact);
+}

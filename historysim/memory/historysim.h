@@ -1,0 +1,330 @@
+/* The traction memory of rough frictional contacts: exact for any load history, without time steps.
+ *
+ * A contact is made of its summits (`hs_contact_new`), a memory of a contact and its friction (`hs_memory_new`).
+ * A memory is carried along straight paths (`hs_step`, `hs_advance`, `hs_walk`), asked for what it says (`hs_totals_of`,
+ * `hs_slopes_of`, …), copied as often as one likes (`hs_memory_copy`), and written to bytes (`hs_memory_write`).
+ *
+ * README.md in this folder has the theory, and how a memory is laid out. Structs show numbers without dimension: lengths
+ * over the largest summit radius R0, loads over (4/3) E* R0², tangential displacements over θ R0, θ = E* / (4 G*). Functions
+ * take and give SI units, unless they say otherwise. Nothing is global: different memories may be used by different
+ * threads at the same time; a memory that is only read may be read by several.
+ */
+#ifndef HISTORYSIM_H
+#define HISTORYSIM_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifndef HS_API
+#if defined(_WIN32)
+#define HS_API __declspec(dllexport)
+#elif defined(__GNUC__)
+#define HS_API __attribute__((visibility("default")))
+#else
+#define HS_API
+#endif
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* What functions return that may fail. */
+enum hs_status {
+    HS_OK = 0,
+    HS_BEYOND_LIMIT = 1,  /* a tangential load asks for more than friction holds: nothing was changed */
+    HS_OUT_OF_MEMORY = 2, /* what was to be changed is of no use any more */
+    HS_LAW_FAILED = 3,    /* a law of the caller's said that it failed; what was to be changed is of no use any more */
+    HS_NOT_A_STATE = 4    /* bytes that are no memory of this version, or damaged ones */
+};
+
+/* How a channel is controlled. */
+enum hs_control { HS_LOAD = 0, HS_DISPLACED = 1 };
+
+/* What the springs of an asperity do. */
+enum hs_slip_state { HS_SEPARATED = 0, HS_FULL_STICK = 1, HS_PARTIAL_SLIP = 2, HS_GROSS_SLIP = 3 };
+
+/* Physical size of one dimensionless unit. */
+typedef struct hs_units {
+    double load;         /* [N] */
+    double length;       /* of approaches, gaps and labels [m] */
+    double displacement; /* tangential [m] */
+    double energy;       /* [J] */
+    double radius;       /* of circles [m] */
+    double area;         /* [m²] */
+    double stiffness;    /* tangential [N/m] */
+} hs_units;
+
+/* ---- contact: which summits there are, and which of them share what they remember; it is never changed -------------- */
+
+/* Asperities stand by their groups, and in a group by ascending gap; groups by ascending smallest gap. */
+typedef struct hs_contact {
+    int64_t count;               /* asperities */
+    int64_t groups;              /* of asperities that share one friction coefficient, and so one memory */
+    const double *gap;           /* (count) below the highest summit at the start */
+    const double *weight;        /* (count) k = √(R/R0), so that an asperity carries k (a - gap)^(3/2) at approach a */
+    const int64_t *order;        /* (count) which asperity, in the caller's numbering, stands at each position */
+    const int64_t *first;        /* (groups + 1) position of the first asperity of each group */
+    const double *sorted_gap;    /* (count) of all asperities by ascending gap */
+    const double *sorted_weight; /* (count) */
+    hs_units units;
+    double datum;                /* height of the highest summit at the start, where gaps are 0 [m] */
+    int64_t references;
+} hs_contact;
+
+/* Make a contact of summits with heights and radii [m]; NULL where there is no memory.
+ *
+ * `contact_modulus` is E* [Pa], `displacement_ratio` θ = E* / (4 G*). Asperities with the same number in `group` (from 0,
+ * all numbers up to the largest) share one friction coefficient; NULL stands for one group. Where `sign` is given, an
+ * element with a negative one takes from the normal load (see normal curves); NULL stands for summits. */
+HS_API hs_contact *hs_contact_new(int64_t count, const double *summit_height, const double *summit_radius,
+                                  const double *sign, const int64_t *group, double contact_modulus,
+                                  double displacement_ratio);
+HS_API void hs_contact_free(hs_contact *contact);
+
+/* Approach of the highest summit [m] at which a contact carries a normal load [N]. */
+HS_API double hs_approach_at(const hs_contact *contact, double normal_load);
+
+/* ---- memory: where a contact is, and what it remembers ---------------------------------------------------------------- */
+
+/* A vertex of a group's polyline of anchors. */
+typedef struct hs_vertex {
+    double label;      /* approach a at which the spring first touched */
+    double anchor;     /* w(a), where the spring is anchored */
+    double slope;      /* dw/da towards the next deeper vertex */
+    double made_at;    /* tangential displacement at which the vertex was made */
+    double normal;     /* load P(a) of the group at the label */
+    double tangential; /* tangential load of everything deeper */
+} hs_vertex;
+
+/* What asperities have become that evolve, beside what their tractions remember; arrays are in the caller's numbering. */
+typedef struct hs_evolved {
+    double *summit_height;  /* present ones [m] */
+    double *summit_radius;  /* [m] */
+    double *slid_distance;  /* ∫|dU| while the asperity slid as a whole [m] */
+    double *worn_volume;    /* lost since the start [m³] */
+    double *waiting_volume; /* what of it has not yet shaped the summit [m³] */
+    double *shaped_volume;  /* what has, since the summit was last a whole paraboloid [m³] */
+    uint8_t *given;         /* whose friction an event has given, in place of the law */
+    double slid_together;   /* ∫|dU| while all asperities in contact slid [m] */
+    double erased_memories; /* contacts whose memory a change of their geometry has erased */
+    double erased_energy;   /* tangential elastic energy that went with it, or with what was worn [J] */
+} hs_evolved;
+
+typedef struct hs_memory {
+    hs_contact *contact;
+    double approach;        /* of the highest summit */
+    double displacement;    /* tangential */
+    double normal_load;
+    double tangential_load;
+    double dissipated;      /* by all asperities since the start */
+    double excess;          /* what a held tangential load asks for beyond the friction limit, with its sign */
+    double *friction;       /* (group) present coefficients */
+    double *each;           /* (count) energy that each asperity has dissipated, by its position */
+    int64_t *depth;         /* (group) vertices of each stack, the deepest first */
+    uint8_t *steep;         /* (group) whether the polyline has slopes beyond μ */
+    hs_vertex *vertices;    /* (group, capacity) */
+    int64_t capacity;
+    struct hs_deep *deep;   /* deeper vertices of a single stack, which copies share; NULL where `vertices` has all */
+    hs_evolved *evolved;    /* NULL where asperities do not evolve */
+    int32_t normal_control; /* how each channel was controlled last, and is held */
+    int32_t tangential_control;
+} hs_memory;
+
+/* Make the memory of a contact that nothing has happened to, with one coefficient for each asperity, of which those of
+ * one group are the same. With `evolves`, what asperities become is followed. NULL where there is no memory. */
+HS_API hs_memory *hs_memory_new(hs_contact *contact, const double *friction, int evolves);
+/* Return an independent copy; NULL where there is no memory. What lies deep is shared and costs nothing. */
+HS_API hs_memory *hs_memory_copy(const hs_memory *memory);
+/* Have all vertices of a memory stand in `vertices`, none in `deep`. */
+HS_API int hs_memory_join(hs_memory *memory);
+HS_API void hs_memory_free(hs_memory *memory);
+
+/* ---- steps ------------------------------------------------------------------------------------------------------------ */
+
+/* One straight path of both channels. A channel goes `fraction` of the way from where it is to its target, in N or m.
+ * `parts` equal parts are walked, the inner ends recorded from `first_row` on; `recorded` says whether the end is, too. */
+typedef struct hs_path {
+    double normal_target;
+    double normal_fraction;
+    double tangential_target;
+    double tangential_fraction;
+    int64_t parts;
+    int64_t first_row;
+    int32_t normal_control;
+    int32_t tangential_control;
+    int32_t recorded;
+    int32_t unused;
+} hs_path;
+
+/* How the contact is driven. */
+typedef struct hs_drive {
+    double tolerance;  /* relative change at which a ramp of both loads that has to be refined is settled, such as 1e-6 */
+    double compliance; /* of an instrument in series with the contact [m/N]; tangential displacements are its drive's */
+    int32_t saturate;  /* whether a tangential load beyond the friction limit is held at the limit */
+    int32_t threads;   /* that share the work on many asperities, 1 or more; the bits do not depend on it */
+} hs_drive;
+
+/* Why a path was refused. */
+typedef struct hs_refusal {
+    double request; /* tangential load that was asked for [N] */
+    double limit;   /* friction limit there [N] */
+    int64_t path;
+} hs_refusal;
+
+/* Carry a memory along one straight path to targets in N or m; not a number holds a channel as it was controlled last.
+ * Of a path that is refused nothing is changed. */
+HS_API int hs_step(hs_memory *memory, int normal_control, double normal_target, int tangential_control,
+                   double tangential_target, const hs_drive *drive, hs_refusal *refusal);
+/* Do the same for a memory that is not changed itself: `after` is a new one. */
+HS_API int hs_advance(const hs_memory *memory, int normal_control, double normal_target, int tangential_control,
+                      double tangential_target, const hs_drive *drive, hs_refusal *refusal, hs_memory **after);
+
+/* ---- rows: what is recorded of a memory along its way, in SI units ---------------------------------------------------- */
+
+/* Of the whole contact. */
+typedef struct hs_totals {
+    double normal_load;          /* [N] */
+    double tangential_load;      /* [N] */
+    double approach;             /* of the highest summit [m] */
+    double displacement;         /* tangential [m] */
+    double contact_count;        /* asperities that touch */
+    double real_contact_area;    /* [m²] */
+    double tangential_stiffness; /* of the springs that stick [N/m] */
+    double dissipated_energy;    /* since the start [J] */
+    double friction_limit;       /* [N] */
+    double saturated;            /* 1 where a load is held at the limit, or was since the row before */
+    double traction_ratio;       /* largest |τ|/(μ p): 1, or more where friction has fallen after a reversal */
+    double slid_together;        /* ∫|dU| while all asperities in contact slid [m] */
+    double erased_memories;      /* see hs_evolved */
+    double erased_energy;        /* [J] */
+} hs_totals;
+
+/* Where rows are written. Of each asperity an array (row, column) that is NULL is not recorded. */
+typedef struct hs_rows {
+    int64_t columns;           /* recorded asperities */
+    const int64_t *asperity;   /* (column) */
+    hs_totals *totals;         /* (row) */
+    double *normal_load;       /* [N] */
+    double *tangential_load;   /* [N] */
+    double *contact_radius;    /* [m] */
+    double *stick_radius;      /* [m] */
+    int8_t *slip_state;        /* hs_slip_state */
+    double *dissipated_energy; /* since the start [J] */
+    double *friction;          /* present coefficient */
+    double *slid_distance;     /* [m] */
+    double *worn_volume;       /* [m³] */
+    double *summit_height;     /* [m] */
+    double *summit_radius;     /* [m] */
+} hs_rows;
+
+/* Carry a memory along paths, one after the other, and record rows on the way, unless `rows` is NULL. Of each path the
+ * share `until` is walked. Where a path is refused, the memory is of no use any more. */
+HS_API int hs_walk(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
+                   double until, hs_refusal *refusal);
+/* Record one row of a memory as it is. */
+HS_API int hs_read(const hs_memory *memory, const hs_rows *rows, int64_t row);
+
+/* ---- what a memory says ------------------------------------------------------------------------------------------------ */
+
+/* How the loads at the end of the last path change with where it ended, its start being what it was [N/m]. */
+typedef struct hs_slopes {
+    double tangential; /* ∂T/∂U at a held approach */
+    double coupling;   /* ∂T/∂d at a held displacement */
+    double normal;     /* ∂N/∂d */
+} hs_slopes;
+/* Of a straight path that began at an approach [m]. */
+HS_API hs_slopes hs_slopes_of(const hs_memory *memory, double start);
+/* dT/dU at a fixed approach when the displacement goes on in a direction, 1 or -1; with 0 that of the springs that stick
+ * now [N/m]. */
+HS_API double hs_stiffness(const hs_memory *memory, int direction);
+/* dN/dd [N/m]. */
+HS_API double hs_normal_stiffness(const hs_memory *memory);
+/* Tangential elastic energy of all asperities [J]. */
+HS_API double hs_stored_energy(const hs_memory *memory);
+HS_API int64_t hs_contact_count(const hs_memory *memory);
+
+/* ---- friction and summits that change at rest --------------------------------------------------------------------------- */
+
+/* Give each asperity (in the caller's numbering) another coefficient from now on, while a controlled tangential load stays,
+ * or the displacement of an instrument's drive. Asperities that are not alike in it no longer share what they remember. A
+ * load that friction no longer holds is still asked for. */
+HS_API int hs_set_friction(hs_memory *memory, const double *friction, const hs_drive *drive);
+
+/* ---- evolution: friction that depends on how asperities are loaded, wear, other summits ---------------------------------- */
+
+/* How asperities are loaded at one moment, for a law of friction. */
+typedef struct hs_loaded {
+    int64_t count;
+    const double *normal_load;   /* (count) [N], > 0 */
+    const double *summit_radius; /* (count) [m] */
+    const double *slid_distance; /* (count) ∫|dU| while each slid [m] */
+    double total_normal_load;    /* of all asperities together [N] */
+} hs_loaded;
+/* A law of the caller's: fills in coefficients (count); returns 0, or something else where it failed. */
+typedef int (*hs_law_function)(void *user, const hs_loaded *loaded, double *friction);
+
+enum hs_law_kind {
+    HS_NO_LAW = 0,         /* coefficients stay as they are */
+    HS_POWER_LAW = 1,      /* coefficient (N/reference_load)^exponent */
+    HS_SHEAR_STRENGTH = 2, /* shear_strength on the area of Hertz, or, with a work of adhesion, of JKR */
+    HS_SHIFTED_LOAD = 3,   /* coefficient on N + 2π work_of_adhesion R */
+    HS_SLID_TABLE = 4,     /* straight between the rows of a table over the distance slid */
+    HS_CALLERS_LAW = 5
+};
+enum hs_dependence { HS_ON_NOTHING = 0, HS_ON_TOTAL_LOAD = 1, HS_ON_OWN_LOAD = 2, HS_ON_SLID_DISTANCE = 3 };
+typedef struct hs_law {
+    int32_t kind;
+    int32_t depends_on;
+    double coefficient;
+    double reference_load;   /* [N] */
+    double exponent;
+    double shear_strength;   /* [Pa] */
+    double work_of_adhesion; /* [J/m²] */
+    int64_t rows;
+    const double *distance;     /* (row) [m] */
+    const double *coefficients; /* (row) */
+    hs_law_function function;
+    void *user;
+} hs_law;
+
+/* A law of wear of the caller's: fills in the volumes that asperities lose [m³] (count) under mean loads [N] while they
+ * slid [m] and dissipated [J]; returns 0, or something else where it failed. */
+typedef int (*hs_wear_function)(void *user, int64_t count, const double *normal_load, const double *slid_distance,
+                                const double *dissipated_energy, double *volume);
+enum hs_wear_kind {
+    HS_NO_WEAR = 0,
+    HS_ARCHARD = 1,     /* rate [1/Pa] times load times distance slid */
+    HS_ENERGY_WEAR = 2, /* rate [m³/J] times energy dissipated */
+    HS_CALLERS_WEAR = 3
+};
+/* What is left of a summit: its cap cut off and the radius kept, or a paraboloid blunted in the contact circle. */
+enum hs_wear_shape { HS_TRUNCATED = 0, HS_BLUNTED = 1 };
+typedef struct hs_wear {
+    int32_t kind;
+    int32_t shape;
+    double rate;
+    hs_wear_function function;
+    void *user;
+} hs_wear;
+
+typedef struct hs_evolution {
+    hs_law law;
+    hs_wear wear;
+    double contact_modulus; /* E* [Pa] */
+    const double *goal;     /* coefficients (asperity) that the path goes to, straight with the channels; NULL for none */
+    double goal_fraction;   /* of the way there that the path goes */
+} hs_evolution;
+
+/* Do what `hs_walk` does where asperities evolve; the memory was made so. Only a single path may have a goal. */
+HS_API int hs_walk_evolving(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows,
+                            const hs_drive *drive, double until, const hs_evolution *evolution, hs_refusal *refusal);
+/* Give asperities other summits [m] (asperity) at the present approach and displacement. Those that are `fresh` are new
+ * contacts: nothing is remembered. Then friction is what the law says. */
+HS_API int hs_set_summits(hs_memory *memory, const double *summit_height, const double *summit_radius,
+                          const uint8_t *fresh, const hs_evolution *evolution);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

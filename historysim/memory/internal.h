@@ -1,0 +1,355 @@
+/* What the files of this library share; nothing of it is seen from outside. */
+#ifndef HISTORYSIM_INTERNAL_H
+#define HISTORYSIM_INTERNAL_H
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "historysim.h"
+
+#ifdef __cplusplus
+#define restrict __restrict
+#endif
+
+/* two displacements or loads that rounding alone keeps apart; a closed loop is recognised by it */
+#define HS_TIE (32.0 * DBL_EPSILON)
+/* rounding that a request at the friction limit may carry from its units */
+#define HS_LIMIT_SLACK 1e-12
+/* approach over R0, and load in its unit, below which there is no contact that floats could hold */
+#define HS_LEAST_APPROACH 1e-150
+#define HS_LEAST_LOAD 1e-225
+/* sums over asperities go through so many lanes, which are added in a fixed order: the bits are the same everywhere */
+#define HS_LANES 8
+
+static inline double hs_least(double a, double b) { return b < a ? b : a; }
+static inline double hs_most(double a, double b) { return b > a ? b : a; }
+/* Bounded on both sides. */
+static inline double hs_within(double value, double bound) { return hs_least(hs_most(value, -bound), bound); }
+static inline double hs_lanes_sum(const double *lane) {
+    return ((lane[0] + lane[1]) + (lane[2] + lane[3])) + ((lane[4] + lane[5]) + (lane[6] + lane[7]));
+}
+/* Point a fraction of the way from where a channel is to its target; the target itself at the end. */
+static inline double hs_toward(double present, double target, double fraction) {
+    return fraction == 1.0 ? target : present + fraction * (target - present);
+}
+
+/* ---- normal.c: the load P(a) of asperities, and the approach at a load ---- */
+
+typedef struct hs_load {
+    double load;
+    double slope; /* dP/da */
+} hs_load;
+
+/* Asperities in ascending gap. */
+typedef struct hs_curve {
+    const double *gap;
+    const double *weight;
+    int64_t count;
+} hs_curve;
+
+int64_t hs_touching(const double *gap, int64_t count, double approach);
+hs_load hs_sum_of_loads(const double *gap, const double *weight, int64_t touching, double approach);
+double hs_label_at(hs_curve curve, double total, double guess, double rigid, double compliance);
+
+static inline hs_load hs_load_of_one(double gap, double weight, double approach) {
+    double depth = hs_most(approach - gap, 0.0), half_chord = weight * sqrt(depth);
+    hs_load found = {half_chord * depth, 1.5 * half_chord};
+    return found;
+}
+/* P(a) and P'(a). */
+static inline hs_load hs_load_at(hs_curve curve, double approach) {
+    if (curve.count == 1) return hs_load_of_one(curve.gap[0], curve.weight[0], approach);
+    return hs_sum_of_loads(curve.gap, curve.weight, hs_touching(curve.gap, curve.count, approach), approach);
+}
+static inline hs_curve hs_all_of(const hs_contact *contact) {
+    hs_curve all = {contact->sorted_gap, contact->sorted_weight, contact->count};
+    return all;
+}
+
+/* ---- groups ---- */
+
+/* One friction group: its summits, what they have dissipated, and its vertices. */
+typedef struct hs_group {
+    hs_curve curve;
+    double *each;
+    hs_vertex *stack;
+    double friction;
+    int64_t start; /* position of its first asperity */
+} hs_group;
+
+static inline hs_group hs_group_of(const hs_memory *memory, int64_t index) {
+    const hs_contact *contact = memory->contact;
+    int64_t start = contact->first[index];
+    hs_group group = {{contact->gap + start, contact->weight + start, contact->first[index + 1] - start},
+                      memory->each + start,
+                      memory->vertices + index * memory->capacity,
+                      memory->friction[index],
+                      start};
+    return group;
+}
+static inline hs_vertex hs_vertex_of(double label, double anchor, double slope, double made_at, double normal,
+                                     double tangential) {
+    hs_vertex vertex = {label, anchor, slope, made_at, normal, tangential};
+    return vertex;
+}
+
+/* ---- paths in (d, V) ---- */
+
+/* Approach and displacement, dimensionless. */
+typedef struct hs_point {
+    double d;
+    double v;
+} hs_point;
+/* Where the tangential channel goes: rigid·V + compliance·T = value. A displacement has (1, 0), a load (0, 1), the
+ * displacement of a drive behind a spring (1, c). */
+typedef struct hs_aim {
+    double value;
+    double rigid;
+    double compliance;
+} hs_aim;
+
+static inline hs_aim hs_to_displacement(double value) {
+    hs_aim aim = {value, 1.0, 0.0};
+    return aim;
+}
+static inline hs_aim hs_to_load(double value) {
+    hs_aim aim = {value, 0.0, 1.0};
+    return aim;
+}
+
+/* ---- contact.c, memory.c ---- */
+
+/* Sort positions by a key, equals in the order in which they come. */
+int hs_sort_by(const double *key, int64_t *place, int64_t count);
+/* Make a contact with the units of another; gaps and weights are in the caller's numbering. */
+hs_contact *hs_contact_of(int64_t count, int64_t groups, const double *gap, const double *weight, const int64_t *group,
+                          const hs_units *units, double datum);
+hs_contact *hs_contact_held(hs_contact *contact);
+
+/* Have stacks hold so many vertices each. */
+int hs_memory_reserve(hs_memory *memory, int64_t capacity);
+/* Copy all from a memory of the same contact. */
+int hs_memory_assign(hs_memory *memory, const hs_memory *from);
+/* Put another memory in the place of this one; the other is no longer there. */
+void hs_memory_take(hs_memory *memory, hs_memory *other);
+hs_memory *hs_memory_outer_copy(const hs_memory *memory, int64_t more);
+int hs_memory_split(hs_memory *memory);
+int hs_part_ways(hs_memory *memory, const double *first_key, const double *second_key);
+int hs_reshape(hs_memory *memory, const double *gap, const double *weight, const uint8_t *fresh);
+/* Vertices of the deepest stack. */
+int64_t hs_deepest(const hs_memory *memory);
+int hs_any_steep(const hs_memory *memory);
+double hs_total_force(const hs_memory *memory);
+
+/* ---- losses.c: energies ---- */
+
+/* What springs between two labels slip, and their mean deflection while they do; both are linear in the label. */
+typedef struct hs_slip {
+    double low, high;
+    double slip_low, slip_high;
+    double drag_low, drag_high;
+} hs_slip;
+
+/* What was lost on a path. Pieces of asperities that are groups of their own wait until there are many, for each is a
+ * chain of roots and quotients that wait for one another: several at a time take no longer than one. */
+#define HS_MOST_PIECES 128
+typedef struct hs_losses {
+    int waits; /* whether pieces are put off */
+    int number;
+    int64_t whose[HS_MOST_PIECES];
+    double gap[HS_MOST_PIECES], weight[HS_MOST_PIECES];
+    double low[HS_MOST_PIECES], high[HS_MOST_PIECES];
+    double slip_low[HS_MOST_PIECES], slip_high[HS_MOST_PIECES];
+    double drag_low[HS_MOST_PIECES], drag_high[HS_MOST_PIECES];
+    double energy[HS_MOST_PIECES];
+    double total; /* of what was not put off */
+} hs_losses;
+
+void hs_no_losses(hs_losses *losses, int64_t groups);
+/* Spread over a group what it loses. */
+void hs_lose(const hs_group *group, hs_losses *losses, const hs_slip *slip);
+/* Add all of it to what the asperities, and all together, have dissipated. */
+void hs_settle(hs_losses *losses, hs_memory *memory);
+/* Of springs that leave contact between the approaches of a straight path, down to a segment. */
+void hs_lose_withdrawn(const hs_group *group, hs_losses *losses, int64_t depth, int64_t segment, hs_point from,
+                       hs_point to);
+/* Of a memory: ½ ∫ v² N'' da, added per asperity (position) to `each` unless that is NULL. */
+double hs_stored(const hs_memory *memory, double *each);
+
+/* ---- polyline.c: one group on one straight path ---- */
+
+/* Where a polyline ends at an approach before any slip: its last segment, and what stands there. */
+typedef struct hs_edge {
+    int64_t segment;
+    double label, anchor, normal, tangential;
+} hs_edge;
+
+hs_edge hs_edge_at(const hs_vertex *stack, int64_t depth, double d, double load);
+/* Carry a group that touches at the end, where it carries `load`, straight to approach `d` and to where it aims. Its
+ * stack has `depth` vertices, or none at `from` where that is 0. Returns the depth, and the displacement reached. */
+int64_t hs_move_group(const hs_group *group, hs_losses *losses, int64_t depth, hs_point from, double d, double load,
+                      hs_aim aim, double *reached);
+
+/* ---- clip.c: polylines steeper than the cone ---- */
+
+int hs_is_steep(const hs_vertex *stack, int64_t depth, double friction);
+/* Vertices that a clipped polyline of a depth may have. */
+static inline int64_t hs_room_to_clip(int64_t depth) { return 3 * depth + 6; }
+/* The straight way on which springs are clipped: what they were moved by, and how the limit of spring a grew, by
+ * rise + gain·(d - a); the coefficient at its end. */
+typedef struct hs_cone {
+    double friction;
+    double moved;
+    double rise;
+    double gain;
+} hs_cone;
+/* Carry a touching group straight and clip it to a cone; `scratch` has room for twice `hs_room_to_clip`. Without `losses`
+ * nothing is lost. Returns the depth of what then stands in `scratch`; adds to its stiffness dT/dV unless that is NULL. */
+int64_t hs_carry_and_clip(const hs_group *group, hs_losses *losses, int64_t depth, hs_point from, hs_point to,
+                          double load, const hs_cone *cone, hs_vertex *scratch, double *stiffness);
+
+/* ---- search.c: the displacement that all groups share ---- */
+
+/* Slip fronts that were found before. While the front of a group stays on one segment of its polyline, it is straight in
+ * the end (d, V) of the path: between label a_j, where the anchor is w_j, and the next vertex the slope is m, on the side
+ * s of slip it is sμ, so that
+ *
+ *     a = a_j + ((V - w_j) - sμ (d - a_j)) / (m - sμ),    T = T_j - m P(a_j) + sμ P(d) + (m - sμ) P(a)
+ *
+ * which also holds while the whole group slides, where a is below its gap and P(a) is 0. For groups of one asperity P is
+ * known at once, and several groups are summed at a time, without a walk along each polyline. One array a quantity. */
+typedef struct hs_fronts {
+    int64_t groups;
+    double *memory; /* that all arrays stand in */
+    double *cone;   /* sμ */
+    double *below, *anchor; /* label and anchor of the vertex below the front */
+    double *jump, *rate;    /* m - sμ, and its reciprocal */
+    double *force;          /* tangential load less m P of that vertex */
+    double *low, *high;     /* labels between which this holds */
+    double *gap, *weight;   /* of the one asperity */
+    double *off;            /* whether the front was found to be off the segment */
+} hs_fronts;
+
+/* what stands for 1/0 where several groups at a time leave no room for cases */
+#define HS_STEEPEST 1e100
+int hs_no_fronts(hs_fronts *fronts, int64_t groups);
+void hs_free_fronts(hs_fronts *fronts);
+
+/* Tangential load at the end of a path, with its first and second derivative in V. */
+typedef struct hs_force {
+    double force, stiffness, curvature;
+} hs_force;
+
+/* Normal loads of the groups that touch at an approach, which are the first ones. */
+typedef struct hs_shares {
+    int64_t count;
+    double *load;
+    double one[1]; /* place for that of a single group */
+} hs_shares;
+
+/* Note the first segment on which slip of a sign may end, which for small paths it does: the outermost, or, where that lies
+ * on the cone of this side already, the one below. */
+void hs_guess_front(hs_fronts *fronts, int64_t index, const hs_group *group, int64_t depth, double sign);
+/* Tangential load that `hs_move_group` would reach. Nothing is changed, but for the first vertex of a group that does not
+ * touch yet. A slip front that can be is noted instead, and gives the force from then on. */
+hs_force hs_force_of_group(const hs_group *group, int64_t depth, hs_point from, hs_point to, double load,
+                           hs_fronts *fronts, int64_t index);
+int hs_force_at(hs_memory *memory, const hs_shares *shares, hs_fronts *fronts, hs_point to, hs_force *found);
+int hs_displacement_at(hs_memory *memory, const hs_shares *shares, double d, hs_aim aim, double *found);
+int hs_displacement_with(hs_memory *memory, const hs_shares *shares, hs_fronts *fronts, double d, hs_aim aim, double *found);
+int hs_found_displacement(hs_memory *memory, const hs_shares *shares, hs_fronts *fronts, double d, hs_aim aim, double *found);
+
+/* ---- groups.c: what all groups carry together ---- */
+
+int hs_shares_at(const hs_memory *memory, double d, double load, hs_shares *shares);
+void hs_free_shares(hs_shares *shares);
+/* Friction limit at an approach, and the slopes in the approach of the limit and of the normal load. */
+typedef struct hs_limit {
+    double limit, limit_slope, load_slope;
+} hs_limit;
+hs_limit hs_limit_and_slopes(const hs_memory *memory, double d);
+/* Σ μ P(a), where the contact carries a normal load. */
+double hs_friction_limit(const hs_memory *memory, double d, double load);
+double hs_least_friction(const hs_memory *memory);
+double hs_largest_friction(const hs_memory *memory);
+/* Approach at which all carry a normal load; the very bits of a label met before where they tie. */
+double hs_approach_for(const hs_memory *memory, double load);
+
+/* ---- move.c: all groups on one straight path ---- */
+
+int hs_move(hs_memory *memory, double d, double load, hs_aim aim);
+/* The groups' coefficients go straight to `friction` on the way. */
+int hs_move_with_friction(hs_memory *memory, double d, double load, const double *friction, hs_aim aim);
+/* The same as `hs_move` where the loads of the groups at d, and the aim of the path in (d, V), are known. */
+int hs_carry(hs_memory *memory, const hs_shares *shares, double d, double load, hs_aim aim, hs_aim path);
+/* Tell of each group whether its polyline is steeper than μ. */
+void hs_tell_steep(hs_memory *memory);
+/* Whether there is one group, which any aim moves by one update. */
+int hs_is_alone(const hs_memory *memory);
+int hs_make_room(hs_memory *memory);
+
+/* ---- ramp.c, limit.c, walk.c ---- */
+
+int hs_ramp(hs_memory *memory, double load, double force, double tolerance);
+
+/* What is asked of the contact along one path: both channels at its ends. Where `both` are loads the normal load is
+ * straight in the share, otherwise the approach is. Forces are those asked for, whether friction holds them or not. */
+typedef struct hs_request {
+    int both;
+    double d[2];
+    double load[2];
+    double force[2];
+} hs_request;
+/* Pieces that a request is cut into where it meets the friction limit: where each ends, and which limit it follows. */
+#define HS_MOST_PIECES_OF_REQUEST 64
+typedef struct hs_pieces {
+    int count;
+    double end[HS_MOST_PIECES_OF_REQUEST];
+    int side[HS_MOST_PIECES_OF_REQUEST];
+} hs_pieces;
+int hs_meets_limit(const hs_memory *memory, const hs_request *request);
+void hs_cut(const hs_memory *memory, const hs_request *request, hs_pieces *pieces);
+void hs_overload(const hs_memory *memory, const hs_request *request, const hs_pieces *pieces, double *asked,
+                 double *limit);
+int hs_follow(hs_memory *memory, const hs_request *request, const hs_pieces *pieces, double before, double share,
+              double tolerance, int *side);
+
+/* A path that is planned: what it asks for, and how it goes there. */
+typedef struct hs_plan {
+    hs_request request;
+    hs_aim aim;
+    int meets; /* whether a load meets the friction limit on the way */
+    hs_pieces pieces;
+    double v[2];    /* displacements in between are straight from the first to the second */
+    int ends_apart; /* whether a tangential load ends where nothing touches */
+} hs_plan;
+/* Targets of `path` are dimensionless here, and so is the compliance. `direct` where nothing is recorded on the way. */
+int hs_planned(hs_memory *memory, const hs_path *path, double compliance, int saturate, int direct, hs_plan *plan,
+               hs_refusal *refusal);
+int hs_walk_on(hs_memory *memory, const hs_plan *plan, double before, double share, double tolerance, int *held);
+
+/* ---- readout.c ---- */
+
+/* The side of the cone on which the springs of segment j slide, 1 or -1; 0 where they stick. */
+double hs_sliding_side(const hs_vertex *stack, int64_t depth, int64_t j, double displacement, double friction);
+/* dT/dV at a fixed approach when the displacement goes on in a direction, 1 or -1; with 0 that of the springs that stick
+ * now, without those that slide either way. */
+double hs_sticking_stiffness(const hs_memory *memory, double direction);
+
+/* Rows that are written, and what it takes to write them. */
+typedef struct hs_recorder {
+    const hs_rows *rows;
+    hs_contact *contact; /* whose order the columns are known in */
+    int64_t *place;      /* (column) position of each recorded asperity */
+    double *gap;         /* (column) */
+    double *weight;      /* (column) */
+    double *scratch;     /* (4, count) */
+    int8_t *states;      /* (count) */
+} hs_recorder;
+int hs_begin_recording(hs_recorder *recorder, hs_contact *contact, const hs_rows *rows);
+int hs_record(hs_recorder *recorder, const hs_memory *memory, int64_t row, int saturated);
+void hs_end_recording(hs_recorder *recorder);
+
+#endif

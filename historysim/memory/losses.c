@@ -1,0 +1,148 @@
+/* The energy of springs between two labels: what they hold, and what they lose where they slip. */
+
+#include "internal.h"
+
+/* ∫ slip·drag·N'' da of one asperity of gap h and weight k over labels from low to high > h.
+ *
+ * The integrand over x = √(a - h) is a polynomial of fourth degree, so three Gauss points are exact; no term is negative. */
+static inline double part_of_one(double h, double k, double low, double high, double slip_low, double slip_slope,
+                                 double drag_low, double drag_slope) {
+    const double node = 0.7745966692414834; /* √0.6 */
+    double base = hs_most(h, low);
+    double x_low = sqrt(base - h), x_high = sqrt(high - h);
+    double length = (high - base) / (x_high + x_low), middle = 0.5 * (x_high + x_low), offset = 0.5 * length * node;
+    double x = middle - offset, s = base - low + (x - x_low) * (x + x_low);
+    double q = 5.0 * (slip_low + slip_slope * s) * (drag_low + drag_slope * s);
+    s = base - low + (middle - x_low) * (middle + x_low);
+    q += 8.0 * (slip_low + slip_slope * s) * (drag_low + drag_slope * s);
+    x = middle + offset;
+    s = base - low + (x - x_low) * (x + x_low);
+    q += 5.0 * (slip_low + slip_slope * s) * (drag_low + drag_slope * s);
+    return k * length * q * (1.5 / 18.0);
+}
+
+/* Add to each asperity its part of a slip, unless `each` is NULL; return the sum. */
+static double spread(hs_curve curve, double *each, const hs_slip *slip) {
+    double width = slip->high - slip->low;
+    if (width <= 0.0) return 0.0;
+    const double low = slip->low, high = slip->high, slip_low = slip->slip_low, drag_low = slip->drag_low;
+    const double slip_slope = (slip->slip_high - slip_low) / width, drag_slope = (slip->drag_high - drag_low) / width;
+    const double *gap = curve.gap, *weight = curve.weight;
+    int64_t count = hs_touching(gap, curve.count, high), i = 0;
+    double lane[HS_LANES] = {0};
+    for (; i + HS_LANES <= count; i += HS_LANES) {
+        double part[HS_LANES];
+        for (int l = 0; l < HS_LANES; ++l)
+            part[l] = part_of_one(gap[i + l], weight[i + l], low, high, slip_low, slip_slope, drag_low, drag_slope);
+        for (int l = 0; l < HS_LANES; ++l) lane[l] += part[l];
+        if (each)
+            for (int l = 0; l < HS_LANES; ++l) each[i + l] += part[l];
+    }
+    for (int l = 0; i + l < count; ++l) {
+        double part = part_of_one(gap[i + l], weight[i + l], low, high, slip_low, slip_slope, drag_low, drag_slope);
+        lane[l] += part;
+        if (each) each[i + l] += part;
+    }
+    return hs_lanes_sum(lane);
+}
+
+void hs_no_losses(hs_losses *losses, int64_t groups) {
+    losses->waits = groups > 1;
+    losses->number = 0;
+    losses->total = 0.0;
+}
+
+static void work_out(hs_losses *losses, double *each) {
+    int number = losses->number;
+    double lane[HS_LANES] = {0};
+    for (int p = 0; p < number; ++p) {
+        double low = losses->low[p], slip = losses->slip_low[p], drag = losses->drag_low[p];
+        double rate = 1.0 / (losses->high[p] - low);
+        double slip_slope = (losses->slip_high[p] - slip) * rate, drag_slope = (losses->drag_high[p] - drag) * rate;
+        losses->energy[p] = part_of_one(losses->gap[p], losses->weight[p], low, losses->high[p], slip, slip_slope, drag,
+                                        drag_slope);
+    }
+    for (int p = 0; p < number; ++p) {
+        lane[p % HS_LANES] += losses->energy[p];
+        each[losses->whose[p]] += losses->energy[p];
+    }
+    losses->total += hs_lanes_sum(lane);
+    losses->number = 0;
+}
+
+void hs_lose(const hs_group *group, hs_losses *losses, const hs_slip *slip) {
+    if (!losses->waits || group->curve.count > 1) {
+        losses->total += spread(group->curve, group->each, slip);
+        return;
+    }
+    if (!(slip->low < slip->high && slip->high > group->curve.gap[0])) return;
+    /* the array of all asperities begins before that of the group */
+    if (losses->number == HS_MOST_PIECES) work_out(losses, group->each - group->start);
+    int p = losses->number++;
+    losses->whose[p] = group->start;
+    losses->gap[p] = group->curve.gap[0];
+    losses->weight[p] = group->curve.weight[0];
+    losses->low[p] = slip->low;
+    losses->high[p] = slip->high;
+    losses->slip_low[p] = slip->slip_low;
+    losses->slip_high[p] = slip->slip_high;
+    losses->drag_low[p] = slip->drag_low;
+    losses->drag_high[p] = slip->drag_high;
+}
+
+void hs_settle(hs_losses *losses, hs_memory *memory) {
+    if (losses->number) work_out(losses, memory->each);
+    memory->dissipated += losses->total;
+    losses->total = 0.0;
+}
+
+/* Of leaving springs that slip one way: the drag falls to 0 in proportion to the slip left. */
+static void lose_one_way(const hs_group *group, hs_losses *losses, double low, double high, double slip_low,
+                         double slip_high, double rate) {
+    double sign = slip_low + slip_high > 0.0 ? 1.0 : -1.0;
+    /* slip per withdrawal; 0 where the springs ride along the limit */
+    double ratio = group->friction - sign * rate;
+    if (ratio <= 0.0) return;
+    double drag = 0.5 * group->friction / ratio;
+    slip_low = fabs(slip_low);
+    slip_high = fabs(slip_high);
+    hs_slip slip = {low, high, slip_low, slip_high, drag * slip_low, drag * slip_high};
+    hs_lose(group, losses, &slip);
+}
+
+/* Spring a leaves at V(a) = v0 + (a - d0) ΔV/Δd. It slips, if at all, one way: that of V(a) - w(a). */
+void hs_lose_withdrawn(const hs_group *group, hs_losses *losses, int64_t depth, int64_t segment, hs_point from,
+                       hs_point to) {
+    double rate = (to.v - from.v) / (to.d - from.d);
+    double high = from.d, slip_high = 0.0;
+    for (int64_t j = depth - 1; j >= segment;) {
+        double low = hs_most(group->stack[j - 1].label, to.d);
+        double change = rate - group->stack[j].slope;
+        double slip_low = slip_high - change * (high - low);
+        int turns = slip_high * slip_low < 0.0;
+        if (turns) {
+            /* first up to where the springs slip the other way */
+            low = hs_most(low, high - slip_high / change);
+            slip_low = 0.0;
+        }
+        if (slip_high != 0.0 || slip_low != 0.0) lose_one_way(group, losses, low, high, slip_low, slip_high, rate);
+        high = low;
+        slip_high = slip_low;
+        if (!turns) --j;
+    }
+}
+
+double hs_stored(const hs_memory *memory, double *each) {
+    const hs_contact *contact = memory->contact;
+    double total = 0.0;
+    for (int64_t index = 0; index < contact->groups; ++index) {
+        hs_group group = hs_group_of(memory, index);
+        const hs_vertex *stack = group.stack;
+        for (int64_t j = 1; j < memory->depth[index]; ++j) {
+            double v_low = memory->displacement - stack[j - 1].anchor, v_high = memory->displacement - stack[j].anchor;
+            hs_slip held = {stack[j - 1].label, stack[j].label, v_low, v_high, 0.5 * v_low, 0.5 * v_high};
+            total += spread(group.curve, each ? each + group.start : NULL, &held);
+        }
+    }
+    return total;
+}

@@ -1,0 +1,389 @@
+/* The memory of a contact: made, copied, with more room; groups that part ways, and summits of another shape. */
+
+#include "internal.h"
+
+/* Vertices in a block of the deep end of a single stack. Of the outer end two to three blocks stand in `vertices`. */
+#define BLOCK 32
+
+/* A block that lies deep: nothing changes it, and copies share it. */
+struct hs_deep {
+    struct hs_deep *below;
+    int64_t references;
+    hs_vertex vertices[BLOCK];
+};
+
+static struct hs_deep *held(struct hs_deep *deep) {
+    if (deep) __atomic_add_fetch(&deep->references, 1, __ATOMIC_RELAXED);
+    return deep;
+}
+
+static void let_go(struct hs_deep *deep) {
+    while (deep && __atomic_sub_fetch(&deep->references, 1, __ATOMIC_ACQ_REL) == 0) {
+        struct hs_deep *below = deep->below;
+        free(deep);
+        deep = below;
+    }
+}
+
+/* ---- what asperities become ------------------------------------------------------------------------------------------- */
+
+static hs_evolved *evolved_of(int64_t count) {
+    size_t n = (size_t)count;
+    hs_evolved *evolved = (hs_evolved *)calloc(1, sizeof *evolved + 6 * n * sizeof(double) + n);
+    if (!evolved) return NULL;
+    double *numbers = (double *)(evolved + 1);
+    double **each[] = {&evolved->summit_height, &evolved->summit_radius,  &evolved->slid_distance,
+                       &evolved->worn_volume,   &evolved->waiting_volume, &evolved->shaped_volume};
+    for (size_t k = 0; k < 6; ++k) *each[k] = numbers + k * n;
+    evolved->given = (uint8_t *)(numbers + 6 * n);
+    return evolved;
+}
+
+static void copy_evolved(hs_evolved *target, const hs_evolved *source, int64_t count) {
+    memcpy(target->summit_height, source->summit_height, 6 * (size_t)count * sizeof(double) + (size_t)count);
+    target->slid_together = source->slid_together;
+    target->erased_memories = source->erased_memories;
+    target->erased_energy = source->erased_energy;
+}
+
+/* ---- made, copied ----------------------------------------------------------------------------------------------------- */
+
+/* friction, what each has dissipated, depths and whether steep stand in one block */
+static size_t size_of_numbers(const hs_contact *contact) {
+    return (size_t)contact->groups * 17 + (size_t)contact->count * 8;
+}
+
+/* A memory with its arrays, of which nothing is filled in. */
+static hs_memory *blank(hs_contact *contact, int64_t capacity, int evolves) {
+    size_t groups = (size_t)contact->groups, count = (size_t)contact->count;
+    hs_memory *memory = (hs_memory *)malloc(sizeof *memory);
+    double *numbers = (double *)malloc(size_of_numbers(contact));
+    hs_vertex *vertices = (hs_vertex *)malloc(groups * (size_t)capacity * sizeof *vertices);
+    hs_evolved *evolved = evolves ? evolved_of(contact->count) : NULL;
+    if (!memory || !numbers || !vertices || (evolves && !evolved)) {
+        free(memory);
+        free(numbers);
+        free(vertices);
+        free(evolved);
+        return NULL;
+    }
+    memory->friction = numbers;
+    memory->each = numbers + groups;
+    memory->depth = (int64_t *)(numbers + groups + count);
+    memory->steep = (uint8_t *)(memory->depth + groups);
+    memory->capacity = capacity;
+    memory->vertices = vertices;
+    memory->evolved = evolved;
+    memory->contact = hs_contact_held(contact);
+    memory->deep = NULL;
+    return memory;
+}
+
+hs_memory *hs_memory_new(hs_contact *contact, const double *friction, int evolves) {
+    hs_memory *memory = blank(contact, 4, evolves);
+    if (!memory) return NULL;
+    memory->approach = memory->displacement = memory->normal_load = 0.0;
+    memory->tangential_load = memory->dissipated = memory->excess = 0.0;
+    memory->normal_control = memory->tangential_control = HS_LOAD;
+    for (int64_t index = 0; index < contact->groups; ++index) {
+        memory->friction[index] = friction[contact->order[contact->first[index]]];
+        memory->depth[index] = 0;
+        memory->steep[index] = 0;
+    }
+    memset(memory->each, 0, (size_t)contact->count * sizeof(double));
+    if (evolves)
+        for (int64_t i = 0; i < contact->count; ++i) {
+            int64_t whose = contact->order[i];
+            double weight = contact->weight[i];
+            memory->evolved->summit_height[whose] = contact->datum - contact->gap[i] * contact->units.length;
+            memory->evolved->summit_radius[whose] = weight * weight * contact->units.radius;
+        }
+    return memory;
+}
+
+static void empty(hs_memory *memory) {
+    let_go(memory->deep);
+    hs_contact_free(memory->contact);
+    free(memory->friction);
+    free(memory->vertices);
+    free(memory->evolved);
+}
+
+void hs_memory_free(hs_memory *memory) {
+    if (!memory) return;
+    empty(memory);
+    free(memory);
+}
+
+void hs_memory_take(hs_memory *memory, hs_memory *other) {
+    if (memory == other) return;
+    empty(memory);
+    *memory = *other;
+    free(other);
+}
+
+static void copy_numbers(hs_memory *target, const hs_memory *source) {
+    target->approach = source->approach;
+    target->displacement = source->displacement;
+    target->normal_load = source->normal_load;
+    target->tangential_load = source->tangential_load;
+    target->dissipated = source->dissipated;
+    target->excess = source->excess;
+    target->normal_control = source->normal_control;
+    target->tangential_control = source->tangential_control;
+    memcpy(target->friction, source->friction, size_of_numbers(source->contact));
+    if (target->evolved) copy_evolved(target->evolved, source->evolved, source->contact->count);
+}
+
+static void copy_stacks(hs_memory *target, const hs_memory *source) {
+    for (int64_t index = 0; index < source->contact->groups; ++index)
+        memcpy(target->vertices + index * target->capacity, source->vertices + index * source->capacity,
+               (size_t)source->depth[index] * sizeof *target->vertices);
+}
+
+int64_t hs_deepest(const hs_memory *memory) {
+    int64_t most = 0;
+    /* the groups that touch are the first ones */
+    for (int64_t index = 0; index < memory->contact->groups && memory->depth[index] > 0; ++index)
+        if (memory->depth[index] > most) most = memory->depth[index];
+    return most;
+}
+
+int hs_any_steep(const hs_memory *memory) {
+    return memchr(memory->steep, 1, (size_t)memory->contact->groups) != NULL;
+}
+
+/* Copy a memory with so many vertices more than fill the outer end of a single stack, or all that there are. */
+hs_memory *hs_memory_outer_copy(const hs_memory *memory, int64_t more) {
+    int64_t outer = hs_deepest(memory), kept = outer;
+    struct hs_deep *deep = memory->deep;
+    for (; deep && kept - outer < more; deep = deep->below) kept += BLOCK;
+    hs_memory *copy = blank(memory->contact, kept + 4, memory->evolved != NULL);
+    if (!copy) return NULL;
+    copy_numbers(copy, memory);
+    if (!memory->deep) {
+        copy_stacks(copy, memory);
+        return copy;
+    }
+    int64_t at = kept - outer;
+    memcpy(copy->vertices + at, memory->vertices, (size_t)outer * sizeof *copy->vertices);
+    for (deep = memory->deep; at > 0; deep = deep->below) {
+        at -= BLOCK;
+        memcpy(copy->vertices + at, deep->vertices, sizeof deep->vertices);
+    }
+    copy->depth[0] = kept;
+    copy->deep = held(deep);
+    return copy;
+}
+
+hs_memory *hs_memory_copy(const hs_memory *memory) { return hs_memory_outer_copy(memory, 0); }
+
+/* Have what lies deep in a single stack stand in blocks that copies share. Several stacks, and one that is steeper than μ
+ * and may be cut anywhere, are left whole. */
+int hs_memory_split(hs_memory *memory) {
+    if (memory->contact->groups > 1 || memory->depth[0] <= 3 * BLOCK || memory->steep[0]) return HS_OK;
+    int64_t kept = memory->depth[0] - memory->depth[0] % BLOCK - 2 * BLOCK;
+    struct hs_deep *outermost = held(memory->deep);
+    for (int64_t at = 0; at < kept; at += BLOCK) {
+        struct hs_deep *deep = (struct hs_deep *)malloc(sizeof *deep);
+        if (!deep) {
+            let_go(outermost);
+            return HS_OUT_OF_MEMORY;
+        }
+        memcpy(deep->vertices, memory->vertices + at, sizeof deep->vertices);
+        deep->below = outermost;
+        deep->references = 1;
+        outermost = deep;
+    }
+    let_go(memory->deep);
+    memory->deep = outermost;
+    memory->depth[0] -= kept;
+    memmove(memory->vertices, memory->vertices + kept, (size_t)memory->depth[0] * sizeof *memory->vertices);
+    return HS_OK;
+}
+
+int hs_memory_join(hs_memory *memory) {
+    if (!memory->deep) return HS_OK;
+    hs_memory *whole = hs_memory_outer_copy(memory, INT64_MAX / 2);
+    if (!whole) return HS_OUT_OF_MEMORY;
+    hs_memory_take(memory, whole);
+    return HS_OK;
+}
+
+int hs_memory_reserve(hs_memory *memory, int64_t capacity) {
+    if (capacity <= memory->capacity) return HS_OK;
+    size_t size = (size_t)memory->contact->groups * (size_t)capacity * sizeof(hs_vertex);
+    if (memory->contact->groups == 1) {
+        hs_vertex *grown = (hs_vertex *)realloc(memory->vertices, size);
+        if (!grown) return HS_OUT_OF_MEMORY;
+        memory->vertices = grown;
+    } else {
+        hs_vertex *grown = (hs_vertex *)malloc(size);
+        if (!grown) return HS_OUT_OF_MEMORY;
+        for (int64_t index = 0; index < memory->contact->groups; ++index)
+            memcpy(grown + index * capacity, memory->vertices + index * memory->capacity,
+                   (size_t)memory->depth[index] * sizeof *grown);
+        free(memory->vertices);
+        memory->vertices = grown;
+    }
+    memory->capacity = capacity;
+    return HS_OK;
+}
+
+int hs_memory_assign(hs_memory *memory, const hs_memory *from) {
+    if (hs_memory_reserve(memory, hs_deepest(from) + 2) != HS_OK) return HS_OUT_OF_MEMORY;
+    copy_numbers(memory, from);
+    copy_stacks(memory, from);
+    return HS_OK;
+}
+
+/* ---- other groups, other summits -------------------------------------------------------------------------------------- */
+
+/* Recompute the loads kept with the vertices. */
+static void refresh_loads(hs_memory *memory) {
+    for (int64_t index = 0; index < memory->contact->groups; ++index) {
+        hs_group group = hs_group_of(memory, index);
+        for (int64_t j = 0; j < memory->depth[index]; ++j) {
+            hs_vertex *vertex = group.stack + j;
+            vertex->normal = hs_load_at(group.curve, vertex->label).load;
+            vertex->tangential =
+                j ? vertex[-1].tangential + vertex->slope * (vertex->normal - vertex[-1].normal) : 0.0;
+        }
+    }
+}
+
+/* Number of the group of each asperity, in the caller's numbering. */
+static void groups_of(const hs_contact *contact, int64_t *group) {
+    for (int64_t index = 0; index < contact->groups; ++index)
+        for (int64_t i = contact->first[index]; i < contact->first[index + 1]; ++i) group[contact->order[i]] = index;
+}
+
+/* The memory of a contact whose groups are parts of those of another: each part keeps what its group remembers, unless its
+ * asperities are fresh: then nothing is remembered, and springs are not strained. Arrays are in the caller's numbering. */
+static hs_memory *of_parts(const hs_memory *memory, hs_contact *contact, const int64_t *parent, const uint8_t *fresh) {
+    hs_memory *parts = blank(contact, hs_deepest(memory) + 2, memory->evolved != NULL);
+    if (!parts) return NULL;
+    double *each = (double *)malloc((size_t)contact->count * sizeof *each);
+    if (!each) {
+        hs_memory_free(parts);
+        return NULL;
+    }
+    parts->approach = memory->approach;
+    parts->displacement = memory->displacement;
+    parts->normal_load = memory->normal_load;
+    parts->tangential_load = memory->tangential_load;
+    parts->dissipated = memory->dissipated;
+    parts->excess = memory->excess;
+    parts->normal_control = memory->normal_control;
+    parts->tangential_control = memory->tangential_control;
+    if (parts->evolved) copy_evolved(parts->evolved, memory->evolved, contact->count);
+    for (int64_t i = 0; i < contact->count; ++i) each[memory->contact->order[i]] = memory->each[i];
+    for (int64_t i = 0; i < contact->count; ++i) parts->each[i] = each[contact->order[i]];
+    free(each);
+    for (int64_t index = 0; index < contact->groups; ++index) {
+        int64_t leader = contact->order[contact->first[index]], from = parent[leader];
+        double gap = contact->gap[contact->first[index]], v = memory->displacement;
+        int touches = gap < memory->approach;
+        hs_vertex *stack = parts->vertices + index * parts->capacity;
+        parts->friction[index] = memory->friction[from];
+        parts->depth[index] = touches ? memory->depth[from] : 0;
+        parts->steep[index] = touches && memory->steep[from];
+        if (fresh && fresh[leader]) {
+            stack[0] = hs_vertex_of(gap, v, 0.0, v, 0.0, 0.0);
+            stack[1] = hs_vertex_of(memory->approach, v, 0.0, v, 0.0, 0.0);
+            parts->depth[index] = touches ? 2 : 0;
+            parts->steep[index] = 0;
+        } else {
+            memcpy(stack, memory->vertices + from * memory->capacity,
+                   (size_t)parts->depth[index] * sizeof *stack);
+        }
+    }
+    refresh_loads(parts);
+    return parts;
+}
+
+/* Number parts of groups by pairs of keys (asperity); those of one group that are alike in both stay together. */
+static int part(const hs_contact *contact, const double *first_key, const double *second_key, int64_t *group,
+                int64_t *parts) {
+    int64_t *place = (int64_t *)malloc((size_t)contact->count * sizeof *place), number = 0;
+    if (!place) return HS_OUT_OF_MEMORY;
+    for (int64_t index = 0; index < contact->groups; ++index) {
+        int64_t begin = contact->first[index], size = contact->first[index + 1] - begin;
+        memcpy(place, contact->order + begin, (size_t)size * sizeof *place);
+        if (hs_sort_by(second_key, place, size) != HS_OK || hs_sort_by(first_key, place, size) != HS_OK) {
+            free(place);
+            return HS_OUT_OF_MEMORY;
+        }
+        for (int64_t i = 0; i < size; ++i) {
+            int alike = i > 0 && first_key[place[i]] == first_key[place[i - 1]] &&
+                        second_key[place[i]] == second_key[place[i - 1]];
+            number += !alike;
+            group[place[i]] = number - 1;
+        }
+    }
+    *parts = number;
+    free(place);
+    return HS_OK;
+}
+
+/* Split groups of which asperities are not alike in a pair of keys (asperity) any more. */
+int hs_part_ways(hs_memory *memory, const double *first_key, const double *second_key) {
+    const hs_contact *contact = memory->contact;
+    size_t count = (size_t)contact->count;
+    int64_t parts = 0, *group = (int64_t *)malloc(2 * count * sizeof *group), *parent = group + count;
+    if (!group) return HS_OUT_OF_MEMORY;
+    int status = part(contact, first_key, second_key, group, &parts);
+    if (status == HS_OK && parts > contact->groups) {
+        status = hs_memory_join(memory);
+        double *gap = (double *)malloc(2 * count * sizeof *gap), *weight = gap + count;
+        hs_contact *split = NULL;
+        hs_memory *found = NULL;
+        if (gap && status == HS_OK) {
+            for (int64_t i = 0; i < contact->count; ++i) {
+                gap[contact->order[i]] = contact->gap[i];
+                weight[contact->order[i]] = contact->weight[i];
+            }
+            split = hs_contact_of(contact->count, parts, gap, weight, group, &contact->units, contact->datum);
+        }
+        groups_of(contact, parent);
+        if (split) found = of_parts(memory, split, parent, NULL);
+        status = found ? HS_OK : HS_OUT_OF_MEMORY;
+        if (found) hs_memory_take(memory, found);
+        hs_contact_free(split);
+        free(gap);
+    }
+    free(group);
+    return status;
+}
+
+/* Give asperities other gaps and weights at the present approach and displacement; arrays are in the caller's numbering.
+ *
+ * Where one is fresh, its contact is new. All others keep the anchors of their springs, as far as these are still in
+ * contact. The present loads follow. */
+int hs_reshape(hs_memory *memory, const double *gap, const double *weight, const uint8_t *fresh) {
+    const hs_contact *contact = memory->contact;
+    size_t count = (size_t)contact->count;
+    int64_t parts = 0, *group = (int64_t *)malloc(2 * count * sizeof *group), *parent = group + count;
+    double *key = (double *)malloc(count * sizeof *key);
+    hs_contact *shaped = NULL;
+    hs_memory *found = NULL;
+    /* asperities of a group that are fresh together share what they remember from now on */
+    if (group && key && hs_memory_join(memory) == HS_OK) {
+        for (size_t i = 0; i < count; ++i) key[i] = fresh[i];
+        if (part(contact, key, key, group, &parts) == HS_OK)
+            shaped = hs_contact_of(contact->count, parts, gap, weight, group, &contact->units, contact->datum);
+    }
+    if (shaped) {
+        groups_of(contact, parent);
+        found = of_parts(memory, shaped, parent, fresh);
+    }
+    if (found) {
+        found->normal_load = hs_load_at(hs_all_of(shaped), found->approach).load;
+        found->tangential_load = hs_total_force(found);
+        hs_memory_take(memory, found);
+    }
+    hs_contact_free(shaped);
+    free(group);
+    free(key);
+    return found ? HS_OK : HS_OUT_OF_MEMORY;
+}

@@ -1,0 +1,99 @@
+/* The normal curve of asperities: the load P(a) = Σ k (a - h)^(3/2) at an approach, and the approach at a load. */
+
+#include "internal.h"
+
+/* Count asperities, in ascending gap, whose gap is below an approach. */
+int64_t hs_touching(const double *gap, int64_t count, double approach) {
+    int64_t low = 0, high = count;
+    if (count == 0 || gap[count - 1] < approach) return count;
+    while (low < high) {
+        int64_t middle = (low + high) / 2;
+        if (gap[middle] < approach)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+/* P(a) and P'(a) of the first asperities, all of which touch. */
+hs_load hs_sum_of_loads(const double *gap, const double *weight, int64_t touching, double approach) {
+    double load[HS_LANES] = {0}, slope[HS_LANES] = {0};
+    int64_t i = 0;
+    for (; i + HS_LANES <= touching; i += HS_LANES)
+        for (int l = 0; l < HS_LANES; ++l) {
+            double depth = approach - gap[i + l], half_chord = weight[i + l] * sqrt(depth);
+            load[l] += half_chord * depth;
+            slope[l] += half_chord;
+        }
+    for (int l = 0; i + l < touching; ++l) {
+        double depth = approach - gap[i + l], half_chord = weight[i + l] * sqrt(depth);
+        load[l] += half_chord * depth;
+        slope[l] += half_chord;
+    }
+    hs_load found = {hs_lanes_sum(load), 1.5 * hs_lanes_sum(slope)};
+    return found;
+}
+
+/* Cube root for x > 0 by Halley's method, which triples the digits each time: libm's differs from machine to machine. */
+static double cube_root(double x) {
+    int exponent;
+    double part = frexp(x, &exponent);
+    while (exponent % 3 != 0) {
+        part *= 0.5;
+        ++exponent;
+    }
+    double root = 0.47 + 0.55 * part;
+    for (int i = 0; i < 3; ++i) {
+        double cube = root * root * root;
+        root *= (cube + 2.0 * part) / (2.0 * cube + part);
+    }
+    root -= (root * root * root - part) / (3.0 * root * root);
+    return ldexp(root, exponent / 3);
+}
+
+/* Label a at which rigid·(a - h) + compliance·P(a), with the smallest gap h, is a total.
+ *
+ * Newton on the power 2/3, bracketed. Weights may be negative where their sum still rises with the approach. */
+double hs_label_at(hs_curve curve, double total, double guess, double rigid, double compliance) {
+    double gap = curve.gap[0], low = gap;
+    if (total <= 0.0) return low;
+    /* the deepest asperity alone would carry it here */
+    double root = cube_root(total / (compliance * curve.weight[0])), high = low + root * root;
+    if (rigid > 0.0)
+        high = hs_least(high, low + total / rigid);
+    else if (curve.count == 1)
+        return high;
+    double approach = low < guess && guess <= high ? guess : high;
+    for (int turn = 0; turn < 100; ++turn) {
+        hs_load here = hs_load_at(curve, approach);
+        double present = rigid * (approach - gap) + compliance * here.load, slope = rigid + compliance * here.slope;
+        if (present == total) return approach;
+        if (present < total) {
+            low = approach;
+            /* elements of negative weight have taken from what the deepest alone would carry */
+            if (low == high && present < 0.999 * total) high += high - gap;
+        } else {
+            high = approach;
+        }
+        /* (total/present)^(2/3) - 1 without loss of digits near 1: with c³ = total/present it is (c - 1)(c + 1), and
+         * c - 1 = (c³ - 1)/(c² + c + 1) */
+        double ratio = total / present, c = cube_root(ratio);
+        double step = 1.5 * present / slope * ((total - present) / present / (c * c + c + 1.0) * (c + 1.0));
+        double next = approach + step;
+        if (!(low <= next && next <= high)) {
+            next = 0.5 * (low + high);
+            if (next == low || next == high) return next;
+        } else if (fabs(step) <= 1e-10 * (next - gap)) {
+            /* Newton squares the error, so this step was the last that matters */
+            return next;
+        }
+        approach = next;
+    }
+    return approach;
+}
+
+double hs_approach_at(const hs_contact *contact, double normal_load) {
+    double load = normal_load / contact->units.load;
+    return hs_label_at(hs_all_of(contact), load, 0.0, 0.0, 1.0) * contact->units.length;
+}

@@ -1,0 +1,260 @@
+/* One group on one straight path in (d, V): the exact update of its polyline.
+ *
+ * Since dw = m da and dT = m dP along the polyline, any r w + c T over r a + c P(a) is a polyline with the same slopes m,
+ * within the same cone: a displacement (r = 1, c = 0), a load (r = 0, c = 1) and the displacement of a drive behind a
+ * spring of compliance c (r = 1) all move the contact by one update. */
+
+#include "internal.h"
+
+/* Start the empty stack of a group that first touches on a straight path; returns its depth. */
+static int64_t touch(const hs_group *group, hs_point from, hs_point to) {
+    double h = group->curve.gap[0];
+    double anchor = from.v + (to.v - from.v) * (h - from.d) / (to.d - from.d);
+    group->stack[0] = hs_vertex_of(h, anchor, 0.0, anchor, 0.0, 0.0);
+    return 1;
+}
+
+hs_edge hs_edge_at(const hs_vertex *stack, int64_t depth, double d, double load) {
+    int64_t top = depth - 1;
+    const hs_vertex *last = stack + top;
+    if (d >= last->label) {
+        hs_edge edge = {top, last->label, last->anchor, last->normal, last->tangential};
+        return edge;
+    }
+    while (top > 1 && stack[top - 1].label >= d) --top;
+    last = stack + top;
+    hs_edge edge = {top, d, last->anchor - last->slope * (last->label - d), load,
+                    last->tangential - last->slope * (last->normal - load)};
+    return edge;
+}
+
+/* Where slip from the edge inward ends: how many vertices are kept, rigid·a + compliance·P(a) at the front, the direction
+ * of slip, and the slip at the front, which is 0 unless the whole contact slides. */
+typedef struct front {
+    int64_t kept;
+    double x;
+    double sign;
+    double slip;
+} front;
+
+/* Walk from the edge inward to the slip front. x is rigid·a + compliance·P(a), y the same of anchor and tangential load.
+ * The front lies on the last vertex kept where x says so; vertices on the way are wiped out. */
+static front slip_front(const hs_vertex *stack, int64_t segment, double x_edge, double y_edge, double x1, double y1,
+                        double friction, double rigid, double compliance) {
+    double sign = y1 >= y_edge ? 1.0 : -1.0;
+    double tie = HS_TIE * (fabs(y1) + fabs(y_edge) + friction * x1);
+    double x = x_edge, slip = sign * (y1 - y_edge) - friction * (x1 - x_edge);
+    int met_vertex = x1 > x_edge && slip <= tie;
+    while (segment > 0 && !met_vertex) {
+        const hs_vertex *low = stack + segment - 1;
+        double slope = stack[segment].slope;
+        double x_low = rigid * low->label + compliance * low->normal;
+        double y_low = rigid * low->anchor + compliance * low->tangential;
+        double slip_low = sign * (y1 - y_low) - friction * (x1 - x_low);
+        if (slip_low < -tie && slope != sign * friction) {
+            front found = {segment, hs_most(x - slip / (friction - sign * slope), x_low), sign, 0.0};
+            return found;
+        }
+        --segment;
+        x = x_low;
+        slip = slip_low;
+        met_vertex = slip <= tie;
+    }
+    if (!met_vertex) {
+        front found = {0, x, sign, slip};
+        return found;
+    }
+    while (segment > 0 && stack[segment].slope == sign * friction) --segment;
+    front found = {segment + 1, rigid * stack[segment].label + compliance * stack[segment].normal, sign, 0.0};
+    return found;
+}
+
+/* Of the springs between the slip front and the edge d1 that slipped on a straight path.
+ *
+ * While spring a slips by g, ending at approach d1, its mean deflection is μ (d1 - a - g Δd/(2 G)), where G is the slip of
+ * a spring that slips all the way. */
+static void lose_slipped(const hs_group *group, hs_losses *losses, hs_point from, hs_point to, const hs_edge *edge,
+                         const front *at, double label) {
+    double friction = group->friction, sign = at->sign;
+    double whole = sign * (to.v - from.v) - friction * (to.d - from.d);
+    double lag = whole > 0.0 ? 0.5 * (to.d - from.d) / whole : 0.0;
+    hs_slip piece;
+    piece.low = label;
+    piece.slip_low = at->slip;
+    piece.drag_low = friction * hs_most(to.d - label - lag * at->slip, 0.0);
+    /* the last turn is for the springs that touched on the way and slipped at once */
+    for (int64_t j = at->kept > 1 ? at->kept : 1; j <= edge->segment + 1; ++j) {
+        if (j > edge->segment) {
+            piece.high = to.d;
+            piece.slip_high = 0.0;
+            piece.drag_high = 0.0;
+        } else {
+            piece.high = j == edge->segment ? edge->label : group->stack[j].label;
+            piece.slip_high = piece.slip_low + (friction - sign * group->stack[j].slope) * (piece.high - piece.low);
+            piece.drag_high = friction * hs_most(to.d - piece.high - lag * piece.slip_high, 0.0);
+        }
+        if (piece.high > piece.low) hs_lose(group, losses, &piece);
+        piece.low = piece.high;
+        piece.slip_low = piece.slip_high;
+        piece.drag_low = piece.drag_high;
+    }
+}
+
+/* Move a group of which springs slip, the front being found. */
+static int64_t slip_group(const hs_group *group, hs_losses *losses, int64_t depth, hs_point from, double d1, double load,
+                          hs_aim aim, const hs_edge *edge, const front *at, double *reached) {
+    hs_vertex *stack = group->stack;
+    int64_t kept = at->kept, below = kept > 1 ? kept - 1 : 0;
+    double rigid = aim.rigid, compliance = aim.compliance, slope = at->sign * group->friction;
+    hs_vertex front = stack[below];
+    int inner = kept > 0 && at->x != rigid * front.label + compliance * front.normal;
+    double inner_slope = 0.0;
+    if (inner) {
+        inner_slope = stack[kept].slope;
+        double label = at->x;
+        if (compliance > 0.0) {
+            double outer = kept == edge->segment ? edge->label : stack[kept].label;
+            double total = at->x - rigid * group->curve.gap[0];
+            label = hs_label_at(group->curve, total, outer, rigid, compliance);
+            label = hs_least(hs_most(label, front.label), outer);
+        }
+        hs_load there = {at->x, HUGE_VAL};
+        if (rigid != 0.0) there = hs_load_at(group->curve, label);
+        front.anchor += inner_slope * (label - front.label);
+        front.tangential += inner_slope * (there.load - front.normal);
+        front.label = label;
+        front.normal = there.load;
+        /* measured from what was prescribed, so that rounding does not add up from loop to loop within one another; the
+         * one that changes faster along the polyline takes it up */
+        double y = aim.value - slope * (rigid * (d1 - label) + compliance * (load - there.load));
+        if (rigid >= compliance * there.slope)
+            front.anchor = y - compliance * front.tangential;
+        else
+            front.tangential = (y - rigid * front.anchor) / compliance;
+    }
+    double v1 = aim.value;
+    if (compliance != 0.0) v1 = front.anchor + slope * (d1 - front.label) + rigid * at->sign * at->slip;
+    hs_point to = {d1, v1};
+    if (d1 < from.d) hs_lose_withdrawn(group, losses, depth, edge->segment, from, to);
+    lose_slipped(group, losses, from, to, edge, at, front.label);
+    if (kept == 0) {
+        stack[0] = hs_vertex_of(front.label, v1 - slope * (d1 - front.label), 0.0, v1, 0.0, 0.0);
+        front.normal = front.tangential = 0.0;
+        kept = 1;
+    } else if (inner) {
+        stack[kept++] = hs_vertex_of(front.label, front.anchor, inner_slope, v1, front.normal, front.tangential);
+    }
+    double force = rigid == 0.0 ? aim.value : front.tangential + slope * (load - front.normal);
+    stack[kept] = hs_vertex_of(d1, v1, slope, v1, load, force);
+    *reached = v1;
+    return kept + 1;
+}
+
+/* Displacement that a group reaches which first touches on its straight path: all its springs are strained alike, or all
+ * slide. */
+static double first_reach(const hs_group *group, hs_point from, double d1, double load, hs_aim aim) {
+    if (aim.compliance == 0.0) return aim.value;
+    double slope = (aim.value - aim.rigid * from.v) / (aim.rigid * (d1 - from.d) + aim.compliance * load);
+    if (aim.rigid > 0.0 && fabs(slope) > group->friction)
+        return aim.value - aim.compliance * copysign(group->friction * load, slope);
+    return from.v + slope * (d1 - from.d);
+}
+
+int64_t hs_move_group(const hs_group *group, hs_losses *losses, int64_t depth, hs_point from, double d1, double load,
+                      hs_aim aim, double *reached) {
+    hs_vertex *stack = group->stack;
+    double friction = group->friction, y1 = aim.value, rigid = aim.rigid, compliance = aim.compliance;
+    if (depth == 0) {
+        hs_point to = {d1, first_reach(group, from, d1, load, aim)};
+        depth = touch(group, from, to);
+    }
+    hs_edge edge = hs_edge_at(stack, depth, d1, load);
+    double x1 = rigid * d1 + compliance * load, x_edge = rigid * edge.label + compliance * edge.normal;
+    double y_edge = rigid * edge.anchor + compliance * edge.tangential;
+    double change = fabs(y1 - y_edge), hold = friction * (x1 - x_edge);
+    double tie = HS_TIE * (fabs(y1) + fabs(y_edge) + friction * x1);
+    /* at the edge itself rounding is no reason to slip; new springs slip when they tie with the limit */
+    if (y1 != y_edge && (hold == 0.0 ? change > tie : change >= hold - tie)) {
+        front at = slip_front(stack, edge.segment, x_edge, y_edge, x1, y1, friction, rigid, compliance);
+        return slip_group(group, losses, depth, from, d1, load, aim, &edge, &at, reached);
+    }
+    double slope = x1 > x_edge ? (y1 - y_edge) / (x1 - x_edge) : 0.0;
+    double v1 = compliance == 0.0 ? y1 : edge.anchor + slope * (d1 - edge.label);
+    *reached = v1;
+    if (d1 < from.d) {
+        hs_point to = {d1, v1};
+        hs_lose_withdrawn(group, losses, depth, edge.segment, from, to);
+        stack[edge.segment] = hs_vertex_of(d1, edge.anchor, stack[edge.segment].slope, v1, load, edge.tangential);
+        return edge.segment + 1;
+    }
+    if (d1 > edge.label) {
+        int64_t top = edge.segment > 0 && stack[edge.segment].slope == slope ? edge.segment : edge.segment + 1;
+        double force = rigid == 0.0 ? y1 : edge.tangential + slope * (load - edge.normal);
+        stack[top] = hs_vertex_of(d1, v1, slope, v1, load, force);
+        return top + 1;
+    }
+    return depth;
+}
+
+/* Note on which segment of its polyline a group slips; returns whether that is of use: where there are several groups, and
+ * this is of one asperity. So many vertices were kept, which are none where all springs slide. */
+static int note_front(hs_fronts *fronts, int64_t index, const hs_group *group, int64_t depth, int64_t kept, double sign) {
+    int64_t segment = kept > 1 ? kept : 1;
+    if (group->curve.count > 1 || fronts->groups == 1 || segment >= depth) return 0;
+    const hs_vertex *low = group->stack + segment - 1, *high = low + 1;
+    double slope = high->slope;
+    double jump = -sign * hs_most(group->friction - sign * slope, 0.0);
+    if (jump == 0.0 && kept > 0) return 0;
+    fronts->cone[index] = sign * group->friction;
+    fronts->below[index] = low->label;
+    fronts->anchor[index] = low->anchor;
+    fronts->jump[index] = jump;
+    fronts->rate[index] = jump != 0.0 ? 1.0 / jump : -sign * HS_STEEPEST;
+    fronts->force[index] = low->tangential - slope * low->normal;
+    fronts->low[index] = segment > 1 ? low->label : -HUGE_VAL;
+    fronts->high[index] = high->label;
+    fronts->gap[index] = group->curve.gap[0];
+    fronts->weight[index] = group->curve.weight[0];
+    return 1;
+}
+
+void hs_guess_front(hs_fronts *fronts, int64_t index, const hs_group *group, int64_t depth, double sign) {
+    int slides = group->stack[depth - 1].slope == sign * group->friction;
+    note_front(fronts, index, group, depth, slides ? depth - 2 : depth - 1, sign);
+}
+
+hs_force hs_force_of_group(const hs_group *group, int64_t depth, hs_point from, hs_point to, double load,
+                           hs_fronts *fronts, int64_t index) {
+    hs_vertex *stack = group->stack;
+    double friction = group->friction;
+    hs_force none = {0.0, 0.0, 0.0};
+    if (depth == 0) depth = touch(group, from, to);
+    hs_edge edge = hs_edge_at(stack, depth, to.d, load);
+    if (to.d > edge.label && fabs(to.v - edge.anchor) <= friction * (to.d - edge.label)) {
+        double slope = (to.v - edge.anchor) / (to.d - edge.label);
+        hs_force found = {edge.tangential + slope * (load - edge.normal), (load - edge.normal) / (to.d - from.d), 0.0};
+        return found;
+    }
+    if (to.v == edge.anchor) {
+        hs_force found = {edge.tangential, hs_load_at(group->curve, edge.label).slope, 0.0};
+        return found;
+    }
+    front at = slip_front(stack, edge.segment, edge.label, edge.anchor, to.d, to.v, friction, 1.0, 0.0);
+    if (note_front(fronts, index, group, depth, at.kept, at.sign)) return none;
+    double slope = at.sign * friction;
+    if (at.kept == 0) {
+        hs_force found = {slope * load, 0.0, 0.0};
+        return found;
+    }
+    hs_load there = hs_load_at(group->curve, at.x);
+    const hs_vertex *low = stack + at.kept - 1;
+    hs_force found = {low->tangential, there.slope, 0.0};
+    if (at.x != low->label) {
+        double inner_slope = stack[at.kept].slope;
+        found.force += inner_slope * (there.load - low->normal);
+        /* a single parabola through the foremost asperity stands for P'' here: only the speed depends on it */
+        found.curvature = 0.5 * there.slope / ((at.x - group->curve.gap[0]) * (inner_slope - slope));
+    }
+    found.force += slope * (load - there.load);
+    return found;
+}

@@ -1,0 +1,366 @@
+/* What a memory says: it is only read. */
+
+#include "internal.h"
+
+/* places in each segment at which tractions are looked at, before the largest is refined */
+#define SAMPLES 16
+
+/* ---- which springs slide ----------------------------------------------------------------------------------------------- */
+
+double hs_sliding_side(const hs_vertex *stack, int64_t depth, int64_t j, double displacement, double friction) {
+    double slope = stack[j].slope;
+    if (fabs(slope) != friction) return 0.0;
+    double side = copysign(1.0, slope), reach = stack[depth - 1].label - stack[j].label;
+    double over = side * (displacement - stack[j].anchor) - friction * reach;
+    double tie = HS_TIE * (fabs(displacement) + fabs(stack[j].anchor) + friction * reach);
+    return fabs(over) <= tie ? side : 0.0;
+}
+
+/* Labels where the slip annulus at the edge ends, which is the edge where it sticks, and of the outermost spring that
+ * slides, minus infinity where nothing does. After a fall of μ an inner disc may slide while the edge sticks. */
+static void slip_zones(const hs_vertex *stack, int64_t depth, double displacement, double friction, int steep,
+                       double *boundary, double *outermost) {
+    int64_t top = depth - 1;
+    double edge = stack[top].label;
+    *boundary = edge;
+    *outermost = -HUGE_VAL;
+    if (hs_sliding_side(stack, depth, top, displacement, friction) != 0.0) {
+        *boundary = stack[top - 1].label;
+        *outermost = edge;
+        return;
+    }
+    for (int64_t j = top - 1; steep && j > 0; --j)
+        if (hs_sliding_side(stack, depth, j, displacement, friction) != 0.0) {
+            *outermost = stack[j].label;
+            return;
+        }
+}
+
+double hs_sticking_stiffness(const hs_memory *memory, double direction) {
+    double v = memory->displacement, stiffness = 0.0;
+    for (int64_t index = 0; index < memory->contact->groups && memory->depth[index] > 0; ++index) {
+        hs_group group = hs_group_of(memory, index);
+        const hs_vertex *stack = group.stack;
+        int64_t depth = memory->depth[index];
+        int everywhere = direction == 0.0 || group.friction == 0.0;
+        /* an annulus at the edge, and inner discs where the polyline is steep */
+        double side = hs_sliding_side(stack, depth, depth - 1, v, group.friction);
+        int64_t outer = side != 0.0 && (everywhere || side == direction) ? depth - 2 : depth - 1;
+        stiffness += hs_load_at(group.curve, stack[outer].label).slope;
+        for (int64_t j = memory->steep[index] ? depth - 2 : 0; j > 0; --j) {
+            side = hs_sliding_side(stack, depth, j, v, group.friction);
+            if (side != 0.0 && (everywhere || side == direction))
+                stiffness -= hs_load_at(group.curve, stack[j].label).slope -
+                             hs_load_at(group.curve, stack[j - 1].label).slope;
+        }
+    }
+    return stiffness;
+}
+
+double hs_stiffness(const hs_memory *memory, int direction) {
+    return hs_sticking_stiffness(memory, direction) * memory->contact->units.stiffness;
+}
+
+double hs_normal_stiffness(const hs_memory *memory) {
+    const hs_units *units = &memory->contact->units;
+    return hs_load_at(hs_all_of(memory->contact), memory->approach).slope * units->load / units->length;
+}
+
+double hs_stored_energy(const hs_memory *memory) { return hs_stored(memory, NULL) * memory->contact->units.energy; }
+
+int64_t hs_contact_count(const hs_memory *memory) {
+    return hs_touching(memory->contact->sorted_gap, memory->contact->count, memory->approach);
+}
+
+/* ---- how loads change with where a path ends --------------------------------------------------------------------------- */
+
+/* Springs that slide lie on the cone, v = ±μ (d - a): they move with the approach alone. Springs that stick move with the
+ * displacement alone, but for those that touched on the path: v = (V1 - V0) (d1 - a)/(d1 - d0) moves with both. The loads
+ * are ∫ v N'' da, so that each part between labels adds differences of P and P' at its ends. The derivatives are those on
+ * the side of the path: where it turned around, those of the way on which it came last. */
+hs_slopes hs_slopes_of(const hs_memory *memory, double start) {
+    const hs_units *units = &memory->contact->units;
+    double d0 = start / units->length, d1 = memory->approach, v1 = memory->displacement;
+    hs_slopes found = {0.0, 0.0, 0.0};
+    for (int64_t index = 0; index < memory->contact->groups && memory->depth[index] > 0; ++index) {
+        hs_group group = hs_group_of(memory, index);
+        const hs_vertex *stack = group.stack;
+        double friction = group.friction;
+        int64_t depth = memory->depth[index], top = depth - 1;
+        hs_load edge = hs_load_at(group.curve, d1);
+        found.normal += edge.slope;
+        found.tangential += edge.slope;
+        if (d1 > d0 && top > 0 && hs_sliding_side(stack, depth, top, v1, friction) == 0.0) {
+            double first = hs_most(d0, group.curve.gap[0]), way = d1 - d0;
+            hs_load inner = hs_load_at(group.curve, first);
+            double rise = edge.load - inner.load;
+            found.tangential += (rise - (d1 - first) * inner.slope) / way - (edge.slope - inner.slope);
+            found.coupling += stack[top].slope * (edge.slope - ((first - d0) * inner.slope + rise) / way);
+        }
+        int64_t last = memory->steep[index] || top < 1 ? 0 : top - 1;
+        for (int64_t j = top; j > last; --j) {
+            double side = hs_sliding_side(stack, depth, j, v1, friction);
+            if (side == 0.0) continue;
+            double upper = hs_load_at(group.curve, stack[j].label).slope;
+            double lower = hs_load_at(group.curve, stack[j - 1].label).slope;
+            found.tangential -= upper - lower;
+            found.coupling += side * friction * (upper - lower);
+        }
+    }
+    found.tangential *= units->stiffness;
+    found.coupling *= units->load / units->length;
+    found.normal *= units->load / units->length;
+    return found;
+}
+
+/* ---- how far tractions are from Coulomb's law at every point ------------------------------------------------------------ */
+
+/* |τ|/(μ p) at the radius of a label: the same on all asperities of a group that have it. */
+static double traction_ratio(const hs_vertex *stack, int64_t depth, double friction, double label) {
+    double total = 0.0;
+    for (int64_t j = depth - 1; j > 0 && stack[j].label > label; --j) {
+        double low = hs_most(stack[j - 1].label, label);
+        total += stack[j].slope * (sqrt(stack[j].label - label) - sqrt(low - label));
+    }
+    return fabs(total) / (friction * sqrt(stack[depth - 1].label - label));
+}
+
+/* The largest |τ|/(μ p) of a group, found to about 1e-4. */
+static double largest_traction_ratio(const hs_vertex *stack, int64_t depth, double friction) {
+    if (depth < 2 || friction == 0.0) return 0.0;
+    double largest = fabs(stack[depth - 1].slope) / friction;
+    for (int64_t j = 1; j < depth; ++j) {
+        /* below a vertex tractions change with the root of the distance to it */
+        double high = stack[j].label, width = sqrt(high - stack[j - 1].label), best = 0.0, at_best = 0.0;
+        for (int i = 1; i <= SAMPLES; ++i) {
+            double x = width * i / SAMPLES, here = traction_ratio(stack, depth, friction, high - x * x);
+            if (here > best) {
+                best = here;
+                at_best = i;
+            }
+        }
+        double low_x = width * hs_most(at_best - 1.0, 0.01) / SAMPLES;
+        double high_x = width * hs_least(at_best + 1.0, SAMPLES) / SAMPLES;
+        for (int turn = 0; turn < 12; ++turn) {
+            double third = (high_x - low_x) / 3.0, x_left = low_x + third, x_right = high_x - third;
+            double left = traction_ratio(stack, depth, friction, high - x_left * x_left);
+            double right = traction_ratio(stack, depth, friction, high - x_right * x_right);
+            best = hs_most(best, hs_most(left, right));
+            if (left < right)
+                low_x = x_left;
+            else
+                high_x = x_right;
+        }
+        largest = hs_most(largest, best);
+    }
+    return largest;
+}
+
+/* ---- rows ----------------------------------------------------------------------------------------------------------------- */
+
+/* Σ k² (a - h), the real contact area over π. */
+static double real_area(const hs_contact *contact, int64_t touching, double approach) {
+    const double *gap = contact->sorted_gap, *weight = contact->sorted_weight;
+    double lane[HS_LANES] = {0};
+    int64_t i = 0;
+    for (; i + HS_LANES <= touching; i += HS_LANES)
+        for (int l = 0; l < HS_LANES; ++l) lane[l] += weight[i + l] * weight[i + l] * (approach - gap[i + l]);
+    for (int l = 0; i + l < touching; ++l) lane[l] += weight[i + l] * weight[i + l] * (approach - gap[i + l]);
+    return hs_lanes_sum(lane);
+}
+
+static void record_totals(const hs_memory *memory, hs_totals *totals, int saturated) {
+    const hs_contact *contact = memory->contact;
+    const hs_units *units = &contact->units;
+    double limit = 0.0, ratio = 1.0;
+    for (int64_t index = 0; index < contact->groups && memory->depth[index] > 0; ++index) {
+        const hs_vertex *stack = memory->vertices + index * memory->capacity;
+        int64_t depth = memory->depth[index];
+        if (memory->steep[index])
+            ratio = hs_most(ratio, largest_traction_ratio(stack, depth, memory->friction[index]));
+        limit += memory->friction[index] * stack[depth - 1].normal;
+    }
+    int64_t touching = hs_contact_count(memory);
+    totals->normal_load = memory->normal_load * units->load;
+    totals->tangential_load = memory->tangential_load * units->load;
+    totals->approach = memory->approach * units->length;
+    totals->displacement = memory->displacement * units->displacement;
+    totals->contact_count = (double)touching;
+    totals->real_contact_area = real_area(contact, touching, memory->approach) * units->area;
+    totals->tangential_stiffness = hs_sticking_stiffness(memory, 0.0) * units->stiffness;
+    totals->dissipated_energy = memory->dissipated * units->energy;
+    totals->friction_limit = limit * units->load;
+    totals->saturated = saturated ? 1.0 : 0.0;
+    totals->traction_ratio = ratio;
+    totals->slid_together = totals->erased_memories = totals->erased_energy = 0.0;
+    if (memory->evolved) {
+        totals->slid_together = memory->evolved->slid_together;
+        totals->erased_memories = memory->evolved->erased_memories;
+        totals->erased_energy = memory->evolved->erased_energy;
+    }
+}
+
+/* The share of their tangential loads that the inner vertices of their group give asperities. */
+static void inner_forces(const hs_group *group, int64_t depth, double *restrict force, int64_t count) {
+    const hs_vertex *stack = group->stack;
+    const double *restrict gap = group->curve.gap, *restrict weight = group->curve.weight;
+    memset(force, 0, (size_t)count * sizeof *force);
+    for (int64_t j = 1; j < depth - 1; ++j) {
+        double label = stack[j].label, jump = stack[j].slope - stack[j + 1].slope;
+        int64_t touching = hs_touching(gap, group->curve.count, label);
+        for (int64_t i = 0; i < touching; ++i) {
+            double depth_there = label - gap[i];
+            force[i] += jump * weight[i] * depth_there * sqrt(depth_there);
+        }
+    }
+}
+
+/* Fill in loads, radii and slip states of asperities in any order.
+ *
+ * `force` holds the share of the tangential load that the inner vertices have, dimensionless, and gets that of the edge;
+ * rounding does not carry it beyond the limit. */
+static void project(const double *restrict gap, const double *restrict weight, int64_t count, double approach,
+                    double boundary, double outermost, double friction, double slope, const hs_units *units,
+                    double *restrict force, double *restrict normal, double *restrict radius, double *restrict stick,
+                    int8_t *restrict state) {
+    const double load_unit = units->load, radius_unit = units->radius;
+    for (int64_t i = 0; i < count; ++i) {
+        double own = approach - gap[i] > 0.0 ? approach - gap[i] : 0.0;
+        double inner = boundary - gap[i] > 0.0 ? boundary - gap[i] : 0.0;
+        double x = sqrt(own), load = x * own * weight[i], limit = friction * fabs(load);
+        double share = force[i] + slope * load;
+        share = share > -limit ? share : -limit;
+        share = share < limit ? share : limit;
+        int touches = gap[i] < approach;
+        int slip = boundary > gap[i] ? HS_PARTIAL_SLIP : HS_GROSS_SLIP;
+        slip = outermost > gap[i] ? slip : HS_FULL_STICK;
+        force[i] = touches ? share * load_unit : 0.0;
+        normal[i] = load * load_unit;
+        radius[i] = weight[i] * x * radius_unit;
+        stick[i] = weight[i] * sqrt(inner) * radius_unit;
+        state[i] = (int8_t)(touches ? slip : HS_SEPARATED);
+    }
+}
+
+/* Project one group onto arrays of its asperities, or, where it is alone, of the columns. */
+static void record_group(const hs_recorder *recorder, const hs_memory *memory, int64_t index, int64_t row) {
+    const hs_rows *rows = recorder->rows;
+    const hs_contact *contact = memory->contact;
+    hs_group group = hs_group_of(memory, index);
+    const hs_vertex *stack = group.stack;
+    int64_t depth = memory->depth[index], count = contact->count, columns = rows->columns;
+    int64_t touching = hs_touching(group.curve.gap, group.curve.count, memory->approach);
+    double *force = recorder->scratch + group.start, boundary, outermost;
+    inner_forces(&group, depth, force, touching);
+    slip_zones(stack, depth, memory->displacement, group.friction, memory->steep[index], &boundary, &outermost);
+    if (contact->groups > 1) {
+        project(group.curve.gap, group.curve.weight, touching, memory->approach, boundary, outermost, group.friction,
+                stack[depth - 1].slope, &contact->units, force, force + count, force + 2 * count, force + 3 * count,
+                recorder->states + group.start);
+        return;
+    }
+    /* straight into the row, which takes half as long */
+    double *target = rows->tangential_load + row * columns;
+    int64_t reached = hs_touching(group.curve.gap, count, stack[depth > 1 ? depth - 2 : 0].label);
+    for (int64_t c = 0; c < columns; ++c) target[c] = recorder->place[c] < reached ? force[recorder->place[c]] : 0.0;
+    project(recorder->gap, recorder->weight, columns, memory->approach, boundary, outermost, group.friction,
+            stack[depth - 1].slope, &contact->units, target, rows->normal_load + row * columns,
+            rows->contact_radius + row * columns, rows->stick_radius + row * columns, rows->slip_state + row * columns);
+}
+
+static void record_asperities(const hs_recorder *recorder, const hs_memory *memory, int64_t row) {
+    const hs_rows *rows = recorder->rows;
+    int64_t columns = rows->columns, count = memory->contact->count, at = row * columns;
+    for (int64_t index = 0; index < memory->contact->groups && memory->depth[index] > 0; ++index)
+        record_group(recorder, memory, index, row);
+    if (memory->contact->groups == 1 && memory->depth[0] > 0) return;
+    for (int64_t c = 0; c < columns; ++c) {
+        int64_t i = recorder->place[c];
+        int touches = recorder->gap[c] < memory->approach;
+        const double *numbers = recorder->scratch + i;
+        rows->tangential_load[at + c] = touches ? numbers[0] : 0.0;
+        rows->normal_load[at + c] = touches ? numbers[count] : 0.0;
+        rows->contact_radius[at + c] = touches ? numbers[2 * count] : 0.0;
+        rows->stick_radius[at + c] = touches ? numbers[3 * count] : 0.0;
+        rows->slip_state[at + c] = (int8_t)(touches ? recorder->states[i] : HS_SEPARATED);
+    }
+}
+
+/* Find where the recorded asperities stand in the order of a contact. */
+static int place_columns(hs_recorder *recorder, hs_contact *contact) {
+    const hs_rows *rows = recorder->rows;
+    int64_t *position = (int64_t *)malloc((size_t)contact->count * sizeof *position);
+    if (!position) return HS_OUT_OF_MEMORY;
+    for (int64_t i = 0; i < contact->count; ++i) position[contact->order[i]] = i;
+    for (int64_t c = 0; c < rows->columns; ++c) {
+        int64_t i = position[rows->asperity[c]];
+        recorder->place[c] = i;
+        recorder->gap[c] = contact->gap[i];
+        recorder->weight[c] = contact->weight[i];
+    }
+    free(position);
+    recorder->contact = contact;
+    return HS_OK;
+}
+
+int hs_begin_recording(hs_recorder *recorder, hs_contact *contact, const hs_rows *rows) {
+    recorder->rows = rows;
+    recorder->place = NULL;
+    if (!rows || rows->columns == 0) return HS_OK;
+    size_t columns = (size_t)rows->columns, count = (size_t)contact->count;
+    recorder->place = (int64_t *)malloc(columns * 24 + count * 33);
+    if (!recorder->place) return HS_OUT_OF_MEMORY;
+    recorder->gap = (double *)(recorder->place + columns);
+    recorder->weight = recorder->gap + columns;
+    recorder->scratch = recorder->weight + columns;
+    recorder->states = (int8_t *)(recorder->scratch + 4 * count);
+    int status = place_columns(recorder, contact);
+    if (status != HS_OK) hs_end_recording(recorder);
+    return status;
+}
+
+void hs_end_recording(hs_recorder *recorder) {
+    free(recorder->place);
+    recorder->place = NULL;
+}
+
+int hs_record(hs_recorder *recorder, const hs_memory *memory, int64_t row, int saturated) {
+    const hs_rows *rows = recorder->rows;
+    const hs_evolved *evolved = memory->evolved;
+    const hs_contact *contact = memory->contact;
+    int64_t columns = rows->columns, at = row * columns;
+    record_totals(memory, rows->totals + row, saturated);
+    if (columns == 0) return HS_OK;
+    if (contact != recorder->contact && place_columns(recorder, memory->contact) != HS_OK) return HS_OUT_OF_MEMORY;
+    if (rows->normal_load) record_asperities(recorder, memory, row);
+    if (rows->dissipated_energy)
+        for (int64_t c = 0; c < columns; ++c)
+            rows->dissipated_energy[at + c] = memory->each[recorder->place[c]] * contact->units.energy;
+    if (rows->friction)
+        for (int64_t c = 0; c < columns; ++c) {
+            int64_t low = 0, high = contact->groups, i = recorder->place[c];
+            while (high - low > 1) {
+                int64_t middle = (low + high) / 2;
+                if (contact->first[middle] <= i)
+                    low = middle;
+                else
+                    high = middle;
+            }
+            rows->friction[at + c] = memory->friction[low];
+        }
+    if (!evolved) return HS_OK;
+    double *target[] = {rows->slid_distance, rows->worn_volume, rows->summit_height, rows->summit_radius};
+    const double *source[] = {evolved->slid_distance, evolved->worn_volume, evolved->summit_height,
+                              evolved->summit_radius};
+    for (int k = 0; k < 4; ++k)
+        for (int64_t c = 0; c < columns && target[k]; ++c) target[k][at + c] = source[k][rows->asperity[c]];
+    return HS_OK;
+}
+
+int hs_read(const hs_memory *memory, const hs_rows *rows, int64_t row) {
+    hs_recorder recorder;
+    int status = hs_begin_recording(&recorder, memory->contact, rows);
+    if (status == HS_OK) status = hs_record(&recorder, memory, row, memory->excess != 0.0);
+    hs_end_recording(&recorder);
+    return status;
+}

@@ -1,0 +1,210 @@
+/* The displacement that all groups share, where the path says what they carry together. */
+
+#include "internal.h"
+
+/* so that a quotient has no 0 below it */
+#define SMALL 1e-30
+
+int hs_no_fronts(hs_fronts *fronts, int64_t groups) {
+    size_t count = (size_t)groups;
+    double *memory = (double *)calloc(11 * (count ? count : 1), sizeof *memory);
+    if (!memory) return HS_OUT_OF_MEMORY;
+    fronts->groups = groups;
+    fronts->memory = memory;
+    double **each[] = {&fronts->cone, &fronts->below, &fronts->anchor, &fronts->jump,   &fronts->rate, &fronts->force,
+                       &fronts->low,  &fronts->high,  &fronts->gap,    &fronts->weight, &fronts->off};
+    for (size_t row = 0; row < 11; ++row) *each[row] = memory + row * count;
+    for (size_t index = 0; index < count; ++index) fronts->low[index] = HUGE_VAL;
+    return HS_OK;
+}
+
+void hs_free_fronts(hs_fronts *fronts) { free(fronts->memory); }
+
+/* Leave a group without a front: nothing is between its labels, and it adds nothing to a sum. */
+static void forget_front(hs_fronts *fronts, int64_t index) {
+    for (int row = 0; row < 11; ++row) fronts->memory[row * fronts->groups + index] = 0.0;
+    fronts->low[index] = HUGE_VAL;
+}
+
+/* Tangential load of the groups with fronts at the end of a path. Tells of each group whether its front is not on the
+ * segment noted; returns how many are not: they are to be found once more. */
+static int64_t force_on_fronts(hs_fronts *fronts, const hs_shares *shares, hs_point to, hs_force *found) {
+    const double *restrict cone = fronts->cone, *restrict below = fronts->below, *restrict anchor = fronts->anchor;
+    const double *restrict rate = fronts->rate, *restrict jump = fronts->jump, *restrict held = fronts->force;
+    const double *restrict low = fronts->low, *restrict high = fronts->high, *restrict gap = fronts->gap;
+    const double *restrict weight = fronts->weight, *restrict load = shares->load;
+    double *restrict off = fronts->off;
+    double force[HS_LANES] = {0}, stiffness[HS_LANES] = {0}, curvature[HS_LANES] = {0}, misses[HS_LANES] = {0};
+    const double d = to.d, v = to.v;
+    for (int64_t i = 0; i < shares->count; i += HS_LANES) {
+        int lanes = shares->count - i < HS_LANES ? (int)(shares->count - i) : HS_LANES;
+        for (int l = 0; l < lanes; ++l) {
+            int64_t g = i + l;
+            /* the label of the front on the segment, or beyond its ends */
+            double label = below[g] + ((v - anchor[g]) - cone[g] * (d - below[g])) * rate[g];
+            double last = high[g] < d ? high[g] : d;
+            double miss = ((low[g] <= label) & (label <= last)) ? 0.0 : 1.0;
+            double depth = label - gap[g] > 0.0 ? label - gap[g] : 0.0;
+            double half_chord = weight[g] * sqrt(depth);
+            off[g] = miss;
+            misses[l] += miss;
+            force[l] += held[g] + cone[g] * load[g] + jump[g] * half_chord * depth;
+            stiffness[l] += half_chord;
+            curvature[l] += half_chord * rate[g] / (depth + SMALL);
+        }
+    }
+    found->force = hs_lanes_sum(force);
+    found->stiffness = 1.5 * hs_lanes_sum(stiffness);
+    found->curvature = 0.75 * hs_lanes_sum(curvature);
+    return (int64_t)hs_lanes_sum(misses);
+}
+
+/* Tangential load at the end of a straight path, with its derivatives; fronts are looked up, or found and noted. */
+int hs_force_at(hs_memory *memory, const hs_shares *shares, hs_fronts *fronts, hs_point to, hs_force *found) {
+    hs_point from = {memory->approach, memory->displacement};
+    if (force_on_fronts(fronts, shares, to, found) == 0) return HS_OK;
+    hs_force sum = {0.0, 0.0, 0.0};
+    hs_vertex *scratch = NULL;
+    for (int64_t index = 0; index < shares->count; ++index) {
+        if (fronts->off[index] == 0.0) continue;
+        forget_front(fronts, index);
+        hs_group group = hs_group_of(memory, index);
+        int64_t depth = memory->depth[index];
+        hs_force part = {0.0, 0.0, 0.0};
+        if (memory->steep[index] && depth > 0) {
+            if (!scratch) {
+                size_t room = 2 * (size_t)hs_room_to_clip(hs_deepest(memory));
+                scratch = (hs_vertex *)malloc(room * sizeof *scratch);
+                if (!scratch) return HS_OUT_OF_MEMORY;
+            }
+            hs_cone cone = {group.friction, 0.0, 0.0, 0.0};
+            int64_t count = hs_carry_and_clip(&group, NULL, depth, from, to, shares->load[index], &cone, scratch,
+                                              &part.stiffness);
+            part.force = scratch[count - 1].tangential;
+        } else {
+            part = hs_force_of_group(&group, depth, from, to, shares->load[index], fronts, index);
+        }
+        sum.force += part.force;
+        sum.stiffness += part.stiffness;
+        sum.curvature += part.curvature;
+    }
+    free(scratch);
+    force_on_fronts(fronts, shares, to, found);
+    found->force += sum.force;
+    found->stiffness += sum.stiffness;
+    found->curvature += sum.curvature;
+    return HS_OK;
+}
+
+static void guess_fronts(hs_memory *memory, const hs_shares *shares, hs_fronts *fronts, double sign) {
+    for (int64_t index = 0; index < shares->count; ++index) {
+        if (memory->depth[index] > 1 && fronts->low[index] == HUGE_VAL && !memory->steep[index]) {
+            hs_group group = hs_group_of(memory, index);
+            hs_guess_front(fronts, index, &group, memory->depth[index], sign);
+        }
+    }
+}
+
+/* Displacement nearest to the present one at which, on a straight path to approach d1, every spring slides. */
+static double sliding_displacement(const hs_memory *memory, const hs_shares *shares, double d1, double side) {
+    double d0 = memory->approach, v0 = memory->displacement, reach = -HUGE_VAL;
+    for (int64_t index = 0; index < shares->count; ++index) {
+        double friction = memory->friction[index];
+        const hs_vertex *stack = memory->vertices + index * memory->capacity;
+        if (d1 > d0) reach = hs_most(reach, side * v0 + friction * (d1 - d0));
+        for (int64_t j = 0; j < memory->depth[index]; ++j) {
+            if (stack[j].label > d1 || (j > 0 && !memory->steep[index])) break;
+            reach = hs_most(reach, side * stack[j].anchor + friction * (d1 - stack[j].label));
+        }
+    }
+    return side * reach;
+}
+
+/* Newton's step from v, corrected for curvature (Halley), inside the bracket and no longer than a stride. */
+static double next_guess(double v, double missing, double stiffness, double curvature, double low, double high,
+                         double stride) {
+    double step = stiffness > 0.0 ? missing / stiffness : HUGE_VAL;
+    double bend = stiffness > 0.0 ? 0.5 * curvature * step / stiffness : HUGE_VAL;
+    if (fabs(bend) < 0.25) step /= 1.0 + bend;
+    double next = v + step;
+    if (!(low < next && next < high)) next = 0.5 * (low + high);
+    if (!(fabs(next - v) <= stride)) next = v + copysign(stride, missing);
+    return next;
+}
+
+int hs_displacement_at(hs_memory *memory, const hs_shares *shares, double d, hs_aim aim, double *found) {
+    hs_fronts fronts;
+    if (hs_no_fronts(&fronts, shares->count) != HS_OK) return HS_OUT_OF_MEMORY;
+    int status = hs_displacement_with(memory, shares, &fronts, d, aim, found);
+    hs_free_fronts(&fronts);
+    return status;
+}
+
+static double limit_of(const hs_memory *memory, const hs_shares *shares) {
+    double limit = 0.0;
+    for (int64_t index = 0; index < shares->count; ++index) limit += memory->friction[index] * shares->load[index];
+    return limit;
+}
+
+/* Displacement at which a straight path in (d, V) to approach d ends where it aims; the fronts met stay in their table.
+ *
+ * Where nothing touches at d, a load leaves V at the anchor of the last spring to leave, which is one of the highest
+ * summit. */
+int hs_displacement_with(hs_memory *memory, const hs_shares *shares, hs_fronts *fronts, double d, hs_aim aim, double *found) {
+    if (shares->count == 0) {
+        *found = aim.rigid > 0.0 ? aim.value : memory->depth[0] > 0 ? memory->vertices[0].anchor : memory->displacement;
+        return HS_OK;
+    }
+    if (d == memory->approach) {
+        double v = memory->displacement;
+        double missing = aim.value - aim.rigid * v - aim.compliance * hs_total_force(memory);
+        if (fabs(missing) <= HS_TIE * (aim.rigid * fabs(aim.value) + aim.compliance * limit_of(memory, shares))) {
+            /* held: rounding is no reason to move */
+            *found = v;
+            return HS_OK;
+        }
+    }
+    return hs_found_displacement(memory, shares, fronts, d, aim, found);
+}
+
+/* The same where something touches at d, whatever the contact carries now. A load at the friction limit is met by the
+ * displacement at which the last spring begins to slide. */
+int hs_found_displacement(hs_memory *memory, const hs_shares *shares, hs_fronts *fronts, double d, hs_aim aim, double *found) {
+    double goal = aim.value, rigid = aim.rigid, compliance = aim.compliance;
+    double limit = limit_of(memory, shares);
+    double reach = hs_largest_friction(memory) * (d - memory->contact->sorted_gap[0]), stride = HUGE_VAL;
+    if (rigid == 0.0) {
+        if (fabs(goal) >= (1.0 - HS_TIE) * limit) {
+            *found = sliding_displacement(memory, shares, d, copysign(1.0, goal));
+            return HS_OK;
+        }
+        /* what slides has no stiffness to tell how far */
+        stride = reach;
+    }
+    double accuracy = 4.0 * DBL_EPSILON * (rigid * fabs(goal) + compliance * limit);
+    double low = -HUGE_VAL, high = HUGE_VAL, v = memory->displacement;
+    double change = goal - rigid * v - compliance * memory->tangential_load;
+    /* a little on the way, so that the first stiffness is that of the direction in which it goes */
+    if (change != 0.0) v += copysign(1e-9 * reach, change);
+    /* so near the start springs that touched on the way all stick, and no front is met yet */
+    int unmet = d > memory->approach ? 1 : 0;
+    for (int turn = 0; turn < 200; ++turn) {
+        if (turn == unmet) guess_fronts(memory, shares, fronts, copysign(1.0, change));
+        hs_point to = {d, v};
+        hs_force here;
+        int status = hs_force_at(memory, shares, fronts, to, &here);
+        if (status != HS_OK) return status;
+        double missing = goal - rigid * v - compliance * here.force;
+        if (fabs(missing) <= accuracy) break;
+        if (missing > 0.0)
+            low = v;
+        else
+            high = v;
+        double next = next_guess(v, missing, rigid + compliance * here.stiffness, compliance * here.curvature, low, high,
+                                 stride);
+        if (next == low || next == high || next == v) break;
+        v = next;
+    }
+    *found = v;
+    return HS_OK;
+}

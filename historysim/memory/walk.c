@@ -1,0 +1,204 @@
+/* Paths one after the other: planned, walked, and recorded. */
+
+#include "internal.h"
+
+/* Where a path goes: approach, normal load, and the aim of the tangential channel, which now asks for a request. */
+static void destination(const hs_memory *memory, const hs_path *path, double compliance, double request, double *d,
+                        double *load, hs_aim *aim) {
+    if (path->normal_control == HS_LOAD) {
+        *load = hs_toward(memory->normal_load, path->normal_target, path->normal_fraction);
+        *d = hs_approach_for(memory, *load);
+    } else {
+        *d = hs_toward(memory->approach, path->normal_target, path->normal_fraction);
+        *load = *d == memory->approach ? memory->normal_load : hs_load_at(hs_all_of(memory->contact), *d).load;
+    }
+    if (path->tangential_control == HS_LOAD) {
+        *aim = hs_to_load(hs_toward(request, path->tangential_target, path->tangential_fraction));
+    } else {
+        double present = memory->displacement + compliance * memory->tangential_load;
+        aim->value = hs_toward(present, path->tangential_target, path->tangential_fraction);
+        aim->rigid = 1.0;
+        aim->compliance = compliance;
+    }
+}
+
+int hs_planned(hs_memory *memory, const hs_path *path, double compliance, int saturate, int direct, hs_plan *plan,
+               hs_refusal *refusal) {
+    double force0 = memory->tangential_load + (saturate ? memory->excess : 0.0), d1, load;
+    destination(memory, path, compliance, force0, &d1, &load, &plan->aim);
+    int by_force = plan->aim.rigid == 0.0, both = path->normal_control == HS_LOAD && by_force;
+    double touch = memory->contact->sorted_gap[0];
+    hs_request *request = &plan->request;
+    request->both = both;
+    request->d[0] = both && load > 0.0 ? hs_most(memory->approach, touch) : memory->approach;
+    request->d[1] = d1;
+    request->load[0] = memory->normal_load;
+    request->load[1] = load;
+    request->force[0] = force0;
+    request->force[1] = plan->aim.value;
+    plan->v[0] = memory->displacement;
+    plan->v[1] = plan->aim.value;
+    plan->ends_apart = by_force && !both && d1 <= touch;
+    plan->meets = by_force && hs_meets_limit(memory, request);
+    if (plan->meets) hs_cut(memory, request, &plan->pieces);
+    if (plan->meets && !saturate) {
+        double asked, limit;
+        hs_overload(memory, request, &plan->pieces, &asked, &limit);
+        if (fabs(asked) > limit * (1.0 + HS_LIMIT_SLACK)) {
+            refusal->request = asked * memory->contact->units.load;
+            refusal->limit = limit * memory->contact->units.load;
+            return HS_BEYOND_LIMIT;
+        }
+    }
+    if (plan->aim.compliance > 0.0 && !(both || plan->meets || direct)) {
+        hs_shares shares;
+        int status = hs_shares_at(memory, d1, load, &shares);
+        if (status == HS_OK) status = hs_displacement_at(memory, &shares, d1, plan->aim, &plan->v[1]);
+        hs_free_shares(&shares);
+        return status;
+    }
+    return HS_OK;
+}
+
+int hs_walk_on(hs_memory *memory, const hs_plan *plan, double before, double share, double tolerance, int *held) {
+    const hs_request *request = &plan->request;
+    int side = 0, status;
+    if (plan->meets) {
+        status = hs_follow(memory, request, &plan->pieces, before, share, tolerance, &side);
+    } else if (request->both) {
+        status = hs_ramp(memory, hs_toward(request->load[0], request->load[1], share),
+                         hs_toward(request->force[0], request->force[1], share), tolerance);
+    } else {
+        double d = hs_toward(request->d[0], request->d[1], share);
+        double load = d == request->d[1] ? request->load[1] : hs_load_at(hs_all_of(memory->contact), d).load;
+        hs_aim aim = hs_to_displacement(hs_toward(plan->v[0], plan->v[1], share));
+        /* what has left the contact on the way says no more where it was to go */
+        if (share == 1.0 && !(plan->ends_apart && before > 0.0)) aim = plan->aim;
+        status = hs_move(memory, d, load, aim);
+        if (status == HS_OK && plan->ends_apart && share == 1.0) memory->tangential_load = plan->aim.value;
+    }
+    if (status != HS_OK) return status;
+    memory->excess = 0.0;
+    *held = 0;
+    if (side != 0) {
+        /* what a load at the limit asks for beyond it, if that is more than rounding */
+        double excess = hs_toward(request->force[0], request->force[1], share) - memory->tangential_load;
+        *held = fabs(excess) > HS_LIMIT_SLACK * fabs(memory->tangential_load);
+        if (*held) memory->excess = excess;
+    }
+    return HS_OK;
+}
+
+/* A load or approach that is too small for a float would press on springs without any stiffness. */
+static double scaled(double target, double unit, double least) {
+    double found = target / unit;
+    return fabs(found) < least ? 0.0 : found;
+}
+
+static hs_path without_dimension(const hs_units *units, const hs_path *path) {
+    hs_path found = *path;
+    int by_load = path->normal_control == HS_LOAD;
+    found.normal_target = scaled(path->normal_target, by_load ? units->load : units->length,
+                                 by_load ? HS_LEAST_LOAD : HS_LEAST_APPROACH);
+    found.tangential_target /= path->tangential_control == HS_LOAD ? units->load : units->displacement;
+    return found;
+}
+
+/* The path to targets, of which not a number holds a channel. */
+static hs_path path_to(int normal_control, double normal_target, int tangential_control, double tangential_target) {
+    int normal_held = isnan(normal_target), tangential_held = isnan(tangential_target);
+    hs_path path = {normal_held ? 0.0 : normal_target,
+                    normal_held ? 0.0 : 1.0,
+                    tangential_held ? 0.0 : tangential_target,
+                    tangential_held ? 0.0 : 1.0,
+                    1,
+                    0,
+                    normal_control,
+                    tangential_control,
+                    1,
+                    0};
+    return path;
+}
+
+static int stepped(hs_memory *memory, const hs_path *given, const hs_drive *drive, hs_refusal *refusal) {
+    const hs_units *units = &memory->contact->units;
+    hs_path path = without_dimension(units, given);
+    hs_plan plan;
+    int held;
+    refusal->path = 0;
+    int status = hs_planned(memory, &path, drive->compliance * units->stiffness, drive->saturate, 1, &plan, refusal);
+    if (status == HS_OK) status = hs_walk_on(memory, &plan, 0.0, 1.0, drive->tolerance, &held);
+    if (status != HS_OK) return status;
+    memory->normal_control = path.normal_control;
+    memory->tangential_control = path.tangential_control;
+    return HS_OK;
+}
+
+int hs_step(hs_memory *memory, int normal_control, double normal_target, int tangential_control,
+            double tangential_target, const hs_drive *drive, hs_refusal *refusal) {
+    hs_path path = path_to(normal_control, normal_target, tangential_control, tangential_target);
+    int status = hs_memory_join(memory);
+    return status == HS_OK ? stepped(memory, &path, drive, refusal) : status;
+}
+
+/* vertices that are left where a step has not asked for deeper ones */
+#define ENOUGH 4
+
+int hs_advance(const hs_memory *memory, int normal_control, double normal_target, int tangential_control,
+               double tangential_target, const hs_drive *drive, hs_refusal *refusal, hs_memory **after) {
+    hs_path path = path_to(normal_control, normal_target, tangential_control, tangential_target);
+    /* a ramp of both loads with a normal load that moves may look at points beside its way */
+    int sweeps = normal_control == HS_LOAD && tangential_control == HS_LOAD && path.normal_fraction > 0.0 &&
+                 normal_target != memory->normal_load * memory->contact->units.load;
+    /* the outer end of a deep memory is copied and stepped alone; where little is left of it, or the path is refused, the
+     * step may have asked for what is deeper, and is done again with more */
+    for (int64_t more = sweeps ? INT64_MAX / 2 : 0;; more = more ? 2 * more : 32) {
+        hs_memory *copy = hs_memory_outer_copy(memory, more);
+        int status = copy ? stepped(copy, &path, drive, refusal) : HS_OUT_OF_MEMORY;
+        int whole = !copy || !copy->deep;
+        if (whole || (status == HS_OK && copy->depth[0] >= ENOUGH)) {
+            if (status == HS_OK) status = hs_memory_split(copy);
+            if (status == HS_OK)
+                *after = copy;
+            else
+                hs_memory_free(copy);
+            return status;
+        }
+        hs_memory_free(copy);
+    }
+}
+
+int hs_walk(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
+            double until, hs_refusal *refusal) {
+    const hs_units *units = &memory->contact->units;
+    double compliance = drive->compliance * units->stiffness;
+    hs_recorder recorder;
+    hs_plan plan;
+    int flag = 0;
+    int status = hs_memory_join(memory);
+    if (status == HS_OK) status = hs_begin_recording(&recorder, memory->contact, rows);
+    if (status != HS_OK) return status;
+    for (int64_t p = 0; p < count && status == HS_OK; ++p) {
+        hs_path path = without_dimension(units, paths + p);
+        double before = 0.0;
+        refusal->path = p;
+        status = hs_planned(memory, &path, compliance, drive->saturate, path.parts == 1 && until == 1.0, &plan, refusal);
+        for (int64_t part = 1; part <= path.parts && status == HS_OK; ++part) {
+            double share = until * ((double)part / (double)path.parts);
+            int held;
+            status = hs_walk_on(memory, &plan, before, share, drive->tolerance, &held);
+            before = share;
+            if (status != HS_OK) break;
+            /* several paths may lead to one row */
+            flag |= held;
+            if (rows && (part < path.parts || path.recorded)) {
+                status = hs_record(&recorder, memory, path.first_row + part - 1, flag);
+                flag = 0;
+            }
+        }
+        memory->normal_control = path.normal_control;
+        memory->tangential_control = path.tangential_control;
+    }
+    hs_end_recording(&recorder);
+    return status;
+}
