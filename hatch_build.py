@@ -1,11 +1,20 @@
-"""Where a wheel is built, the memory's functions are compiled, as those of other packages are: runs then start at once.
+"""Compile the package's C into one library, and read its headers, where it is installed or a wheel of it is built.
 
-What is compiled lies beside the source, where numba looks for it, and is good for this kind of processor and these
-versions of Python and numba. Where it is not, or where compiling fails, the first run compiles. A wheel without it,
-for any machine, is built with ``HATCH_BUILD_NO_HOOKS=true``.
+The library (`historysim/basics/libhistorysim.so`) knows nothing of Python: a C compiler is enough, Python's headers are
+not needed, and one wheel serves all versions of Python. Where there is no C compiler either, the package ``ziglang``
+brings one for the time of the build. The environment's ``CC``, ``CFLAGS`` and ``LDFLAGS`` are honoured, but for what
+would change the bits of results.
+
+The public headers are the declarations: cffi reads them now, into `historysim/basics/_declarations.py`, so that nothing
+need be parsed when the package is imported.
+
+``python hatch_build.py`` does this alone, in place, after a change of a ``.c`` or ``.h`` file.
 """
 
 import os
+import re
+import shlex
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -14,34 +23,119 @@ from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-KEPT = Path("historysim", "memory", "__pycache__")
+HERE = Path(__file__).parent
+PLACE = Path("historysim", "basics")
+LIBRARY = "libhistorysim" + {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
+DECLARATIONS = "_declarations.py"
+
+FAST = ["-O3"]
+SAME_BITS = ["-std=c11", "-fno-fast-math", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"]
+SHARED = ["-shared", "-fvisibility=hidden", *([] if sys.platform == "win32" else ["-fPIC"])]
+# by itself zig compiles for the processor that it runs on, and traps what is undefined
+ZIG = [sys.executable, "-m", "ziglang", "cc", "-mcpu=baseline", "-fno-sanitize=undefined"]
+
+COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
+FOR_CPP_ALONE = re.compile(r"^[ \t]*#[ \t]*ifdef __cplusplus$.*?^[ \t]*#[ \t]*endif", re.DOTALL | re.MULTILINE)
+CONSTANT = re.compile(r"\s*#\s*define\s+\w+\s+-?(0[xX][0-9a-fA-F]+|[0-9]+)\s*")
 
 
-class CompileAhead(BuildHookInterface):
-    """Put compiled functions into the wheel; for an editable installation, beside the source."""
+class CompiledLibrary(BuildHookInterface):
+    """Put the library and its declarations into the wheel; for an editable installation, beside the source."""
+
+    def dependencies(self) -> list[str]:
+        """Ask for a compiler where there is none."""
+        if compiler():
+            return []
+        self.app.display_info("no C compiler is found (CC, cc, gcc, clang): ziglang is taken, which brings one")
+        return ["ziglang>=0.13"]
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Compile, and say what belongs into the wheel."""
-        self._folder = tempfile.TemporaryDirectory()
-        cache = {} if version == "editable" else {"NUMBA_CACHE_DIR": self._folder.name}
-        inherited = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
-        done = subprocess.run(
-            [sys.executable, "-m", "historysim.ahead"],
-            cwd=self.root,
-            env=inherited | cache,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        if done.returncode:
-            self.app.display_warning(f"nothing is compiled ahead; the first run will compile: {done.stderr}")
-            return
-        if version == "editable":
-            return
-        for file in Path(self._folder.name).rglob("*.nb[ci]"):
-            build_data["force_include"][str(file)] = str(KEPT / file.name)
-        build_data["pure_python"], build_data["infer_tag"] = False, True
+        """Compile, and say what belongs into the wheel, and for which machines the wheel is."""
+        from packaging.tags import platform_tags
 
-    def finalize(self, _version: str, _build_data: dict[str, Any], _path: str) -> None:
-        """Take what was compiled away again, which is in the wheel."""
-        self._folder.cleanup()
+        root = Path(self.root)
+        if version == "editable":
+            build(root, root / PLACE)
+        else:
+            self._folder = tempfile.TemporaryDirectory()
+            build(root, Path(self._folder.name))
+            for name in (LIBRARY, DECLARATIONS):
+                build_data["force_include"][str(Path(self._folder.name, name))] = str(PLACE / name)
+        # a library that was compiled here is not one for all Linux of an age
+        machine = next(tag for tag in platform_tags() if not tag.startswith(("manylinux", "musllinux")))
+        build_data["pure_python"], build_data["tag"] = False, f"py3-none-{machine}"
+
+
+def compiler() -> list[str]:
+    """Return the command that compiles C: the environment's ``CC``, or the first that can; empty where none can."""
+    said = shlex.split(os.environ.get("CC", ""))
+    return said or next(([name] for name in ("cc", "gcc", "clang") if _compiles(name)), [])
+
+
+def _compiles(name: str) -> bool:
+    """Whether a compiler is there with the headers of the C library, which come by themselves in some distributions."""
+    command = shutil.which(name)
+    if command is None:
+        return False
+    asked = [command, "-fsyntax-only", "-x", "c", "-"]
+    return subprocess.run(asked, input=b"#include <math.h>\n", capture_output=True, check=False).returncode == 0
+
+
+def build(root: Path, folder: Path) -> None:
+    """Compile the library of a source tree, and write it and its declarations into a folder.
+
+    Raises
+    ------
+    RuntimeError
+        The compiler fails; the message is its own.
+    """
+    with tempfile.TemporaryDirectory(dir=folder) as made:
+        library, declared = Path(made, LIBRARY), Path(made, DECLARATIONS)
+        compile_library(root, library)
+        write_declarations(root, declared)
+        # whoever has the library of before open keeps it whole
+        library.replace(folder / LIBRARY)
+        declared.replace(folder / DECLARATIONS)
+
+
+def compile_library(root: Path, library: Path) -> None:
+    """Compile all C of a source tree, in one call of the compiler. Errors as in `build`."""
+    said = {name: shlex.split(os.environ.get(name, "")) for name in ("CFLAGS", "LDFLAGS")}
+    command = [*(compiler() or ZIG), *FAST, *said["CFLAGS"], *SAME_BITS, *SHARED]
+    command += [*map(str, sorted(root.glob("historysim/**/*.c"))), *said["LDFLAGS"], "-lm", "-o", str(library)]
+    with tempfile.TemporaryDirectory() as cache:
+        kept = {"ZIG_GLOBAL_CACHE_DIR": cache, "ZIG_LOCAL_CACHE_DIR": cache}
+        done = subprocess.run(command, env=kept | os.environ, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise RuntimeError(
+            f"the C of historysim is not compiled; expected a compiler of C11 that takes gcc's options: name another "
+            f"one in CC, or see CFLAGS and LDFLAGS.\n{shlex.join(command)}\n{done.stderr}"
+        )
+
+
+def write_declarations(root: Path, file: Path) -> None:
+    """Write what the public headers of a source tree declare, as cffi reads it without a parser."""
+    from cffi import FFI
+
+    ffi = FFI()
+    headers = (header.read_text("utf-8") for header in sorted(root.glob("historysim/**/*.h")))
+    ffi.cdef("\n".join(public for public in map(declarations, headers) if public))
+    ffi.set_source("historysim.basics._declarations", None)
+    ffi.emit_python_code(str(file))
+    with file.open("a", encoding="utf-8") as more:
+        more.write(f"\nLIBRARY = {LIBRARY!r}\n")
+
+
+def declarations(header: str) -> str:
+    """Return what a header declares as cffi takes it: constants, types and functions; nothing if it is not public.
+
+    Of directives only ``#define NAME integer`` is understood, and whole ``#ifdef __cplusplus`` are left out.
+    """
+    text = COMMENT.sub(" ", header).replace("\\\n", " ")
+    lines = FOR_CPP_ALONE.sub("", text).splitlines()
+    text = "\n".join(line for line in lines if not line.lstrip().startswith("#") or CONSTANT.fullmatch(line))
+    return re.sub(r"\bHS_API\b", "", text) if "HS_API" in text else ""
+
+
+if __name__ == "__main__":
+    build(HERE, HERE / PLACE)

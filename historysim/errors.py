@@ -74,3 +74,7 @@ class CurveEndError(LoadError):
     def __init__(self, asked: str, end: str, path: int = 0) -> None:
         super().__init__(f"{asked} is beyond the normal curve, which ends at {end}; load less, or extend the curve")
         self.path = path
+
+
+class InstallationError(HistorySimError, ImportError):
+    """The package is not installed as it has to be."""

@@ -26,7 +26,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.compiled import compiled
+from historysim.basics.library import lib, pointer
 from historysim.measured.reduction import turning_points
 
 Floats = npt.NDArray[np.float64]
@@ -86,9 +86,11 @@ def range_pairs(values: npt.ArrayLike, *, dead_band: float = 0.0) -> RangePairs:
     samples = np.asarray(values, dtype=np.float64)
     # a record that rests at its end has its last turning point twice
     kept = kept[np.diff(samples[kept], prepend=np.nan) != 0]
-    start, end = np.empty(kept.size, dtype=np.int64), np.empty(kept.size, dtype=np.int64)
+    start, end, left = (np.empty(kept.size, dtype=np.int64) for _ in range(3))
     full = np.empty(kept.size, dtype=np.bool_)
-    cycles = _count(samples[kept], start, end, full)
+    cycles = lib.hs_range_pairs(
+        kept.size, pointer(samples[kept]), pointer(start), pointer(end), pointer(full), pointer(left)
+    )
     start, end = kept[start[:cycles]], kept[end[:cycles]]
     return RangePairs(
         range=np.abs(samples[end] - samples[start]),
@@ -98,30 +100,3 @@ def range_pairs(values: npt.ArrayLike, *, dead_band: float = 0.0) -> RangePairs:
         start=start,
         end=end,
     )
-
-
-@compiled
-def _count(points: Floats, start: Integers, end: Integers, full: npt.NDArray[np.bool_]) -> int:
-    """Write where each cycle starts and ends, and whether it is full; return how many there are."""
-    left = np.empty(points.size, dtype=np.int64)
-    # what is left stands in left[first:stop]
-    first = stop = cycles = 0
-    for point in range(points.size):
-        left[stop] = point
-        stop += 1
-        while stop - first >= 3:
-            before, peak, last = left[stop - 3], left[stop - 2], left[stop - 1]
-            if abs(points[last] - points[peak]) < abs(points[peak] - points[before]):
-                break
-            start[cycles], end[cycles] = before, peak
-            full[cycles] = stop - first > 3
-            if full[cycles]:
-                left[stop - 3] = last
-                stop -= 2
-            else:
-                first += 1
-            cycles += 1
-    for i in range(first, stop - 1):
-        start[cycles], end[cycles], full[cycles] = left[i], left[i + 1], False
-        cycles += 1
-    return cycles

@@ -45,7 +45,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import checked, scalar
-from historysim.basics.compiled import compiled, compiled_for_more_than
+from historysim.basics.library import lib, pointer
 from historysim.errors import InputError
 
 Floats = npt.NDArray[np.float64]
@@ -157,7 +157,9 @@ def turning_points(values: npt.ArrayLike, dead_band: float = 0.0) -> Integers:
     """
     samples = channel("values", values)
     kept = np.empty(samples.size, dtype=np.int64)
-    count = _turning_points(samples, scalar("dead_band", dead_band, least=0), kept)
+    count = lib.hs_turning_points(
+        samples.size, pointer(samples), scalar("dead_band", dead_band, least=0), pointer(kept)
+    )
     return kept[:count].copy()
 
 
@@ -232,7 +234,17 @@ def kept_points(
     kept = np.union1d(kept, turning_points(normal, normal_dead_band))
     needed = np.zeros(samples.size, dtype=np.bool_)
     needed[kept] = True
-    _keep_path(samples, normal, float(dead_band), float(normal_dead_band), kept, needed)
+    waiting = np.empty(2 * samples.size + 2, dtype=np.int64)
+    lib.hs_keep_path(
+        pointer(samples),
+        pointer(normal),
+        float(dead_band),
+        float(normal_dead_band),
+        kept.size,
+        pointer(kept),
+        pointer(needed),
+        pointer(waiting),
+    )
     return np.flatnonzero(needed)
 
 
@@ -255,14 +267,14 @@ def in_step(values: npt.ArrayLike, kept: npt.ArrayLike) -> Floats:
         Missing or infinite samples, or points that do not lead from the first to the last one.
     """
     samples = channel("values", values)
-    points = np.asarray(kept, dtype=np.int64)
+    points = np.ascontiguousarray(kept, dtype=np.int64)
     if points.size == 0 or points[0] != 0 or points[-1] != samples.size - 1 or (np.diff(points) <= 0).any():
         raise InputError(
             f"kept does not lead from sample 0 to sample {samples.size - 1} in ascending order; expected the turning "
             "points of these values"
         )
     result = np.empty(samples.size)
-    _in_step(samples, points, result)
+    lib.hs_in_step(pointer(samples), points.size, pointer(points), pointer(result))
     return result
 
 
@@ -350,88 +362,3 @@ def _with_gaps(name: str, values: npt.ArrayLike) -> Floats:
         raise InputError(f"{name} is {values!r}; expected numbers, or NaN where they are missing") from error
     checked(name, np.where(np.isnan(result), 0.0, result))
     return result
-
-
-@compiled_for_more_than(10_000)
-def _turning_points(values: Floats, dead_band: float, kept: Integers) -> int:
-    """Write the kept indices, and return how many there are."""
-    kept[0] = 0
-    count = 1
-    high = low = 0
-    direction = 0
-    for i in range(1, values.size):
-        value = values[i]
-        fall, rise = values[high] - value, value - values[low]
-        if direction >= 0 and fall > 0.0 and fall >= dead_band:
-            if high > 0:
-                kept[count] = high
-                count += 1
-            direction, low = -1, i
-        elif direction <= 0 and rise > 0.0 and rise >= dead_band:
-            if low > 0:
-                kept[count] = low
-                count += 1
-            direction, high = 1, i
-        else:
-            if direction >= 0 and fall < 0.0:
-                high = i
-            if direction <= 0 and rise < 0.0:
-                low = i
-    last = values.size - 1
-    extreme = high if direction > 0 else low if direction < 0 else 0
-    if 0 < extreme < last:
-        kept[count] = extreme
-        count += 1
-    if last > 0:
-        kept[count] = last
-        count += 1
-    return count
-
-
-@compiled
-def _keep_path(
-    tangential: Floats,
-    normal: Floats,
-    dead_band: float,
-    normal_dead_band: float,
-    kept: Integers,
-    needed: npt.NDArray[np.bool_],
-) -> None:
-    """Mark the samples that the straight path between needed ones passes by more than the dead bands.
-
-    The distance of (u, n) from a line along (p, q), largest over the channels, is |uq - np| / (|p| + |q|) with all of
-    them over their dead bands. It need not be taken to the ends of the line: between turning points nothing goes
-    beyond them by as much as the dead bands.
-    """
-    waiting = np.empty((normal.size + 1, 2), dtype=np.int64)
-    for piece in range(kept.size - 1):
-        waiting[0] = kept[piece], kept[piece + 1]
-        count = 1
-        while count > 0:
-            count -= 1
-            start, end = waiting[count]
-            p, q = tangential[end] - tangential[start], normal[end] - normal[start]
-            farthest, most = start, abs(p) * normal_dead_band + abs(q) * dead_band
-            for i in range(start + 1, end):
-                cross = abs((tangential[i] - tangential[start]) * q - (normal[i] - normal[start]) * p)
-                if cross > most:
-                    farthest, most = i, cross
-            if farthest > start:
-                needed[farthest] = True
-                waiting[count] = start, farthest
-                waiting[count + 1] = farthest, end
-                count += 2
-
-
-@compiled
-def _in_step(values: Floats, kept: Integers, result: Floats) -> None:
-    result[0] = values[0]
-    for piece in range(kept.size - 1):
-        start, end = kept[piece], kept[piece + 1]
-        reached, goal = values[start], values[end]
-        for i in range(start + 1, end + 1):
-            if goal > reached:
-                reached = max(reached, min(values[i], goal))
-            elif goal < reached:
-                reached = min(reached, max(values[i], goal))
-            result[i] = reached

@@ -1,11 +1,9 @@
 """How far each summit rises above the saddle to a higher one: its prominence, by which minor ones are pruned."""
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.compiled import compiled
+from historysim.basics.library import lib, pointer
 
 Floats = npt.NDArray[np.float64]
 
@@ -30,45 +28,19 @@ def prominences(heights: Floats, offsets: tuple[tuple[int, int], ...], *, period
     array (nx, ny)
         Prominence [m] at the first point of each top; infinite where no way leads higher; 0 at all other points.
     """
-    flat = heights.ravel()
+    flat = np.ascontiguousarray(heights, dtype=np.float64).ravel()
     order = np.argsort(-flat, kind="stable")[: int(np.isfinite(flat).sum())]
     steps = np.array(offsets, dtype=np.int64)
-    flooded: Any = _flooded
-    found: Floats = flooded(flat, order, heights.shape[0], heights.shape[1], steps, periodic)
+    found, parent = np.empty(flat.size), np.empty(flat.size, dtype=np.int64)
+    lib.hs_prominences(
+        *heights.shape,
+        pointer(flat),
+        order.size,
+        pointer(order),
+        len(offsets),
+        pointer(steps),
+        periodic,
+        pointer(found),
+        pointer(parent),
+    )
     return found.reshape(heights.shape)
-
-
-@compiled
-def _flooded(heights, order, nx, ny, steps, periodic):  # type: ignore[no-untyped-def] # numba knows the types
-    parent = np.full(heights.size, -1)
-    prominence = np.zeros(heights.size)
-    for point in order:
-        parent[point] = point
-        top = -1
-        for step in range(steps.shape[0]):
-            i, j = point // ny + steps[step, 0], point % ny + steps[step, 1]
-            if periodic:
-                i, j = i % nx, j % ny
-            elif i < 0 or j < 0 or i >= nx or j >= ny:
-                continue
-            other = i * ny + j
-            if parent[other] < 0 or other == point:
-                continue
-            root = other
-            while parent[root] != root:
-                parent[root] = parent[parent[root]]
-                root = parent[root]
-            if top < 0:
-                top = root
-                parent[point] = top
-            elif root != top:
-                # the lower top ends here; of two at one height, that which comes later
-                higher, lower = top, root
-                if heights[root] > heights[top] or (heights[root] == heights[top] and root < top):
-                    higher, lower = root, top
-                prominence[lower] = heights[lower] - heights[point]
-                parent[lower] = higher
-                top = higher
-        if top < 0:
-            prominence[point] = np.inf
-    return prominence

@@ -1,0 +1,38 @@
+"""The package's C, compiled where it was installed: one library for all rooms, declared by their headers."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy.typing as npt
+
+from historysim.errors import InstallationError
+
+try:
+    from historysim.basics._declarations import LIBRARY, ffi
+
+    lib: Any = ffi.dlopen(str(Path(__file__).with_name(LIBRARY)))
+except (ImportError, OSError) as error:
+    raise InstallationError(
+        f"the compiled library of historysim cannot be loaded ({error}); expected it in {Path(__file__).parent}, where "
+        "installing puts it: in a clone run `pip install -e .`, elsewhere `pip install --force-reinstall historysim`"
+    ) from error
+
+_ROWS = {"f8": "double[]", "i8": "int64_t[]", "b1": "bool[]"}
+
+
+def pointer(array: npt.NDArray[Any]) -> Any:
+    """Return an array's own memory as C takes it; the array has to outlive the call.
+
+    Parameters
+    ----------
+    array : array
+        In a row (C contiguous), of float64, int64 or bool.
+
+    Raises
+    ------
+    ValueError
+        Not in a row.
+    KeyError
+        Of another type.
+    """
+    return ffi.from_buffer(_ROWS[array.dtype.str[1:]], array)
