@@ -282,7 +282,7 @@ static void record_asperities(const hs_recorder *recorder, const hs_memory *memo
         rows->normal_load[at + c] = touches ? numbers[count] : 0.0;
         rows->contact_radius[at + c] = touches ? numbers[2 * count] : 0.0;
         rows->stick_radius[at + c] = touches ? numbers[3 * count] : 0.0;
-        rows->slip_state[at + c] = (int8_t)(touches ? recorder->states[i] : HS_SEPARATED);
+        rows->slip_state[at + c] = touches ? recorder->states[i] : (int8_t)HS_SEPARATED;
     }
 }
 
