@@ -324,6 +324,63 @@ HS_API int hs_walk_evolving(hs_memory *memory, const hs_path *paths, int64_t cou
 HS_API int hs_set_summits(hs_memory *memory, const double *summit_height, const double *summit_radius,
                           const uint8_t *fresh, const hs_evolution *evolution);
 
+/* ---- bytes ---------------------------------------------------------------------------------------------------------------- */
+
+/* A memory with its contact as bytes, which any machine of the same byte order reads. */
+HS_API size_t hs_memory_size(const hs_memory *memory);
+HS_API int hs_memory_write(const hs_memory *memory, void *bytes, size_t size);
+/* Make the memory again. Bytes that are damaged, or of something else, are refused: `why` then says what is wrong. Where the
+ * contact is `like` another one, unless that is NULL, they share it. */
+HS_API int hs_memory_read(const void *bytes, size_t size, hs_contact *like, hs_memory **memory, const char **why);
+/* Look whether numbers that somebody has filled in make a memory; NULL, or what is wrong. */
+HS_API const char *hs_memory_check(const hs_memory *memory);
+
+/* ---- patches of normal curves ------------------------------------------------------------------------------------------- */
+
+/* A table of normal curves, and how the elements that carry their sum share in its rows. */
+typedef struct hs_patches {
+    int64_t count;             /* patches */
+    int64_t rows;              /* of the table */
+    const double *share;       /* (element, row) from loads of elements to weights of the rows */
+    const double *load;        /* (patch, row) [N] */
+    const double *approach;    /* (rows + 1) [m], the first touch before the rows */
+    const double *area;        /* (rows + 1, patch) [m²] */
+    const double *first_touch; /* (patch) [m] */
+} hs_patches;
+/* Fill in rows of patches from rows of all elements, at approaches and with stick zones that first touched there [m]. */
+HS_API int hs_record_patches(const hs_patches *patches, const hs_rows *elements, int64_t count, const double *approach,
+                             const double *stick, double friction, const hs_rows *rows);
+
+/* ---- batch: many contacts of one asperity, each with a path of its own --------------------------------------------------- */
+
+typedef struct hs_batch_vertex {
+    double label;  /* [m] */
+    double anchor; /* over θ [m] */
+    double slope;  /* towards the next deeper one */
+    double force;  /* tangential load of everything deeper, over (4/3) E* √R */
+} hs_batch_vertex;
+typedef struct hs_batch {
+    int64_t count;
+    int64_t frictions, scales; /* one for all, or one for each */
+    double displacement_ratio; /* θ */
+    int64_t *place;            /* (contact) where its vertices begin */
+    int64_t *depth, *room;     /* (contact) vertices that it has, and has room for */
+    double *friction;
+    double *scale; /* (4/3) E* √R [N/m^1.5] */
+    hs_batch_vertex *vertices;
+    int64_t used, capacity; /* vertices that are given away, and that there are */
+} hs_batch;
+/* Make contacts that do not touch; NULL where there is no memory. */
+HS_API hs_batch *hs_batch_new(int64_t count, int64_t frictions, const double *friction, int64_t scales,
+                              const double *scale, double displacement_ratio);
+HS_API hs_batch *hs_batch_copy(const hs_batch *batch);
+HS_API void hs_batch_free(hs_batch *batch);
+/* Carry each contact straight to its approach and displacement [m], and tell its loads [N]. */
+HS_API int hs_batch_step(hs_batch *batch, const double *approach, const double *displacement, double *normal_load,
+                         double *tangential_load);
+/* Make a contact new. */
+HS_API void hs_batch_forget(hs_batch *batch, int64_t contact);
+
 #ifdef __cplusplus
 }
 #endif

@@ -23,6 +23,13 @@
 /* sums over asperities go through so many lanes, which are added in a fixed order: the bits are the same everywhere */
 #define HS_LANES 8
 
+/* Loops over asperities are compiled for narrow and for wide processors, and the one that fits is taken: the same bits. */
+#if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GLIBC__)
+#define HS_WIDE __attribute__((target_clones("avx512f", "avx2", "default")))
+#else
+#define HS_WIDE
+#endif
+
 static inline double hs_least(double a, double b) { return b < a ? b : a; }
 static inline double hs_most(double a, double b) { return b > a ? b : a; }
 /* Bounded on both sides. */
@@ -128,6 +135,11 @@ hs_contact *hs_contact_of(int64_t count, int64_t groups, const double *gap, cons
                           const hs_units *units, double datum);
 hs_contact *hs_contact_held(hs_contact *contact);
 
+/* A memory with its arrays, of which nothing is filled in. */
+hs_memory *hs_memory_blank(hs_contact *contact, int64_t capacity, int evolves);
+/* Vertices in a block of the deep end of a single stack. Of the outer end two to three blocks stand in `vertices`. */
+#define HS_BLOCK 32
+const struct hs_deep *hs_below(const struct hs_deep *deep);
 /* Have stacks hold so many vertices each. */
 int hs_memory_reserve(hs_memory *memory, int64_t capacity);
 /* Copy all from a memory of the same contact. */

@@ -21,27 +21,30 @@ static inline double part_of_one(double h, double k, double low, double high, do
     return k * length * q * (1.5 / 18.0);
 }
 
+/* asperities that are worked out at a time */
+#define BLOCK 256
+
+/* Energies of asperities between two labels. */
+HS_WIDE static void parts(const double *restrict gap, const double *restrict weight, int64_t count, const hs_slip *slip,
+                  double *restrict part) {
+    const double low = slip->low, high = slip->high, width = high - low;
+    const double slip_low = slip->slip_low, drag_low = slip->drag_low;
+    const double slip_slope = (slip->slip_high - slip_low) / width, drag_slope = (slip->drag_high - drag_low) / width;
+    for (int64_t i = 0; i < count; ++i)
+        part[i] = part_of_one(gap[i], weight[i], low, high, slip_low, slip_slope, drag_low, drag_slope);
+}
+
 /* Add to each asperity its part of a slip, unless `each` is NULL; return the sum. */
 static double spread(hs_curve curve, double *each, const hs_slip *slip) {
-    double width = slip->high - slip->low;
-    if (width <= 0.0) return 0.0;
-    const double low = slip->low, high = slip->high, slip_low = slip->slip_low, drag_low = slip->drag_low;
-    const double slip_slope = (slip->slip_high - slip_low) / width, drag_slope = (slip->drag_high - drag_low) / width;
-    const double *gap = curve.gap, *weight = curve.weight;
-    int64_t count = hs_touching(gap, curve.count, high), i = 0;
-    double lane[HS_LANES] = {0};
-    for (; i + HS_LANES <= count; i += HS_LANES) {
-        double part[HS_LANES];
-        for (int l = 0; l < HS_LANES; ++l)
-            part[l] = part_of_one(gap[i + l], weight[i + l], low, high, slip_low, slip_slope, drag_low, drag_slope);
-        for (int l = 0; l < HS_LANES; ++l) lane[l] += part[l];
+    double part[BLOCK], lane[HS_LANES] = {0};
+    if (slip->high <= slip->low) return 0.0;
+    int64_t count = hs_touching(curve.gap, curve.count, slip->high);
+    for (int64_t begin = 0; begin < count; begin += BLOCK) {
+        int64_t size = count - begin < BLOCK ? count - begin : BLOCK;
+        parts(curve.gap + begin, curve.weight + begin, size, slip, part);
+        for (int64_t i = 0; i < size; ++i) lane[i % HS_LANES] += part[i];
         if (each)
-            for (int l = 0; l < HS_LANES; ++l) each[i + l] += part[l];
-    }
-    for (int l = 0; i + l < count; ++l) {
-        double part = part_of_one(gap[i + l], weight[i + l], low, high, slip_low, slip_slope, drag_low, drag_slope);
-        lane[l] += part;
-        if (each) each[i + l] += part;
+            for (int64_t i = 0; i < size; ++i) each[begin + i] += part[i];
     }
     return hs_lanes_sum(lane);
 }
@@ -52,7 +55,7 @@ void hs_no_losses(hs_losses *losses, int64_t groups) {
     losses->total = 0.0;
 }
 
-static void work_out(hs_losses *losses, double *each) {
+HS_WIDE static void work_out(hs_losses *losses, double *each) {
     int number = losses->number;
     double lane[HS_LANES] = {0};
     for (int p = 0; p < number; ++p) {

@@ -2,14 +2,11 @@
 
 #include "internal.h"
 
-/* Vertices in a block of the deep end of a single stack. Of the outer end two to three blocks stand in `vertices`. */
-#define BLOCK 32
-
 /* A block that lies deep: nothing changes it, and copies share it. */
 struct hs_deep {
     struct hs_deep *below;
     int64_t references;
-    hs_vertex vertices[BLOCK];
+    hs_vertex vertices[HS_BLOCK];
 };
 
 static struct hs_deep *held(struct hs_deep *deep) {
@@ -24,6 +21,8 @@ static void let_go(struct hs_deep *deep) {
         deep = below;
     }
 }
+
+const struct hs_deep *hs_below(const struct hs_deep *deep) { return deep->below; }
 
 /* ---- what asperities become ------------------------------------------------------------------------------------------- */
 
@@ -54,7 +53,7 @@ static size_t size_of_numbers(const hs_contact *contact) {
 }
 
 /* A memory with its arrays, of which nothing is filled in. */
-static hs_memory *blank(hs_contact *contact, int64_t capacity, int evolves) {
+hs_memory *hs_memory_blank(hs_contact *contact, int64_t capacity, int evolves) {
     size_t groups = (size_t)contact->groups, count = (size_t)contact->count;
     hs_memory *memory = (hs_memory *)malloc(sizeof *memory);
     double *numbers = (double *)malloc(size_of_numbers(contact));
@@ -80,7 +79,7 @@ static hs_memory *blank(hs_contact *contact, int64_t capacity, int evolves) {
 }
 
 hs_memory *hs_memory_new(hs_contact *contact, const double *friction, int evolves) {
-    hs_memory *memory = blank(contact, 4, evolves);
+    hs_memory *memory = hs_memory_blank(contact, 4, evolves);
     if (!memory) return NULL;
     memory->approach = memory->displacement = memory->normal_load = 0.0;
     memory->tangential_load = memory->dissipated = memory->excess = 0.0;
@@ -157,8 +156,8 @@ int hs_any_steep(const hs_memory *memory) {
 hs_memory *hs_memory_outer_copy(const hs_memory *memory, int64_t more) {
     int64_t outer = hs_deepest(memory), kept = outer;
     struct hs_deep *deep = memory->deep;
-    for (; deep && kept - outer < more; deep = deep->below) kept += BLOCK;
-    hs_memory *copy = blank(memory->contact, kept + 4, memory->evolved != NULL);
+    for (; deep && kept - outer < more; deep = deep->below) kept += HS_BLOCK;
+    hs_memory *copy = hs_memory_blank(memory->contact, kept + 4, memory->evolved != NULL);
     if (!copy) return NULL;
     copy_numbers(copy, memory);
     if (!memory->deep) {
@@ -168,7 +167,7 @@ hs_memory *hs_memory_outer_copy(const hs_memory *memory, int64_t more) {
     int64_t at = kept - outer;
     memcpy(copy->vertices + at, memory->vertices, (size_t)outer * sizeof *copy->vertices);
     for (deep = memory->deep; at > 0; deep = deep->below) {
-        at -= BLOCK;
+        at -= HS_BLOCK;
         memcpy(copy->vertices + at, deep->vertices, sizeof deep->vertices);
     }
     copy->depth[0] = kept;
@@ -181,10 +180,10 @@ hs_memory *hs_memory_copy(const hs_memory *memory) { return hs_memory_outer_copy
 /* Have what lies deep in a single stack stand in blocks that copies share. Several stacks, and one that is steeper than μ
  * and may be cut anywhere, are left whole. */
 int hs_memory_split(hs_memory *memory) {
-    if (memory->contact->groups > 1 || memory->depth[0] <= 3 * BLOCK || memory->steep[0]) return HS_OK;
-    int64_t kept = memory->depth[0] - memory->depth[0] % BLOCK - 2 * BLOCK;
+    if (memory->contact->groups > 1 || memory->depth[0] <= 3 * HS_BLOCK || memory->steep[0]) return HS_OK;
+    int64_t kept = memory->depth[0] - memory->depth[0] % HS_BLOCK - 2 * HS_BLOCK;
     struct hs_deep *outermost = held(memory->deep);
-    for (int64_t at = 0; at < kept; at += BLOCK) {
+    for (int64_t at = 0; at < kept; at += HS_BLOCK) {
         struct hs_deep *deep = (struct hs_deep *)malloc(sizeof *deep);
         if (!deep) {
             let_go(outermost);
@@ -261,7 +260,7 @@ static void groups_of(const hs_contact *contact, int64_t *group) {
 /* The memory of a contact whose groups are parts of those of another: each part keeps what its group remembers, unless its
  * asperities are fresh: then nothing is remembered, and springs are not strained. Arrays are in the caller's numbering. */
 static hs_memory *of_parts(const hs_memory *memory, hs_contact *contact, const int64_t *parent, const uint8_t *fresh) {
-    hs_memory *parts = blank(contact, hs_deepest(memory) + 2, memory->evolved != NULL);
+    hs_memory *parts = hs_memory_blank(contact, hs_deepest(memory) + 2, memory->evolved != NULL);
     if (!parts) return NULL;
     double *each = (double *)malloc((size_t)contact->count * sizeof *each);
     if (!each) {

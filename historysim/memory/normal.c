@@ -17,7 +17,7 @@ int64_t hs_touching(const double *gap, int64_t count, double approach) {
 }
 
 /* P(a) and P'(a) of the first asperities, all of which touch. */
-hs_load hs_sum_of_loads(const double *gap, const double *weight, int64_t touching, double approach) {
+HS_WIDE static hs_load sum_of_loads(const double *gap, const double *weight, int64_t touching, double approach) {
     double load[HS_LANES] = {0}, slope[HS_LANES] = {0};
     int64_t i = 0;
     for (; i + HS_LANES <= touching; i += HS_LANES)
@@ -33,6 +33,10 @@ hs_load hs_sum_of_loads(const double *gap, const double *weight, int64_t touchin
     }
     hs_load found = {hs_lanes_sum(load), 1.5 * hs_lanes_sum(slope)};
     return found;
+}
+
+hs_load hs_sum_of_loads(const double *gap, const double *weight, int64_t touching, double approach) {
+    return sum_of_loads(gap, weight, touching, approach);
 }
 
 /* Cube root for x > 0 by Halley's method, which triples the digits each time: libm's differs from machine to machine. */

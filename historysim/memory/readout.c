@@ -159,7 +159,7 @@ static double largest_traction_ratio(const hs_vertex *stack, int64_t depth, doub
 /* ---- rows ----------------------------------------------------------------------------------------------------------------- */
 
 /* Σ k² (a - h), the real contact area over π. */
-static double real_area(const hs_contact *contact, int64_t touching, double approach) {
+HS_WIDE static double real_area(const hs_contact *contact, int64_t touching, double approach) {
     const double *gap = contact->sorted_gap, *weight = contact->sorted_weight;
     double lane[HS_LANES] = {0};
     int64_t i = 0;
@@ -201,7 +201,7 @@ static void record_totals(const hs_memory *memory, hs_totals *totals, int satura
 }
 
 /* The share of their tangential loads that the inner vertices of their group give asperities. */
-static void inner_forces(const hs_group *group, int64_t depth, double *restrict force, int64_t count) {
+HS_WIDE static void inner_forces(const hs_group *group, int64_t depth, double *restrict force, int64_t count) {
     const hs_vertex *stack = group->stack;
     const double *restrict gap = group->curve.gap, *restrict weight = group->curve.weight;
     memset(force, 0, (size_t)count * sizeof *force);
@@ -219,7 +219,7 @@ static void inner_forces(const hs_group *group, int64_t depth, double *restrict 
  *
  * `force` holds the share of the tangential load that the inner vertices have, dimensionless, and gets that of the edge;
  * rounding does not carry it beyond the limit. */
-static void project(const double *restrict gap, const double *restrict weight, int64_t count, double approach,
+HS_WIDE static void project(const double *restrict gap, const double *restrict weight, int64_t count, double approach,
                     double boundary, double outermost, double friction, double slope, const hs_units *units,
                     double *restrict force, double *restrict normal, double *restrict radius, double *restrict stick,
                     int8_t *restrict state) {

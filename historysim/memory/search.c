@@ -28,7 +28,7 @@ static void forget_front(hs_fronts *fronts, int64_t index) {
 
 /* Tangential load of the groups with fronts at the end of a path. Tells of each group whether its front is not on the
  * segment noted; returns how many are not: they are to be found once more. */
-static int64_t force_on_fronts(hs_fronts *fronts, const hs_shares *shares, hs_point to, hs_force *found) {
+HS_WIDE static int64_t force_on_fronts(hs_fronts *fronts, const hs_shares *shares, hs_point to, hs_force *found) {
     const double *restrict cone = fronts->cone, *restrict below = fronts->below, *restrict anchor = fronts->anchor;
     const double *restrict rate = fronts->rate, *restrict jump = fronts->jump, *restrict held = fronts->force;
     const double *restrict low = fronts->low, *restrict high = fronts->high, *restrict gap = fronts->gap;

@@ -1,0 +1,80 @@
+/* From the rows of all elements of normal curves to those of their patches. */
+
+#include "internal.h"
+
+/* Fill in the weights of the rows of the table in the loads of elements. */
+static void superpose(const double *elements, int64_t count, const hs_patches *patches, double *target) {
+    int64_t rows = patches->rows;
+    memset(target, 0, (size_t)rows * sizeof *target);
+    for (int64_t k = 0; k < count; ++k) {
+        if (elements[k] == 0.0) continue;
+        for (int64_t r = 0; r < rows; ++r) target[r] += elements[k] * patches->share[k * rows + r];
+    }
+}
+
+/* Sum over the rows of the table of a patch's loads, by either weights. */
+HS_WIDE static void weighted(const double *restrict loads, int64_t rows, const double *restrict normal_weight,
+                             const double *restrict tangential_weight, double *normal, double *tangential) {
+    double n[HS_LANES] = {0}, t[HS_LANES] = {0};
+    int64_t r = 0;
+    for (; r + HS_LANES <= rows; r += HS_LANES)
+        for (int l = 0; l < HS_LANES; ++l) {
+            n[l] += loads[r + l] * normal_weight[r + l];
+            t[l] += loads[r + l] * tangential_weight[r + l];
+        }
+    for (int l = 0; r + l < rows; ++l) {
+        n[l] += loads[r + l] * normal_weight[r + l];
+        t[l] += loads[r + l] * tangential_weight[r + l];
+    }
+    *normal = hs_lanes_sum(n);
+    *tangential = hs_lanes_sum(t);
+}
+
+/* Radii of the circles that have the areas of patches, straight between the rows of their table. */
+static void equal_radii(const hs_patches *patches, double approach, double *target) {
+    int64_t above = hs_touching(patches->approach, patches->rows + 1, approach);
+    if (above < 1) above = 1;
+    if (above > patches->rows) above = patches->rows;
+    const double *low = patches->area + (above - 1) * patches->count, *high = low + patches->count;
+    double begin = patches->approach[above - 1];
+    double part = hs_least((approach - begin) / (patches->approach[above] - begin), 1.0);
+    for (int64_t i = 0; i < patches->count; ++i)
+        target[i] = sqrt(((1.0 - part) * low[i] + part * high[i]) / 3.141592653589793);
+}
+
+int hs_record_patches(const hs_patches *patches, const hs_rows *elements, int64_t count, const double *approach,
+                      const double *stick, double friction, const hs_rows *rows) {
+    double *weights = (double *)malloc(2 * (size_t)patches->rows * sizeof *weights);
+    if (!weights) return HS_OUT_OF_MEMORY;
+    for (int64_t r = 0; r < count; ++r) {
+        int64_t from = r * elements->columns, at = r * patches->count;
+        superpose(elements->normal_load + from, elements->columns, patches, weights);
+        superpose(elements->tangential_load + from, elements->columns, patches, weights + patches->rows);
+        if (r > 0 && approach[r] == approach[r - 1])
+            memcpy(rows->contact_radius + at, rows->contact_radius + at - patches->count,
+                   (size_t)patches->count * sizeof(double));
+        else
+            equal_radii(patches, approach[r], rows->contact_radius + at);
+        equal_radii(patches, stick[r], rows->stick_radius + at);
+        int whole = elements->slip_state[from] == HS_FULL_STICK;
+        for (int64_t i = 0; i < patches->count; ++i) {
+            double normal, tangential, touch = patches->first_touch[i];
+            rows->dissipated_energy[at + i] = 0.0;
+            if (approach[r] <= touch) {
+                rows->normal_load[at + i] = rows->tangential_load[at + i] = 0.0;
+                rows->contact_radius[at + i] = rows->stick_radius[at + i] = 0.0;
+                rows->slip_state[at + i] = HS_SEPARATED;
+                continue;
+            }
+            weighted(patches->load + i * patches->rows, patches->rows, weights, weights + patches->rows, &normal,
+                     &tangential);
+            normal = hs_most(normal, 0.0);
+            rows->normal_load[at + i] = normal;
+            rows->tangential_load[at + i] = hs_within(tangential, friction * normal);
+            int inside = stick[r] > touch ? HS_PARTIAL_SLIP : HS_GROSS_SLIP;
+            rows->slip_state[at + i] = (int8_t)(whole ? (int)HS_FULL_STICK : inside);
+        }
+    }
+    free(weights);
+    return HS_OK;
+}
