@@ -28,8 +28,9 @@ PLACE = Path("historysim", "basics")
 LIBRARY = "libhistorysim" + {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 DECLARATIONS = "_declarations.py"
 
-FAST = ["-O3"]
-SAME_BITS = ["-std=c11", "-fno-fast-math", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"]
+SAME_BITS = ["-std=c11", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"]
+# gcc also has a library that was linked with one of these round small numbers to 0 in the whole process
+OTHER_BITS = re.compile("-Ofast|-f(fast|associative|reciprocal)-math|-funsafe-math-optimizations|-ffinite-math-only")
 SHARED = ["-shared", "-fvisibility=hidden", *([] if sys.platform == "win32" else ["-fPIC"])]
 # by itself zig compiles for the processor that it runs on, and traps what is undefined
 ZIG = [sys.executable, "-m", "ziglang", "cc", "-mcpu=baseline", "-fno-sanitize=undefined"]
@@ -100,9 +101,10 @@ def build(root: Path, folder: Path) -> None:
 
 def compile_library(root: Path, library: Path) -> None:
     """Compile all C of a source tree, in one call of the compiler. Errors as in `build`."""
-    said = {name: shlex.split(os.environ.get(name, "")) for name in ("CFLAGS", "LDFLAGS")}
-    command = [*(compiler() or ZIG), *FAST, *said["CFLAGS"], *SAME_BITS, *SHARED]
-    command += [*map(str, sorted(root.glob("historysim/**/*.c"))), *said["LDFLAGS"], "-lm", "-o", str(library)]
+    said = shlex.split(os.environ.get("CFLAGS", "") + " " + os.environ.get("LDFLAGS", ""))
+    said = [option for option in said if not OTHER_BITS.fullmatch(option)]
+    sources = sorted(map(str, root.glob("historysim/**/*.c")))
+    command = [*(compiler() or ZIG), "-O3", *said, *SAME_BITS, *SHARED, *sources, "-lm", "-o", str(library)]
     with tempfile.TemporaryDirectory() as cache:
         kept = {"ZIG_GLOBAL_CACHE_DIR": cache, "ZIG_LOCAL_CACHE_DIR": cache}
         done = subprocess.run(command, env=kept | os.environ, capture_output=True, text=True, check=False)

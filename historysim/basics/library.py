@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import numpy.typing as npt
 
 from historysim.errors import InstallationError
@@ -17,7 +18,7 @@ except (ImportError, OSError) as error:
         "installing puts it: in a clone run `pip install -e .`, elsewhere `pip install --force-reinstall historysim`"
     ) from error
 
-_ROWS = {"f8": "double[]", "i8": "int64_t[]", "b1": "bool[]"}
+_ROWS = {np.dtype(np.float64): "double[]", np.dtype(np.int64): "int64_t[]", np.dtype(np.bool_): "bool[]"}
 
 
 def pointer(array: npt.NDArray[Any]) -> Any:
@@ -26,7 +27,7 @@ def pointer(array: npt.NDArray[Any]) -> Any:
     Parameters
     ----------
     array : array
-        In a row (C contiguous), of float64, int64 or bool.
+        In a row (C contiguous), of float64, int64 or bool, in the machine's order of bytes.
 
     Raises
     ------
@@ -35,4 +36,4 @@ def pointer(array: npt.NDArray[Any]) -> Any:
     KeyError
         Of another type.
     """
-    return ffi.from_buffer(_ROWS[array.dtype.str[1:]], array)
+    return ffi.from_buffer(_ROWS[array.dtype], array)

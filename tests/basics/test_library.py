@@ -1,0 +1,107 @@
+import importlib.util
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from historysim.basics import _declarations, library
+from historysim.basics.library import ffi, lib, pointer
+from historysim.errors import InstallationError
+
+PACKAGE = Path(library.__file__).parents[1]
+FILE = Path(library.__file__).with_name(_declarations.LIBRARY)
+SOURCES = sorted([*PACKAGE.rglob("*.c"), *PACKAGE.rglob("*.h")])
+NM = shutil.which("nm")
+nm = pytest.mark.skipif(not NM or sys.platform != "linux", reason="asks nm of an ELF file")
+
+
+def symbols(which):
+    listed = subprocess.run([NM, "-D", which, FILE], capture_output=True, text=True, check=True).stdout
+    return {line.split()[-1].partition("@")[0] for line in listed.splitlines()}
+
+
+@nm
+def test_the_library_shows_what_its_headers_declare_and_nothing_else():
+    assert symbols("--defined-only") == set(dir(lib))
+    assert all(name.startswith("hs_") for name in dir(lib))
+
+
+@nm
+def test_the_library_knows_nothing_of_python():
+    assert not [name for name in symbols("--undefined-only") if re.match(r"_?Py", name)]
+    assert not [path for path in SOURCES if "Python.h" in path.read_text(encoding="utf-8")]
+
+
+def test_everything_declared_is_in_the_library():
+    assert len(dir(lib)) >= 5
+    for name in dir(lib):
+        assert getattr(lib, name) is not None
+
+
+@pytest.mark.skipif(not (PACKAGE.parent / "pyproject.toml").exists(), reason="installed without its sources")
+def test_the_library_is_not_older_than_its_sources():
+    edited = [path.name for path in SOURCES if path.stat().st_mtime > FILE.stat().st_mtime]
+    assert edited == [], "run `python hatch_build.py`"
+
+
+def test_loading_it_parses_and_generates_nothing():
+    code = "import sys, historysim.basics.library; print(*sorted({'cffi', 'pycparser'} & sys.modules.keys()))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == ""
+
+
+def test_a_pointer_is_the_memory_of_its_array():
+    array = np.arange(3.0)
+    pointer(array)[1] = 7.0
+    assert array.tolist() == [0.0, 7.0, 2.0]
+    assert ffi.typeof(pointer(np.zeros(2, dtype=np.int64))) is ffi.typeof("int64_t[]")
+    assert ffi.typeof(pointer(np.zeros(2, dtype=np.bool_))) is ffi.typeof("bool[]")
+
+
+@pytest.mark.parametrize(
+    ("array", "error"),
+    [
+        (np.zeros((4, 4))[:, 0], ValueError),
+        (np.zeros(3, dtype=np.float32), KeyError),
+        (np.zeros(3, dtype=np.dtype(np.float64).newbyteorder()), KeyError),
+    ],
+)
+def test_what_c_would_misread_has_no_pointer(array, error):
+    with pytest.raises(error):
+        pointer(array)
+
+
+def test_an_array_of_another_type_is_refused():
+    with pytest.raises(TypeError):
+        lib.hs_turning_points(3, pointer(np.zeros(3, dtype=np.int64)), 0.0, pointer(np.zeros(3, dtype=np.int64)))
+
+
+def loaded_from(folder):
+    copy = shutil.copy(library.__file__, folder)
+    spec = importlib.util.spec_from_file_location("library_elsewhere", copy)
+    spec.loader.exec_module(importlib.util.module_from_spec(spec))
+
+
+def test_a_clone_that_is_not_installed_says_how_to_mend_it(tmp_path, monkeypatch):
+    with pytest.raises(InstallationError, match=rf"expected it in {re.escape(str(tmp_path))}.* `pip install -e \.`"):
+        loaded_from(tmp_path)
+    (tmp_path / FILE.name).write_text("no library")
+    with pytest.raises(InstallationError, match=r"cannot be loaded.* `pip install -e \.`"):
+        loaded_from(tmp_path)
+    monkeypatch.setitem(sys.modules, _declarations.__name__, None)
+    with pytest.raises(InstallationError, match=r"cannot be loaded.* `pip install -e \.`"):
+        loaded_from(tmp_path)
+
+
+def test_the_command_line_says_it_without_a_traceback(tmp_path):
+    shutil.copytree(PACKAGE, tmp_path / "historysim", ignore=shutil.ignore_patterns(FILE.name, "__pycache__"))
+    code = "from historysim.cli import main; main(['loops', 'record.csv'])"
+    (tmp_path / "record.csv").write_text("time,U,T\n0,0,0\n1,1,1\n2,0,0\n")
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert "Traceback" not in done.stderr
+    assert "`pip install -e .`" in done.stderr
