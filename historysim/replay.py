@@ -134,17 +134,15 @@ class Replay:
         after : callable, optional
             Called with where the schedule stands, and the state there, when a stretch ends with a time.
         """
-        from historysim.asperities.projectors import Projectors
-
         start = start or schedule.Start(self.ensemble.initial_state())
         state, columns = start.state, () if target.asperities is None else target.asperities
         at_once = min(most_rows or target.rows_at_once, target.rows_at_once)
         plan = schedule.stretches(self.events, self.substeps, at_once, start=start.standing, until=until)
         bar = tqdm.tqdm(total=target.steps, initial=start.rows, unit="step", delay=2, disable=not progress or None)
-        with bar, Projectors(self.threads) as projectors:
+        with bar:
             for stretch in plan:
                 rows = target.blank(stretch.row_time.size)
-                state = self._walked(stretch, state, rows=rows, asperities=columns, projectors=projectors)
+                state = self._walked(stretch, state, rows=rows, asperities=columns, threads=self.threads)
                 target.record(stretch.row_time)
                 if after is not None and stretch.standing is not None:
                     after(stretch.standing, state)

@@ -13,7 +13,7 @@ from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.contact.hertz import half_chord
 from historysim.contact.materials import MaterialPair
-from historysim.memory.rows import FULL_STICK, GROSS_SLIP, PARTIAL_SLIP, SEPARATED
+from historysim.memory.binding import FULL_STICK, GROSS_SLIP, PARTIAL_SLIP, SEPARATED
 
 if TYPE_CHECKING:
     from historysim.memory.traction import TractionMemory

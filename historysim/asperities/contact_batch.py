@@ -1,25 +1,18 @@
 """`ContactBatch`: many independent contacts of balls, each with an approach and a displacement of its own."""
 
-import copy
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from historysim.asperities.friction import coulomb
 from historysim.basics.arguments import checked, one_per
+from historysim.basics.library import ffi, lib, pointer
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
-from historysim.memory.single import Singles, step_singles
+from historysim.memory.binding import check
 
 Floats = npt.NDArray[np.float64]
-
-FIRST_ROOM = 7
-"""Vertices that each contact has room for at the beginning: loops have up to five, and a step adds two.
-
-Contacts that need more move, so that what neighbours remember is no longer side by side; a power of two would have all
-of them meet in a few places of the cache.
-"""
 
 
 class ContactBatch:
@@ -59,24 +52,19 @@ class ContactBatch:
         if radii.size > 1:
             radii = one_per("contact", "contacts", "radius", radii, int(count))
         coefficients = coulomb(friction, int(count)) if np.size(friction) > 1 else coulomb(friction, 1)
-        self._scale = np.atleast_1d(4.0 / 3.0 * pair.contact_modulus * np.sqrt(radii))
-        self._friction = coefficients
-        self._ratio = pair.displacement_ratio
+        scale = np.atleast_1d(4.0 / 3.0 * pair.contact_modulus * np.sqrt(radii))
         self.normal_load, self.tangential_load = np.zeros(count), np.zeros(count)
-        self._singles = Singles(
-            vertices=np.zeros((FIRST_ROOM * count + FIRST_ROOM, 4)),
-            place=FIRST_ROOM * np.arange(count),
-            depth=np.zeros(count, dtype=np.int64),
-            room=np.full(count, FIRST_ROOM),
-            used=np.array([FIRST_ROOM * count]),
+        made = lib.hs_batch_new(
+            count, coefficients.size, pointer(coefficients), scale.size, pointer(scale), pair.displacement_ratio
         )
+        self._batch = _owned(made)
 
     def __len__(self) -> int:
         """Return the number of contacts."""
         return self.normal_load.size
 
     def __repr__(self) -> str:
-        return f"<ContactBatch: {len(self)} contacts, {np.count_nonzero(self._singles.depth)} touch>"
+        return f"<ContactBatch: {len(self)} contacts, {np.count_nonzero(self.normal_load)} touch>"
 
     def step(self, approach: npt.ArrayLike, tangential_displacement: npt.ArrayLike) -> None:
         """Carry each contact straight to its approach and displacement.
@@ -95,22 +83,8 @@ class ContactBatch:
             Numbers that are not finite, or not one for each contact.
         """
         places = self._each("approach", approach), self._each("tangential_displacement", tangential_displacement)
-        done = 0
-        while done < len(self):
-            done = step_singles(
-                self._singles,
-                self._friction,
-                self._scale,
-                self._ratio,
-                *places,
-                self.normal_load,
-                self.tangential_load,
-                done,
-            )
-            if done < len(self):
-                vertices = self._singles.vertices
-                more = np.empty((max(len(vertices) // 2, 4 * int(self._singles.room[done])), 4))
-                self._singles = self._singles._replace(vertices=np.concatenate([vertices, more]))
+        loads = self.normal_load, self.tangential_load
+        check(lib.hs_batch_step(self._batch, *map(pointer, (*places, *loads))))
 
     def forget(self, contacts: npt.ArrayLike) -> None:
         """Make contacts new, such as where grains have new neighbours: unloaded, at δ = U = 0.
@@ -123,13 +97,15 @@ class ContactBatch:
         chosen = np.atleast_1d(np.asarray(contacts))
         if not np.issubdtype(chosen.dtype, np.integer) or not np.all((chosen >= 0) & (chosen < len(self))):
             raise InputError(f"contacts is {contacts!r}; expected indices from 0 to {len(self) - 1}")
-        self._singles.vertices[self._singles.place[chosen]] = 0.0
-        self._singles.depth[chosen] = 0
+        for contact in chosen.tolist():
+            lib.hs_batch_forget(self._batch, contact)
         self.normal_load[chosen] = self.tangential_load[chosen] = 0.0
 
     def save(self) -> Self:
         """Return an independent copy, such as before a trial."""
-        return copy.deepcopy(self)
+        saved = type(self).__new__(type(self))
+        saved._take(self)
+        return saved
 
     def restore(self, saved: Self) -> None:
         """Go on from what `save` has returned.
@@ -141,10 +117,20 @@ class ContactBatch:
         """
         if len(saved) != len(self):
             raise InputError(f"saved has {len(saved)} contacts; expected {len(self)}")
-        self.__dict__.update(copy.deepcopy(saved.__dict__))
+        self._take(saved)
+
+    def _take(self, other: Self) -> None:
+        self.normal_load, self.tangential_load = other.normal_load.copy(), other.tangential_load.copy()
+        self._batch = _owned(lib.hs_batch_copy(other._batch))
 
     def _each(self, name: str, values: npt.ArrayLike) -> Floats:
         array = checked(name, values)
         if array.shape != (len(self),):
             raise InputError(f"{name} has shape {array.shape}; expected one number for each of {len(self)} contacts")
         return np.ascontiguousarray(array)
+
+
+def _owned(batch: Any) -> Any:
+    if not batch:
+        raise MemoryError("there is not enough memory for the contacts")
+    return ffi.gc(batch, lib.hs_batch_free)

@@ -10,13 +10,10 @@ import numpy.typing as npt
 from historysim.asperities.curve_fitting import LEAST, density, fit_weights, labels, powers, shared
 from historysim.basics.arguments import checked
 from historysim.errors import CurveEndError, InputError
-from historysim.memory.paths import LOAD, Paths
-from historysim.memory.rows import (
-    ROW_APPROACH,
-    ROW_AREA,
-    ROW_COUNT,
-    Rows,
-)
+from historysim.basics.library import ffi, lib, pointer
+from historysim.memory.binding import LOAD, check
+from historysim.memory.paths import Paths
+from historysim.memory.rows import Rows
 
 Floats = npt.NDArray[np.float64]
 
@@ -167,14 +164,14 @@ class NormalCurves:
         """Return the state of a single row of all elements."""
         stick = float(self.stick_approach(elements)[0])
         loads = elements.normal_load[0], elements.tangential_load[0]
-        return Superposition(float(elements.totals[0, ROW_APPROACH]), stick, *map(self.superposition, loads))
+        return Superposition(float(elements.totals["approach"][0]), stick, *map(self.superposition, loads))
 
     def stick_approach(self, elements: Rows) -> Floats:
         """Return the approach at which the edge of the stick zone first touched (row) [m], 0 where all slips."""
         # on the first element, which touches at 0, areas are proportional to approaches
         radius, stick = elements.contact_radius[:, 0], elements.stick_radius[:, 0]
         part = np.divide(stick, radius, out=np.zeros_like(radius), where=radius > 0)
-        inner: Floats = np.clip(elements.totals[:, ROW_APPROACH], 0.0, None) * part**2
+        inner: Floats = np.clip(elements.totals["approach"], 0.0, None) * part**2
         return inner
 
     def project(self, elements: Rows, friction: float, patches: npt.NDArray[np.int64], rows: Rows) -> None:
@@ -191,28 +188,29 @@ class NormalCurves:
         rows : Rows
             Radii are those of circles of the same area.
         """
-        from historysim.memory.patches import record_patches
-
         rows.totals[...] = elements.totals
-        approach, stick = elements.totals[:, ROW_APPROACH], self.stick_approach(elements)
+        approach, stick = elements.totals["approach"], self.stick_approach(elements)
         first = self.first_touch
-        rows.totals[:, ROW_COUNT] = np.searchsorted(np.sort(first), approach, side="left")
+        rows.totals["contact_count"] = np.searchsorted(np.sort(first), approach, side="left")
         table = np.append(0.0, self.approach)
         known = np.zeros_like(self.load) if self.area is None else self.area
-        rows.totals[:, ROW_AREA] = np.interp(approach, table, np.append(0.0, known.sum(axis=1)))
+        rows.totals["real_contact_area"] = np.interp(approach, table, np.append(0.0, known.sum(axis=1)))
         if patches.size:
-            record_patches(
-                elements,
-                self.share,
-                np.ascontiguousarray(self.load[:, patches].T),
-                table,
-                np.vstack([np.zeros(patches.size), known[:, patches]]),
-                first[patches],
-                approach,
-                stick,
-                friction,
-                rows,
-            )
+            arrays = {
+                "share": np.ascontiguousarray(self.share),
+                "load": np.ascontiguousarray(self.load[:, patches].T),
+                "approach": table,
+                "area": np.vstack([np.zeros(patches.size), known[:, patches]]),
+                "first_touch": first[patches],
+            }
+            handed = ffi.new("hs_patches *")
+            handed.count, handed.rows = patches.size, self.approach.size
+            for name, array in arrays.items():
+                setattr(handed, name, pointer(array))
+            everything = np.arange(self.label.size)
+            given = pointer(np.ascontiguousarray(approach)), pointer(stick)
+            projected = elements.handed(everything), approach.size, *given, friction, rows.handed(patches)
+            check(lib.hs_record_patches(handed, *projected))
 
     def check_reach(self, paths: Paths) -> None:
         """Check that paths stay within the table; their targets are in N and m.
@@ -223,13 +221,13 @@ class NormalCurves:
             One does not; the error has its position.
         """
         load, approach = float(self.load[-1].sum()), float(self.approach[-1])
-        by_load = paths.normal_control == LOAD
+        by_load = paths["normal_control"] == LOAD
         end = np.where(by_load, load, approach) * (1.0 + ROUNDING)
-        beyond = (paths.normal_fraction > 0) & (paths.normal_target > end)
+        beyond = (paths["normal_fraction"] > 0) & (paths["normal_target"] > end)
         if beyond.any():
             path = int(beyond.argmax())
             name, unit = ("a normal load", "N") if by_load[path] else ("an approach", "m")
-            asked = f"{name} of {paths.normal_target[path]:.6g} {unit}"
+            asked = f"{name} of {paths['normal_target'][path]:.6g} {unit}"
             raise CurveEndError(asked, f"{load:.6g} N and {approach:.6g} m", path)
 
 

@@ -1,6 +1,7 @@
 """`Ensemble`: asperities that share one approach and one tangential displacement, and how their state moves."""
 
-from functools import cached_property
+import math
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -9,29 +10,47 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.asperities.curves import NormalCurves, Superposition
-from historysim.asperities.instrument import RIGID, Instrument
-from historysim.asperities.parameters import Parameters
-from historysim.basics.arguments import scalar
+from historysim.asperities.evolution import Evolution
+from historysim.asperities.friction import FrictionGoal, at_start, coulomb
+from historysim.asperities.instrument import RIGID, Instrument, as_instrument
+from historysim.asperities.laws.base import FrictionLaw
+from historysim.asperities.state import EnsembleState
+from historysim.asperities.stepper import HELD, Stepper, Totals, channel, goals
+from historysim.asperities.wear import WearLaw
+from historysim.basics.arguments import checked, one_per, scalar
+from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.units import range_text
 from historysim.basics.wording import counted
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
-from historysim.memory.paths import DISPLACED, STILL, Goals, Paths, paths_to
-from historysim.memory.rows import Rows, blank_rows
+from historysim.memory.binding import (
+    DISPLACED,
+    LOAD,
+    advanced,
+    check,
+    copied,
+    drive,
+    new_contact,
+    new_memory,
+    view,
+)
+from historysim.memory.paths import STILL, Goals, Paths, paths_to, unrecorded
+from historysim.memory.rows import PROJECTED, Rows, blank_rows
 
 if TYPE_CHECKING:
     from historysim.asperities.asperity import Asperity
-    from historysim.asperities.evolution import Evolution
-    from historysim.asperities.friction import FrictionGoal
-    from historysim.asperities.moving import Moving
-    from historysim.asperities.projectors import Projectors
-    from historysim.asperities.state import EnsembleState
-    from historysim.asperities.stepper import Stepper, Totals
     from historysim.interaction.solutions import NormalSolutions
 
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
 
-@attrs.frozen(eq=False, init=False, repr=False)
-class Ensemble(Parameters):
+EVOLVED = ("slid_distance", "worn_volume", "summit_height", "summit_radius")
+"""What is recorded of asperities that evolve, beside what always is."""
+
+
+# slots would leave no place for what is computed once
+@attrs.frozen(eq=False, init=False, repr=False, slots=False)
+class Ensemble:
     """Hertzian asperities under one rigid flat: shared approach, shared tangential displacement, no other interaction.
 
     Parameters
@@ -64,8 +83,69 @@ class Ensemble(Parameters):
         A number that is not finite or out of range, arrays of different lengths, or patches that shall evolve.
     """
 
+    pair: MaterialPair
+    summit_height: Floats
+    summit_radius: Floats
+    friction: Floats
+    x: Floats | None
+    y: Floats | None
+    tolerance: float
+    curves: NormalCurves | None
+    nominal_area: float | None
+    law: FrictionLaw | None
+    wear: WearLaw | None
+    follow_sliding: bool
+
+    def __init__(
+        self,
+        pair: MaterialPair,
+        summit_height: npt.ArrayLike,
+        summit_radius: npt.ArrayLike,
+        friction: npt.ArrayLike | FrictionLaw,
+        *,
+        x: npt.ArrayLike | None = None,
+        y: npt.ArrayLike | None = None,
+        nominal_area: float | None = None,
+        tolerance: float = 1e-6,
+        curves: NormalCurves | None = None,
+        wear: WearLaw | None = None,
+        follow_sliding: bool = False,
+    ) -> None:
+        if not isinstance(pair, MaterialPair):
+            raise InputError(f"pair is {pair!r}; expected a MaterialPair")
+        if not (wear is None or isinstance(wear, WearLaw)):
+            raise InputError(f"wear is {wear!r}; expected a WearLaw, such as ArchardWear(coefficient=…, hardness=…)")
+        each = partial(one_per, "asperity", "asperities")
+        height = each("summit_height", summit_height)
+        if not height.size:
+            raise InputError("summit_height is empty; expected one number, or a list with one per asperity")
+        count = max(height.size, np.size(summit_radius))
+        height = each("summit_height", height, count)
+        law = friction if isinstance(friction, FrictionLaw) else None
+        coefficients = at_start(friction, count)
+        coefficients.flags.writeable = False
+        self.__attrs_init__(
+            pair=pair,
+            summit_height=height,
+            summit_radius=each("summit_radius", summit_radius, count, above=0),
+            friction=coefficients,
+            x=None if x is None else each("x", x, count),
+            y=None if y is None else each("y", y, count),
+            tolerance=float(checked("tolerance", tolerance, above=0)),
+            curves=curves,
+            nominal_area=None if nominal_area is None else scalar("nominal_area", nominal_area, above=0),
+            law=law,
+            wear=wear,
+            follow_sliding=bool(follow_sliding),
+        )
+        if curves is not None and (law is not None or self.evolves):
+            raise InputError(
+                "patches of one contact share one coefficient and keep their normal curves; expected a number for "
+                "friction, and neither wear nor slid distances, or an ensemble of summits"
+            )
+
     @classmethod
-    def from_summits(cls, pair: MaterialPair, summits: Any, friction: "npt.ArrayLike", **options: Any) -> Self:
+    def from_summits(cls, pair: MaterialPair, summits: Any, friction: npt.ArrayLike, **options: Any) -> Self:
         """Make an ensemble of summits, which have ``height``, ``radius``, ``x`` and ``y`` [m]."""
         options = {"x": summits.x, "y": summits.y, "nominal_area": getattr(summits, "nominal_area", None)} | options
         return cls(pair, summits.height, summits.radius, friction, **options)
@@ -74,9 +154,9 @@ class Ensemble(Parameters):
     def from_normal_curves(
         cls,
         pair: MaterialPair,
-        approach: "npt.ArrayLike",
-        load: "npt.ArrayLike",
-        area: "npt.ArrayLike | None" = None,
+        approach: npt.ArrayLike,
+        load: npt.ArrayLike,
+        area: npt.ArrayLike | None = None,
         friction: float = 0.2,
         **options: Any,
     ) -> Self:
@@ -137,35 +217,65 @@ class Ensemble(Parameters):
         told = [f"summit {name} {range_text(each.min(), each.max(), unit)}" for name, each, unit in summits]
         return f"<Ensemble: {counted(len(self), 'asperity', 'asperities')}, {', '.join(told)}, {friction}>"
 
-    @cached_property
-    def _moving(self) -> "Moving":
-        """What moves states; it takes the compiler, which parameters and their checks do without."""
-        from historysim.asperities.moving import Moving
-
-        # if it held the ensemble, that and its arrays would stay until the collector finds both
-        return Moving(self.alone())
+    def __len__(self) -> int:
+        """Return the number of asperities, or of patches."""
+        return self.elements if self.curves is None else len(self.curves)
 
     @property
-    def evolution(self) -> "Evolution":
-        """What makes the asperities evolve."""
-        return self._moving.evolution
+    def elements(self) -> int:
+        """Number of Hertzian contacts that the memory is replayed on: of asperities, or of what carries all patches."""
+        return self.summit_height.size
 
-    def initial_state(self) -> "EnsembleState":
+    @property
+    def evolves(self) -> bool:
+        """Whether friction depends on how asperities are loaded, they wear, or what they slide is followed."""
+        changing = self.law is not None and self.law.depends_on != "nothing"
+        return changing or self.wear is not None or self.follow_sliding
+
+    @property
+    def first_touch(self) -> Floats:
+        """Approach at which each asperity or patch first touches [m]."""
+        if self.curves is None:
+            return self.highest_summit - self.summit_height
+        return self.curves.first_touch
+
+    @property
+    def coordinates(self) -> dict[str, Floats]:
+        """What is known of each asperity or patch: heights, radii, friction at the start, positions."""
+        if self.curves is None:
+            known = {
+                "summit_height": self.summit_height,
+                "summit_radius": self.summit_radius,
+                "friction": self.friction,
+            }
+            places = {"x": self.x, "y": self.y}
+        else:
+            height = self.highest_summit - self.curves.first_touch
+            known = {"summit_height": height, "friction": np.full(len(self), self.friction[0])}
+            places = {"x": self.curves.x, "y": self.curves.y}
+        return known | {name: place for name, place in places.items() if place is not None}
+
+    @property
+    def highest_summit(self) -> float:
+        """Height of the highest summit [m]: the separation at first touch."""
+        return float(self.summit_height.max())
+
+    def initial_state(self) -> EnsembleState:
         """Return the unloaded state: the highest summit just touches, nothing is remembered."""
-        return self._moving.initial_state()
+        return EnsembleState(self._beginning)
 
     def advance(
         self,
-        state: "EnsembleState",
+        state: EnsembleState,
         *,
         normal_load: float | None = None,
         normal_displacement: float | None = None,
         tangential_load: float | None = None,
         tangential_displacement: float | None = None,
-        friction: "npt.ArrayLike | None" = None,
+        friction: npt.ArrayLike | None = None,
         saturate: bool = False,
         instrument: Instrument = RIGID,
-    ) -> "EnsembleState":
+    ) -> EnsembleState:
         """Return the state after one joint straight path; ``state`` itself is not changed.
 
         With both loads given, the path is straight in (N, T); with a displacement, straight in the
@@ -178,7 +288,7 @@ class Ensemble(Parameters):
 
         Parameters
         ----------
-        state : "EnsembleState"
+        state : EnsembleState
         normal_load, tangential_load : float, optional
             Total loads to reach [N]; N ≥ 0.
         normal_displacement : float, optional
@@ -200,35 +310,39 @@ class Ensemble(Parameters):
             A value that is not finite, a negative normal load, both a load and a displacement of one channel, or
             what is no instrument.
         """
-        return self._moving.advance(
-            state,
-            normal_load=normal_load,
-            normal_displacement=normal_displacement,
-            tangential_load=tangential_load,
-            tangential_displacement=tangential_displacement,
-            friction=friction,
-            saturate=saturate,
-            instrument=instrument,
-        )
+        memory = state.memory
+        normal = channel("normal", normal_load, normal_displacement, memory.normal_control, 0.0)
+        tangential = channel("tangential", tangential_load, tangential_displacement, memory.tangential_control)
+        if self.curves is not None:
+            self.curves.check_reach(paths_to(goals(normal), goals(tangential)))
+        driven = self._drive if instrument is RIGID and not saturate else self._driven(saturate, instrument)
+        if memory.evolved:
+            moved = self.walk(state, paths_to(goals(normal), goals(tangential)), saturate=saturate, instrument=instrument)
+        else:
+            moved = EnsembleState(advanced(memory, normal, tangential, driven))
+        if friction is None:
+            return moved
+        moved = self.with_friction(moved, friction, instrument=instrument)
+        return self.advance(moved, saturate=saturate, instrument=instrument)
 
     def advance_many(
         self,
-        state: "EnsembleState",
+        state: EnsembleState,
         *,
-        normal_load: "npt.ArrayLike | None" = None,
-        normal_displacement: "npt.ArrayLike | None" = None,
-        tangential_load: "npt.ArrayLike | None" = None,
-        tangential_displacement: "npt.ArrayLike | None" = None,
+        normal_load: npt.ArrayLike | None = None,
+        normal_displacement: npt.ArrayLike | None = None,
+        tangential_load: npt.ArrayLike | None = None,
+        tangential_displacement: npt.ArrayLike | None = None,
         saturate: bool = False,
         instrument: Instrument = RIGID,
-    ) -> "tuple[EnsembleState, Totals]":
+    ) -> tuple[EnsembleState, Totals]:
         """Return the state after straight paths, one after the other, and the totals at the end of each.
 
         It is what as many calls of `advance` would do, bit for bit.
 
         Parameters
         ----------
-        state : "EnsembleState"
+        state : EnsembleState
         normal_load, normal_displacement, tangential_load, tangential_displacement : array_like (path), optional
             As for `advance`, one value for each path; one number stands for all of them.
         saturate : bool
@@ -248,19 +362,24 @@ class Ensemble(Parameters):
         InputError
             As for `advance`, or lists of different lengths.
         """
-        return self._moving.advance_many(
-            state,
-            normal_load=normal_load,
-            normal_displacement=normal_displacement,
-            tangential_load=tangential_load,
-            tangential_displacement=tangential_displacement,
-            saturate=saturate,
-            instrument=instrument,
-        )
+        controls = state.memory.normal_control, state.memory.tangential_control
+        normal = _goals_of("normal", normal_load, normal_displacement, controls[0], least=0.0)
+        tangential = _goals_of("tangential", tangential_load, tangential_displacement, controls[1])
+        counts = {np.size(goals.target) for goals in (normal, tangential)} - {1}
+        if len(counts) > 1:
+            raise InputError(
+                f"the channels have {min(counts)} and {max(counts)} values; expected as many, or one number"
+            )
+        if 0 in counts:
+            raise InputError("there is no value; expected one for each path")
+        paths = paths_to(normal, tangential)
+        rows = blank_rows(paths.size, 0)
+        state = self.walk(state, paths, rows=rows, saturate=saturate, instrument=instrument)
+        return state, Totals.of(rows.totals)
 
     def stepper(
-        self, state: "EnsembleState | None" = None, *, saturate: bool = False, instrument: Instrument = RIGID
-    ) -> "Stepper":
+        self, state: EnsembleState | None = None, *, saturate: bool = False, instrument: Instrument = RIGID
+    ) -> Stepper:
         """Return what steps a state in place, for tight loops; it starts unloaded by default.
 
         Raises
@@ -268,9 +387,12 @@ class Ensemble(Parameters):
         InputError
             What is no instrument, or asperities that evolve.
         """
-        return self._moving.stepper(state, saturate=saturate, instrument=instrument)
+        state = state or self.initial_state()
+        if state.memory.evolved:
+            raise InputError("asperities that evolve are not stepped in place; expected advance, path by path")
+        return Stepper(state, self._driven(saturate, instrument), self.curves)
 
-    def load_state(self, path: "str | Path") -> "EnsembleState":
+    def load_state(self, path: str | Path) -> EnsembleState:
         """Return a state of this ensemble from a file that `EnsembleState.save` has written.
 
         Raises
@@ -280,18 +402,20 @@ class Ensemble(Parameters):
         OSError
             The file cannot be read.
         """
-        from historysim.asperities.saved_state import read
-
-        return read(self.initial_state(), Path(path))
+        path = Path(path)
+        try:
+            return EnsembleState.from_bytes(path.read_bytes(), self.initial_state())
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from error
 
     def with_friction(
         self,
-        state: "EnsembleState",
-        friction: "npt.ArrayLike",
+        state: EnsembleState,
+        friction: npt.ArrayLike,
         *,
-        asperities: "npt.ArrayLike | None" = None,
+        asperities: npt.ArrayLike | None = None,
         instrument: Instrument = RIGID,
-    ) -> "EnsembleState":
+    ) -> EnsembleState:
         """Return the state with other friction coefficients from now on.
 
         Where a coefficient falls, springs beyond the new limit slip at once. A controlled tangential
@@ -303,7 +427,7 @@ class Ensemble(Parameters):
 
         Parameters
         ----------
-        state : "EnsembleState"
+        state : EnsembleState
         friction : array_like
             One coefficient, or one per asperity.
         asperities : array_like, optional
@@ -315,18 +439,29 @@ class Ensemble(Parameters):
         InputError
             See `friction.coulomb`, indices that the ensemble does not have, or what is no instrument.
         """
-        return self._moving.with_friction(state, friction, asperities=asperities, instrument=instrument)
+        chosen = self._chosen(asperities)
+        if self.curves is not None:
+            if asperities is not None:
+                raise InputError("patches of one contact share one coefficient; expected a change for all of them")
+            friction = scalar("friction of patches that share a contact", friction)
+        coefficients = state.friction
+        coefficients[chosen] = coulomb(friction, chosen.size)
+        memory = copied(state.memory)
+        if memory.evolved:
+            view(memory.evolved.given, self.elements)[chosen] = 1
+        check(lib.hs_set_friction(memory, pointer(coefficients), self._driven(False, instrument)))
+        return EnsembleState(memory)
 
     def with_geometry(
         self,
-        state: "EnsembleState",
+        state: EnsembleState,
         *,
-        summit_height: "npt.ArrayLike | None" = None,
-        summit_radius: "npt.ArrayLike | None" = None,
-        asperities: "npt.ArrayLike | None" = None,
+        summit_height: npt.ArrayLike | None = None,
+        summit_radius: npt.ArrayLike | None = None,
+        asperities: npt.ArrayLike | None = None,
         saturate: bool = False,
         instrument: Instrument = RIGID,
-    ) -> "EnsembleState":
+    ) -> EnsembleState:
         """Return the state with other summits from now on, each of which is a new contact.
 
         What the old contact of a changed summit remembered is erased, its springs are no longer strained; those that
@@ -335,7 +470,7 @@ class Ensemble(Parameters):
 
         Parameters
         ----------
-        state : "EnsembleState"
+        state : EnsembleState
         summit_height, summit_radius : array_like, optional
             New ones [m], one or one each, the heights over the same datum; those that are not given stay.
         asperities : array_like, optional
@@ -350,18 +485,44 @@ class Ensemble(Parameters):
         FrictionLimitError
             The new contact does not hold the tangential load.
         """
-        return self._moving.with_geometry(
-            state,
-            summit_height=summit_height,
-            summit_radius=summit_radius,
-            asperities=asperities,
-            saturate=saturate,
-            instrument=instrument,
+        if self.curves is not None:
+            raise InputError("patches have no height and radius to change; expected an ensemble of summits")
+        chosen = self._chosen(asperities)
+        memory = copied(state.memory)
+        check(lib.hs_memory_evolve(memory))
+        count, evolved = self.elements, memory.evolved
+        height, radius = view(evolved.summit_height, count).copy(), view(evolved.summit_radius, count).copy()
+        old = height.copy(), radius.copy()
+        each = partial(one_per, "asperity", "asperities")
+        if summit_height is not None:
+            height[chosen] = each("summit_height", summit_height, chosen.size)
+        if summit_radius is not None:
+            radius[chosen] = each("summit_radius", summit_radius, chosen.size, above=0)
+        fresh = ((height != old[0]) | (radius != old[1])).astype(np.uint8)
+        if self.wear is not None:
+            # a worn asperity that is replaced, if by its like, is whole again
+            fresh[chosen] = 1
+        if not fresh.any():
+            return state
+        before, units = state.memory, state.memory.contact.units
+        with self.evolution.handed() as evolution:
+            check(lib.hs_set_summits(memory, pointer(height), pointer(radius), pointer(fresh), evolution))
+        request = before.tangential_load + before.excess
+        compliance = units.stiffness / as_instrument(instrument).lateral_stiffness
+        reached = before.displacement + compliance * before.tangential_load
+        back = paths_to(
+            Goals(LOAD, before.normal_load * units.load)
+            if before.normal_control == LOAD
+            else Goals(DISPLACED, before.approach * units.length),
+            Goals(LOAD, request * units.load)
+            if before.tangential_control == LOAD
+            else Goals(DISPLACED, reached * units.displacement),
         )
+        return self.walk(EnsembleState(memory), back, saturate=saturate, instrument=instrument)
 
     def walk(
         self,
-        state: "EnsembleState",
+        state: EnsembleState,
         paths: Paths,
         *,
         rows: Rows | None = None,
@@ -369,14 +530,14 @@ class Ensemble(Parameters):
         saturate: bool = False,
         instrument: Instrument = RIGID,
         until: float = 1.0,
-        friction: "FrictionGoal | None" = None,
-        projectors: "Projectors | None" = None,
-    ) -> "EnsembleState":
+        friction: FrictionGoal | None = None,
+        threads: int = 1,
+    ) -> EnsembleState:
         """Return the state after straight paths, one after the other, and record rows on the way.
 
         Parameters
         ----------
-        state : "EnsembleState"
+        state : EnsembleState
         paths : Paths
             With targets in N and m.
         rows : Rows, optional
@@ -392,8 +553,8 @@ class Ensemble(Parameters):
             Share of each path that is walked.
         friction : "FrictionGoal", optional
             Where friction goes on each path, straight with the channels.
-        projectors : "Projectors", optional
-            Threads that the asperities of many rows are recorded by, where they do not evolve.
+        threads : int
+            Threads that share the work on many asperities; the bits do not depend on it.
 
         Raises
         ------
@@ -402,17 +563,34 @@ class Ensemble(Parameters):
         InputError
             What is no instrument, or patches whose friction shall go elsewhere.
         """
-        return self._moving.walk(
-            state,
-            paths,
-            rows=rows,
-            asperities=asperities,
-            saturate=saturate,
-            instrument=instrument,
-            until=until,
-            friction=friction,
-            projectors=projectors,
-        )
+        chosen = np.asarray(asperities, dtype=np.int64)
+        memory = copied(state.memory)
+        if friction is not None or (rows is not None and any(name in rows.each for name in EVOLVED)):
+            if self.curves is not None:
+                raise InputError("patches of one contact keep their friction along a path; expected a change at a time")
+            check(lib.hs_memory_evolve(memory))
+        if rows is None:
+            rows, paths = blank_rows(0, 0), unrecorded(paths)
+        walked, columns = rows, chosen
+        if self.curves is not None:
+            self.curves.check_reach(paths)
+            # the first element alone tells where the slip front is
+            columns = np.arange(self.elements if chosen.size else 1)
+            walked = blank_rows(len(rows.totals), columns.size)
+        refusal = ffi.new("hs_refusal *")
+        path, handed = ffi.cast("hs_path *", ffi.from_buffer(paths)), walked.handed(columns)
+        way = memory, path, paths.size, handed, self._driven(saturate, instrument, threads), until
+        if memory.evolved:
+            if friction is not None:
+                view(memory.evolved.given, self.elements)[:] = 1
+            with self.evolution.handed(friction) as evolution:
+                status = lib.hs_walk_evolving(*way, evolution, refusal)
+        else:
+            status = lib.hs_walk(*way, refusal)
+        check(status, refusal)
+        if self.curves is not None:
+            self.curves.project(walked, float(memory.friction[0]), chosen, rows)
+        return EnsembleState(memory)
 
     def approach_at(self, normal_load: float) -> float:
         """Return the approach of the highest summit [m] at which the asperities carry a total normal load [N].
@@ -422,9 +600,10 @@ class Ensemble(Parameters):
         InputError
             A load that is not a finite number of 0 or more.
         """
-        return self._moving.approach_at(normal_load)
+        load = scalar("normal_load", normal_load, least=0.0)
+        return float(lib.hs_approach_at(self._contact, load))
 
-    def superposition(self, state: "EnsembleState") -> Superposition:
+    def superposition(self, state: EnsembleState) -> Superposition:
         """Return pressures and tractions of patches as sums of those in the table of their normal curves.
 
         Raises
@@ -434,12 +613,11 @@ class Ensemble(Parameters):
         """
         if self.curves is None:
             raise InputError("the ensemble has no normal curves; expected one from normal curves: see asperity")
-        rows, hold = blank_rows(1, self.elements), Goals(DISPLACED, *STILL)
-        summits = type(self)(self.pair, self.summit_height, self.summit_radius, self.friction, tolerance=self.tolerance)
-        summits.walk(state, paths_to(hold, hold), rows=rows, asperities=np.arange(self.elements))
+        rows = blank_rows(1, self.elements)
+        check(lib.hs_read(state.memory, rows.handed(np.arange(self.elements)), 0))
         return self.curves.superposed(rows)
 
-    def asperity(self, index: int, state: "EnsembleState") -> "Asperity":
+    def asperity(self, index: int, state: EnsembleState) -> "Asperity":
         """Return one asperity, holding its memory in a state.
 
         Raises
@@ -457,12 +635,87 @@ class Ensemble(Parameters):
             )
         if not 0 <= index < len(self):
             raise InputError(f"asperity {index} does not exist; expected an index from 0 to {len(self) - 1}")
-        position = int(np.flatnonzero(state.order == index)[0])
-        shape = state.evolved or self
+        evolved = state.evolved or self
         return Asperity(
             index=index,
             pair=self.pair,
-            summit_height=float(shape.summit_height[index]),
-            summit_radius=float(shape.summit_radius[index]),
-            memory=TractionMemory.of(state.contact, state.memory, state.units, position),
+            summit_height=float(evolved.summit_height[index]),
+            summit_radius=float(evolved.summit_radius[index]),
+            memory=TractionMemory.of(state.memory, index),
         )
+
+    @property
+    def evolution(self) -> Evolution:
+        """What makes the asperities evolve."""
+        return Evolution(self.pair, self.law, self.wear)
+
+    @cached_property
+    def _contact(self) -> Any:
+        """The contact at the start, as the library has it."""
+        keys = [self.friction]
+        if self.wear is not None or (self.law is not None and self.law.depends_on in {"own", "slid"}):
+            # asperities whose friction depends on themselves share what they remember where they are alike
+            keys += [self.summit_height, self.summit_radius]
+        sign = None if self.curves is None else self.curves.weight
+        group = _alike(*keys)
+        moduli = self.pair.contact_modulus, self.pair.displacement_ratio
+        return new_contact(self.summit_height, self.summit_radius, sign, group, *moduli)
+
+    @cached_property
+    def _beginning(self) -> Any:
+        """The memory at the start, which is never changed."""
+        memory = new_memory(self._contact, self.friction)
+        if self.evolves:
+            check(lib.hs_memory_evolve(memory))
+        return memory
+
+    @cached_property
+    def _drive(self) -> Any:
+        return drive(self.tolerance, 0.0, False)
+
+    def _driven(self, saturate: bool, instrument: Instrument, threads: int = 1) -> Any:
+        """Return how the contact is driven, as the library takes it."""
+        return drive(self.tolerance, 1.0 / as_instrument(instrument).lateral_stiffness, saturate, threads)
+
+    def _chosen(self, asperities: npt.ArrayLike | None) -> Integers:
+        """Return the indices of asperities that are chosen, or of all."""
+        if asperities is None:
+            return np.arange(self.elements)
+        chosen = np.atleast_1d(np.asarray(asperities))
+        if chosen.dtype.kind not in "iu" or chosen.ndim != 1 or np.unique(chosen).size != chosen.size:
+            raise InputError(f"asperities is {asperities!r}; expected a list of indices, each of them once")
+        outside = chosen[(chosen < 0) | (chosen >= self.elements)]
+        if outside.size:
+            raise InputError(f"asperity {outside[0]} does not exist; expected an index from 0 to {self.elements - 1}")
+        return chosen.astype(np.int64)
+
+
+def _alike(*keys: Floats) -> Integers | None:
+    """Return the group of each asperity, a number from 0: those that are alike in every key; None where all are."""
+    numbers = np.zeros(keys[0].size, dtype=np.int64)
+    for key in keys:
+        if (key == key[0]).all():
+            continue
+        _, rank = np.unique(key, return_inverse=True)
+        _, numbers = np.unique(numbers * (rank.max() + 1) + rank, return_inverse=True)
+    return numbers.astype(np.int64) if numbers.any() else None
+
+
+def _goals_of(
+    name: str,
+    load: npt.ArrayLike | None,
+    displacement: npt.ArrayLike | None,
+    control: int,
+    least: float = -math.inf,
+) -> Goals:
+    """Where one channel of several paths goes."""
+    if load is not None and displacement is not None:
+        raise InputError(f"both {name}_load and {name}_displacement came; expected one of them")
+    kind, values, least = (LOAD, load, least) if load is not None else (DISPLACED, displacement, -math.inf)
+    if values is None:
+        return Goals(control, *STILL)
+    kind_name = "load" if kind == LOAD else "displacement"
+    targets = checked(f"{name}_{kind_name}", values, least=least)
+    if targets.ndim > 1:
+        raise InputError(f"{name}_{kind_name} has shape {targets.shape}; expected one number, or a list")
+    return Goals(kind, targets)

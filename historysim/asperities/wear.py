@@ -33,6 +33,10 @@ class WearLaw(abc.ABC):
 
     kind: ClassVar[str]
 
+    def core(self) -> dict[str, Any]:
+        """Return the fields of ``hs_wear`` that say what it is; a law without a kind there is asked by `volume`."""
+        return {"shape": "HS_TRUNCATED" if self.shape == "truncated" else "HS_BLUNTED"}
+
     @abc.abstractmethod
     def volume(self, normal_load: Floats, slid_distance: Floats, dissipated_energy: Floats) -> Floats:
         """Return the volume that asperities lose [m³] (asperity).
@@ -54,25 +58,6 @@ class WearLaw(abc.ABC):
     def settings(self) -> dict[str, Any]:
         """Its name as ``law``, and its numbers."""
         return {"law": self.kind, **attrs.asdict(self)}
-
-    def left(
-        self, height: Floats, radius: Floats, contact_radius: Floats, shaped: Floats, volume: Floats
-    ) -> tuple[Floats, Floats]:
-        """Return height and radius [m] after summits have lost a volume.
-
-        Parameters
-        ----------
-        height, radius, contact_radius : array (asperity)
-            Before [m].
-        shaped, volume : array (asperity)
-            What they had lost since they were whole paraboloids, and what they lose now [m³].
-        """
-        if self.shape == "truncated":
-            lost = np.sqrt((shaped + volume) / (np.pi * radius)) - np.sqrt(shaped / (np.pi * radius))
-            return height - lost, radius
-        # no more than a tenth of the curvature at once: refined chords get less and less
-        curvature = 1 / radius - np.minimum(4 * volume / (np.pi * contact_radius**4), 0.1 / radius)
-        return height - 2 * volume / (np.pi * contact_radius**2), 1 / curvature
 
     @property
     def _shape_text(self) -> str:
@@ -108,6 +93,10 @@ class ArchardWear(WearLaw):
 
     kind = "archard"
 
+    def core(self) -> dict[str, Any]:
+        """Return the fields of ``hs_wear`` that say what it is."""
+        return super().core() | {"kind": "HS_ARCHARD", "rate": self.coefficient / self.hardness}
+
     def volume(self, normal_load: Floats, slid_distance: Floats, dissipated_energy: Floats) -> Floats:  # noqa: ARG002 - other laws need it
         """Return the volume that asperities lose [m³] (asperity)."""
         return self.coefficient / self.hardness * normal_load * slid_distance
@@ -139,6 +128,10 @@ class EnergyWear(WearLaw):
     volume_per_energy: float = attrs.field(converter=as_float, validator=at_least(0.0))
 
     kind = "energy"
+
+    def core(self) -> dict[str, Any]:
+        """Return the fields of ``hs_wear`` that say what it is."""
+        return super().core() | {"kind": "HS_ENERGY_WEAR", "rate": self.volume_per_energy}
 
     def volume(self, normal_load: Floats, slid_distance: Floats, dissipated_energy: Floats) -> Floats:  # noqa: ARG002 - other laws need them
         """Return the volume that asperities lose [m³] (asperity)."""

@@ -18,7 +18,13 @@ except (ImportError, OSError) as error:
         "installing puts it: in a clone run `pip install -e .`, elsewhere `pip install --force-reinstall historysim`"
     ) from error
 
-_ROWS = {np.dtype(np.float64): "double[]", np.dtype(np.int64): "int64_t[]", np.dtype(np.bool_): "bool[]"}
+_ROWS = {
+    np.dtype(np.float64): "double[]",
+    np.dtype(np.int64): "int64_t[]",
+    np.dtype(np.int8): "int8_t[]",
+    np.dtype(np.uint8): "uint8_t[]",
+    np.dtype(np.bool_): "bool[]",
+}
 
 
 def pointer(array: npt.NDArray[Any]) -> Any:
@@ -27,7 +33,7 @@ def pointer(array: npt.NDArray[Any]) -> Any:
     Parameters
     ----------
     array : array
-        In a row (C contiguous), of float64, int64 or bool, in the machine's order of bytes.
+        In a row (C contiguous), of float64, int64, int8, uint8 or bool, in the machine's order of bytes.
 
     Raises
     ------

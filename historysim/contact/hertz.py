@@ -61,40 +61,6 @@ def contact_radius(approach: npt.ArrayLike, *, summit_radius: npt.ArrayLike) -> 
     return np.sqrt(checked("summit_radius", summit_radius, above=0) * _depth(approach))
 
 
-def shared_approach(load: float, *, gap: npt.ArrayLike, summit_radius: npt.ArrayLike, contact_modulus: float) -> float:
-    """Return the approach δ [m] at which spheres under one flat carry a load: Σ (4/3) E* √R (δ - h)^(3/2) = N.
-
-    Parameters
-    ----------
-    load : float
-        N, all of them together [N]; 0 where the first one just touches.
-    gap : array_like (sphere)
-        Gap h of each where the first one touches [m], 0 or more, one of them 0.
-    summit_radius : array_like (sphere)
-        R [m], > 0, one for all or one each.
-    contact_modulus : float
-        E* [Pa], > 0.
-
-    Raises
-    ------
-    InputError
-        A number that is not finite or out of its range.
-    """
-    depth, radius = checked("gap", gap, least=0), checked("summit_radius", summit_radius, above=0)
-    weight = 4 / 3 * checked("contact_modulus", contact_modulus, above=0) * np.sqrt(radius)
-    wanted = float(checked("load", load, least=0))
-    # the spheres that touch first alone would carry it here; the load is convex, so that Newton comes down to the root
-    found, approach = math.inf, float((wanted / np.max(np.broadcast_to(weight, depth.shape)[depth == 0])) ** (2 / 3))
-    # loads that floats hardly hold may overflow
-    with np.errstate(over="ignore", invalid="ignore"):
-        while 0 < approach < found * (1 - CLOSE):
-            found = approach
-            root = np.sqrt(np.maximum(found - depth, 0))
-            excess, slope = np.sum(weight * root**3) - wanted, 1.5 * np.sum(weight * root)
-            approach = float(found - excess / slope)
-    return found if found < math.inf else approach
-
-
 def normal_load(approach: npt.ArrayLike, *, summit_radius: npt.ArrayLike, contact_modulus: npt.ArrayLike) -> Values:
     """Return the normal load N [N]: N = (4/3) E* √R δ^(3/2), and 0 where the surfaces are apart.
 

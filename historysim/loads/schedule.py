@@ -22,7 +22,8 @@ from historysim.loads.events import (
     check_sequence,
 )
 from historysim.loads.samples import SampledLoads
-from historysim.memory.paths import DISPLACED, LOAD, STILL, Goals, Paths, paths_to
+from historysim.memory.binding import DISPLACED, LOAD
+from historysim.memory.paths import STILL, Goals, Paths, paths_to
 
 if TYPE_CHECKING:
     from historysim.asperities.state import EnsembleState

@@ -31,7 +31,8 @@ from historysim.loads.events import (
 from historysim.log.file import Content, LogFile
 from historysim.log.head import Head
 from historysim.log.starts import start_before
-from historysim.memory.paths import DISPLACED, STILL, Goals, paths_to
+from historysim.memory.binding import DISPLACED
+from historysim.memory.paths import STILL, Goals, paths_to
 from historysim.recording.recorder import DatasetRecorder, Selection, chosen_asperities
 
 if TYPE_CHECKING:

@@ -30,7 +30,7 @@ class Snapshot:
     program : str
         Versions that computed the state.
     state : bytes
-        See `saved_state.packed`.
+        See `EnsembleState.to_bytes`.
     written : bytes
         Digest of the rows before it, as `FileRecorder.flush` gives it; empty where none are written.
     """
@@ -45,9 +45,7 @@ class Snapshot:
     @classmethod
     def of(cls, standing: Standing, batches: int, link: bytes, state: "EnsembleState", written: bytes = b"") -> Self:
         """Take a snapshot of a state."""
-        from historysim.asperities.saved_state import packed
-
-        return cls(standing, batches, link, program(), packed(state), written)
+        return cls(standing, batches, link, program(), state.to_bytes(), written)
 
     @property
     def text(self) -> str:
@@ -82,6 +80,6 @@ def unpacked(ensemble: Ensemble, content: bytes) -> "EnsembleState":
     InputError
         Bytes that are no state of this ensemble.
     """
-    from historysim.asperities import saved_state
+    from historysim.asperities.state import EnsembleState
 
-    return saved_state.unpacked(ensemble.initial_state(), content)
+    return EnsembleState.from_bytes(content, ensemble.initial_state())

@@ -1,6 +1,5 @@
 """Whether a result is what its log gives, and a log what it says it is."""
 
-import io
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -11,7 +10,6 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.asperities.saved_state import packed
 from historysim.asperities.state import EnsembleState
 from historysim.basics.file_kinds import is_log, is_netcdf, told_kind
 from historysim.basics.notices import Teller, silent
@@ -205,7 +203,7 @@ def _verify_log(path: Path, *, tell: Teller) -> Verification:
             state = job.state(until, start=now)
             if kept is None:
                 break
-            if _bits(state) == _bits(kept.state):
+            if state.to_bytes() == kept.state.to_bytes():
                 good += 1
             else:
                 tell(f"{path}: the snapshot at t = {time_text(until)} differs from the replay; run it again")
@@ -249,11 +247,6 @@ class _Comparer(Recorder):
         if found.dtype != values.dtype or found[where].shape != values.shape:
             raise InputError(f"{name} is {found.dtype} of shape {found.shape}, other than the replay gives")
         self.differences.setdefault(name, Difference(name)).add(where.start or 0, found[where], values)
-
-
-def _bits(state: EnsembleState) -> bytes:
-    with np.load(io.BytesIO(packed(state))) as kept:
-        return b"".join(kept[name].tobytes() for name in kept.files)
 
 
 def _events_of(file: LogFile, output: Path, result: "netCDF4.Dataset") -> tuple[Sequence[Event], str]:

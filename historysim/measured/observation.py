@@ -20,7 +20,6 @@ from historysim.measured.loops import Loops, NoLoopError
 from historysim.measured.measurement import Measurement
 from historysim.measured.reduction import loop_dead_band, turning_points
 from historysim.measured.splitting import check_skip, loops_of_measurement
-from historysim.memory.rows import ROW_LIMIT, ROW_STIFFNESS, ROW_TANGENTIAL
 from historysim.recording.recorder import DatasetRecorder
 from historysim.replay import Replay
 
@@ -226,14 +225,14 @@ def passed(ensemble: Ensemble, instrument: Instrument, observation: Observation,
     rows = recorder.rows
     in_time = np.empty_like(order)
     in_time[order] = np.arange(order.size)
-    stiffness = rows.totals[:, ROW_STIFFNESS]
+    stiffness = rows.totals["tangential_stiffness"]
     stiffness = stiffness / (1 + stiffness / instrument.lateral_stiffness)
     totals = rows.totals[in_time]
     return Passage(
         displacement=target[in_time],
-        tangential_load=totals[:, ROW_TANGENTIAL],
+        tangential_load=totals["tangential_load"],
         stiffness=_stiffest(target, stiffness, 2 * observation.displacement_noise)[in_time],
-        friction_limit=totals[:, ROW_LIMIT],
+        friction_limit=totals["friction_limit"],
     )
 
 

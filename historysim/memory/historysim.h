@@ -132,8 +132,10 @@ typedef struct hs_memory {
 } hs_memory;
 
 /* Make the memory of a contact that nothing has happened to, with one coefficient for each asperity, of which those of
- * one group are the same. With `evolves`, what asperities become is followed. NULL where there is no memory. */
-HS_API hs_memory *hs_memory_new(hs_contact *contact, const double *friction, int evolves);
+ * one group are the same. NULL where there is no memory. */
+HS_API hs_memory *hs_memory_new(hs_contact *contact, const double *friction);
+/* Follow from now on what asperities become. */
+HS_API int hs_memory_evolve(hs_memory *memory);
 /* Return an independent copy; NULL where there is no memory. What lies deep is shared and costs nothing. */
 HS_API hs_memory *hs_memory_copy(const hs_memory *memory);
 /* Have all vertices of a memory stand in `vertices`, none in `deep`. */
@@ -165,20 +167,21 @@ typedef struct hs_drive {
     int32_t threads;   /* that share the work on many asperities, 1 or more; the bits do not depend on it */
 } hs_drive;
 
-/* Why a path was refused. */
+/* Why a path was not walked. */
 typedef struct hs_refusal {
+    int64_t status; /* hs_status */
     double request; /* tangential load that was asked for [N] */
     double limit;   /* friction limit there [N] */
     int64_t path;
 } hs_refusal;
 
 /* Carry a memory along one straight path to targets in N or m; not a number holds a channel as it was controlled last.
- * Of a path that is refused nothing is changed. */
+ * Of a path that is refused nothing is changed. `refusal` may be NULL. */
 HS_API int hs_step(hs_memory *memory, int normal_control, double normal_target, int tangential_control,
                    double tangential_target, const hs_drive *drive, hs_refusal *refusal);
-/* Do the same for a memory that is not changed itself: `after` is a new one. */
-HS_API int hs_advance(const hs_memory *memory, int normal_control, double normal_target, int tangential_control,
-                      double tangential_target, const hs_drive *drive, hs_refusal *refusal, hs_memory **after);
+/* Return a new memory that has done so; NULL where the path was not walked. */
+HS_API hs_memory *hs_advance(const hs_memory *memory, int normal_control, double normal_target, int tangential_control,
+                             double tangential_target, const hs_drive *drive, hs_refusal *refusal);
 
 /* ---- rows: what is recorded of a memory along its way, in SI units ---------------------------------------------------- */
 
@@ -194,6 +197,7 @@ typedef struct hs_totals {
     double dissipated_energy;    /* since the start [J] */
     double friction_limit;       /* [N] */
     double saturated;            /* 1 where a load is held at the limit, or was since the row before */
+    double friction;             /* present coefficient of the highest summit at the start */
     double traction_ratio;       /* largest |τ|/(μ p): 1, or more where friction has fallen after a reversal */
     double slid_together;        /* ∫|dU| while all asperities in contact slid [m] */
     double erased_memories;      /* see hs_evolved */
@@ -323,6 +327,9 @@ HS_API int hs_walk_evolving(hs_memory *memory, const hs_path *paths, int64_t cou
  * contacts: nothing is remembered. Then friction is what the law says. */
 HS_API int hs_set_summits(hs_memory *memory, const double *summit_height, const double *summit_radius,
                           const uint8_t *fresh, const hs_evolution *evolution);
+
+/* The memory of one asperity by itself, with what its group remembers; NULL where there is no memory. */
+HS_API hs_memory *hs_memory_of_one(const hs_memory *memory, int64_t asperity);
 
 /* ---- bytes ---------------------------------------------------------------------------------------------------------------- */
 

@@ -78,8 +78,8 @@ hs_memory *hs_memory_blank(hs_contact *contact, int64_t capacity, int evolves) {
     return memory;
 }
 
-hs_memory *hs_memory_new(hs_contact *contact, const double *friction, int evolves) {
-    hs_memory *memory = hs_memory_blank(contact, 4, evolves);
+hs_memory *hs_memory_new(hs_contact *contact, const double *friction) {
+    hs_memory *memory = hs_memory_blank(contact, 4, 0);
     if (!memory) return NULL;
     memory->approach = memory->displacement = memory->normal_load = 0.0;
     memory->tangential_load = memory->dissipated = memory->excess = 0.0;
@@ -90,14 +90,20 @@ hs_memory *hs_memory_new(hs_contact *contact, const double *friction, int evolve
         memory->steep[index] = 0;
     }
     memset(memory->each, 0, (size_t)contact->count * sizeof(double));
-    if (evolves)
-        for (int64_t i = 0; i < contact->count; ++i) {
-            int64_t whose = contact->order[i];
-            double weight = contact->weight[i];
-            memory->evolved->summit_height[whose] = contact->datum - contact->gap[i] * contact->units.length;
-            memory->evolved->summit_radius[whose] = weight * weight * contact->units.radius;
-        }
     return memory;
+}
+
+int hs_memory_evolve(hs_memory *memory) {
+    const hs_contact *contact = memory->contact;
+    if (memory->evolved) return HS_OK;
+    memory->evolved = evolved_of(contact->count);
+    if (!memory->evolved) return HS_OUT_OF_MEMORY;
+    for (int64_t i = 0; i < contact->count; ++i) {
+        double weight = contact->weight[i];
+        memory->evolved->summit_height[contact->order[i]] = contact->datum - contact->gap[i] * contact->units.length;
+        memory->evolved->summit_radius[contact->order[i]] = weight * weight * contact->units.radius;
+    }
+    return HS_OK;
 }
 
 static void empty(hs_memory *memory) {
@@ -121,7 +127,7 @@ void hs_memory_take(hs_memory *memory, hs_memory *other) {
     free(other);
 }
 
-static void copy_numbers(hs_memory *target, const hs_memory *source) {
+static void copy_now(hs_memory *target, const hs_memory *source) {
     target->approach = source->approach;
     target->displacement = source->displacement;
     target->normal_load = source->normal_load;
@@ -130,6 +136,10 @@ static void copy_numbers(hs_memory *target, const hs_memory *source) {
     target->excess = source->excess;
     target->normal_control = source->normal_control;
     target->tangential_control = source->tangential_control;
+}
+
+static void copy_numbers(hs_memory *target, const hs_memory *source) {
+    copy_now(target, source);
     memcpy(target->friction, source->friction, size_of_numbers(source->contact));
     if (target->evolved) copy_evolved(target->evolved, source->evolved, source->contact->count);
 }
@@ -267,14 +277,7 @@ static hs_memory *of_parts(const hs_memory *memory, hs_contact *contact, const i
         hs_memory_free(parts);
         return NULL;
     }
-    parts->approach = memory->approach;
-    parts->displacement = memory->displacement;
-    parts->normal_load = memory->normal_load;
-    parts->tangential_load = memory->tangential_load;
-    parts->dissipated = memory->dissipated;
-    parts->excess = memory->excess;
-    parts->normal_control = memory->normal_control;
-    parts->tangential_control = memory->tangential_control;
+    copy_now(parts, memory);
     if (parts->evolved) copy_evolved(parts->evolved, memory->evolved, contact->count);
     for (int64_t i = 0; i < contact->count; ++i) each[memory->contact->order[i]] = memory->each[i];
     for (int64_t i = 0; i < contact->count; ++i) parts->each[i] = each[contact->order[i]];
@@ -385,4 +388,26 @@ int hs_reshape(hs_memory *memory, const double *gap, const double *weight, const
     free(group);
     free(key);
     return found ? HS_OK : HS_OUT_OF_MEMORY;
+}
+
+hs_memory *hs_memory_of_one(const hs_memory *memory, int64_t asperity) {
+    const hs_contact *contact = memory->contact;
+    int64_t position = 0, from = 0;
+    while (contact->order[position] != asperity) ++position;
+    while (contact->first[from + 1] <= position) ++from;
+    hs_contact *one = hs_contact_of(1, 1, contact->gap + position, contact->weight + position, NULL, &contact->units,
+                                    contact->datum);
+    hs_memory *found = one ? hs_memory_blank(one, memory->depth[from] + 2, 0) : NULL;
+    hs_contact_free(one);
+    if (!found) return NULL;
+    copy_now(found, memory);
+    found->friction[0] = memory->friction[from];
+    found->each[0] = memory->each[position];
+    found->depth[0] = contact->gap[position] < memory->approach ? memory->depth[from] : 0;
+    found->steep[0] = memory->steep[from];
+    memcpy(found->vertices, memory->vertices + from * memory->capacity, (size_t)found->depth[0] * sizeof(hs_vertex));
+    refresh_loads(found);
+    found->normal_load = hs_load_at(hs_all_of(found->contact), found->approach).load;
+    found->tangential_load = hs_total_force(found);
+    return found;
 }

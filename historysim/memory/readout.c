@@ -191,6 +191,7 @@ static void record_totals(const hs_memory *memory, hs_totals *totals, int satura
     totals->dissipated_energy = memory->dissipated * units->energy;
     totals->friction_limit = limit * units->load;
     totals->saturated = saturated ? 1.0 : 0.0;
+    totals->friction = memory->friction[0];
     totals->traction_ratio = ratio;
     totals->slid_together = totals->erased_memories = totals->erased_energy = 0.0;
     if (memory->evolved) {

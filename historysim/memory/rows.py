@@ -1,95 +1,66 @@
-"""Recorded rows: their columns, and the arrays that they are written to."""
+"""Recorded rows: arrays that the library writes to."""
 
-from typing import NamedTuple
+from typing import Any, Self
 
+import attrs
 import numpy as np
+import numpy.typing as npt
 
-from historysim.memory.layout import Bytes, Contact, Floats, Integers
+from historysim.basics.library import ffi, pointer
+from historysim.memory.binding import TOTALS
 
-SEPARATED, FULL_STICK, PARTIAL_SLIP, GROSS_SLIP = range(4)
+Array = npt.NDArray[Any]
 
-# columns of Rows.totals
-TOTALS_OF_ROW = 11
-(
-    ROW_NORMAL,
-    ROW_TANGENTIAL,
-    ROW_APPROACH,
-    ROW_DISPLACEMENT,
-    ROW_COUNT,
-    ROW_AREA,
-    ROW_STIFFNESS,
-    ROW_DISSIPATED,
-    ROW_LIMIT,
-    ROW_SATURATED,
-    ROW_TRACTION_RATIO,
-) = range(TOTALS_OF_ROW)
-
-# columns of Rows.evolved
-TOGETHER = 3
-SLID_TOGETHER, ERASED_MEMORIES, ERASED_ENERGY = range(TOGETHER)
-OF_EACH = 6
-"""Numbers in a row of one asperity."""
-PER_ASPERITY = ("slid_distance", "worn_volume", "summit_height", "summit_radius")
+PROJECTED = ("normal_load", "tangential_load", "contact_radius", "stick_radius", "slip_state")
+"""What is recorded of each asperity together."""
 
 
-class Rows(NamedTuple):
-    """Recorded rows in SI units: totals (row, quantity), and per recorded asperity the projections (row, column).
+@attrs.frozen(eq=False)
+class Rows:
+    """Recorded rows in SI units.
 
-    ``friction`` has no column where friction does not change, one where it is the same of all asperities, or one for
-    each recorded asperity. ``evolved`` has columns where asperities evolve: first those of all together, then of each
-    of `PER_ASPERITY` one for each recorded asperity.
+    Attributes
+    ----------
+    totals : array (row)
+        Of the whole contact, with the fields of ``hs_totals``.
+    each : mapping of array (row, column)
+        Of each recorded asperity, by the names of the fields of ``hs_rows``.
     """
 
-    totals: Floats
-    normal_load: Floats
-    tangential_load: Floats
-    contact_radius: Floats
-    stick_radius: Floats
-    slip_state: Bytes
-    dissipated: Floats
-    friction: Floats
-    evolved: Floats
+    totals: Array
+    each: dict[str, Array]
+
+    def __getitem__(self, where: slice) -> Self:
+        """Return some of the rows, which are the same arrays."""
+        return type(self)(self.totals[where], {name: array[where] for name, array in self.each.items()})
+
+    def __getattr__(self, name: str) -> Array:
+        """Return the array of a name (row, column)."""
+        try:
+            return self.each[name]
+        except KeyError:
+            raise AttributeError(name) from None
+
+    def handed(self, asperities: npt.NDArray[np.int64]) -> Any:
+        """Return the rows of asperities (column) as the library takes them; all of it has to outlive the call."""
+        found = ffi.new("hs_rows *")
+        found.columns, found.asperity = asperities.size, pointer(asperities)
+        found.totals = ffi.cast("hs_totals *", ffi.from_buffer(self.totals))
+        for name, array in self.each.items():
+            setattr(found, name, pointer(array))
+        return found
 
 
-class Columns(NamedTuple):
-    """The recorded asperities, one a column: their places in the contact, gaps and weights."""
+def blank_rows(count: int, asperities: int, *more: str) -> Rows:
+    """Return arrays for rows to be written to, of so many asperities.
 
-    place: Integers
-    gap: Floats
-    weight: Floats
-
-
-def columns_of(contact: Contact, place: Integers) -> Columns:
-    """Return columns for the asperities at some places of a contact."""
-    return Columns(place, contact.gap[place], contact.weight[place])
-
-
-class Scratch(NamedTuple):
-    """One row of all asperities in the order of the contact, not yet in that of the columns.
-
-    ``numbers`` (4, asperity) are tangential and normal loads, contact and stick radii; ``state`` is the slip state.
+    Parameters
+    ----------
+    count, asperities : int
+    *more : str
+        What is recorded of each asperity beside what always is, by the names of the fields of ``hs_rows``.
     """
-
-    numbers: Floats
-    state: Bytes
-
-
-def scratch_for(asperities: int) -> Scratch:
-    """Return scratch for a contact of so many asperities."""
-    return Scratch(np.empty((4, asperities)), np.empty(asperities, dtype=np.int8))
-
-
-def blank_rows(count: int, asperities: int, coefficients: int = 0, *, evolve: bool = False) -> Rows:
-    """Return arrays for rows of asperities to be written to, with columns of friction, and of what evolves."""
+    names = (*PROJECTED, "dissipated_energy", *more) if asperities else ()
     shape = (count, asperities)
-    return Rows(
-        totals=np.empty((count, TOTALS_OF_ROW)),
-        normal_load=np.empty(shape),
-        tangential_load=np.empty(shape),
-        contact_radius=np.empty(shape),
-        stick_radius=np.empty(shape),
-        slip_state=np.empty(shape, dtype=np.int8),
-        dissipated=np.empty(shape),
-        friction=np.empty((count, coefficients)),
-        evolved=np.empty((count, TOGETHER + len(PER_ASPERITY) * asperities if evolve else 0)),
-    )
+    each = {name: np.empty(shape, dtype=np.int8 if name == "slip_state" else np.float64) for name in names}
+    return Rows(np.empty(count, dtype=TOTALS), each)

@@ -1,18 +1,15 @@
 """`TractionMemory`: what one asperity remembers, the part of its friction group's polyline that it sees."""
 
 from functools import cached_property
-from typing import Self
+from typing import Any, Self
 
 import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.memory.energy import stored_energy
-from historysim.memory.layout import ANCHOR, APPROACH, LABEL, MADE_AT, SLOPE, Contact, Memory, Units
-from historysim.memory.projection import record_asperities
-from historysim.memory.rows import Rows, blank_rows, columns_of, scratch_for
-from historysim.memory.slip import sticking_stiffness
-from historysim.memory.tolerances import TIE
+from historysim.basics.library import lib
+from historysim.memory.binding import TIE, check, copied, owned, view
+from historysim.memory.rows import Rows, blank_rows
 
 Floats = npt.NDArray[np.float64]
 
@@ -29,69 +26,50 @@ class TractionMemory:
 
     Parameters
     ----------
-    contact : Contact
-        The contact of this asperity alone.
-    memory : Memory
-        The same as if its group were this asperity; views of what the ensemble's state holds.
-    units : Units
-        Physical size of their units.
+    memory : hs_memory
+        Of this asperity alone, with what its group remembers.
     """
 
-    contact: Contact = attrs.field(repr=False)
-    memory: Memory = attrs.field(repr=False)
-    units: Units = attrs.field(repr=False)
+    memory: Any = attrs.field(repr=False)
 
     @classmethod
-    def of(cls, contact: Contact, memory: Memory, units: Units, position: int) -> Self:
-        """Return what the asperity at a position of a contact remembers."""
-        index = int(np.searchsorted(contact.first, position, side="right")) - 1
-        own, group = slice(position, position + 1), slice(index, index + 1)
-        gap, weight = contact.gap[own], contact.weight[own]
-        ends = np.arange(2)
-        return cls(
-            Contact(gap, weight, ends, contact.friction[group], sorted_gap=gap, sorted_weight=weight),
-            Memory(
-                vertices=memory.vertices[group],
-                depth=memory.depth[group],
-                steep=memory.steep[group],
-                dissipated=memory.dissipated[own],
-                now=memory.now,
-            ),
-            units,
-        )
+    def of(cls, memory: Any, index: int) -> Self:
+        """Return what one asperity remembers of a memory."""
+        if memory.deep:
+            memory = copied(memory)
+            check(lib.hs_memory_join(memory))
+        return cls(owned(lib.hs_memory_of_one(memory, index)))
 
     @property
     def friction(self) -> float:
         """Coulomb coefficient."""
-        return float(self.contact.friction[0])
+        return float(self.memory.friction[0])
 
     @property
     def approach(self) -> float:
         """Own approach δ [m]; negative where it does not touch."""
-        return float(self.memory.now[APPROACH] - self.contact.gap[0]) * self.units.length
+        return float(self.memory.approach - self._gap) * self._units.length
 
     @property
     def dissipated_energy(self) -> float:
         """Energy that friction has taken since the start [J]."""
-        return float(self.memory.dissipated[0]) * self.units.energy
+        return float(self.memory.each[0]) * self._units.energy
 
     @property
     def stored_energy(self) -> float:
         """Tangential elastic energy [J]."""
-        return float(stored_energy(self.contact, self.memory, np.zeros(1))) * self.units.energy
+        return float(lib.hs_stored_energy(self.memory))
 
     @property
     def tangential_stiffness(self) -> float:
         """dT/dU of the springs that stick [N/m]."""
-        return float(sticking_stiffness(self.contact, self.memory, 0.0)) * self.units.stiffness
+        return float(lib.hs_stiffness(self.memory, 0))
 
     @cached_property
     def recorded(self) -> Rows:
         """The row that a recorder would write of this asperity."""
         rows = blank_rows(1, 1)
-        columns = columns_of(self.contact, THE_ONE)
-        record_asperities(self.contact, self.memory, rows, 0, columns, self.units, scratch_for(1))
-        rows.dissipated[...] = self.dissipated_energy
+        check(lib.hs_read(self.memory, rows.handed(THE_ONE), 0))
         return rows
 
     @property
@@ -102,7 +80,7 @@ class TractionMemory:
     @property
     def slope(self) -> Floats:
         """Slope dw/da of the anchors between each vertex and the next one inward, edge first; ±μ where springs slip."""
-        return self._seen()[::-1, SLOPE].copy()
+        return self._seen()["slope"][::-1].copy()
 
     @property
     def jump(self) -> Floats:
@@ -112,7 +90,7 @@ class TractionMemory:
     @property
     def made_at(self) -> Floats:
         """Tangential displacement at which each vertex was made, edge first [m]."""
-        return self._seen()[::-1, MADE_AT] * self.units.displacement
+        return self._seen()["made_at"][::-1] * self._units.displacement
 
     @property
     def reversals(self) -> tuple[Floats, Floats]:
@@ -122,27 +100,35 @@ class TractionMemory:
         strained. It is left behind when the displacement, as the vertices outside remember it, then went the other way.
         """
         seen = self._seen()
-        stack = self._stack()[max(self.memory.depth[0] - len(seen) - 1, 0) :]
+        stack = self._stack()[max(len(self._stack()) - len(seen) - 1, 0) :]
         if len(seen) == 0:
             stack = seen
-        made_at = stack[:, MADE_AT]
+        made_at = stack["made_at"]
         tie = TIE * np.abs(made_at).max(initial=0.0)
         steps = np.diff(made_at, append=made_at[-1:])
         turns = np.flatnonzero(np.abs(steps) > tie)
         # of each vertex, the first step outside it that is more than rounding
         following = np.searchsorted(turns, np.arange(len(stack)))
         onward = np.append(steps[turns], 0.0)[following]
-        strain = made_at - stack[:, ANCHOR]
+        strain = made_at - stack["anchor"]
         left = stack[(np.abs(strain) > tie) & (onward * strain < 0.0)]
-        return self._radius(left), left[::-1, MADE_AT] * self.units.displacement
+        return self._radius(left), left["made_at"][::-1] * self._units.displacement
 
-    def _stack(self) -> Floats:
-        return self.memory.vertices[0, : self.memory.depth[0]]
+    @property
+    def _units(self) -> Any:
+        return self.memory.contact.units
 
-    def _seen(self) -> Floats:
-        stack = self._stack()
-        return stack[stack[:, LABEL] > self.contact.gap[0]]
+    @property
+    def _gap(self) -> float:
+        return float(self.memory.contact.gap[0])
 
-    def _radius(self, vertices: Floats) -> Floats:
-        depth = np.maximum(vertices[::-1, LABEL] - self.contact.gap[0], 0.0)
-        return self.contact.weight[0] * np.sqrt(depth) * self.units.radius
+    def _stack(self) -> npt.NDArray[Any]:
+        return view(self.memory.vertices, self.memory.depth[0])
+
+    def _seen(self) -> npt.NDArray[Any]:
+        vertices = self._stack()
+        return vertices[vertices["label"] > self._gap]
+
+    def _radius(self, vertices: npt.NDArray[Any]) -> Floats:
+        depth: Floats = np.maximum(vertices["label"][::-1] - self._gap, 0.0)
+        return self.memory.contact.weight[0] * np.sqrt(depth) * self._units.radius

@@ -128,6 +128,7 @@ static int stepped(hs_memory *memory, const hs_path *given, const hs_drive *driv
     refusal->path = 0;
     int status = hs_planned(memory, &path, drive->compliance * units->stiffness, drive->saturate, 1, &plan, refusal);
     if (status == HS_OK) status = hs_walk_on(memory, &plan, 0.0, 1.0, drive->tolerance, &held);
+    refusal->status = status;
     if (status != HS_OK) return status;
     memory->normal_control = path.normal_control;
     memory->tangential_control = path.tangential_control;
@@ -137,34 +138,32 @@ static int stepped(hs_memory *memory, const hs_path *given, const hs_drive *driv
 int hs_step(hs_memory *memory, int normal_control, double normal_target, int tangential_control,
             double tangential_target, const hs_drive *drive, hs_refusal *refusal) {
     hs_path path = path_to(normal_control, normal_target, tangential_control, tangential_target);
+    hs_refusal unread;
     int status = hs_memory_join(memory);
-    return status == HS_OK ? stepped(memory, &path, drive, refusal) : status;
+    return status == HS_OK ? stepped(memory, &path, drive, refusal ? refusal : &unread) : status;
 }
 
 /* vertices that are left where a step has not asked for deeper ones */
 #define ENOUGH 4
 
-int hs_advance(const hs_memory *memory, int normal_control, double normal_target, int tangential_control,
-               double tangential_target, const hs_drive *drive, hs_refusal *refusal, hs_memory **after) {
+hs_memory *hs_advance(const hs_memory *memory, int normal_control, double normal_target, int tangential_control,
+                      double tangential_target, const hs_drive *drive, hs_refusal *refusal) {
     hs_path path = path_to(normal_control, normal_target, tangential_control, tangential_target);
+    hs_refusal unread;
+    if (!refusal) refusal = &unread;
+    refusal->status = HS_OUT_OF_MEMORY;
     /* a ramp of both loads with a normal load that moves may look at points beside its way */
     int sweeps = normal_control == HS_LOAD && tangential_control == HS_LOAD && path.normal_fraction > 0.0 &&
                  normal_target != memory->normal_load * memory->contact->units.load;
     /* the outer end of a deep memory is copied and stepped alone; where little is left of it, or the path is refused, the
      * step may have asked for what is deeper, and is done again with more */
-    for (int64_t more = sweeps ? INT64_MAX / 2 : 0;; more = more ? 2 * more : 32) {
+    for (int64_t more = sweeps ? INT64_MAX / 2 : 0;; more = more ? 2 * more : HS_BLOCK) {
         hs_memory *copy = hs_memory_outer_copy(memory, more);
-        int status = copy ? stepped(copy, &path, drive, refusal) : HS_OUT_OF_MEMORY;
-        int whole = !copy || !copy->deep;
-        if (whole || (status == HS_OK && copy->depth[0] >= ENOUGH)) {
-            if (status == HS_OK) status = hs_memory_split(copy);
-            if (status == HS_OK)
-                *after = copy;
-            else
-                hs_memory_free(copy);
-            return status;
-        }
+        int status = copy ? stepped(copy, &path, drive, refusal) : (int)HS_OUT_OF_MEMORY;
+        int done = !copy || !copy->deep || (status == HS_OK && copy->depth[0] >= ENOUGH);
+        if (done && status == HS_OK && hs_memory_split(copy) == HS_OK) return copy;
         hs_memory_free(copy);
+        if (done) return NULL;
     }
 }
 
@@ -200,5 +199,6 @@ int hs_walk(hs_memory *memory, const hs_path *paths, int64_t count, const hs_row
         memory->tangential_control = path.tangential_control;
     }
     hs_end_recording(&recorder);
+    refusal->status = status;
     return status;
 }

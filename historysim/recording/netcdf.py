@@ -16,7 +16,8 @@ import numpy.typing as npt
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.files import replacing
-from historysim.memory.rows import TOTALS_OF_ROW, Rows
+from historysim.memory.binding import TOTALS
+from historysim.memory.rows import Rows
 from historysim.recording import recorder
 from historysim.recording.changes import STEADY, Changes
 from historysim.recording.recorder import Recorder
@@ -109,12 +110,12 @@ class FileRecorder(Recorder):
 
     def blank(self, count: int) -> Rows:
         """Return rows for the replay to fill next."""
-        most = max(1, min(self.steps, recorder.CELLS_AT_ONCE // max(self.columns, TOTALS_OF_ROW)))
+        most = max(1, min(self.steps, recorder.CELLS_AT_ONCE // max(self.columns, len(TOTALS.names or ()))))
         if self._held and self._held + count > most:
             self._hand_over()
         if len(self._rows.totals) < count:
             self._rows = self.new_rows(max(count, most))
-        return Rows._make(array[self._held : self._held + count] for array in self._rows)
+        return self._rows[self._held : self._held + count]
 
     def record(self, times: Array) -> None:
         """Record the rows that were given last, now filled, as those at these times [s]."""

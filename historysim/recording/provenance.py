@@ -21,14 +21,7 @@ KEYWORDS = "friction, pre-sliding, rough surfaces, contact mechanics, hysteresis
 
 def made_with() -> str:
     """Return what computes: the last bits may differ between versions, compilers and processors."""
-    import llvmlite
-    import numba
-    from llvmlite import binding
-
-    return (
-        f"Python {platform.python_version()}, numpy {np.__version__}, numba {numba.__version__}, "
-        f"llvmlite {llvmlite.__version__} for {binding.get_host_cpu_name()}"
-    )
+    return f"Python {platform.python_version()}, numpy {np.__version__}, {platform.machine()}"
 
 
 def friction_text(ensemble: Ensemble) -> str:

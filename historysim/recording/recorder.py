@@ -1,7 +1,6 @@
 """Take the rows of a replay: which asperities, projected onto which variables, and where they go."""
 
 import abc
-import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, final
 
@@ -14,26 +13,7 @@ from historysim.asperities.instrument import RIGID, Instrument
 from historysim.errors import InputError
 from historysim.loads.events import Event, NormalDisplacement, NormalLoad
 from historysim.loads.schedule import changes_geometry
-from historysim.memory.rows import (
-    ERASED_ENERGY,
-    ERASED_MEMORIES,
-    ROW_APPROACH,
-    ROW_AREA,
-    ROW_COUNT,
-    ROW_DISPLACEMENT,
-    ROW_DISSIPATED,
-    ROW_LIMIT,
-    ROW_NORMAL,
-    ROW_SATURATED,
-    ROW_STIFFNESS,
-    ROW_TANGENTIAL,
-    ROW_TRACTION_RATIO,
-    SLID_TOGETHER,
-    TOGETHER,
-    Rows,
-    blank_rows,
-)
-from historysim.memory.rows import PER_ASPERITY as PER_EVOLVED
+from historysim.memory.rows import PROJECTED, Rows, blank_rows
 from historysim.recording.changes import STEADY, Changes
 from historysim.recording.variables import (
     BEHIND_A_SPRING,
@@ -112,16 +92,10 @@ def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selec
 
 def largest_approach(ensemble: Ensemble, events: Sequence[Event]) -> float:
     """Return the largest approach of the highest summit that events reach [m], 0 where nothing touches."""
-    load, approach = largest_of(events)
-    return max(approach, ensemble.approach_at(load))
-
-
-def largest_of(events: Sequence[Event]) -> tuple[float, float]:
-    """Return the largest normal load [N] and the largest approach [m] that events ask for, 0 where for none."""
     # channels run straight between waypoints, so the extremes are waypoints
     loads = [event.value for event in events if isinstance(event, NormalLoad)]
     approaches = [event.value for event in events if isinstance(event, NormalDisplacement)]
-    return max([*loads, 0.0]), max([*approaches, 0.0])
+    return max([*approaches, ensemble.approach_at(max([*loads, 0.0])), 0.0])
 
 
 @attrs.define
@@ -201,10 +175,10 @@ class Recorder(abc.ABC):
         return self.changes.friction_differs and self.ensemble.curves is None
 
     def new_rows(self, count: int) -> Rows:
-        """Return rows with columns for all that is recorded."""
-        width = self.columns if self._friction_differs else 1
-        width = width if self.changes.friction else 0
-        return blank_rows(count, self.columns, width, evolve=self.changes.evolve)
+        """Return rows with arrays for all that is recorded."""
+        always = (*PROJECTED, "dissipated_energy")
+        more = {each.source for each in self.per_asperity if each.derived is None} - set(always)
+        return blank_rows(count, self.columns, *sorted(more))
 
     @abc.abstractmethod
     def blank(self, count: int) -> Rows:
@@ -216,44 +190,9 @@ class Recorder(abc.ABC):
 
     def projected(self, rows: Rows) -> list[tuple[Variable, Array]]:
         """Return the variables along ``step``, with their values in these rows."""
-        totals = rows.totals
-        displacement, load = totals[:, ROW_DISPLACEMENT], totals[:, ROW_TANGENTIAL]
-        values = {
-            "total_normal_load": totals[:, ROW_NORMAL],
-            "total_tangential_load": load,
-            "separation": self.ensemble.highest_summit - totals[:, ROW_APPROACH],
-            "tangential_displacement": displacement,
-            "contact_count": totals[:, ROW_COUNT],
-            "real_contact_area": totals[:, ROW_AREA],
-            "tangential_stiffness": totals[:, ROW_STIFFNESS],
-            "total_dissipated_energy": totals[:, ROW_DISSIPATED],
-            "friction_limit": totals[:, ROW_LIMIT],
-            "saturated": totals[:, ROW_SATURATED],
-            "largest_traction_ratio": totals[:, ROW_TRACTION_RATIO],
-            "drive_displacement": self.instrument.drive_displacement(displacement, load),
-            "present_friction": rows.friction[:, :1].ravel(),
-        }
-        if self.changes.evolve:
-            values |= {
-                "total_slid_distance": rows.evolved[:, SLID_TOGETHER],
-                "erased_memories": rows.evolved[:, ERASED_MEMORIES],
-                "erased_energy": rows.evolved[:, ERASED_ENERGY],
-            }
-        projected = [(variable, values[variable.name].astype(variable.dtype)) for variable in self.totals]
-        return projected + [(variable, _of_each(variable.name, rows)) for variable in self.per_asperity]
-
-
-def _of_each(name: str, rows: Rows) -> Array:
-    """Values of a variable of each asperity."""
-    if name.endswith("_area"):
-        radius: Array = getattr(rows, name.replace("_area", "_radius"))
-        return math.pi * radius**2
-    evolved = name.removeprefix("present_")
-    if evolved in PER_EVOLVED:
-        columns = np.split(rows.evolved[:, TOGETHER:], len(PER_EVOLVED), axis=1)
-        return np.ascontiguousarray(columns[PER_EVOLVED.index(evolved)])
-    values: Array = getattr(rows, {"dissipated_energy": "dissipated", "present_friction": "friction"}.get(name, name))
-    return values
+        return [
+            (each, each.values(rows, self.ensemble, self.instrument)) for each in (*self.totals, *self.per_asperity)
+        ]
 
 
 @final
@@ -282,7 +221,7 @@ class DatasetRecorder(Recorder):
     def blank(self, count: int) -> Rows:
         """Return rows for the replay to fill next."""
         where = slice(self._filled, self._filled + count)
-        return Rows._make(array[where] for array in self.rows)
+        return self.rows[where]
 
     def record(self, times: Array) -> None:
         """Record the rows that were given last, now filled, as those at these times [s]."""

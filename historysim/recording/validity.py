@@ -7,9 +7,8 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.findings import Finding
 from historysim.basics.units import quantity_text
-from historysim.contact import hertz
 from historysim.loads.events import Event, TangentialDisplacement, TangentialLoad
-from historysim.recording.recorder import largest_of
+from historysim.recording.recorder import largest_approach
 
 ATTRIBUTE = "validity"
 """The attribute of a history that has its findings, as `basics.findings.written` gives them."""
@@ -42,23 +41,9 @@ def findings(
     InputError
         Loads that are not finite.
     """
-    approach = _largest_approach(ensemble, events) if approach is None else approach
+    approach = largest_approach(ensemble, events) if approach is None else approach
     found = validity.findings(ensemble, approach, instrument)
     return found + tuple(_amplitudes(events, instrument))
-
-
-def _largest_approach(ensemble: Ensemble, events: Sequence[Event]) -> float:
-    """Return what `largest_approach` does, of summits, without the compiler."""
-    if ensemble.curves is not None:
-        return 0.0
-    load, approach = largest_of(events)
-    carried = hertz.shared_approach(
-        load,
-        gap=ensemble.first_touch,
-        summit_radius=ensemble.summit_radius,
-        contact_modulus=ensemble.pair.contact_modulus,
-    )
-    return max(approach, carried)
 
 
 def _amplitudes(events: Sequence[Event], instrument: Instrument) -> Iterator[Finding]:

@@ -1,11 +1,19 @@
 """The table of outputs: each variable's name, dimensions, units, text and CF attributes, declared once."""
 
+import math
+from collections.abc import Callable
 from typing import Any
 
 import attrs
 import numpy as np
+import numpy.typing as npt
 
 from historysim.asperities.asperity import SlipState
+from historysim.asperities.ensemble import Ensemble
+from historysim.asperities.instrument import Instrument
+from historysim.memory.rows import Rows
+
+Array = npt.NDArray[Any]
 
 
 @attrs.frozen
@@ -24,6 +32,10 @@ class Variable:
         numpy's name of the type.
     extra : dict
         Further attributes.
+    source : str
+        Field of ``hs_totals``, or of ``hs_rows`` where it is of each asperity, that it is; by default of its own name.
+    derived : callable, optional
+        Makes it of rows, the ensemble and the instrument, where it is no such field.
     """
 
     name: str
@@ -32,6 +44,8 @@ class Variable:
     long_name: str
     dtype: str = "float64"
     extra: dict[str, Any] = attrs.field(factory=dict)
+    source: str = attrs.field(default=attrs.Factory(lambda self: self.name, takes_self=True), kw_only=True)
+    derived: Callable[[Rows, Ensemble, Instrument], Array] | None = attrs.field(default=None, kw_only=True, eq=False)
 
     @property
     def attributes(self) -> dict[str, Any]:
@@ -41,6 +55,28 @@ class Variable:
         rows = "step" in self.dimensions and self.name != "time"
         content = {"coverage_content_type": "modelResult"} if rows else {}
         return {"long_name": self.long_name, **units, **content, **self.extra}
+
+
+    def values(self, rows: Rows, ensemble: Ensemble, instrument: Instrument) -> Array:
+        """Return what it is in recorded rows (row) or (row, column)."""
+        if self.derived is not None:
+            found = self.derived(rows, ensemble, instrument)
+        else:
+            found = rows.totals[self.source] if self.dimensions == _STEP else rows.each[self.source]
+        return np.ascontiguousarray(found, dtype=self.dtype)
+
+
+def _separation(rows: Rows, ensemble: Ensemble, _instrument: Instrument) -> Array:
+    found: Array = ensemble.highest_summit - rows.totals["approach"]
+    return found
+
+
+def _drive(rows: Rows, _ensemble: Ensemble, instrument: Instrument) -> Array:
+    return instrument.drive_displacement(rows.totals["displacement"], rows.totals["tangential_load"])
+
+
+def _circle(radius: str) -> Callable[[Rows, Ensemble, Instrument], Array]:
+    return lambda rows, _ensemble, _instrument: math.pi * rows.each[radius] ** 2
 
 
 _STEP, _ASPERITY, _BOTH = ("step",), ("asperity",), ("step", "asperity")
@@ -69,14 +105,22 @@ COORDINATES = (
 )
 
 TOTALS = (
-    Variable("total_normal_load", _STEP, "N", "normal load of all asperities"),
-    Variable("total_tangential_load", _STEP, "N", "tangential load of all asperities"),
-    Variable("separation", _STEP, "m", "height of the rigid flat over the datum of the summit heights"),
-    Variable("tangential_displacement", _STEP, "m", "rigid tangential displacement"),
+    Variable("total_normal_load", _STEP, "N", "normal load of all asperities", source="normal_load"),
+    Variable("total_tangential_load", _STEP, "N", "tangential load of all asperities", source="tangential_load"),
+    Variable(
+        "separation", _STEP, "m", "height of the rigid flat over the datum of the summit heights", derived=_separation
+    ),
+    Variable("tangential_displacement", _STEP, "m", "rigid tangential displacement", source="displacement"),
     Variable("contact_count", _STEP, "1", "number of asperities in contact", "int64"),
     Variable("real_contact_area", _STEP, "m2", "real contact area"),
     Variable("tangential_stiffness", _STEP, "N m-1", "tangential stiffness of the stick zones", extra=_DIRECTION),
-    Variable("total_dissipated_energy", _STEP, "J", "energy dissipated by friction since the start, all asperities"),
+    Variable(
+        "total_dissipated_energy",
+        _STEP,
+        "J",
+        "energy dissipated by friction since the start, all asperities",
+        source="dissipated_energy",
+    ),
     Variable("friction_limit", _STEP, "N", "largest tangential load that friction holds"),
     Variable(
         "saturated", _STEP, "", "whether a tangential load beyond the limit was held at it", "int8", _SATURATION_FLAGS
@@ -84,7 +128,7 @@ TOTALS = (
 )
 
 BEHIND_A_SPRING = (
-    Variable("drive_displacement", _STEP, "m", "tangential displacement of the drive of the instrument"),
+    Variable("drive_displacement", _STEP, "m", "tangential displacement of the drive of the instrument", derived=_drive),
 )
 """Totals that there are with an instrument in series."""
 
@@ -98,6 +142,7 @@ WHERE_FRICTION_CHANGES = (
             "comment": "1 where Coulomb's law holds at every point; more where a fall of friction has left springs "
             "strained beyond it, which is the error of the model there"
         },
+        source="traction_ratio",
     ),
 )
 """Totals that there are where an event changes friction."""
@@ -111,12 +156,22 @@ PER_ASPERITY = (
     Variable("dissipated_energy", _BOTH, "J", "energy dissipated by friction since the start"),
 )
 
-PRESENT_FRICTION = Variable("present_friction", _STEP, "1", "friction coefficient of all asperities at the step")
-PRESENT_FRICTION_OF_EACH = Variable("present_friction", _BOTH, "1", "friction coefficient of the asperity at the step")
+PRESENT_FRICTION = Variable(
+    "present_friction", _STEP, "1", "friction coefficient of all asperities at the step", source="friction"
+)
+PRESENT_FRICTION_OF_EACH = Variable(
+    "present_friction", _BOTH, "1", "friction coefficient of the asperity at the step", source="friction"
+)
 """One of them is there where friction changes: the second where asperities have different coefficients at any time."""
 
 WHERE_ASPERITIES_SLIDE = (
-    Variable("total_slid_distance", _STEP, "m", "displacement while all asperities in contact slid, since the start"),
+    Variable(
+        "total_slid_distance",
+        _STEP,
+        "m",
+        "displacement while all asperities in contact slid, since the start",
+        source="slid_together",
+    ),
 )
 WHERE_GEOMETRY_CHANGES = (
     Variable("erased_memories", _STEP, "1", "contacts whose memory a change of geometry has erased", "int64"),
@@ -127,16 +182,16 @@ WHERE_GEOMETRY_CHANGES = (
 SLID_OF_EACH = (Variable("slid_distance", _BOTH, "m", "displacement while the asperity slid, since the start"),)
 WORN_OF_EACH = (Variable("worn_volume", _BOTH, "m3", "volume that the asperity has lost since the start"),)
 GEOMETRY_OF_EACH = (
-    Variable("present_summit_height", _BOTH, "m", "height of the summit at the step"),
-    Variable("present_summit_radius", _BOTH, "m", "radius of the summit at the step"),
+    Variable("present_summit_height", _BOTH, "m", "height of the summit at the step", source="summit_height"),
+    Variable("present_summit_radius", _BOTH, "m", "radius of the summit at the step", source="summit_radius"),
 )
 """What there is of each asperity where it slides, wears, or changes its geometry."""
 
 PER_PATCH = (
     Variable("normal_load", _BOTH, "N", "normal load of the patch"),
     Variable("tangential_load", _BOTH, "N", "tangential load of the patch"),
-    Variable("contact_area", _BOTH, "m2", "contact area of the patch"),
-    Variable("stick_area", _BOTH, "m2", "area of the patch that sticks"),
+    Variable("contact_area", _BOTH, "m2", "contact area of the patch", derived=_circle("contact_radius")),
+    Variable("stick_area", _BOTH, "m2", "area of the patch that sticks", derived=_circle("stick_radius")),
     Variable("slip_state", _BOTH, "", "slip state", "int8", _SLIP_FLAGS),
 )
 """What there is of the patches of a contact that is given by its normal curves, in place of `PER_ASPERITY`."""

@@ -17,7 +17,8 @@ from historysim.asperities.asperity import Asperity
 from historysim.asperities.ensemble import Ensemble
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
-from historysim.memory.paths import DISPLACED, Goals, paths_to
+from historysim.memory.binding import DISPLACED
+from historysim.memory.paths import Goals, paths_to
 from historysim.memory.rows import blank_rows
 from historysim.results.analysis.recorded import check_recorded, column_of, position_of
 from historysim.results.origin import ask_origin

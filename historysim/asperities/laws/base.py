@@ -57,6 +57,14 @@ class Loaded:
     slid_distance: Floats
 
 
+_DEPENDENCE = {
+    "nothing": "HS_ON_NOTHING",
+    "total": "HS_ON_TOTAL_LOAD",
+    "own": "HS_ON_OWN_LOAD",
+    "slid": "HS_ON_SLID_DISTANCE",
+}
+
+
 class FrictionLaw(abc.ABC):
     """A friction law.
 
@@ -69,6 +77,10 @@ class FrictionLaw(abc.ABC):
     """Its name in scenarios and logs."""
     depends_on: ClassVar[str]
     """What it depends on: "nothing", "total" (the total load), "own" (the asperity's load), "slid" (what it slid)."""
+
+    def core(self) -> dict[str, Any]:
+        """Return the fields of ``hs_law`` that say what it is; a law without a kind there is asked by `coefficients`."""
+        return {"depends_on": _DEPENDENCE[self.depends_on]}
 
     @abc.abstractmethod
     def coefficients(self, loaded: Loaded) -> Floats:

@@ -1,5 +1,7 @@
 """Friction that goes with a power of the load."""
 
+from typing import Any
+
 import attrs
 import numpy as np
 
@@ -40,6 +42,15 @@ class PowerLaw(FrictionLaw):
     def depends_on(self) -> str:  # type: ignore[override]
         """What it depends on."""
         return "nothing" if self.exponent == 0 else self.load
+
+    def core(self) -> dict[str, Any]:
+        """Return the fields of ``hs_law`` that say what it is."""
+        return super().core() | {
+            "kind": "HS_POWER_LAW",
+            "coefficient": self.coefficient,
+            "reference_load": self.reference_load,
+            "exponent": self.exponent,
+        }
 
     def coefficients(self, loaded: Loaded) -> Floats:
         """Return the coefficient μ of each asperity (asperity)."""

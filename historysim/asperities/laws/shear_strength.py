@@ -1,6 +1,7 @@
 """Friction of a constant interfacial shear strength on the contact area (Bowden and Tabor)."""
 
 import math
+from typing import Any
 
 import attrs
 
@@ -51,6 +52,14 @@ class ShearStrength(FrictionLaw):
             came = "missing" if self.area == "jkr" else f"{self.work_of_adhesion:g} J/m²"
             wanted = "that of the pair, for the JKR area" if self.area == "jkr" else "none, or area = 'jkr'"
             raise InputError(f"ShearStrength: work_of_adhesion is {came}; expected {wanted}")
+
+    def core(self) -> dict[str, Any]:
+        """Return the fields of ``hs_law`` that say what it is."""
+        return super().core() | {
+            "kind": "HS_SHEAR_STRENGTH",
+            "shear_strength": self.shear_strength,
+            "work_of_adhesion": self.work_of_adhesion or 0.0,
+        }
 
     def coefficients(self, loaded: Loaded) -> Floats:
         """Return the coefficient μ of each asperity (asperity)."""

@@ -1,6 +1,7 @@
 """Coulomb's law on the load and the pull of adhesion together."""
 
 import math
+from typing import Any
 
 import attrs
 
@@ -33,6 +34,14 @@ class ShiftedLoad(FrictionLaw):
 
     kind = "shifted load"
     depends_on = "own"
+
+    def core(self) -> dict[str, Any]:
+        """Return the fields of ``hs_law`` that say what it is."""
+        return super().core() | {
+            "kind": "HS_SHIFTED_LOAD",
+            "coefficient": self.coefficient,
+            "work_of_adhesion": self.work_of_adhesion,
+        }
 
     def coefficients(self, loaded: Loaded) -> Floats:
         """Return the coefficient μ of each asperity (asperity)."""

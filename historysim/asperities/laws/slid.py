@@ -52,6 +52,15 @@ class SlidFriction(FrictionLaw):
         if min(self.coefficient) < 0:
             raise InputError(f"SlidFriction: coefficient is {min(self.coefficient):g}; expected 0 or more")
 
+    def core(self) -> dict[str, Any]:
+        """Return the fields of ``hs_law`` that say what it is."""
+        return super().core() | {
+            "kind": "HS_SLID_TABLE",
+            "rows": len(self.distance),
+            "distance": self.distance,
+            "coefficients": self.coefficient,
+        }
+
     def coefficients(self, loaded: Loaded) -> Floats:
         """Return the coefficient μ of each asperity (asperity)."""
         return np.interp(loaded.slid_distance, self.distance, self.coefficient)
