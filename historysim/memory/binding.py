@@ -153,7 +153,7 @@ def friction_of_each(memory: Any) -> Floats:
 def view(numbers: Any, count: int) -> Array:
     """Return numbers of the library as an array, which what owns them has to outlive."""
     kind = ffi.typeof(numbers).item
-    dtype = VERTEX if kind.cname == "hs_vertex" else np.dtype(_KINDS[kind.cname])
+    dtype = VERTEX if kind.kind == "struct" else np.dtype(_KINDS[kind.cname])
     return np.frombuffer(ffi.buffer(numbers, count * ffi.sizeof(kind)), dtype=dtype)
 
 

@@ -17,7 +17,6 @@ from springs import SpringRow
 import historysim as hs
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.contact import hertz, mindlin
-from historysim.memory.normal import label_at, load_at
 
 EPS = np.finfo(float).eps
 
@@ -713,21 +712,6 @@ def test_holding_changes_nothing():
     assert held.tangential_load == state.tangential_load
     assert held.tangential_displacement == state.tangential_displacement
     assert held.dissipated_energy == state.dissipated_energy
-
-
-# -- labels ----------------------------------------------------------------------------------------
-
-
-@settings(max_examples=200)
-@given(st.integers(1, 6), st.integers(0, 50), st.floats(-12, 12), st.floats(-12, 1), st.floats(0, 1))
-def test_a_label_is_found_from_label_and_load_together(count, seed, softness, depth, guess):
-    rng = np.random.default_rng(seed)
-    gap = np.sort(rng.uniform(0.0, 0.1, count))
-    gap -= gap[0]
-    weight, compliance, label = rng.uniform(0.5, 1.0, count), 10**softness, 10**depth
-    load, _ = load_at.py_func(gap, weight, label)
-    found = label_at(gap, weight, label + compliance * load, guess, 1.0, compliance)
-    assert found == pytest.approx(label, rel=16 * EPS)
 
 
 # -- scenarios and results -------------------------------------------------------------------------

@@ -12,7 +12,6 @@ from springs import Contact, SpringRow
 
 import historysim as hs
 from historysim.contact import hertz, mindlin
-from historysim.memory.layout import APPROACH, DISPLACEMENT, MADE_AT, NORMAL_LOAD, TANGENTIAL_LOAD
 
 EPS = np.finfo(float).eps
 
@@ -84,10 +83,11 @@ def moved(ensemble, moves, state=None):
 def polylines(state):
     """What the groups remember of vertices, the displacements at which they were made, and the present loads."""
     memory = state.memory
-    stacks = [vertices[:depth] for vertices, depth in zip(memory.vertices, memory.depth, strict=True)]
-    made_at = [stack[:, MADE_AT] for stack in stacks]
-    now = memory.now[[APPROACH, DISPLACEMENT, NORMAL_LOAD, TANGENTIAL_LOAD]]
-    return [*(np.delete(stack, MADE_AT, axis=1) for stack in stacks), now], made_at
+    stacks = [state.vertices(group) for group in range(state.group.max() + 1)]
+    remembered = ("label", "anchor", "slope", "normal", "tangential")
+    now = np.array([memory.approach, memory.displacement, memory.normal_load, memory.tangential_load])
+    made_at = [stack["made_at"] for stack in stacks]
+    return [*(np.stack([stack[name] for name in remembered], axis=1) for stack in stacks), now], made_at
 
 
 def assert_same_memory(state, other, rounding=0.0, made_alike=True):
@@ -403,7 +403,7 @@ def test_nothing_is_dissipated_while_everything_sticks(increments, by_load):
     unit = (0.1, 0.1) if by_load else (0.02, 0.02 * THETA)
     state = advance(ensemble, *(path * unit))
     assert state.dissipated_energy == 0
-    assert not state.memory.dissipated.any()
+    assert not any(ensemble.asperity(i, state).dissipated_energy for i in range(len(ensemble)))
     assert ensemble.asperity(0, state).stick_radius == ensemble.asperity(0, state).contact_radius
 
 
@@ -715,7 +715,7 @@ def test_a_fall_of_friction_cuts_polylines_steeper_than_the_new_limit(factor, by
     state = ensemble.advance(state, friction=factor * contact.friction)
     row.friction_change(factor * contact.friction, (lambda _, load: load - held) if by_load else None)
     compare(state)
-    assert state.memory.steep.any()
+    assert any(state.memory.steep[group] for group in range(state.group.max() + 1))
     for target, depth in ((0.1, 1.0), (-0.05, 0.9), (0.05, 0.6), (0.3, 1.0), (-0.4, 0.8), (0.5, 1.0)):
         state = go(state, target * min(depth, 0.5), depth * approach)
         compare(state)
@@ -782,7 +782,7 @@ def test_total_lift_off_erases_all_and_touching_again_starts_afresh(several):
     ensemble = ensemble_of(contact)
     used = displaced(ensemble, (0.03, 0.0), (0.03, 0.01), (0.02, 0.004), (0.0, 0.004), (-0.01, 0.025), (0.0, 0.025))
     assert used.tangential_load == used.normal_load == used.stored_energy == 0
-    assert not used.memory.depth.any()
+    assert not any(len(used.vertices(group)) for group in range(used.group.max() + 1))
     again, fresh = used, ensemble.initial_state()
     for approach, shift in ((0.03, 0.002), (0.03, 0.008), (0.025, -0.001)):
         again = displaced(ensemble, (approach, 0.025 + shift), state=again)
@@ -988,7 +988,7 @@ def test_the_memory_is_as_deep_as_the_reversals_that_are_open():
     depths = []
     for load in [*turns, *turns[-2::-1]]:
         state = ramped(SPHERE, (LOAD, load), state=state)
-        depths.append(int(state.memory.depth[0]))
+        depths.append(len(state.vertices()))
     # one vertex at the axis, one at the edge, one per open reversal
     assert depths == [*range(3, 63), *range(61, 2, -1)]
 
@@ -997,7 +997,7 @@ def test_equal_loops_do_not_fill_the_memory():
     state = ramped(SPHERE, (LOAD, 0.0), (LOAD, 0.8 * LIMIT))
     for _ in range(200):
         state = ramped(SPHERE, (LOAD, -0.8 * LIMIT), (LOAD, 0.8 * LIMIT), state=state)
-    assert state.memory.depth[0] == 3
+    assert len(state.vertices()) == 3
     assert SPHERE.asperity(0, state).reversal_points.size == 0
 
 

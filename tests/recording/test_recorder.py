@@ -260,11 +260,7 @@ def test_types_and_attributes_are_those_of_the_table(ensemble):
 
 
 def fingerprint(state):
-    memory = state.memory
-    remembered = [stack[:depth] for stack, depth in zip(memory.vertices, memory.depth, strict=True)]
-    arrays = [*state.contact, state.order, *memory[1:], *remembered]
-    text = repr((state.units, state.normal_control, state.tangential_control))
-    return hashlib.sha256(b"|".join([*(array.tobytes() for array in arrays), text.encode()])).hexdigest()
+    return hashlib.sha256(state.to_bytes()).hexdigest()
 
 
 def test_recording_changes_no_state(ensemble, tmp_path):
