@@ -239,8 +239,7 @@ int hs_memory_assign(hs_memory *memory, const hs_memory *from) {
 
 /* ---- other groups, other summits -------------------------------------------------------------------------------------- */
 
-/* Recompute the loads kept with the vertices. */
-static void refresh_loads(hs_memory *memory) {
+void hs_refresh_loads(hs_memory *memory) {
     for (int64_t index = 0; index < memory->contact->groups; ++index) {
         hs_group group = hs_group_of(memory, index);
         for (int64_t j = 0; j < memory->depth[index]; ++j) {
@@ -298,7 +297,7 @@ static hs_memory *of_parts(const hs_memory *memory, hs_contact *contact, const i
                    (size_t)parts->depth[index] * sizeof *stack);
         }
     }
-    refresh_loads(parts);
+    hs_refresh_loads(parts);
     return parts;
 }
 
