@@ -22,8 +22,11 @@
 /* agreement by chance is not that much closer than asked for */
 #define CLOSE 0.125
 /* approaches of one station and the next, and stations that a chord may have */
-#define GRADE 2.0
-#define MOST_STATIONS 10
+#define GRADE 1.41421356
+#define SLIGHT 1.03
+/* stands for a coefficient that a law is asked for */
+#define ASKED (-1.0)
+#define MOST_STATIONS 16
 
 /* Where the channels are at the ends of one path, dimensionless. */
 typedef struct route {
@@ -37,6 +40,7 @@ typedef struct route {
 /* Where the friction of a group is at a share of a chord. */
 typedef struct station {
     double share;
+    double amid; /* between the station before and this one */
     double friction;
 } station;
 
@@ -59,6 +63,7 @@ typedef struct walk {
     double *before;                    /* dissipated at the start of a chord */
     int64_t *depth;                    /* of the stack of a group, at its first asperity */
     station *stations;                 /* of all groups */
+    int64_t most;                      /* of them that there is room for */
     int64_t *first_station;            /* (group + 1) */
     double *load, *friction;           /* (group) at the end of a chord */
     double *asked[4];                  /* loads, radii, distances, coefficients that a law is asked for */
@@ -72,20 +77,19 @@ static int out_of(const void *memory) { return memory ? HS_OK : HS_OUT_OF_MEMORY
 
 /* Buffers for memories of so many asperities and groups. */
 static int make_buffers(walk *w, const hs_contact *contact) {
-    size_t n = (size_t)contact->count, g = (size_t)contact->groups, most = g * (MOST_STATIONS + 1);
+    size_t n = (size_t)contact->count, g = (size_t)contact->groups;
     double **each[] = {&w->goal[0],   &w->goal[1], &w->slid,       &w->ahead,      &w->first,      &w->last,
                        &w->mean_load, &w->energy,  &w->lost,       &w->taken,      &w->gap,        &w->before,
                        &w->mid_height, &w->mid_radius, &w->end_height, &w->end_radius, (double **)&w->depth};
     size_t arrays = sizeof each / sizeof *each;
-    double *numbers = (double *)malloc((arrays * n + 6 * most + 4 * g + 1) * sizeof *numbers);
+    double *numbers = (double *)malloc((arrays * n + 4 * g + 1) * sizeof *numbers);
     w->memory = numbers;
     w->scratch = NULL;
-    w->room = 0;
+    w->stations = NULL;
+    w->room = w->most = 0;
     if (!numbers) return HS_OUT_OF_MEMORY;
     for (size_t k = 0; k < arrays; ++k, numbers += n) *each[k] = numbers;
-    for (size_t k = 0; k < 4; ++k, numbers += most) w->asked[k] = numbers;
-    w->stations = (station *)numbers;
-    w->load = numbers + 2 * most;
+    w->load = numbers;
     w->friction = w->load + g;
     w->first_station = (int64_t *)(w->friction + g);
     w->steep = (uint8_t *)(w->first_station + g + 1);
@@ -94,7 +98,25 @@ static int make_buffers(walk *w, const hs_contact *contact) {
 
 static void free_buffers(walk *w) {
     free(w->memory);
+    free(w->stations);
     free(w->scratch);
+}
+
+/* Have room for so many stations more. */
+static int make_stations(walk *w, int64_t count) {
+    if (count <= w->most) return HS_OK;
+    size_t most = 2 * (size_t)count;
+    station *grown = (station *)malloc(most * (sizeof *grown + 8 * sizeof(double)));
+    if (!grown) return HS_OUT_OF_MEMORY;
+    double *asked[4];
+    for (size_t k = 0; k < 4; ++k) asked[k] = (double *)(grown + most) + 2 * k * most;
+    if (w->most) memcpy(grown, w->stations, (size_t)w->most * sizeof *grown);
+    for (size_t k = 0; k < 4 && w->most; ++k) memcpy(asked[k], w->asked[k], 2 * (size_t)w->most * sizeof(double));
+    free(w->stations);
+    w->stations = grown;
+    w->most = (int64_t)most;
+    memcpy(w->asked, asked, sizeof asked);
+    return HS_OK;
 }
 
 /* ---- shapes ------------------------------------------------------------------------------------------------------------- */
@@ -152,9 +174,11 @@ static void set_shape(hs_memory *memory, const double *height, const double *rad
     /* what is nearly in order takes little to be put in order */
     for (int64_t index = 1; index < contact->groups; ++index)
         for (int64_t k = index; k > 0 && gap[first[k - 1]] > gap[first[k]]; --k) exchange_groups(memory, k - 1);
-    if (contact->groups == 1) return;
-    memcpy((double *)contact->sorted_gap, gap, (size_t)contact->count * sizeof *gap);
-    memcpy((double *)contact->sorted_weight, weight, (size_t)contact->count * sizeof *weight);
+    if (contact->groups > 1) {
+        memcpy((double *)contact->sorted_gap, gap, (size_t)contact->count * sizeof *gap);
+        memcpy((double *)contact->sorted_weight, weight, (size_t)contact->count * sizeof *weight);
+    }
+    memory->normal_load = hs_load_at(hs_all_of(contact), memory->approach).load;
 }
 
 /* Forget the springs that have gone with what was worn. */
@@ -175,62 +199,94 @@ static void forget_worn(hs_memory *memory) {
 
 /* ---- slid distances ------------------------------------------------------------------------------------------------------- */
 
-/* A straight way of one group: its ends, its coefficients there, and the side on which its springs slip. */
+/* A straight way of one group: its ends, its coefficients at the start, amid and at the end, and the side on which its
+ * springs slip. */
 typedef struct way {
     hs_point from, to;
-    double friction[2];
+    double friction[3];
     double side;
 } way;
 
-/* What the spring of a label slips if it slips all the way. */
-static double whole_slip(const way *on, double label) {
-    return on->side * (on->to.v - on->from.v) -
-           (on->friction[1] * (on->to.d - label) - on->friction[0] * (on->from.d - label));
-}
+/* Shares of a way between which a spring slips. */
+typedef struct interval {
+    double begin, end;
+    double slip;
+} interval;
 
-/* Share of the way at which a spring begins to slip, or leaves before it does; infinite where it does neither. */
-static double begin_of_slip(const way *on, double label, double anchor) {
-    double needed = on->friction[0] * (on->from.d - label) - on->side * (on->from.v - anchor);
-    double whole = whole_slip(on, label), begin = HUGE_VAL;
-    if (whole > 0.0) begin = needed > 0.0 ? needed / whole : 0.0;
-    return label > on->to.d ? hs_least(begin, (on->from.d - label) / (on->from.d - on->to.d)) : begin;
-}
-
-/* How far the asperities of a group slide on a straight way while all their springs slip: ∫|dV|, added to `slid`, and from
- * which share of the way on.
+/* When a spring slips: from where it meets its limit, until the limit grows faster than the spring is moved.
  *
- * A spring slips from some moment on. The part of the way that this takes is a quotient of functions that are linear in the
- * label between vertices, so that the last to slip is at a vertex, or the innermost. New springs slip at once, if at all. */
+ * With y = L - s v, what is left of its limit, as a quadratic in the share through start, middle and end, those are the first
+ * root of y and the root of y'. Without a change of friction y is linear. */
+static interval slipping(const way *on, double label, double anchor) {
+    const double *friction = on->friction;
+    double d = 0.5 * (on->from.d + on->to.d), v = 0.5 * (on->from.v + on->to.v);
+    double first = friction[0] * (on->from.d - label) - on->side * (on->from.v - anchor);
+    double amid = friction[1] * (d - label) - on->side * (v - anchor);
+    double last = friction[2] * (on->to.d - label) - on->side * (on->to.v - anchor);
+    double linear = 4.0 * amid - 3.0 * first - last, square = 2.0 * (first + last - 2.0 * amid);
+    double under = linear * linear - 4.0 * hs_most(first, 0.0) * square;
+    interval found = {HUGE_VAL, 1.0, 0.0};
+    if (under < 0.0) return found;
+    if (linear < 0.0)
+        found.begin = 2.0 * hs_most(first, 0.0) / (sqrt(under) - linear);
+    else if (square < 0.0)
+        found.begin = (linear + sqrt(under)) / (-2.0 * square);
+    if (linear < 0.0 && 2.0 * square > -linear) found.end = linear / (-2.0 * square);
+    if (found.begin < found.end)
+        found.slip = -(found.end - found.begin) * (linear + square * (found.end + found.begin));
+    return found;
+}
+
+/* How far the asperities of a group slide on a straight way while all their springs slip: ∫|dV|, added to `slid`.
+ *
+ * When a spring begins to slip is a quotient of functions that are linear in the label between vertices, so that the last to
+ * slip is at a vertex, or the innermost. New springs slip at once, if at all. */
 static void slide_on(const hs_group *group, int64_t depth, const double *gap, const int64_t *whose, way on, double unit,
                      double *slid) {
     double moved = on.to.v - on.from.v, sunk = on.to.d - on.from.d, tie = 1e-12 * (fabs(on.from.v) + fabs(on.to.v));
     if (moved == 0.0) return;
-    for (int turn_of = 0; turn_of < 2; ++turn_of) {
-        /* against the way springs slip only where their limit falls faster than they move */
-        on.side = copysign(1.0, turn_of == 0 ? moved : -moved);
-        if (sunk > 0.0 && on.side * moved <= on.friction[1] * sunk) continue;
-        double last = 0.0;
+    double edge = hs_least(on.from.d, on.to.d), fall = on.friction[0] * (on.from.d - edge) - on.friction[2] * (on.to.d - edge);
+    for (int against = 0; against < 2; ++against) {
+        on.side = copysign(1.0, against ? -moved : moved);
+        interval all = {0.0, 1.0, 0.0};
         int64_t j = depth - 1;
+        if (sunk > 0.0 && on.side * moved <= on.friction[2] * sunk) continue;
         for (int64_t i = group->curve.count - 1; i >= 0; --i) {
-            double h = gap[whose[i]], begin = last, end = h > on.to.d ? (on.from.d - h) / (on.from.d - on.to.d) : 1.0;
+            double h = gap[whose[i]];
+            interval own = {(h - on.from.d) / sunk, 1.0, HUGE_VAL};
             if (h >= hs_most(on.from.d, on.to.d)) continue;
-            if (h >= on.from.d) {
-                begin = (h - on.from.d) / sunk;
-            } else {
+            if (h < on.from.d) {
                 if (depth == 0) continue;
-                for (; j >= 0 && group->stack[j].label > h; --j)
-                    last = hs_most(last, begin_of_slip(&on, group->stack[j].label, group->stack[j].anchor));
+                for (; j >= 0 && group->stack[j].label > h; --j) {
+                    interval outer = slipping(&on, group->stack[j].label, group->stack[j].anchor);
+                    double leaves = (on.from.d - group->stack[j].label) / -sunk;
+                    /* what leaves holds nothing back afterwards */
+                    int stays = group->stack[j].label <= on.to.d;
+                    all.begin = hs_most(all.begin, stays ? outer.begin : hs_least(outer.begin, leaves));
+                    if (stays) all.end = hs_least(all.end, outer.end);
+                }
                 const hs_vertex *above = group->stack + (j + 1 < depth ? j + 1 : j);
-                double anchor = above->anchor - above->slope * (above->label - h);
-                begin = hs_most(last, begin_of_slip(&on, h, anchor));
+                own = slipping(&on, h, above->anchor - above->slope * (above->label - h));
+                own.begin = hs_most(own.begin, all.begin);
+                own.end = hs_least(own.end, h > on.to.d ? (on.from.d - h) / -sunk : all.end);
             }
-            if (begin < end && whole_slip(&on, h) * (end - begin) > tie) slid[whose[i]] += fabs(moved) * (end - begin) * unit;
+            if (own.begin < own.end && own.slip > tie) slid[whose[i]] += fabs(moved) * (own.end - own.begin) * unit;
         }
-        if (on.friction[1] >= on.friction[0] && sunk >= 0.0) return;
+        /* against the way springs slip only where their limit falls faster than they move */
+        double inmost = group->curve.gap[0];
+        fall = hs_most(fall, on.friction[0] * (on.from.d - inmost) - on.friction[2] * (on.to.d - inmost));
+        if (fall <= fabs(moved)) return;
     }
 }
 
 /* ---- friction ------------------------------------------------------------------------------------------------------------- */
+
+/* Ask a law for the coefficient of an asperity at an approach of its own. */
+static void ask(walk *w, int64_t number, const hs_contact *contact, double weight, double own, double slid) {
+    w->asked[0][number] = weight * sqrt(own) * own * contact->units.load;
+    w->asked[1][number] = weight * weight * contact->units.radius;
+    w->asked[2][number] = slid;
+}
 
 /* Put down where the friction of each group is on a chord to approach d, where all carry `load`; asperities slide so far
  * meanwhile. What does not touch holds no friction by a law. */
@@ -244,35 +300,38 @@ static int put_stations(walk *w, const hs_memory *memory, double d, double load,
     for (int64_t index = 0; index < contact->groups; ++index) {
         int64_t i = contact->first[index], whose = contact->order[i];
         double friction = memory->friction[index];
+        if (make_stations(w, count + MOST_STATIONS) != HS_OK) return HS_OUT_OF_MEMORY;
         w->first_station[index] = count;
         if (by_goal) friction = hs_toward(w->goal[0][whose], w->goal[1][whose], share);
         if (by_law && !evolved->given[whose]) {
-            double start = memory->approach - contact->gap[i], end = d - contact->gap[i];
+            double start = memory->approach - contact->gap[i], end = d - contact->gap[i], weight = contact->weight[i];
             double most = hs_most(start, end), least = hs_most(hs_least(start, end), 0.0), at[MOST_STATIONS];
-            int between = 0;
-            if (law->depends_on == HS_ON_OWN_LOAD && most > 0.0)
-                for (double own = most / GRADE; own > least && between < MOST_STATIONS; own /= GRADE) at[between++] = own;
+            double own = start, slid = evolved->slid_distance[whose] + (ahead ? ahead[whose] : 0.0);
+            int between = 0, bends = law->depends_on == HS_ON_OWN_LOAD && most > SLIGHT * least;
+            for (double next = most / GRADE; bends && next > least && between < MOST_STATIONS - 1; next /= GRADE)
+                at[between++] = next;
             for (int k = 0; k <= between; ++k) {
-                double own = k == between ? end : at[end > start ? between - 1 - k : k];
                 station *here = w->stations + count++;
+                double last = own;
+                own = k == between ? end : at[end > start ? between - 1 - k : k];
                 here->share = k == between ? 1.0 : (own - start) / (end - start);
-                here->friction = own > 0.0 ? -1.0 : 0.0;
-                if (own <= 0.0) continue;
-                double weight = contact->weight[i];
-                w->asked[0][asked] = weight * sqrt(own) * own * contact->units.load;
-                w->asked[1][asked] = weight * weight * contact->units.radius;
-                w->asked[2][asked++] = evolved->slid_distance[whose] + (ahead ? ahead[whose] : 0.0);
+                here->friction = own > 0.0 ? ASKED : 0.0;
+                here->amid = bends && own > 0.0 ? ASKED : 0.0;
+                if (own > 0.0 && bends) ask(w, asked++, contact, weight, 0.5 * (hs_most(last, 0.0) + own), slid);
+                if (own > 0.0) ask(w, asked++, contact, weight, own, slid);
             }
         } else {
-            station only = {1.0, friction};
+            station only = {1.0, 0.0, friction};
             w->stations[count++] = only;
         }
     }
     w->first_station[contact->groups] = count;
     hs_loaded loaded = {asked, w->asked[0], w->asked[1], w->asked[2], load * contact->units.load};
     int status = asked ? hs_coefficients(law, evolution->contact_modulus, &loaded, w->asked[3]) : HS_OK;
-    for (int64_t k = 0, answer = 0; k < count && asked; ++k)
-        if (w->stations[k].friction < 0.0) w->stations[k].friction = w->asked[3][answer++];
+    for (int64_t k = 0, answer = 0; k < count && asked; ++k) {
+        if (w->stations[k].amid == ASKED) w->stations[k].amid = w->asked[3][answer++];
+        if (w->stations[k].friction == ASKED) w->stations[k].friction = w->asked[3][answer++];
+    }
     for (int64_t index = 0; index < contact->groups; ++index)
         w->friction[index] = w->stations[w->first_station[index + 1] - 1].friction;
     return status;
@@ -361,6 +420,7 @@ static int find_end(walk *w, hs_memory *memory, double share, target *end, hs_re
     return status;
 }
 
+/* Have room for a stack to be clipped, and for what is added to it otherwise. */
 static int make_room(walk *w, hs_memory *memory, int64_t depth) {
     int64_t room = 2 * hs_room_to_clip(depth);
     if (room > w->room) {
@@ -369,7 +429,7 @@ static int make_room(walk *w, hs_memory *memory, int64_t depth) {
         w->room = w->scratch ? 2 * room : 0;
     }
     if (!w->scratch) return HS_OUT_OF_MEMORY;
-    return room > memory->capacity ? hs_memory_reserve(memory, room) : HS_OK;
+    return depth + 2 > memory->capacity ? hs_memory_reserve(memory, 2 * (depth + 2)) : HS_OK;
 }
 
 /* Carry one group on a straight way, with its coefficient going straight, too. */
@@ -378,19 +438,20 @@ static int carry_group(walk *w, hs_memory *memory, int64_t index, const way *on,
     if (make_room(w, memory, depth) != HS_OK) return HS_OUT_OF_MEMORY;
     hs_group group = hs_group_of(memory, index);
     double reached;
-    group.friction = on->friction[1];
+    group.friction = on->friction[2];
     if (on->to.d <= group.curve.gap[0]) {
         group.friction = on->friction[0];
         if (depth) hs_lose_withdrawn(&group, losses, depth, 1, on->from, on->to);
         memory->depth[index] = 0;
         memory->steep[index] = 0;
-    } else if (depth > 0 && (memory->steep[index] || on->friction[0] != on->friction[1])) {
-        hs_cone cone = {on->friction[1], on->to.v - on->from.v, on->friction[0] * (on->to.d - on->from.d),
-                        on->friction[1] - on->friction[0]};
+    } else if (depth > 0 && (memory->steep[index] || on->friction[0] != on->friction[2])) {
+        hs_cone cone = {on->friction[2], on->to.v - on->from.v, on->friction[0] * (on->to.d - on->from.d),
+                        on->friction[2] - on->friction[0]};
         depth = hs_carry_and_clip(&group, losses, depth, on->from, on->to, load, &cone, w->scratch, NULL);
-        memcpy(group.stack, w->scratch, (size_t)depth * sizeof *group.stack);
+        if (depth > memory->capacity && hs_memory_reserve(memory, 2 * depth) != HS_OK) return HS_OUT_OF_MEMORY;
+        memcpy(memory->vertices + index * memory->capacity, w->scratch, (size_t)depth * sizeof *w->scratch);
         memory->depth[index] = depth;
-        memory->steep[index] = (uint8_t)hs_is_steep(group.stack, depth, group.friction);
+        memory->steep[index] = (uint8_t)hs_is_steep(w->scratch, depth, group.friction);
     } else {
         memory->depth[index] = hs_move_group(&group, losses, depth, on->from, on->to.d, load,
                                              hs_to_displacement(on->to.v), &reached);
@@ -409,22 +470,24 @@ static int carry(walk *w, hs_memory *memory, const target *end, double share) {
         if (group.curve.gap[0] >= hs_most(from.d, to.d)) break;
         int64_t stations = w->first_station[g + 1] - w->first_station[g];
         const station *at = w->stations + w->first_station[g];
-        way on = {from, from, {memory->friction[g], memory->friction[g]}, 1.0};
-        if (stations > 1) w->slid[contact->order[group.start]] = 0.0;
+        way on = {from, from, {memory->friction[g], 0.0, 0.0}, 1.0};
+        int bends = at->amid > 0.0;
+        if (bends) w->slid[contact->order[group.start]] = 0.0;
         for (int64_t k = 0; k < stations; ++k) {
             on.to.d = k + 1 == stations ? to.d : hs_toward(from.d, to.d, at[k].share);
             on.to.v = k + 1 == stations ? to.v : hs_toward(from.v, to.v, at[k].share);
-            on.friction[1] = at[k].friction;
-            if (memory->depth[g] == 0) on.friction[0] = on.friction[1];
-            if (on.to.d <= group.curve.gap[0]) on.friction[1] = on.friction[0];
+            on.friction[2] = at[k].friction;
+            if (memory->depth[g] == 0) on.friction[0] = on.friction[2];
+            if (on.to.d <= group.curve.gap[0]) on.friction[2] = on.friction[0];
+            on.friction[1] = at[k].amid > 0.0 ? at[k].amid : 0.5 * (on.friction[0] + on.friction[2]);
             double load = k + 1 == stations && g < end->touching ? w->load[g] : hs_load_at(group.curve, on.to.d).load;
             group = hs_group_of(memory, g);
-            if (stations > 1)
+            if (bends)
                 slide_on(&group, memory->depth[g], w->gap, contact->order + group.start, on,
                          contact->units.displacement, w->slid);
             if (carry_group(w, memory, g, &on, load, &losses) != HS_OK) return HS_OUT_OF_MEMORY;
             on.from = on.to;
-            on.friction[0] = on.friction[1];
+            on.friction[0] = on.friction[2];
         }
     }
     memcpy(memory->friction, w->friction, (size_t)contact->groups * sizeof(double));
@@ -441,13 +504,14 @@ static int carry(walk *w, hs_memory *memory, const target *end, double share) {
 /* Tell how far asperities slide on the straight way to the end of a chord. */
 static void slide_all(walk *w, const hs_memory *memory, const target *end) {
     const hs_contact *contact = memory->contact;
-    way on = {{memory->approach, memory->displacement}, {end->d, end->v}, {0.0, 0.0}, 1.0};
+    way on = {{memory->approach, memory->displacement}, {end->d, end->v}, {0.0, 0.0, 0.0}, 1.0};
     memset(w->slid, 0, (size_t)contact->count * sizeof *w->slid);
     for (int64_t g = 0; g < contact->groups; ++g) {
         hs_group group = hs_group_of(memory, g);
         on.friction[0] = group.friction;
-        on.friction[1] = g < end->touching ? w->friction[g] : group.friction;
-        if (memory->depth[g] == 0) on.friction[0] = on.friction[1];
+        on.friction[2] = g < end->touching ? w->friction[g] : group.friction;
+        if (memory->depth[g] == 0) on.friction[0] = on.friction[2];
+        on.friction[1] = 0.5 * (on.friction[0] + on.friction[2]);
         slide_on(&group, memory->depth[g], w->gap, contact->order + group.start, on, contact->units.displacement, w->slid);
     }
 }
@@ -662,11 +726,13 @@ static hs_memory *twin(const walk *w, const hs_memory *memory) {
     return copy;
 }
 
+long hs_chords_walked;
 /* Carry a copy of a memory from one share of the path to another in chords. */
 static int in_chords(walk *w, const hs_memory *start, hs_memory *memory, double before, double share, int chords,
                      hs_refusal *refusal) {
     if (w->wears) hs_contact_assign(memory->contact, start->contact);
     int status = hs_memory_assign(memory, start);
+    hs_chords_walked += chords;
     for (int k = 1; k <= chords && status == HS_OK; ++k)
         status = chord(w, memory, k == chords ? share : before + (share - before) * ((double)k / chords), refusal);
     return status;
