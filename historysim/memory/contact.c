@@ -85,13 +85,16 @@ static int put_in_order(hs_contact *contact, const double *gap, const double *we
     return HS_OK;
 }
 
-/* Make a contact with the units of another, in order; gaps and weights are in the caller's numbering. */
-hs_contact *hs_contact_of(int64_t count, int64_t groups, const double *gap, const double *weight, const int64_t *group,
-                          const hs_units *units, double datum) {
+/* Gaps, weights, order and first asperities stand in one block. */
+static size_t size_of_arrays(int64_t count, int64_t groups) {
+    return ((size_t)count * (groups > 1 ? 5 : 3) + (size_t)groups + 1) * 8;
+}
+
+/* A contact of which no array is filled in. */
+static hs_contact *blank(int64_t count, int64_t groups, const hs_units *units, double datum) {
     /* of one group all stand in the one order, and the fewer arrays there are, the more of them a cache holds */
     size_t n = (size_t)count, arrays = groups > 1 ? 4 : 2;
-    size_t size = sizeof(hs_contact) + (arrays + 1) * n * 8 + ((size_t)groups + 1) * 8;
-    hs_contact *contact = (hs_contact *)malloc(size);
+    hs_contact *contact = (hs_contact *)malloc(sizeof(hs_contact) + size_of_arrays(count, groups));
     if (!contact) return NULL;
     double *numbers = (double *)(contact + 1);
     contact->count = count;
@@ -105,9 +108,27 @@ hs_contact *hs_contact_of(int64_t count, int64_t groups, const double *gap, cons
     contact->units = *units;
     contact->datum = datum;
     contact->references = 1;
-    if (put_in_order(contact, gap, weight, group) == HS_OK) return contact;
+    return contact;
+}
+
+/* Make a contact with the units of another, in order; gaps and weights are in the caller's numbering. */
+hs_contact *hs_contact_of(int64_t count, int64_t groups, const double *gap, const double *weight, const int64_t *group,
+                          const hs_units *units, double datum) {
+    hs_contact *contact = blank(count, groups, units, datum);
+    if (!contact || put_in_order(contact, gap, weight, group) == HS_OK) return contact;
     free(contact);
     return NULL;
+}
+
+/* Copy all arrays from a contact of as many asperities and groups. */
+void hs_contact_assign(hs_contact *contact, const hs_contact *from) {
+    memcpy((double *)contact->gap, from->gap, size_of_arrays(from->count, from->groups));
+}
+
+hs_contact *hs_contact_copy(const hs_contact *contact) {
+    hs_contact *copy = blank(contact->count, contact->groups, &contact->units, contact->datum);
+    if (copy) hs_contact_assign(copy, contact);
+    return copy;
 }
 
 hs_contact *hs_contact_new(int64_t count, const double *summit_height, const double *summit_radius, const double *sign,

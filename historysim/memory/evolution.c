@@ -1,8 +1,954 @@
+/* Asperities that evolve along a path: friction that depends on the load or on the distance slid, and wear.
+ *
+ * What evolves is followed in chords: on each, approach, displacement, friction and shapes go straight to where they are at
+ * its end, which is one exact update of each polyline. There are twice as many of them each time, until state, energy,
+ * distances and shapes settle. A path on which nothing evolves is walked as ever, exactly.
+ *
+ * Each chord is of second order in its length:
+ *  - What an asperity slides is told by when the last of its springs begins to slip, on the straight way.
+ *  - The volume that it loses goes with the load from there on. From the shape that follows comes a better end of the
+ *    chord, from that a better volume: twice. The chord is walked with the mean of both shapes, and ends with the last.
+ *  - Where friction depends on the own load, an asperity that touches or leaves, or whose approach changes much, has stations
+ *    in the chord, graded towards touch: μ goes with 1/N there, or N^(-1/3). */
+
 #include "internal.h"
-int hs_walk_evolving(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive, double until, const hs_evolution *evolution, hs_refusal *refusal) {
-    (void)evolution;
-    return hs_walk(memory, paths, count, rows, drive, until, refusal);
+
+#define FEWEST_CHORDS 1
+#define MOST_CHORDS (1 << 12)
+/* tolerances over that of ramps of both loads: of loads, displacements and shapes, and of what is dissipated, slid and worn,
+ * as a part of itself */
+#define COARSER 100.0
+#define COARSEST 1000.0
+/* agreement by chance is not that much closer than asked for */
+#define CLOSE 0.125
+/* approaches of one station and the next, and stations that a chord may have */
+#define GRADE 1.41421356
+#define SLIGHT 1.03
+/* stands for a coefficient that a law is asked for */
+#define ASKED (-1.0)
+#define MOST_STATIONS 16
+
+/* Where the channels are at the ends of one path, dimensionless. */
+typedef struct route {
+    int both, by_load, by_force;
+    int ends_apart; /* whether a tangential load of 0 ends where nothing touches */
+    double d[2], load[2], tangential[2];
+    double apart[2]; /* then displacements are straight from the first to the second */
+    hs_contact *first; /* contact at its start, where what a normal load is on the way follows from it */
+} route;
+
+/* Where the friction of a group is at a share of a chord. */
+typedef struct station {
+    double share;
+    double amid; /* between the station before and this one */
+    double friction;
+} station;
+
+/* A walk: what makes asperities evolve, and buffers, which are as many as asperities (in the caller's numbering unless they
+ * say otherwise), or as groups. */
+typedef struct walk {
+    const hs_evolution *evolution;
+    const hs_drive *drive;
+    int wears;
+    double compliance;
+    route course;
+    double *goal[2];                   /* friction at both ends of the path */
+    double *slid, *ahead;              /* distances on a chord, and as they were foreseen [m] */
+    double *first, *last;              /* approaches at which an asperity begins and ends to slide [m] */
+    double *mean_load, *energy;        /* meanwhile [N], and what it dissipates [J] */
+    double *lost, *taken;              /* volumes, and what of them shapes the summit [m³] */
+    double *gap;                       /* at the start of a chord */
+    double *mid_height, *mid_radius;   /* summits amid and at the end [m] */
+    double *end_height, *end_radius;
+    double *before;                    /* dissipated at the start of a chord */
+    int64_t *depth;                    /* of the stack of a group, at its first asperity */
+    station *stations;                 /* of all groups */
+    int64_t most;                      /* of them that there is room for */
+    int64_t *first_station;            /* (group + 1) */
+    double *load, *friction;           /* (group) at the end of a chord */
+    double *asked[4];                  /* loads, radii, distances, coefficients that a law is asked for */
+    uint8_t *steep;                    /* (group) */
+    int64_t room;                      /* vertices in `scratch` */
+    hs_vertex *scratch;
+    void *memory;
+} walk;
+
+static int out_of(const void *memory) { return memory ? HS_OK : HS_OUT_OF_MEMORY; }
+
+/* Buffers for memories of so many asperities and groups. */
+static int make_buffers(walk *w, const hs_contact *contact) {
+    size_t n = (size_t)contact->count, g = (size_t)contact->groups;
+    double **each[] = {&w->goal[0],   &w->goal[1], &w->slid,       &w->ahead,      &w->first,      &w->last,
+                       &w->mean_load, &w->energy,  &w->lost,       &w->taken,      &w->gap,        &w->before,
+                       &w->mid_height, &w->mid_radius, &w->end_height, &w->end_radius, (double **)&w->depth};
+    size_t arrays = sizeof each / sizeof *each;
+    double *numbers = (double *)malloc((arrays * n + 4 * g + 1) * sizeof *numbers);
+    w->memory = numbers;
+    w->scratch = NULL;
+    w->stations = NULL;
+    w->room = w->most = 0;
+    if (!numbers) return HS_OUT_OF_MEMORY;
+    for (size_t k = 0; k < arrays; ++k, numbers += n) *each[k] = numbers;
+    w->load = numbers;
+    w->friction = w->load + g;
+    w->first_station = (int64_t *)(w->friction + g);
+    w->steep = (uint8_t *)(w->first_station + g + 1);
+    return HS_OK;
 }
-int hs_set_summits(hs_memory *memory, const double *summit_height, const double *summit_radius, const uint8_t *fresh, const hs_evolution *evolution) {
-    (void)memory; (void)summit_height; (void)summit_radius; (void)fresh; (void)evolution; return HS_OK;
+
+static void free_buffers(walk *w) {
+    free(w->memory);
+    free(w->stations);
+    free(w->scratch);
+}
+
+/* Have room for so many stations more. */
+static int make_stations(walk *w, int64_t count) {
+    if (count <= w->most) return HS_OK;
+    size_t most = 2 * (size_t)count;
+    station *grown = (station *)malloc(most * (sizeof *grown + 8 * sizeof(double)));
+    if (!grown) return HS_OUT_OF_MEMORY;
+    double *asked[4];
+    for (size_t k = 0; k < 4; ++k) asked[k] = (double *)(grown + most) + 2 * k * most;
+    if (w->most) memcpy(grown, w->stations, (size_t)w->most * sizeof *grown);
+    for (size_t k = 0; k < 4 && w->most; ++k) memcpy(asked[k], w->asked[k], 2 * (size_t)w->most * sizeof(double));
+    free(w->stations);
+    w->stations = grown;
+    w->most = (int64_t)most;
+    memcpy(w->asked, asked, sizeof asked);
+    return HS_OK;
+}
+
+/* ---- shapes ------------------------------------------------------------------------------------------------------------- */
+
+static void turn(uint64_t *low, uint64_t *high) {
+    for (; low < high; ++low, --high) {
+        uint64_t kept = *low;
+        *low = *high;
+        *high = kept;
+    }
+}
+
+/* Have two runs of numbers change places that stand beside one another. */
+static void exchange(void *numbers, int64_t first, int64_t second, int64_t end) {
+    uint64_t *run = (uint64_t *)numbers;
+    turn(run + first, run + second - 1);
+    turn(run + second, run + end - 1);
+    turn(run + first, run + end - 1);
+}
+
+/* Have a group and the next one change places. */
+static void exchange_groups(hs_memory *memory, int64_t index) {
+    const hs_contact *contact = memory->contact;
+    int64_t *first = (int64_t *)contact->first + index, middle = first[0] + (first[2] - first[1]);
+    void *arrays[] = {(void *)contact->gap, (void *)contact->weight, (void *)contact->order, memory->each};
+    for (size_t k = 0; k < 4; ++k) exchange(arrays[k], first[0], first[1], first[2]);
+    first[1] = middle;
+    exchange(memory->friction, index, index + 1, index + 2);
+    exchange(memory->depth, index, index + 1, index + 2);
+    uint8_t steep = memory->steep[index];
+    memory->steep[index] = memory->steep[index + 1];
+    memory->steep[index + 1] = steep;
+    hs_vertex *one = memory->vertices + index * memory->capacity, *other = one + memory->capacity;
+    int64_t deepest = memory->depth[index] > memory->depth[index + 1] ? memory->depth[index] : memory->depth[index + 1];
+    for (int64_t j = 0; j < deepest; ++j) {
+        hs_vertex kept = one[j];
+        one[j] = other[j];
+        other[j] = kept;
+    }
+}
+
+/* Give the asperities of a contact of its own other summits in its place, of which those of a group are alike; depths are
+ * those in `depth` (asperity) where the group still touches. */
+static void set_shape(hs_memory *memory, const double *height, const double *radius, const int64_t *depth) {
+    const hs_contact *contact = memory->contact;
+    const int64_t *order = contact->order, *first = contact->first;
+    double *gap = (double *)contact->gap, *weight = (double *)contact->weight;
+    double per_length = 1.0 / contact->units.length, datum = contact->datum;
+    for (int64_t i = 0; i < contact->count; ++i) {
+        gap[i] = (datum - height[order[i]]) * per_length;
+        weight[i] = sqrt(radius[order[i]] * per_length);
+    }
+    for (int64_t index = 0; index < contact->groups; ++index)
+        memory->depth[index] = gap[first[index]] < memory->approach ? depth[order[first[index]]] : 0;
+    /* what is nearly in order takes little to be put in order */
+    for (int64_t index = 1; index < contact->groups; ++index)
+        for (int64_t k = index; k > 0 && gap[first[k - 1]] > gap[first[k]]; --k) exchange_groups(memory, k - 1);
+    if (contact->groups > 1) {
+        memcpy((double *)contact->sorted_gap, gap, (size_t)contact->count * sizeof *gap);
+        memcpy((double *)contact->sorted_weight, weight, (size_t)contact->count * sizeof *weight);
+    }
+    memory->normal_load = hs_load_at(hs_all_of(contact), memory->approach).load;
+}
+
+/* Forget the springs that have gone with what was worn. */
+static void forget_worn(hs_memory *memory) {
+    for (int64_t index = 0; index < memory->contact->groups; ++index) {
+        hs_vertex *stack = memory->vertices + index * memory->capacity;
+        double gap = memory->contact->gap[memory->contact->first[index]];
+        int64_t worn = 0, depth = memory->depth[index];
+        while (worn + 2 < depth && stack[worn + 1].label <= gap) ++worn;
+        if (depth < 2 || stack[worn].label >= gap) continue;
+        memmove(stack, stack + worn, (size_t)(depth - worn) * sizeof *stack);
+        stack->anchor = stack[1].anchor - stack[1].slope * (stack[1].label - gap);
+        stack->label = gap;
+        stack->normal = stack->tangential = stack->slope = 0.0;
+        memory->depth[index] = depth - worn;
+    }
+}
+
+/* ---- slid distances ------------------------------------------------------------------------------------------------------- */
+
+/* A straight way of one group: its ends, its coefficients at the start, amid and at the end, and the side on which its
+ * springs slip. */
+typedef struct way {
+    hs_point from, to;
+    double friction[3];
+    double side;
+} way;
+
+/* Shares of a way between which a spring slips. */
+typedef struct interval {
+    double begin, end;
+    double slip;
+} interval;
+
+/* When a spring slips: from where it meets its limit, until the limit grows faster than the spring is moved.
+ *
+ * With y = L - s v, what is left of its limit, as a quadratic in the share through start, middle and end, those are the first
+ * root of y and the root of y'. Without a change of friction y is linear. */
+static interval slipping(const way *on, double label, double anchor) {
+    const double *friction = on->friction;
+    double d = 0.5 * (on->from.d + on->to.d), v = 0.5 * (on->from.v + on->to.v);
+    double first = friction[0] * (on->from.d - label) - on->side * (on->from.v - anchor);
+    double amid = friction[1] * (d - label) - on->side * (v - anchor);
+    double last = friction[2] * (on->to.d - label) - on->side * (on->to.v - anchor);
+    double linear = 4.0 * amid - 3.0 * first - last, square = 2.0 * (first + last - 2.0 * amid);
+    double under = linear * linear - 4.0 * hs_most(first, 0.0) * square;
+    interval found = {HUGE_VAL, 1.0, 0.0};
+    if (under < 0.0) return found;
+    if (linear < 0.0)
+        found.begin = 2.0 * hs_most(first, 0.0) / (sqrt(under) - linear);
+    else if (square < 0.0)
+        found.begin = (linear + sqrt(under)) / (-2.0 * square);
+    if (linear < 0.0 && 2.0 * square > -linear) found.end = linear / (-2.0 * square);
+    if (found.begin < found.end)
+        found.slip = -(found.end - found.begin) * (linear + square * (found.end + found.begin));
+    return found;
+}
+
+/* How far the asperities of a group slide on a straight way while all their springs slip: ∫|dV|, added to `slid`.
+ *
+ * When a spring begins to slip is a quotient of functions that are linear in the label between vertices, so that the last to
+ * slip is at a vertex, or the innermost. New springs slip at once, if at all. */
+static void slide_on(const hs_group *group, int64_t depth, const double *gap, const int64_t *whose, way on, double unit,
+                     double *slid) {
+    double moved = on.to.v - on.from.v, sunk = on.to.d - on.from.d, tie = 1e-12 * (fabs(on.from.v) + fabs(on.to.v));
+    if (moved == 0.0) return;
+    double edge = hs_least(on.from.d, on.to.d), fall = on.friction[0] * (on.from.d - edge) - on.friction[2] * (on.to.d - edge);
+    for (int against = 0; against < 2; ++against) {
+        on.side = copysign(1.0, against ? -moved : moved);
+        interval all = {0.0, 1.0, 0.0};
+        int64_t j = depth - 1;
+        if (sunk > 0.0 && on.side * moved <= on.friction[2] * sunk) continue;
+        for (int64_t i = group->curve.count - 1; i >= 0; --i) {
+            double h = gap[whose[i]];
+            interval own = {(h - on.from.d) / sunk, 1.0, HUGE_VAL};
+            if (h >= hs_most(on.from.d, on.to.d)) continue;
+            if (h < on.from.d) {
+                if (depth == 0) continue;
+                for (; j >= 0 && group->stack[j].label > h; --j) {
+                    interval outer = slipping(&on, group->stack[j].label, group->stack[j].anchor);
+                    double leaves = (on.from.d - group->stack[j].label) / -sunk;
+                    /* what leaves holds nothing back afterwards */
+                    int stays = group->stack[j].label <= on.to.d;
+                    all.begin = hs_most(all.begin, stays ? outer.begin : hs_least(outer.begin, leaves));
+                    if (stays) all.end = hs_least(all.end, outer.end);
+                }
+                const hs_vertex *above = group->stack + (j + 1 < depth ? j + 1 : j);
+                own = slipping(&on, h, above->anchor - above->slope * (above->label - h));
+                own.begin = hs_most(own.begin, all.begin);
+                own.end = hs_least(own.end, h > on.to.d ? (on.from.d - h) / -sunk : all.end);
+            }
+            if (own.begin < own.end && own.slip > tie) slid[whose[i]] += fabs(moved) * (own.end - own.begin) * unit;
+        }
+        /* against the way springs slip only where their limit falls faster than they move */
+        double inmost = group->curve.gap[0];
+        fall = hs_most(fall, on.friction[0] * (on.from.d - inmost) - on.friction[2] * (on.to.d - inmost));
+        if (fall <= fabs(moved)) return;
+    }
+}
+
+/* ---- friction ------------------------------------------------------------------------------------------------------------- */
+
+/* Ask a law for the coefficient of an asperity at an approach of its own. */
+static void ask(walk *w, int64_t number, const hs_contact *contact, double weight, double own, double slid) {
+    w->asked[0][number] = weight * sqrt(own) * own * contact->units.load;
+    w->asked[1][number] = weight * weight * contact->units.radius;
+    w->asked[2][number] = slid;
+}
+
+/* Put down where the friction of each group is on a chord to approach d, where all carry `load`; asperities slide so far
+ * meanwhile. What does not touch holds no friction by a law. */
+static int put_stations(walk *w, const hs_memory *memory, double d, double load, double share, const double *ahead) {
+    const hs_evolution *evolution = w->evolution;
+    const hs_contact *contact = memory->contact;
+    const hs_evolved *evolved = memory->evolved;
+    const hs_law *law = &evolution->law;
+    int by_goal = evolution->goal != NULL, by_law = !by_goal && law->kind != HS_NO_LAW && law->depends_on != HS_ON_NOTHING;
+    int64_t count = 0, asked = 0;
+    for (int64_t index = 0; index < contact->groups; ++index) {
+        int64_t i = contact->first[index], whose = contact->order[i];
+        double friction = memory->friction[index];
+        if (make_stations(w, count + MOST_STATIONS) != HS_OK) return HS_OUT_OF_MEMORY;
+        w->first_station[index] = count;
+        if (by_goal) friction = hs_toward(w->goal[0][whose], w->goal[1][whose], share);
+        if (by_law && !evolved->given[whose]) {
+            double start = memory->approach - contact->gap[i], end = d - contact->gap[i], weight = contact->weight[i];
+            double most = hs_most(start, end), least = hs_most(hs_least(start, end), 0.0), at[MOST_STATIONS];
+            double own = start, slid = evolved->slid_distance[whose] + (ahead ? ahead[whose] : 0.0);
+            int between = 0, bends = law->depends_on == HS_ON_OWN_LOAD && most > SLIGHT * least;
+            for (double next = most / GRADE; bends && next > least && between < MOST_STATIONS - 1; next /= GRADE)
+                at[between++] = next;
+            for (int k = 0; k <= between; ++k) {
+                station *here = w->stations + count++;
+                double last = own;
+                own = k == between ? end : at[end > start ? between - 1 - k : k];
+                here->share = k == between ? 1.0 : (own - start) / (end - start);
+                here->friction = own > 0.0 ? ASKED : 0.0;
+                here->amid = bends && own > 0.0 ? ASKED : 0.0;
+                if (own > 0.0 && bends) ask(w, asked++, contact, weight, 0.5 * (hs_most(last, 0.0) + own), slid);
+                if (own > 0.0) ask(w, asked++, contact, weight, own, slid);
+            }
+        } else {
+            station only = {1.0, 0.0, friction};
+            w->stations[count++] = only;
+        }
+    }
+    w->first_station[contact->groups] = count;
+    hs_loaded loaded = {asked, w->asked[0], w->asked[1], w->asked[2], load * contact->units.load};
+    int status = asked ? hs_coefficients(law, evolution->contact_modulus, &loaded, w->asked[3]) : HS_OK;
+    for (int64_t k = 0, answer = 0; k < count && asked; ++k) {
+        if (w->stations[k].amid == ASKED) w->stations[k].amid = w->asked[3][answer++];
+        if (w->stations[k].friction == ASKED) w->stations[k].friction = w->asked[3][answer++];
+    }
+    for (int64_t index = 0; index < contact->groups; ++index)
+        w->friction[index] = w->stations[w->first_station[index + 1] - 1].friction;
+    return status;
+}
+
+/* ---- one chord ------------------------------------------------------------------------------------------------------------ */
+
+/* Approach and normal load at a share of the path.
+ *
+ * Of two loads both go straight. Otherwise the approach does, as the contact at the start has it; where wear has changed that,
+ * a normal load keeps the values that it had then. */
+static void normal_at(const walk *w, const hs_memory *memory, double share, double *d, double *load) {
+    const route *c = &w->course;
+    if (c->both) {
+        *load = hs_toward(c->load[0], c->load[1], share);
+        *d = hs_approach_for(memory, *load);
+        return;
+    }
+    *d = hs_toward(c->d[0], c->d[1], share);
+    if (c->by_load) {
+        *load = share == 1.0 ? c->load[1] : hs_load_at(hs_all_of(c->first ? c->first : memory->contact), *d).load;
+        if (w->wears) *d = hs_approach_for(memory, *load);
+    } else {
+        *load = hs_load_at(hs_all_of(memory->contact), *d).load;
+    }
+}
+
+/* The end of a chord. */
+typedef struct target {
+    double d, load, v;
+    double force;  /* tangential, where it is controlled */
+    double excess; /* that is asked for beyond the friction limit */
+    int64_t touching;
+} target;
+
+/* Find the displacement at which a chord ends. */
+static int find_end(walk *w, hs_memory *memory, double share, target *end, hs_refusal *refusal) {
+    const route *c = &w->course;
+    const hs_contact *contact = memory->contact;
+    double value = hs_toward(c->tangential[0], c->tangential[1], share), limit = 0.0;
+    int changes = 0;
+    hs_shares shares;
+    shares.load = w->load;
+    shares.count = 0;
+    for (int64_t g = 0; g < contact->groups && contact->gap[contact->first[g]] < end->d; ++g, ++shares.count) {
+        w->load[g] = contact->groups == 1 ? end->load : hs_load_at(hs_group_of(memory, g).curve, end->d).load;
+        limit += w->friction[g] * w->load[g];
+        changes |= w->friction[g] != memory->friction[g];
+    }
+    end->touching = shares.count;
+    end->excess = 0.0;
+    end->force = value;
+    if (c->ends_apart || (!c->by_force && w->compliance == 0.0)) {
+        end->v = c->ends_apart ? hs_toward(c->apart[0], c->apart[1], share) : value;
+        return HS_OK;
+    }
+    hs_aim aim = {value, 1.0, w->compliance};
+    if (c->by_force) {
+        if (fabs(value) - limit > HS_LIMIT_SLACK * limit) {
+            if (!w->drive->saturate) {
+                refusal->request = value * contact->units.load;
+                refusal->limit = limit * contact->units.load;
+                return HS_BEYOND_LIMIT;
+            }
+            end->force = copysign(limit, value);
+            end->excess = value - end->force;
+        }
+        aim = hs_to_load(end->force);
+    }
+    hs_fronts fronts;
+    int status = hs_no_fronts(&fronts, shares.count);
+    if (status != HS_OK) return status;
+    if (!changes || shares.count == 0) {
+        status = hs_displacement_with(memory, &shares, &fronts, end->d, aim, &end->v);
+    } else {
+        /* any cone may cut any polyline */
+        double *kept = memory->friction;
+        memcpy(w->steep, memory->steep, (size_t)contact->groups);
+        memset(memory->steep, 1, (size_t)contact->groups);
+        memory->friction = w->friction;
+        status = hs_found_displacement(memory, &shares, &fronts, end->d, aim, &end->v);
+        memory->friction = kept;
+        memcpy(memory->steep, w->steep, (size_t)contact->groups);
+    }
+    hs_free_fronts(&fronts);
+    return status;
+}
+
+/* Have room for a stack to be clipped, and for what is added to it otherwise. */
+static int make_room(walk *w, hs_memory *memory, int64_t depth) {
+    int64_t room = 2 * hs_room_to_clip(depth);
+    if (room > w->room) {
+        free(w->scratch);
+        w->scratch = (hs_vertex *)malloc(2 * (size_t)room * sizeof *w->scratch);
+        w->room = w->scratch ? 2 * room : 0;
+    }
+    if (!w->scratch) return HS_OUT_OF_MEMORY;
+    return depth + 2 > memory->capacity ? hs_memory_reserve(memory, 2 * (depth + 2)) : HS_OK;
+}
+
+/* Carry one group on a straight way, with its coefficient going straight, too. */
+static int carry_group(walk *w, hs_memory *memory, int64_t index, const way *on, double load, hs_losses *losses) {
+    int64_t depth = memory->depth[index];
+    if (make_room(w, memory, depth) != HS_OK) return HS_OUT_OF_MEMORY;
+    hs_group group = hs_group_of(memory, index);
+    double reached;
+    group.friction = on->friction[2];
+    if (on->to.d <= group.curve.gap[0]) {
+        group.friction = on->friction[0];
+        if (depth) hs_lose_withdrawn(&group, losses, depth, 1, on->from, on->to);
+        memory->depth[index] = 0;
+        memory->steep[index] = 0;
+    } else if (depth > 0 && (memory->steep[index] || on->friction[0] != on->friction[2])) {
+        hs_cone cone = {on->friction[2], on->to.v - on->from.v, on->friction[0] * (on->to.d - on->from.d),
+                        on->friction[2] - on->friction[0]};
+        depth = hs_carry_and_clip(&group, losses, depth, on->from, on->to, load, &cone, w->scratch, NULL);
+        if (depth > memory->capacity && hs_memory_reserve(memory, 2 * depth) != HS_OK) return HS_OUT_OF_MEMORY;
+        memcpy(memory->vertices + index * memory->capacity, w->scratch, (size_t)depth * sizeof *w->scratch);
+        memory->depth[index] = depth;
+        memory->steep[index] = (uint8_t)hs_is_steep(w->scratch, depth, group.friction);
+    } else {
+        memory->depth[index] = hs_move_group(&group, losses, depth, on->from, on->to.d, load,
+                                             hs_to_displacement(on->to.v), &reached);
+    }
+    return HS_OK;
+}
+
+/* Carry all groups to the end of a chord; where one has stations on it, it is told there what it slides. */
+static int carry(walk *w, hs_memory *memory, const target *end, double share) {
+    const hs_contact *contact = memory->contact;
+    hs_point from = {memory->approach, memory->displacement}, to = {end->d, end->v};
+    hs_losses losses;
+    hs_no_losses(&losses, contact->groups);
+    for (int64_t g = 0; g < contact->groups; ++g) {
+        hs_group group = hs_group_of(memory, g);
+        if (group.curve.gap[0] >= hs_most(from.d, to.d)) break;
+        int64_t stations = w->first_station[g + 1] - w->first_station[g];
+        const station *at = w->stations + w->first_station[g];
+        way on = {from, from, {memory->friction[g], 0.0, 0.0}, 1.0};
+        int bends = at->amid > 0.0;
+        if (bends) w->slid[contact->order[group.start]] = 0.0;
+        for (int64_t k = 0; k < stations; ++k) {
+            on.to.d = k + 1 == stations ? to.d : hs_toward(from.d, to.d, at[k].share);
+            on.to.v = k + 1 == stations ? to.v : hs_toward(from.v, to.v, at[k].share);
+            on.friction[2] = at[k].friction;
+            if (memory->depth[g] == 0) on.friction[0] = on.friction[2];
+            if (on.to.d <= group.curve.gap[0]) on.friction[2] = on.friction[0];
+            on.friction[1] = at[k].amid > 0.0 ? at[k].amid : 0.5 * (on.friction[0] + on.friction[2]);
+            double load = k + 1 == stations && g < end->touching ? w->load[g] : hs_load_at(group.curve, on.to.d).load;
+            group = hs_group_of(memory, g);
+            if (bends)
+                slide_on(&group, memory->depth[g], w->gap, contact->order + group.start, on,
+                         contact->units.displacement, w->slid);
+            if (carry_group(w, memory, g, &on, load, &losses) != HS_OK) return HS_OUT_OF_MEMORY;
+            on.from = on.to;
+            on.friction[0] = on.friction[2];
+        }
+    }
+    memcpy(memory->friction, w->friction, (size_t)contact->groups * sizeof(double));
+    hs_settle(&losses, memory);
+    memory->approach = to.d;
+    memory->displacement = to.v;
+    memory->normal_load = end->load;
+    memory->excess = end->excess;
+    memory->tangential_load = hs_total_force(memory);
+    if (w->course.by_force && (!w->course.ends_apart || share == 1.0)) memory->tangential_load = end->force;
+    return HS_OK;
+}
+
+/* Tell how far asperities slide on the straight way to the end of a chord. */
+static void slide_all(walk *w, const hs_memory *memory, const target *end) {
+    const hs_contact *contact = memory->contact;
+    way on = {{memory->approach, memory->displacement}, {end->d, end->v}, {0.0, 0.0, 0.0}, 1.0};
+    memset(w->slid, 0, (size_t)contact->count * sizeof *w->slid);
+    for (int64_t g = 0; g < contact->groups; ++g) {
+        hs_group group = hs_group_of(memory, g);
+        on.friction[0] = group.friction;
+        on.friction[2] = g < end->touching ? w->friction[g] : group.friction;
+        if (memory->depth[g] == 0) on.friction[0] = on.friction[2];
+        on.friction[1] = 0.5 * (on.friction[0] + on.friction[2]);
+        slide_on(&group, memory->depth[g], w->gap, contact->order + group.start, on, contact->units.displacement, w->slid);
+    }
+}
+
+
+static void add_slides(const walk *w, hs_memory *memory) {
+    hs_evolved *evolved = memory->evolved;
+    double together = HUGE_VAL;
+    for (int64_t i = 0; i < memory->contact->count; ++i) {
+        evolved->slid_distance[i] += w->slid[i];
+        if (w->gap[i] < memory->approach) together = hs_least(together, w->slid[i]);
+    }
+    if (together < HUGE_VAL) evolved->slid_together += together;
+}
+
+/* Have summits lose what they do on a chord as it is foreseen: volumes, and the shapes amid it and at its end. */
+static int foresee_wear(walk *w, const hs_memory *memory, const target *end) {
+    const hs_contact *contact = memory->contact;
+    const hs_evolved *evolved = memory->evolved;
+    const hs_wear *wear = &w->evolution->wear;
+    double unit = contact->units.length, moved = fabs(end->v - memory->displacement) * contact->units.displacement;
+    double modulus = 4.0 / 3.0 * w->evolution->contact_modulus;
+    for (int64_t g = 0; g < contact->groups; ++g)
+        for (int64_t k = contact->first[g]; k < contact->first[g + 1]; ++k) {
+            int64_t i = contact->order[k];
+            double start = (memory->approach - w->gap[i]) * unit, slid = w->slid[i];
+            double stop = end->d * unit - (contact->datum - w->end_height[i]);
+            /* an asperity slides to the end, or until it leaves */
+            double leaves = stop < 0.0 && slid > 0.0 ? start / (start - stop) : 1.0;
+            w->first[i] = hs_most(start + (slid > 0.0 ? leaves - slid / moved : 0.0) * (stop - start), 0.0);
+            w->last[i] = hs_most(stop, 0.0);
+            w->mean_load[i] = 0.0;
+            if (slid > 0.0)
+                w->mean_load[i] =
+                    hs_mean_load(w->first[i], w->last[i], modulus * sqrt(0.5 * (evolved->summit_radius[i] + w->end_radius[i])));
+            w->energy[i] = w->friction[g] * w->mean_load[i] * slid;
+        }
+    int status = hs_lost_volumes(wear, contact->count, w->mean_load, w->slid, w->energy, w->lost);
+    for (int64_t i = 0; i < contact->count; ++i) {
+        double height = evolved->summit_height[i], radius = evolved->summit_radius[i], guess = w->end_radius[i];
+        int shapes = w->slid[i] > 0.0 && w->first[i] + w->last[i] > 0.0;
+        w->taken[i] = shapes ? hs_most(evolved->waiting_volume[i] + w->lost[i], 0.0) : 0.0;
+        w->end_height[i] = height;
+        w->end_radius[i] = radius;
+        if (w->taken[i] > 0.0)
+            hs_worn_summit(wear, radius * w->first[i], guess * w->last[i], 0.5 * (radius + guess),
+                           evolved->shaped_volume[i], w->taken[i], w->end_height + i, w->end_radius + i);
+        w->mid_height[i] = 0.5 * (height + w->end_height[i]);
+        w->mid_radius[i] = 0.5 * (radius + w->end_radius[i]);
+    }
+    return status;
+}
+
+static void note_gaps(walk *w, const hs_contact *contact) {
+    for (int64_t i = 0; i < contact->count; ++i) w->gap[contact->order[i]] = contact->gap[i];
+}
+
+static void note_depths(walk *w, const hs_memory *memory) {
+    const hs_contact *contact = memory->contact;
+    for (int64_t g = 0; g < contact->groups; ++g) w->depth[contact->order[contact->first[g]]] = memory->depth[g];
+}
+
+/* Reshape a memory, and return the elastic energy that is lost by it. */
+static double reshape(walk *w, hs_memory *memory, const double *height, const double *radius, double stored) {
+    set_shape(memory, height, radius, w->depth);
+    hs_refresh_loads(memory);
+    return stored - hs_stored(memory, NULL);
+}
+
+/* Carry a memory along one chord, to a share of the path. */
+static int chord(walk *w, hs_memory *memory, double share, hs_refusal *refusal) {
+    hs_evolved *evolved = memory->evolved;
+    const hs_contact *contact = memory->contact;
+    const hs_law *law = &w->evolution->law;
+    size_t size = (size_t)contact->count * sizeof(double);
+    int64_t count = contact->count;
+    int by_distance = !w->evolution->goal && law->kind != HS_NO_LAW && law->depends_on == HS_ON_SLID_DISTANCE;
+    int passes = w->wears ? 2 : by_distance, slides = 0, searches = w->course.by_force || w->compliance > 0.0;
+    double stored = w->wears ? hs_stored(memory, NULL) : 0.0, erased = 0.0;
+    target end;
+    note_gaps(w, contact);
+    if (w->wears) {
+        for (int64_t i = 0; i < count; ++i) w->before[contact->order[i]] = memory->each[i];
+        memcpy(w->end_height, evolved->summit_height, size);
+        memcpy(w->end_radius, evolved->summit_radius, size);
+        note_depths(w, memory);
+    }
+    for (int pass = 0;; ++pass) {
+        normal_at(w, memory, share, &end.d, &end.load);
+        int status = put_stations(w, memory, end.d, end.load, share, pass ? w->ahead : NULL);
+        if (status == HS_OK) status = find_end(w, memory, share, &end, refusal);
+        if (status != HS_OK) return status;
+        slide_all(w, memory, &end);
+        for (int64_t i = 0; i < count && !slides; ++i) slides = w->slid[i] > 0.0;
+        if (pass == passes || !slides) break;
+        memcpy(w->ahead, w->slid, size);
+        if (w->wears) {
+            status = foresee_wear(w, memory, &end);
+            if (status != HS_OK) return status;
+            set_shape(memory, w->end_height, w->end_radius, w->depth);
+            if (searches) hs_refresh_loads(memory);
+        }
+    }
+    int wears = w->wears && slides;
+    if (wears) erased = reshape(w, memory, w->mid_height, w->mid_radius, stored);
+    if (wears) {
+        /* groups may stand in another order than that of the end */
+        int status = put_stations(w, memory, end.d, end.load, share, w->ahead);
+        if (status != HS_OK) return status;
+        for (end.touching = 0; end.touching < contact->groups; ++end.touching) {
+            hs_curve curve = hs_group_of(memory, end.touching).curve;
+            if (curve.gap[0] >= end.d) break;
+            w->load[end.touching] = hs_load_at(curve, end.d).load;
+        }
+    }
+    int status = carry(w, memory, &end, share);
+    if (status != HS_OK) return status;
+    if (wears) {
+        note_depths(w, memory);
+        erased += reshape(w, memory, w->end_height, w->end_radius, hs_stored(memory, NULL));
+        forget_worn(memory);
+        memory->normal_load = end.load;
+        if (!w->course.by_force) memory->tangential_load = hs_total_force(memory);
+        memcpy(evolved->summit_height, w->end_height, size);
+        memcpy(evolved->summit_radius, w->end_radius, size);
+        evolved->erased_energy += erased * contact->units.energy;
+    }
+    if (w->wears) {
+        for (int64_t i = 0; i < count; ++i)
+            w->energy[contact->order[i]] = (memory->each[i] - w->before[contact->order[i]]) * contact->units.energy;
+        if (!wears) {
+            memset(w->mean_load, 0, size);
+            memset(w->taken, 0, size);
+        }
+        status = hs_lost_volumes(&w->evolution->wear, count, w->mean_load, w->slid, w->energy, w->lost);
+        for (int64_t i = 0; i < count; ++i) {
+            evolved->worn_volume[i] += w->lost[i];
+            evolved->waiting_volume[i] += w->lost[i] - w->taken[i];
+            evolved->shaped_volume[i] += w->taken[i];
+        }
+    }
+    add_slides(w, memory);
+    return status;
+}
+
+/* ---- as many chords as it takes --------------------------------------------------------------------------------------------- */
+
+/* A change over what is tolerated, rounding left out. */
+static double part_of(double change, double rounding, double tolerated) {
+    change = fabs(change) - rounding;
+    return change <= 0.0 ? 0.0 : change / tolerated;
+}
+
+/* The largest change of a quantity of asperities from a coarser to a finer way, over a part of the largest that it made. */
+static double part_of_each(const double *start, const double *coarse, const double *fine, int64_t count, double part) {
+    double change = 0.0, made = 0.0, size = 0.0;
+    for (int64_t i = 0; i < count; ++i) {
+        change = hs_most(change, fabs(fine[i] - coarse[i]));
+        made = hs_most(made, fabs(fine[i] - start[i]));
+        size = hs_most(size, fabs(fine[i]));
+    }
+    return part_of(change, 64.0 * DBL_EPSILON * size, part * made);
+}
+
+/* How far a way in chords is from being settled: 1 where it just is. */
+static double distance_to_settled(const walk *w, const hs_memory *start, const hs_memory *coarse, const hs_memory *fine) {
+    double part = COARSER * w->drive->tolerance, rough = COARSEST * w->drive->tolerance;
+    double top = hs_most(coarse->approach, start->approach) - fine->contact->sorted_gap[0];
+    double reach = hs_most(hs_largest_friction(fine), 1e-300) * hs_most(top, 0.0);
+    double lost = fine->dissipated - start->dissipated;
+    const hs_evolved *from = start->evolved, *one = coarse->evolved, *other = fine->evolved;
+    int64_t count = fine->contact->count;
+    double found[] = {
+        part_of(fine->displacement - coarse->displacement, 0.0, part * reach),
+        part_of(fine->tangential_load - coarse->tangential_load, 0.0,
+                part * hs_friction_limit(fine, fine->approach, fine->normal_load)),
+        part_of(fine->approach - coarse->approach, 0.0, part * top),
+        /* what is lost is told to a part of itself, or of what is stored */
+        part_of(fine->dissipated - coarse->dissipated, 0.0, rough * hs_most(lost, hs_stored(fine, NULL))),
+        part_of_each(from->slid_distance, one->slid_distance, other->slid_distance, count, rough),
+        w->wears ? part_of_each(from->worn_volume, one->worn_volume, other->worn_volume, count, rough) : 0.0,
+        w->wears ? part_of_each(from->summit_height, one->summit_height, other->summit_height, count, part) : 0.0,
+        w->wears ? part_of_each(from->summit_radius, one->summit_radius, other->summit_radius, count, part) : 0.0};
+    double most = 0.0;
+    for (size_t k = 0; k < sizeof found / sizeof *found; ++k) most = hs_most(most, found[k]);
+    return most;
+}
+
+/* Extrapolate the energy of the finer way: its error falls with the square of the chords. */
+static void extrapolate(walk *w, const hs_memory *start, const hs_memory *coarse, hs_memory *fine) {
+    int64_t count = fine->contact->count;
+    for (int64_t i = 0; i < count; ++i) w->energy[coarse->contact->order[i]] = coarse->each[i];
+    for (int64_t i = 0; i < count; ++i) w->before[start->contact->order[i]] = start->each[i];
+    for (int64_t i = 0; i < count; ++i) {
+        int64_t whose = fine->contact->order[i];
+        fine->each[i] = hs_most(fine->each[i] + (fine->each[i] - w->energy[whose]) / 3.0, w->before[whose]);
+    }
+    fine->dissipated = hs_most(fine->dissipated + (fine->dissipated - coarse->dissipated) / 3.0, start->dissipated);
+}
+
+/* Make a copy that has a contact of its own where asperities wear. */
+static hs_memory *twin(const walk *w, const hs_memory *memory) {
+    hs_memory *copy = hs_memory_copy(memory);
+    if (!copy || !w->wears) return copy;
+    hs_contact *own = hs_contact_copy(memory->contact);
+    if (!own) {
+        hs_memory_free(copy);
+        return NULL;
+    }
+    hs_contact_free(copy->contact);
+    copy->contact = own;
+    return copy;
+}
+
+long hs_chords_walked;
+/* Carry a copy of a memory from one share of the path to another in chords. */
+static int in_chords(walk *w, const hs_memory *start, hs_memory *memory, double before, double share, int chords,
+                     hs_refusal *refusal) {
+    if (w->wears) hs_contact_assign(memory->contact, start->contact);
+    int status = hs_memory_assign(memory, start);
+    hs_chords_walked += chords;
+    for (int k = 1; k <= chords && status == HS_OK; ++k)
+        status = chord(w, memory, k == chords ? share : before + (share - before) * ((double)k / chords), refusal);
+    return status;
+}
+
+static void swap(hs_memory *one, hs_memory *other) {
+    hs_memory kept = *one;
+    *one = *other;
+    *other = kept;
+}
+
+/* Carry the first of three memories from one share of the path to another, in as many chords as it takes. */
+static int settle(walk *w, hs_memory *memory, hs_memory *coarse, hs_memory *fine, double before, double share,
+                  hs_refusal *refusal) {
+    const route *c = &w->course;
+    double touch = memory->contact->sorted_gap[0], last = HUGE_VAL;
+    /* a gap is crossed without load, before the ramp begins */
+    if (c->both && c->d[0] < touch) memory->approach = hs_most(memory->approach, hs_least(touch, c->d[1]));
+    int status = in_chords(w, memory, coarse, before, share, FEWEST_CHORDS, refusal);
+    for (int chords = 2 * FEWEST_CHORDS; status == HS_OK; chords *= 2) {
+        status = in_chords(w, memory, fine, before, share, chords, refusal);
+        if (status != HS_OK) break;
+        double now = distance_to_settled(w, memory, coarse, fine);
+        if (now <= CLOSE || (now <= 1.0 && last <= 1.0) || chords >= MOST_CHORDS) break;
+        last = now;
+        swap(coarse, fine);
+    }
+    if (status != HS_OK) return status;
+    extrapolate(w, memory, coarse, fine);
+    swap(memory, fine);
+    return HS_OK;
+}
+
+/* ---- paths ------------------------------------------------------------------------------------------------------------------ */
+
+/* Put down where a path goes from where the memory is. */
+static int begin_course(walk *w, const hs_memory *memory, const hs_path *path) {
+    const hs_evolution *evolution = w->evolution;
+    const hs_contact *contact = memory->contact;
+    route *c = &w->course;
+    hs_aim aim;
+    double request = memory->tangential_load + (w->drive->saturate ? memory->excess : 0.0);
+    hs_destination(memory, path, w->compliance, request, &c->d[1], &c->load[1], &aim);
+    c->d[0] = memory->approach;
+    c->load[0] = memory->normal_load;
+    c->by_load = path->normal_control == HS_LOAD;
+    c->by_force = path->tangential_control == HS_LOAD;
+    c->both = c->by_load && c->by_force;
+    c->tangential[0] = c->by_force ? request : memory->displacement + w->compliance * memory->tangential_load;
+    c->tangential[1] = aim.value;
+    c->ends_apart = c->by_force && !c->both && aim.value == 0.0 && c->d[1] <= contact->sorted_gap[0];
+    c->apart[0] = memory->displacement;
+    c->apart[1] = memory->depth[0] > 0 ? memory->vertices[0].anchor : memory->displacement;
+    c->first = NULL;
+    if (w->wears && c->by_load && !c->both && !(c->first = hs_contact_copy(contact))) return HS_OUT_OF_MEMORY;
+    for (int64_t g = 0; g < contact->groups && evolution->goal; ++g)
+        for (int64_t i = contact->first[g]; i < contact->first[g + 1]; ++i) {
+            int64_t whose = contact->order[i];
+            w->goal[0][whose] = memory->friction[g];
+            w->goal[1][whose] = hs_toward(memory->friction[g], evolution->goal[whose], evolution->goal_fraction);
+        }
+    return HS_OK;
+}
+
+/* Whether neither friction nor geometry evolves on a path. */
+static int is_still(const walk *w, const hs_memory *memory) {
+    const hs_law *law = &w->evolution->law;
+    int64_t count = memory->contact->count;
+    if (w->wears) return 0;
+    if (w->evolution->goal) return memcmp(w->goal[0], w->goal[1], (size_t)count * sizeof(double)) == 0;
+    if (law->kind == HS_NO_LAW || law->depends_on == HS_ON_NOTHING) return 1;
+    if (!memchr(memory->evolved->given, 0, (size_t)count)) return 1;
+    return law->depends_on != HS_ON_SLID_DISTANCE && w->course.d[0] == w->course.d[1];
+}
+
+/* Walk on along a path on which nothing evolves, exactly; slid distances are those of the straight way, or, where that is
+ * bent, followed in chords. */
+static int walk_still(walk *w, hs_memory *memory, hs_memory *spare[3], const hs_plan *plan, double before, double share,
+                      hs_refusal *refusal, int *held) {
+    const route *c = &w->course;
+    hs_memory *start = spare[0];
+    int bent = plan->meets || (c->both && c->load[0] != c->load[1]);
+    int status = hs_memory_assign(start, memory);
+    if (status == HS_OK && bent) status = settle(w, start, spare[1], spare[2], before, share, refusal);
+    if (status == HS_OK) status = hs_walk_on(memory, plan, before, share, w->drive->tolerance, held);
+    if (status != HS_OK) return status;
+    if (bent) {
+        memcpy(memory->evolved->slid_distance, start->evolved->slid_distance,
+               (size_t)memory->contact->count * sizeof(double));
+        memory->evolved->slid_together = start->evolved->slid_together;
+        return HS_OK;
+    }
+    target end = {memory->approach, memory->normal_load, memory->displacement, 0.0, 0.0, memory->contact->groups};
+    memcpy(w->friction, memory->friction, (size_t)memory->contact->groups * sizeof(double));
+    note_gaps(w, memory->contact);
+    slide_all(w, start, &end);
+    add_slides(w, memory);
+    return HS_OK;
+}
+
+/* Have asperities stand alone whose friction or shape comes to differ from that of others. */
+static int part_as_they_evolve(hs_memory *memory, const hs_evolution *evolution) {
+    const hs_law *law = &evolution->law;
+    size_t count = (size_t)memory->contact->count;
+    int depends = law->kind != HS_NO_LAW && law->depends_on != HS_ON_NOTHING, status = HS_OK;
+    if (evolution->wear.kind != HS_NO_WEAR || (depends && law->depends_on != HS_ON_TOTAL_LOAD))
+        status = hs_part_ways(memory, memory->evolved->summit_height, memory->evolved->summit_radius);
+    if (status == HS_OK && depends && memchr(memory->evolved->given, 1, count)) {
+        double *given = (double *)malloc(count * sizeof *given);
+        if (!given) return HS_OUT_OF_MEMORY;
+        for (size_t i = 0; i < count; ++i) given[i] = memory->evolved->given[i];
+        status = hs_part_ways(memory, given, given);
+        free(given);
+    }
+    if (status == HS_OK && evolution->goal) {
+        status = hs_part_ways(memory, evolution->goal, evolution->goal);
+        memset(memory->evolved->given, 1, count);
+    }
+    return status;
+}
+
+/* Carry a memory along one path, of which rows are recorded. */
+static int walk_path(walk *w, hs_memory *memory, hs_memory *spare[3], const hs_path *path, double until,
+                     hs_recorder *recorder, int *flag, hs_refusal *refusal) {
+    hs_plan plan;
+    int status = begin_course(w, memory, path), still = status == HS_OK && is_still(w, memory), held = 0;
+    double before = 0.0;
+    if (status == HS_OK && still)
+        status = hs_planned(memory, path, w->compliance, w->drive->saturate, path->parts == 1 && until == 1.0, &plan,
+                            refusal);
+    for (int64_t part = 1; part <= path->parts && status == HS_OK; ++part) {
+        double share = until * ((double)part / (double)path->parts);
+        if (still)
+            status = walk_still(w, memory, spare, &plan, before, share, refusal, &held);
+        else
+            status = settle(w, memory, spare[0], spare[1], before, share, refusal);
+        before = share;
+        if (status != HS_OK) break;
+        *flag |= memory->excess != 0.0;
+        if (recorder->rows && (part < path->parts || path->recorded)) {
+            /* its asperities may stand in another order now */
+            recorder->contact = NULL;
+            status = hs_record(recorder, memory, path->first_row + part - 1, *flag);
+            *flag = 0;
+        }
+    }
+    hs_contact_free(w->course.first);
+    memory->normal_control = path->normal_control;
+    memory->tangential_control = path->tangential_control;
+    return status;
+}
+
+int hs_walk_evolving(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
+                     double until, const hs_evolution *evolution, hs_refusal *refusal) {
+    const hs_units *units = &memory->contact->units;
+    hs_memory *spare[3] = {NULL, NULL, NULL};
+    hs_recorder recorder;
+    walk w;
+    int flag = 0, status = hs_memory_join(memory);
+    if (status == HS_OK) status = part_as_they_evolve(memory, evolution);
+    if (status != HS_OK) return status;
+    w.evolution = evolution;
+    w.drive = drive;
+    w.wears = evolution->wear.kind != HS_NO_WEAR;
+    w.compliance = drive->compliance * memory->contact->units.stiffness;
+    if (make_buffers(&w, memory->contact) != HS_OK) return HS_OUT_OF_MEMORY;
+    status = hs_begin_recording(&recorder, memory->contact, rows);
+    for (int k = 0; k < 3 && status == HS_OK; ++k) status = out_of(spare[k] = twin(&w, memory));
+    /* one of these is the memory's from now on: its contact is changed where it is, and shared with nobody */
+    if (status == HS_OK) swap(memory, spare[2]);
+    units = &memory->contact->units;
+    for (int64_t p = 0; p < count && status == HS_OK; ++p) {
+        hs_path path = hs_without_dimension(units, paths + p);
+        refusal->path = p;
+        status = walk_path(&w, memory, spare, &path, until, &recorder, &flag, refusal);
+        units = &memory->contact->units;
+    }
+    for (int k = 0; k < 3; ++k) hs_memory_free(spare[k]);
+    hs_end_recording(&recorder);
+    free_buffers(&w);
+    return status;
+}
+
+int hs_set_summits(hs_memory *memory, const double *summit_height, const double *summit_radius, const uint8_t *fresh,
+                   const hs_evolution *evolution) {
+    hs_evolved *evolved = memory->evolved;
+    int64_t count = memory->contact->count;
+    size_t size = (size_t)count * sizeof(double);
+    double stored = hs_stored(memory, NULL), erased = 0.0;
+    int status = hs_memory_join(memory);
+    for (int64_t i = 0; i < count; ++i)
+        erased += fresh[memory->contact->order[i]] && memory->contact->gap[i] < memory->approach;
+    memcpy(evolved->summit_height, summit_height, size);
+    memcpy(evolved->summit_radius, summit_radius, size);
+    for (int64_t i = 0; i < count; ++i)
+        if (fresh[i]) evolved->shaped_volume[i] = evolved->waiting_volume[i] = 0.0;
+    if (status == HS_OK) status = part_as_they_evolve(memory, evolution);
+    double *gap = (double *)malloc(2 * size), *weight = gap + count;
+    if (!gap) return HS_OUT_OF_MEMORY;
+    for (int64_t i = 0; i < count; ++i) {
+        gap[i] = (memory->contact->datum - summit_height[i]) / memory->contact->units.length;
+        weight[i] = sqrt(summit_radius[i] / memory->contact->units.radius);
+    }
+    if (status == HS_OK) status = hs_reshape(memory, gap, weight, fresh);
+    free(gap);
+    if (status != HS_OK) return status;
+    memory->evolved->erased_memories += erased;
+    memory->evolved->erased_energy += (stored - hs_stored(memory, NULL)) * memory->contact->units.energy;
+    walk w;
+    if (make_buffers(&w, memory->contact) != HS_OK) return HS_OUT_OF_MEMORY;
+    w.evolution = evolution;
+    status = put_stations(&w, memory, memory->approach, memory->normal_load, 1.0, NULL);
+    if (status == HS_OK) {
+        memcpy(memory->friction, w.friction, (size_t)memory->contact->groups * sizeof(double));
+        hs_tell_steep(memory);
+    }
+    free_buffers(&w);
+    return status;
 }

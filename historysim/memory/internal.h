@@ -59,6 +59,7 @@ typedef struct hs_curve {
 int64_t hs_touching(const double *gap, int64_t count, double approach);
 hs_load hs_sum_of_loads(const double *gap, const double *weight, int64_t touching, double approach);
 double hs_label_at(hs_curve curve, double total, double guess, double rigid, double compliance);
+double hs_cube_root(double x);
 
 static inline hs_load hs_load_of_one(double gap, double weight, double approach) {
     double depth = hs_most(approach - gap, 0.0), half_chord = weight * sqrt(depth);
@@ -134,6 +135,8 @@ int hs_sort_by(const double *key, int64_t *place, int64_t count);
 hs_contact *hs_contact_of(int64_t count, int64_t groups, const double *gap, const double *weight, const int64_t *group,
                           const hs_units *units, double datum);
 hs_contact *hs_contact_held(hs_contact *contact);
+void hs_contact_assign(hs_contact *contact, const hs_contact *from);
+hs_contact *hs_contact_copy(const hs_contact *contact);
 
 /* A memory with its arrays, of which nothing is filled in. */
 hs_memory *hs_memory_blank(hs_contact *contact, int64_t capacity, int evolves);
@@ -148,6 +151,8 @@ int hs_memory_assign(hs_memory *memory, const hs_memory *from);
 void hs_memory_take(hs_memory *memory, hs_memory *other);
 hs_memory *hs_memory_outer_copy(const hs_memory *memory, int64_t more);
 int hs_memory_split(hs_memory *memory);
+/* Recompute the loads kept with the vertices. */
+void hs_refresh_loads(hs_memory *memory);
 int hs_part_ways(hs_memory *memory, const double *first_key, const double *second_key);
 int hs_reshape(hs_memory *memory, const double *gap, const double *weight, const uint8_t *fresh);
 /* Vertices of the deepest stack. */
@@ -337,10 +342,27 @@ typedef struct hs_plan {
     double v[2];    /* displacements in between are straight from the first to the second */
     int ends_apart; /* whether a tangential load ends where nothing touches */
 } hs_plan;
+hs_path hs_without_dimension(const hs_units *units, const hs_path *path);
+/* Where a path goes: approach, normal load, and the aim of the tangential channel, which now asks for a request. */
+void hs_destination(const hs_memory *memory, const hs_path *path, double compliance, double request, double *d,
+                    double *load, hs_aim *aim);
 /* Targets of `path` are dimensionless here, and so is the compliance. `direct` where nothing is recorded on the way. */
 int hs_planned(hs_memory *memory, const hs_path *path, double compliance, int saturate, int direct, hs_plan *plan,
                hs_refusal *refusal);
 int hs_walk_on(hs_memory *memory, const hs_plan *plan, double before, double share, double tolerance, int *held);
+
+/* ---- laws.c ---- */
+
+/* Coefficients of asperities that touch, by a law of friction. */
+int hs_coefficients(const hs_law *law, double modulus, const hs_loaded *loaded, double *friction);
+int hs_lost_volumes(const hs_wear *wear, int64_t count, const double *load, const double *slid, const double *energy,
+                    double *volume);
+/* Mean of k δ^(3/2) while δ goes straight from the first to the last. */
+double hs_mean_load(double first, double last, double weight);
+/* Have a summit lose a volume after that which has shaped it, while a² goes straight from the first to the last [m²]; its
+ * radius is `meanwhile` on the way. */
+void hs_worn_summit(const hs_wear *wear, double first, double last, double meanwhile, double shaped, double volume,
+                    double *height, double *radius);
 
 /* ---- readout.c ---- */
 

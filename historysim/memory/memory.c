@@ -248,8 +248,7 @@ int hs_memory_assign(hs_memory *memory, const hs_memory *from) {
 
 /* ---- other groups, other summits -------------------------------------------------------------------------------------- */
 
-/* Recompute the loads kept with the vertices. */
-static void refresh_loads(hs_memory *memory) {
+void hs_refresh_loads(hs_memory *memory) {
     for (int64_t index = 0; index < memory->contact->groups; ++index) {
         hs_group group = hs_group_of(memory, index);
         for (int64_t j = 0; j < memory->depth[index]; ++j) {
@@ -300,7 +299,7 @@ static hs_memory *of_parts(const hs_memory *memory, hs_contact *contact, const i
                    (size_t)parts->depth[index] * sizeof *stack);
         }
     }
-    refresh_loads(parts);
+    hs_refresh_loads(parts);
     return parts;
 }
 
@@ -406,7 +405,7 @@ hs_memory *hs_memory_of_one(const hs_memory *memory, int64_t asperity) {
     found->depth[0] = contact->gap[position] < memory->approach ? memory->depth[from] : 0;
     found->steep[0] = memory->steep[from];
     memcpy(found->vertices, memory->vertices + from * memory->capacity, (size_t)found->depth[0] * sizeof(hs_vertex));
-    refresh_loads(found);
+    hs_refresh_loads(found);
     found->normal_load = hs_load_at(hs_all_of(found->contact), found->approach).load;
     found->tangential_load = hs_total_force(found);
     return found;

@@ -40,7 +40,7 @@ hs_load hs_sum_of_loads(const double *gap, const double *weight, int64_t touchin
 }
 
 /* Cube root for x > 0 by Halley's method, which triples the digits each time: libm's differs from machine to machine. */
-static double cube_root(double x) {
+double hs_cube_root(double x) {
     int exponent;
     double part = frexp(x, &exponent);
     while (exponent % 3 != 0) {
@@ -63,7 +63,7 @@ double hs_label_at(hs_curve curve, double total, double guess, double rigid, dou
     double gap = curve.gap[0], low = gap;
     if (total <= 0.0) return low;
     /* the deepest asperity alone would carry it here */
-    double root = cube_root(total / (compliance * curve.weight[0])), high = low + root * root;
+    double root = hs_cube_root(total / (compliance * curve.weight[0])), high = low + root * root;
     if (rigid > 0.0)
         high = hs_least(high, low + total / rigid);
     else if (curve.count == 1)
@@ -82,7 +82,7 @@ double hs_label_at(hs_curve curve, double total, double guess, double rigid, dou
         }
         /* (total/present)^(2/3) - 1 without loss of digits near 1: with c³ = total/present it is (c - 1)(c + 1), and
          * c - 1 = (c³ - 1)/(c² + c + 1) */
-        double ratio = total / present, c = cube_root(ratio);
+        double ratio = total / present, c = hs_cube_root(ratio);
         double step = 1.5 * present / slope * ((total - present) / present / (c * c + c + 1.0) * (c + 1.0));
         double next = approach + step;
         if (!(low <= next && next <= high)) {

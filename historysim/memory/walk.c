@@ -2,9 +2,8 @@
 
 #include "internal.h"
 
-/* Where a path goes: approach, normal load, and the aim of the tangential channel, which now asks for a request. */
-static void destination(const hs_memory *memory, const hs_path *path, double compliance, double request, double *d,
-                        double *load, hs_aim *aim) {
+void hs_destination(const hs_memory *memory, const hs_path *path, double compliance, double request, double *d,
+                    double *load, hs_aim *aim) {
     if (path->normal_control == HS_LOAD) {
         *load = hs_toward(memory->normal_load, path->normal_target, path->normal_fraction);
         *d = hs_approach_for(memory, *load);
@@ -25,7 +24,7 @@ static void destination(const hs_memory *memory, const hs_path *path, double com
 int hs_planned(hs_memory *memory, const hs_path *path, double compliance, int saturate, int direct, hs_plan *plan,
                hs_refusal *refusal) {
     double force0 = memory->tangential_load + (saturate ? memory->excess : 0.0), d1, load;
-    destination(memory, path, compliance, force0, &d1, &load, &plan->aim);
+    hs_destination(memory, path, compliance, force0, &d1, &load, &plan->aim);
     int by_force = plan->aim.rigid == 0.0, both = path->normal_control == HS_LOAD && by_force;
     double touch = memory->contact->sorted_gap[0];
     hs_request *request = &plan->request;
@@ -95,7 +94,7 @@ static double scaled(double target, double unit, double least) {
     return fabs(found) < least ? 0.0 : found;
 }
 
-static hs_path without_dimension(const hs_units *units, const hs_path *path) {
+hs_path hs_without_dimension(const hs_units *units, const hs_path *path) {
     hs_path found = *path;
     int by_load = path->normal_control == HS_LOAD;
     found.normal_target = scaled(path->normal_target, by_load ? units->load : units->length,
@@ -122,7 +121,7 @@ static hs_path path_to(int normal_control, double normal_target, int tangential_
 
 static int stepped(hs_memory *memory, const hs_path *given, const hs_drive *drive, hs_refusal *refusal) {
     const hs_units *units = &memory->contact->units;
-    hs_path path = without_dimension(units, given);
+    hs_path path = hs_without_dimension(units, given);
     hs_plan plan;
     int held;
     refusal->path = 0;
@@ -178,7 +177,7 @@ int hs_walk(hs_memory *memory, const hs_path *paths, int64_t count, const hs_row
     if (status == HS_OK) status = hs_begin_recording(&recorder, memory->contact, rows);
     if (status != HS_OK) return status;
     for (int64_t p = 0; p < count && status == HS_OK; ++p) {
-        hs_path path = without_dimension(units, paths + p);
+        hs_path path = hs_without_dimension(units, paths + p);
         double before = 0.0;
         refusal->path = p;
         status = hs_planned(memory, &path, compliance, drive->saturate, path.parts == 1 && until == 1.0, &plan, refusal);
