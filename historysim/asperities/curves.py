@@ -197,14 +197,15 @@ class NormalCurves:
         rows.totals["real_contact_area"] = np.interp(approach, table, np.append(0.0, known.sum(axis=1)))
         if patches.size:
             arrays = {
-                "share": np.ascontiguousarray(self.share),
-                "load": np.ascontiguousarray(self.load[:, patches].T),
+                "share": self.share,
+                "load": self.load[:, patches].T,
                 "approach": table,
                 "area": np.vstack([np.zeros(patches.size), known[:, patches]]),
                 "first_touch": first[patches],
             }
             handed = ffi.new("hs_patches *")
             handed.count, handed.rows = patches.size, self.approach.size
+            arrays = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
             for name, array in arrays.items():
                 setattr(handed, name, pointer(array))
             everything = np.arange(self.label.size)

@@ -489,7 +489,7 @@ class Ensemble:
             raise InputError("patches have no height and radius to change; expected an ensemble of summits")
         chosen = self._chosen(asperities)
         memory = copied(state.memory)
-        check(lib.hs_memory_evolve(memory))
+        self._follow(memory)
         count, evolved = self.elements, memory.evolved
         height, radius = view(evolved.summit_height, count).copy(), view(evolved.summit_radius, count).copy()
         old = height.copy(), radius.copy()
@@ -568,7 +568,7 @@ class Ensemble:
         if friction is not None or (rows is not None and any(name in rows.each for name in EVOLVED)):
             if self.curves is not None:
                 raise InputError("patches of one contact keep their friction along a path; expected a change at a time")
-            check(lib.hs_memory_evolve(memory))
+            self._follow(memory)
         if rows is None:
             rows, paths = blank_rows(0, 0), unrecorded(paths)
         walked, columns = rows, chosen
@@ -666,8 +666,16 @@ class Ensemble:
         """The memory at the start, which is never changed."""
         memory = new_memory(self._contact, self.friction)
         if self.evolves:
-            check(lib.hs_memory_evolve(memory))
+            self._follow(memory)
         return memory
+
+    def _follow(self, memory: Any) -> None:
+        """Have a memory follow from now on what asperities become."""
+        if not memory.evolved:
+            check(lib.hs_memory_evolve(memory))
+            # to the bit, which gaps are not
+            view(memory.evolved.summit_height, self.elements)[:] = self.summit_height
+            view(memory.evolved.summit_radius, self.elements)[:] = self.summit_radius
 
     @cached_property
     def _drive(self) -> Any:

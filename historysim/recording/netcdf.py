@@ -150,7 +150,7 @@ class FileRecorder(Recorder):
     def _hand_over(self) -> None:
         """Let the writers have what is held, and make the rows before the last ones free to be filled again."""
         self._wait()
-        rows = Rows._make(array[: self._held] for array in self._rows)
+        rows = self._rows[: self._held]
         values = [np.concatenate(self._times), *(values for _, values in self.projected(rows))]
         self._writing = [
             self._writers.submit(strip.write, each) for strip, each in zip(self._file.strips, values, strict=True)

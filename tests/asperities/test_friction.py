@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 
 from historysim.asperities.friction import coulomb
-from historysim.asperities.grouping import groups
 from historysim.errors import InputError
 
 
@@ -34,17 +33,3 @@ def test_one_coefficient_per_asperity_is_kept_and_copied():
 def test_bad_coefficients_are_refused(friction, complaint):
     with pytest.raises(InputError, match=complaint):
         coulomb(friction, 2)
-
-
-def test_asperities_alike_in_every_key_share_a_group():
-    first = np.array([0.2, 0.3, 0.2, 0.3, 0.2])
-    second = np.array([1, 1, 2, 1, 1])
-    numbers = groups(first, second)
-    alike = (first == first[:, np.newaxis]) & (second == second[:, np.newaxis])
-    assert np.array_equal(numbers == numbers[:, np.newaxis], alike)
-    assert np.array_equal(np.unique(numbers), np.arange(3))
-
-
-def test_one_key_makes_one_group_per_value():
-    assert np.array_equal(groups(np.full(5, 0.4)), np.zeros(5))
-    assert np.unique(groups(np.arange(5.0))).size == 5

@@ -194,32 +194,6 @@ def test_the_derivative_after_friction_has_fallen_is_that_of_differences():
     assert found.coupling == pytest.approx(richardson(lambda d: load(d, 0), 2e-5), rel=1e-9)
 
 
-@pytest.mark.slow
-def test_compiled_code_steps_without_python():
-    from numba import njit
-
-    ensemble = rough()
-    stepper = ensemble.stepper(ensemble.advance(ensemble.initial_state(), normal_load=0.3))
-    kept = stepper.save()
-    way = 0.01 * np.sin(np.arange(60.0)) * np.linspace(1, 0.1, 60)
-
-    @njit
-    def along(body, way):
-        trial, _ = step(forked(body), LOAD, np.nan, DISPLACED, 1.0)
-        refused = False
-        for displacement in way:
-            body, refused = step(body, LOAD, 0.3, DISPLACED, displacement)
-        _, refused = step(body, LOAD, np.nan, LOAD, 10.0)
-        return body, trial, refused
-
-    body, trial, refused = along(stepper.body, way)
-    assert refused
-    stepper.body = body
-    assert stepper.save() == ensemble.advance_many(kept, normal_load=0.3, tangential_displacement=way)[0]
-    stepper.body = trial
-    assert stepper.tangential_load == pytest.approx(0.4 * 0.3)
-
-
 def test_a_controlled_stage_balances_its_energy_and_arrives():
     motion = positioning_stage.controlled(positioning_stage.rough_contact(200), duration=0.3)
     kept = motion.kinetic + motion.stored + motion.dissipated

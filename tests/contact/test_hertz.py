@@ -16,7 +16,6 @@ from historysim.contact.hertz import (
     normal_stiffness,
     peak_pressure,
     pressure_profile,
-    shared_approach,
 )
 from historysim.contact.materials import MaterialPair, material
 from historysim.errors import InputError
@@ -136,30 +135,3 @@ def test_radii_that_touch_at_no_point(first, second):
 def test_arguments_out_of_range(call, message):
     with pytest.raises(InputError, match=message):
         call()
-
-
-@pytest.mark.parametrize("count", [1, 2, 300])
-def test_a_shared_approach_carries_the_load(count):
-    """It is that of the memory, which finds it otherwise, and the loads of the spheres are as Hertz has them."""
-    rng = np.random.default_rng(count)
-    pair = hs.MaterialPair.from_moduli(contact_modulus=50e9, shear_modulus=12e9)
-    for _ in range(20):
-        ensemble = hs.Ensemble(pair, rng.normal(0, 1e-7, count), rng.lognormal(-12, 1, count), 0.2)
-        contact = {"summit_radius": ensemble.summit_radius, "contact_modulus": pair.contact_modulus}
-        load = 10 ** rng.uniform(-12, 2)
-        found = shared_approach(load, gap=ensemble.first_touch, **contact)
-        # a relative rounding of each load is one of 2/3 of it of the approach; Newton stops at a few of them
-        assert found == pytest.approx(ensemble.approach_at(load), rel=1e-13)
-        assert normal_load(found - ensemble.first_touch, **contact).sum() == pytest.approx(load, rel=1e-13)
-
-
-def test_the_least_and_the_largest_loads_have_an_approach():
-    one = {"gap": [0.0, 1.0], "summit_radius": 1e-6, "contact_modulus": 1e11}
-    assert shared_approach(0.0, **one) == 0.0
-    assert 0 <= shared_approach(5e-324, **one) < 1e-200
-    assert shared_approach(1e300, **one) == pytest.approx((1e300 / (8 / 3 * 1e8)) ** (2 / 3), rel=1e-13)
-    assert 0 < shared_approach(1e308, **one) < np.inf
-    with pytest.raises(InputError, match="load"):
-        shared_approach(-1.0, **one)
-    with pytest.raises(InputError, match="gap"):
-        shared_approach(1.0, **one | {"gap": [-1.0, 0.0]})
