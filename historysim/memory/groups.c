@@ -4,21 +4,31 @@
 
 static int one_each(const hs_contact *contact) { return contact->groups > 1 && contact->groups == contact->count; }
 
+/* Terms of the limit and of the slopes, of asperities that touch and are groups of their own. */
+HS_WIDE static void limits(const double *restrict gap, const double *restrict weight, const double *restrict friction,
+                           int count, double d, double *restrict limit, double *restrict limit_slope,
+                           double *restrict load_slope) {
+    for (int i = 0; i < count; ++i) {
+        double depth = d - gap[i], half_chord = weight[i] * sqrt(depth);
+        limit[i] = friction[i] * half_chord * depth;
+        limit_slope[i] = friction[i] * half_chord;
+        load_slope[i] = half_chord;
+    }
+}
+
 hs_limit hs_limit_and_slopes(const hs_memory *memory, double d) {
     const hs_contact *contact = memory->contact;
     const double *friction = memory->friction;
     if (one_each(contact)) {
-        const double *gap = contact->gap, *weight = contact->weight;
-        int64_t count = hs_touching(gap, contact->count, d);
+        int64_t count = hs_touching(contact->gap, contact->count, d);
         double limit[HS_LANES] = {0}, limit_slope[HS_LANES] = {0}, load_slope[HS_LANES] = {0};
-        for (int64_t i = 0; i < count; i += HS_LANES) {
-            int lanes = count - i < HS_LANES ? (int)(count - i) : HS_LANES;
-            for (int l = 0; l < lanes; ++l) {
-                double depth = d - gap[i + l], half_chord = weight[i + l] * sqrt(depth);
-                limit[l] += friction[i + l] * half_chord * depth;
-                limit_slope[l] += friction[i + l] * half_chord;
-                load_slope[l] += half_chord;
-            }
+        double term[3][HS_AT_ONCE];
+        for (int64_t begin = 0; begin < count; begin += HS_AT_ONCE) {
+            int size = hs_size_of_block(count - begin);
+            limits(contact->gap + begin, contact->weight + begin, friction + begin, size, d, term[0], term[1], term[2]);
+            hs_add(limit, term[0], size);
+            hs_add(limit_slope, term[1], size);
+            hs_add(load_slope, term[2], size);
         }
         hs_limit found = {hs_lanes_sum(limit), 1.5 * hs_lanes_sum(limit_slope), 1.5 * hs_lanes_sum(load_slope)};
         return found;
@@ -59,6 +69,14 @@ double hs_largest_friction(const hs_memory *memory) {
     return most;
 }
 
+HS_WIDE static void loads(const double *restrict gap, const double *restrict weight, int64_t count, double d,
+                          double *restrict load) {
+    for (int64_t i = 0; i < count; ++i) {
+        double depth = d - gap[i];
+        load[i] = weight[i] * sqrt(depth) * depth;
+    }
+}
+
 /* Normal loads of the groups that touch at d, where they carry `load` together. */
 int hs_shares_at(const hs_memory *memory, double d, double load, hs_shares *shares) {
     const hs_contact *contact = memory->contact;
@@ -78,10 +96,7 @@ int hs_shares_at(const hs_memory *memory, double d, double load, hs_shares *shar
     shares->load = (double *)malloc((size_t)count * sizeof(double));
     if (!shares->load) return HS_OUT_OF_MEMORY;
     if (one_each(contact)) {
-        for (int64_t i = 0; i < count; ++i) {
-            double depth = d - contact->gap[i];
-            shares->load[i] = contact->weight[i] * sqrt(depth) * depth;
-        }
+        loads(contact->gap, contact->weight, count, d, shares->load);
         return HS_OK;
     }
     for (int64_t index = 0; index < count; ++index)

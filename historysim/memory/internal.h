@@ -37,6 +37,15 @@ static inline double hs_within(double value, double bound) { return hs_least(hs_
 static inline double hs_lanes_sum(const double *lane) {
     return ((lane[0] + lane[1]) + (lane[2] + lane[3])) + ((lane[4] + lane[5]) + (lane[6] + lane[7]));
 }
+/* Loops over asperities work on so many items at a time, which are then added to the lanes. */
+#define HS_AT_ONCE 256
+static inline void hs_add(double *lane, const double *item, int count) {
+    int i = 0;
+    for (; i + HS_LANES <= count; i += HS_LANES)
+        for (int l = 0; l < HS_LANES; ++l) lane[l] += item[i + l];
+    for (int l = 0; i + l < count; ++l) lane[l] += item[i + l];
+}
+static inline int hs_size_of_block(int64_t left) { return left < HS_AT_ONCE ? (int)left : HS_AT_ONCE; }
 /* Point a fraction of the way from where a channel is to its target; the target itself at the end. */
 static inline double hs_toward(double present, double target, double fraction) {
     return fraction == 1.0 ? target : present + fraction * (target - present);
@@ -96,6 +105,17 @@ static inline hs_group hs_group_of(const hs_memory *memory, int64_t index) {
                       memory->friction[index],
                       start};
     return group;
+}
+/* Have the outermost vertices of a stack brought near, which is walked soon after that of another group: the processor
+ * could not guess where they are. */
+static inline void hs_fetch_ahead(const hs_memory *memory, int64_t index) {
+    const int64_t ahead = index + 16;
+    if (ahead < memory->contact->groups && memory->depth[ahead] > 2) {
+        const char *outer = (const char *)(memory->vertices + ahead * memory->capacity + memory->depth[ahead] - 3);
+        __builtin_prefetch(outer);
+        __builtin_prefetch(outer + 64);
+        __builtin_prefetch(outer + 128);
+    }
 }
 static inline hs_vertex hs_vertex_of(double label, double anchor, double slope, double made_at, double normal,
                                      double tangential) {

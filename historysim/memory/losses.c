@@ -21,30 +21,26 @@ static inline double part_of_one(double h, double k, double low, double high, do
     return k * length * q * (1.5 / 18.0);
 }
 
-/* asperities that are worked out at a time */
-#define BLOCK 256
-
 /* Energies of asperities between two labels. */
-HS_WIDE static void parts(const double *restrict gap, const double *restrict weight, int64_t count, const hs_slip *slip,
-                  double *restrict part) {
+HS_WIDE static void parts(const double *restrict gap, const double *restrict weight, int count, const hs_slip *slip,
+                          double *restrict part) {
     const double low = slip->low, high = slip->high, width = high - low;
     const double slip_low = slip->slip_low, drag_low = slip->drag_low;
     const double slip_slope = (slip->slip_high - slip_low) / width, drag_slope = (slip->drag_high - drag_low) / width;
-    for (int64_t i = 0; i < count; ++i)
+    for (int i = 0; i < count; ++i)
         part[i] = part_of_one(gap[i], weight[i], low, high, slip_low, slip_slope, drag_low, drag_slope);
 }
 
 /* Add to each asperity its part of a slip, unless `each` is NULL; return the sum. */
 static double spread(hs_curve curve, double *each, const hs_slip *slip) {
-    double part[BLOCK], lane[HS_LANES] = {0};
+    double part[HS_AT_ONCE], lane[HS_LANES] = {0};
     if (slip->high <= slip->low) return 0.0;
     int64_t count = hs_touching(curve.gap, curve.count, slip->high);
-    for (int64_t begin = 0; begin < count; begin += BLOCK) {
-        int64_t size = count - begin < BLOCK ? count - begin : BLOCK;
+    for (int64_t begin = 0; begin < count; begin += HS_AT_ONCE) {
+        int size = hs_size_of_block(count - begin);
         parts(curve.gap + begin, curve.weight + begin, size, slip, part);
-        for (int64_t i = 0; i < size; ++i) lane[i % HS_LANES] += part[i];
-        if (each)
-            for (int64_t i = 0; i < size; ++i) each[begin + i] += part[i];
+        hs_add(lane, part, size);
+        for (int i = 0; each && i < size; ++i) each[begin + i] += part[i];
     }
     return hs_lanes_sum(lane);
 }
@@ -55,20 +51,21 @@ void hs_no_losses(hs_losses *losses, int64_t groups) {
     losses->total = 0.0;
 }
 
-HS_WIDE static void work_out(hs_losses *losses, double *each) {
-    int number = losses->number;
-    double lane[HS_LANES] = {0};
-    for (int p = 0; p < number; ++p) {
+HS_WIDE static void energies(hs_losses *losses) {
+    for (int p = 0; p < losses->number; ++p) {
         double low = losses->low[p], slip = losses->slip_low[p], drag = losses->drag_low[p];
         double rate = 1.0 / (losses->high[p] - low);
         double slip_slope = (losses->slip_high[p] - slip) * rate, drag_slope = (losses->drag_high[p] - drag) * rate;
         losses->energy[p] = part_of_one(losses->gap[p], losses->weight[p], low, losses->high[p], slip, slip_slope, drag,
                                         drag_slope);
     }
-    for (int p = 0; p < number; ++p) {
-        lane[p % HS_LANES] += losses->energy[p];
-        each[losses->whose[p]] += losses->energy[p];
-    }
+}
+
+static void work_out(hs_losses *losses, double *each) {
+    double lane[HS_LANES] = {0};
+    energies(losses);
+    hs_add(lane, losses->energy, losses->number);
+    for (int p = 0; p < losses->number; ++p) each[losses->whose[p]] += losses->energy[p];
     losses->total += hs_lanes_sum(lane);
     losses->number = 0;
 }

@@ -10,7 +10,9 @@ int hs_is_alone(const hs_memory *memory) { return memory->contact->groups == 1 &
 /* Have stacks hold what the next path adds: a front and an edge; a polyline steeper than μ may be cut in every segment. */
 int hs_make_room(hs_memory *memory) {
     int64_t deepest = hs_deepest(memory), needed = hs_any_steep(memory) ? hs_room_to_clip(deepest) : deepest + 2;
-    return needed > memory->capacity ? hs_memory_reserve(memory, 2 * needed) : HS_OK;
+    /* the less room there is above many stacks, the more of them a cache holds */
+    int64_t spare = memory->contact->groups > 1 ? 2 : needed;
+    return needed > memory->capacity ? hs_memory_reserve(memory, needed + spare) : HS_OK;
 }
 
 /* A tangential load has to be within the friction limit. */
@@ -51,6 +53,7 @@ int hs_carry(hs_memory *memory, const hs_shares *shares, double d, double load, 
     for (int64_t index = 0; index < groups && !still; ++index) {
         int64_t depth = memory->depth[index];
         if (index >= shares->count && depth == 0) break;
+        hs_fetch_ahead(memory, index);
         hs_group group = hs_group_of(memory, index);
         if (index >= shares->count) {
             hs_point to = {d, reached};

@@ -16,27 +16,27 @@ int64_t hs_touching(const double *gap, int64_t count, double approach) {
     return low;
 }
 
-/* P(a) and P'(a) of the first asperities, all of which touch. */
-HS_WIDE static hs_load sum_of_loads(const double *gap, const double *weight, int64_t touching, double approach) {
-    double load[HS_LANES] = {0}, slope[HS_LANES] = {0};
-    int64_t i = 0;
-    for (; i + HS_LANES <= touching; i += HS_LANES)
-        for (int l = 0; l < HS_LANES; ++l) {
-            double depth = approach - gap[i + l], half_chord = weight[i + l] * sqrt(depth);
-            load[l] += half_chord * depth;
-            slope[l] += half_chord;
-        }
-    for (int l = 0; i + l < touching; ++l) {
-        double depth = approach - gap[i + l], half_chord = weight[i + l] * sqrt(depth);
-        load[l] += half_chord * depth;
-        slope[l] += half_chord;
+/* k √(a - h) and its product with a - h, of asperities that touch. */
+HS_WIDE static void half_chords(const double *restrict gap, const double *restrict weight, int count, double approach,
+                                double *restrict load, double *restrict half_chord) {
+    for (int i = 0; i < count; ++i) {
+        double depth = approach - gap[i];
+        half_chord[i] = weight[i] * sqrt(depth);
+        load[i] = half_chord[i] * depth;
     }
-    hs_load found = {hs_lanes_sum(load), 1.5 * hs_lanes_sum(slope)};
-    return found;
 }
 
+/* P(a) and P'(a) of the first asperities, all of which touch. */
 hs_load hs_sum_of_loads(const double *gap, const double *weight, int64_t touching, double approach) {
-    return sum_of_loads(gap, weight, touching, approach);
+    double load[HS_AT_ONCE], half_chord[HS_AT_ONCE], loads[HS_LANES] = {0}, slopes[HS_LANES] = {0};
+    for (int64_t begin = 0; begin < touching; begin += HS_AT_ONCE) {
+        int count = hs_size_of_block(touching - begin);
+        half_chords(gap + begin, weight + begin, count, approach, load, half_chord);
+        hs_add(loads, load, count);
+        hs_add(slopes, half_chord, count);
+    }
+    hs_load found = {hs_lanes_sum(loads), 1.5 * hs_lanes_sum(slopes)};
+    return found;
 }
 
 /* Cube root for x > 0 by Halley's method, which triples the digits each time: libm's differs from machine to machine. */

@@ -12,22 +12,14 @@ static void superpose(const double *elements, int64_t count, const hs_patches *p
     }
 }
 
-/* Sum over the rows of the table of a patch's loads, by either weights. */
-HS_WIDE static void weighted(const double *restrict loads, int64_t rows, const double *restrict normal_weight,
-                             const double *restrict tangential_weight, double *normal, double *tangential) {
-    double n[HS_LANES] = {0}, t[HS_LANES] = {0};
+/* Sum over the rows of the table of a patch's loads. */
+static double weighted(const double *loads, int64_t rows, const double *weight) {
+    double lane[HS_LANES] = {0};
     int64_t r = 0;
     for (; r + HS_LANES <= rows; r += HS_LANES)
-        for (int l = 0; l < HS_LANES; ++l) {
-            n[l] += loads[r + l] * normal_weight[r + l];
-            t[l] += loads[r + l] * tangential_weight[r + l];
-        }
-    for (int l = 0; r + l < rows; ++l) {
-        n[l] += loads[r + l] * normal_weight[r + l];
-        t[l] += loads[r + l] * tangential_weight[r + l];
-    }
-    *normal = hs_lanes_sum(n);
-    *tangential = hs_lanes_sum(t);
+        for (int l = 0; l < HS_LANES; ++l) lane[l] += loads[r + l] * weight[r + l];
+    for (int l = 0; r + l < rows; ++l) lane[l] += loads[r + l] * weight[r + l];
+    return hs_lanes_sum(lane);
 }
 
 /* Radii of the circles that have the areas of patches, straight between the rows of their table. */
@@ -58,7 +50,7 @@ int hs_record_patches(const hs_patches *patches, const hs_rows *elements, int64_
         equal_radii(patches, stick[r], rows->stick_radius + at);
         int whole = elements->slip_state[from] == HS_FULL_STICK;
         for (int64_t i = 0; i < patches->count; ++i) {
-            double normal, tangential, touch = patches->first_touch[i];
+            double touch = patches->first_touch[i];
             rows->dissipated_energy[at + i] = 0.0;
             if (approach[r] <= touch) {
                 rows->normal_load[at + i] = rows->tangential_load[at + i] = 0.0;
@@ -66,9 +58,9 @@ int hs_record_patches(const hs_patches *patches, const hs_rows *elements, int64_
                 rows->slip_state[at + i] = HS_SEPARATED;
                 continue;
             }
-            weighted(patches->load + i * patches->rows, patches->rows, weights, weights + patches->rows, &normal,
-                     &tangential);
-            normal = hs_most(normal, 0.0);
+            const double *loads = patches->load + i * patches->rows;
+            double normal = hs_most(weighted(loads, patches->rows, weights), 0.0);
+            double tangential = weighted(loads, patches->rows, weights + patches->rows);
             rows->normal_load[at + i] = normal;
             rows->tangential_load[at + i] = hs_within(tangential, friction * normal);
             int inside = stick[r] > touch ? HS_PARTIAL_SLIP : HS_GROSS_SLIP;

@@ -39,6 +39,7 @@ static void slip_zones(const hs_vertex *stack, int64_t depth, double displacemen
 double hs_sticking_stiffness(const hs_memory *memory, double direction) {
     double v = memory->displacement, stiffness = 0.0;
     for (int64_t index = 0; index < memory->contact->groups && memory->depth[index] > 0; ++index) {
+        hs_fetch_ahead(memory, index);
         hs_group group = hs_group_of(memory, index);
         const hs_vertex *stack = group.stack;
         int64_t depth = memory->depth[index];
@@ -158,14 +159,19 @@ static double largest_traction_ratio(const hs_vertex *stack, int64_t depth, doub
 
 /* ---- rows ----------------------------------------------------------------------------------------------------------------- */
 
+HS_WIDE static void circles(const double *restrict gap, const double *restrict weight, int count, double approach,
+                            double *restrict area) {
+    for (int i = 0; i < count; ++i) area[i] = weight[i] * weight[i] * (approach - gap[i]);
+}
+
 /* Σ k² (a - h), the real contact area over π. */
-HS_WIDE static double real_area(const hs_contact *contact, int64_t touching, double approach) {
-    const double *gap = contact->sorted_gap, *weight = contact->sorted_weight;
-    double lane[HS_LANES] = {0};
-    int64_t i = 0;
-    for (; i + HS_LANES <= touching; i += HS_LANES)
-        for (int l = 0; l < HS_LANES; ++l) lane[l] += weight[i + l] * weight[i + l] * (approach - gap[i + l]);
-    for (int l = 0; i + l < touching; ++l) lane[l] += weight[i + l] * weight[i + l] * (approach - gap[i + l]);
+static double real_area(const hs_contact *contact, int64_t touching, double approach) {
+    double area[HS_AT_ONCE], lane[HS_LANES] = {0};
+    for (int64_t begin = 0; begin < touching; begin += HS_AT_ONCE) {
+        int count = hs_size_of_block(touching - begin);
+        circles(contact->sorted_gap + begin, contact->sorted_weight + begin, count, approach, area);
+        hs_add(lane, area, count);
+    }
     return hs_lanes_sum(lane);
 }
 

@@ -26,47 +26,57 @@ static void forget_front(hs_fronts *fronts, int64_t index) {
     fronts->low[index] = HUGE_VAL;
 }
 
-/* Tangential load of the groups with fronts at the end of a path. Tells of each group whether its front is not on the
- * segment noted; returns how many are not: they are to be found once more. */
-HS_WIDE static int64_t force_on_fronts(hs_fronts *fronts, const hs_shares *shares, hs_point to, hs_force *found) {
-    const double *restrict cone = fronts->cone, *restrict below = fronts->below, *restrict anchor = fronts->anchor;
-    const double *restrict rate = fronts->rate, *restrict jump = fronts->jump, *restrict held = fronts->force;
-    const double *restrict low = fronts->low, *restrict high = fronts->high, *restrict gap = fronts->gap;
-    const double *restrict weight = fronts->weight, *restrict load = shares->load;
-    double *restrict off = fronts->off;
-    double force[HS_LANES] = {0}, stiffness[HS_LANES] = {0}, curvature[HS_LANES] = {0}, misses[HS_LANES] = {0};
+/* The terms of the sums below, of groups from one on. */
+HS_WIDE static void terms_on_fronts(const hs_fronts *fronts, const double *restrict load, int64_t from, int count,
+                                    hs_point to, double *restrict force, double *restrict stiffness,
+                                    double *restrict curvature) {
+    const double *restrict cone = fronts->cone + from, *restrict below = fronts->below + from;
+    const double *restrict anchor = fronts->anchor + from, *restrict rate = fronts->rate + from;
+    const double *restrict jump = fronts->jump + from, *restrict held = fronts->force + from;
+    const double *restrict low = fronts->low + from, *restrict high = fronts->high + from;
+    const double *restrict gap = fronts->gap + from, *restrict weight = fronts->weight + from;
+    double *restrict off = fronts->off + from;
     const double d = to.d, v = to.v;
-    for (int64_t i = 0; i < shares->count; i += HS_LANES) {
-        int lanes = shares->count - i < HS_LANES ? (int)(shares->count - i) : HS_LANES;
-        for (int l = 0; l < lanes; ++l) {
-            int64_t g = i + l;
-            /* the label of the front on the segment, or beyond its ends */
-            double label = below[g] + ((v - anchor[g]) - cone[g] * (d - below[g])) * rate[g];
-            double last = high[g] < d ? high[g] : d;
-            double miss = ((low[g] <= label) & (label <= last)) ? 0.0 : 1.0;
-            double depth = label - gap[g] > 0.0 ? label - gap[g] : 0.0;
-            double half_chord = weight[g] * sqrt(depth);
-            off[g] = miss;
-            misses[l] += miss;
-            force[l] += held[g] + cone[g] * load[g] + jump[g] * half_chord * depth;
-            stiffness[l] += half_chord;
-            curvature[l] += half_chord * rate[g] / (depth + SMALL);
-        }
+    for (int g = 0; g < count; ++g) {
+        /* the label of the front on the segment, or beyond its ends */
+        double label = below[g] + ((v - anchor[g]) - cone[g] * (d - below[g])) * rate[g];
+        double last = high[g] < d ? high[g] : d;
+        double depth = label - gap[g] > 0.0 ? label - gap[g] : 0.0, half_chord = weight[g] * sqrt(depth);
+        off[g] = ((low[g] <= label) & (label <= last)) ? 0.0 : 1.0;
+        force[g] = held[g] + cone[g] * load[g] + jump[g] * half_chord * depth;
+        stiffness[g] = half_chord;
+        curvature[g] = half_chord * rate[g] / (depth + SMALL);
+    }
+}
+
+/* Tangential load of the groups with fronts at the end of a path. Tells of each group whether its front is not on the
+ * segment noted; returns whether that is so of any: they are to be found once more. */
+static int force_on_fronts(const hs_fronts *fronts, const hs_shares *shares, hs_point to, hs_force *found) {
+    double force[HS_LANES] = {0}, stiffness[HS_LANES] = {0}, curvature[HS_LANES] = {0}, misses[HS_LANES] = {0};
+    double term[3][HS_AT_ONCE];
+    for (int64_t begin = 0; begin < shares->count; begin += HS_AT_ONCE) {
+        int count = hs_size_of_block(shares->count - begin);
+        terms_on_fronts(fronts, shares->load + begin, begin, count, to, term[0], term[1], term[2]);
+        hs_add(force, term[0], count);
+        hs_add(stiffness, term[1], count);
+        hs_add(curvature, term[2], count);
+        hs_add(misses, fronts->off + begin, count);
     }
     found->force = hs_lanes_sum(force);
     found->stiffness = 1.5 * hs_lanes_sum(stiffness);
     found->curvature = 0.75 * hs_lanes_sum(curvature);
-    return (int64_t)hs_lanes_sum(misses);
+    return hs_lanes_sum(misses) > 0.0;
 }
 
 /* Tangential load at the end of a straight path, with its derivatives; fronts are looked up, or found and noted. */
 int hs_force_at(hs_memory *memory, const hs_shares *shares, hs_fronts *fronts, hs_point to, hs_force *found) {
     hs_point from = {memory->approach, memory->displacement};
-    if (force_on_fronts(fronts, shares, to, found) == 0) return HS_OK;
+    if (!force_on_fronts(fronts, shares, to, found)) return HS_OK;
     hs_force sum = {0.0, 0.0, 0.0};
     hs_vertex *scratch = NULL;
     for (int64_t index = 0; index < shares->count; ++index) {
         if (fronts->off[index] == 0.0) continue;
+        hs_fetch_ahead(memory, index);
         forget_front(fronts, index);
         hs_group group = hs_group_of(memory, index);
         int64_t depth = memory->depth[index];
@@ -98,6 +108,7 @@ int hs_force_at(hs_memory *memory, const hs_shares *shares, hs_fronts *fronts, h
 
 static void guess_fronts(hs_memory *memory, const hs_shares *shares, hs_fronts *fronts, double sign) {
     for (int64_t index = 0; index < shares->count; ++index) {
+        hs_fetch_ahead(memory, index);
         if (memory->depth[index] > 1 && fronts->low[index] == HUGE_VAL && !memory->steep[index]) {
             hs_group group = hs_group_of(memory, index);
             hs_guess_front(fronts, index, &group, memory->depth[index], sign);
