@@ -1,6 +1,7 @@
 """The errors a caller can tell apart.
 
-Each message says what came, what was expected, how to mend it, and where.
+Each message says what came, what was expected, how to mend it, and where. Errors cross processes whole: the arguments
+that one is made of are those that the base class is given, since pickling makes it of them again.
 """
 
 import re
@@ -54,12 +55,15 @@ class FrictionLimitError(LoadError):
     """
 
     def __init__(self, request: float, limit: float, path: int = 0) -> None:
-        super().__init__(
-            f"a tangential load of {request:.6g} N is beyond the friction limit of {limit:.6g} N (Σ μ N), so there is "
-            "no equilibrium; lower it, raise the normal load first, control the displacement instead, or choose "
-            "`saturate` to hold the load at the limit"
-        )
+        super().__init__(request, limit, path)
         self.request, self.limit, self.path = request, limit, path
+
+    def __str__(self) -> str:
+        return (
+            f"a tangential load of {self.request:.6g} N is beyond the friction limit of {self.limit:.6g} N (Σ μ N), so "
+            "there is no equilibrium; lower it, raise the normal load first, control the displacement instead, or "
+            "choose `saturate` to hold the load at the limit"
+        )
 
 
 class CurveEndError(LoadError):
@@ -67,13 +71,18 @@ class CurveEndError(LoadError):
 
     Attributes
     ----------
+    asked, end : str
+        What was asked for, and where the curve ends, both with units.
     path : int
         As for `FrictionLimitError`.
     """
 
     def __init__(self, asked: str, end: str, path: int = 0) -> None:
-        super().__init__(f"{asked} is beyond the normal curve, which ends at {end}; load less, or extend the curve")
-        self.path = path
+        super().__init__(asked, end, path)
+        self.asked, self.end, self.path = asked, end, path
+
+    def __str__(self) -> str:
+        return f"{self.asked} is beyond the normal curve, which ends at {self.end}; load less, or extend the curve"
 
 
 class InstallationError(HistorySimError, ImportError):

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import attrs
 import numpy as np
 import numpy.typing as npt
-import tqdm
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.basics.processors import threads_of
+from historysim.basics.progress import progress_bar
 from historysim.errors import CurveEndError, FrictionLimitError, InputError, LoadError
 from historysim.loads import schedule
 from historysim.loads.acting import changed, friction_goal
@@ -138,15 +138,15 @@ class Replay:
         state, columns = start.state, () if target.asperities is None else target.asperities
         at_once = min(most_rows or target.rows_at_once, target.rows_at_once)
         plan = schedule.stretches(self.events, self.substeps, at_once, start=start.standing, until=until)
-        bar = tqdm.tqdm(total=target.steps, initial=start.rows, unit="step", delay=2, disable=not progress or None)
-        with bar:
+        bar = progress_bar(progress, "step", target.steps, initial=start.rows, delay=2)
+        with bar as done:
             for stretch in plan:
                 rows = target.blank(stretch.row_time.size)
                 state = self._walked(stretch, state, rows=rows, asperities=columns, threads=self.threads)
                 target.record(stretch.row_time)
                 if after is not None and stretch.standing is not None:
                     after(stretch.standing, state)
-                bar.update(stretch.row_time.size)
+                done(stretch.row_time.size)
         return state
 
     def _walked(self, stretch: schedule.Stretch, state: "EnsembleState", **recorded: Any) -> "EnsembleState":

@@ -21,7 +21,6 @@ ROOMS = (
     "asperities",
     "loads",
     "recording",
-    "ahead",
     "replay",
     "log",
     "measured",
@@ -35,7 +34,7 @@ FREE = ("", "__main__")
 READERS = ("results.analysis", "results.plots.history")
 ENGINE = {"memory", "asperities", "recording", "replay", "log", "scenario"}
 LONGEST_CORRIDOR = 200
-HEAVY = {"numpy", "scipy", "numba", "xarray", "netCDF4", "matplotlib", "cf_units", "tqdm", "h5py", "nptdms"}
+HEAVY = {"numpy", "scipy", "xarray", "netCDF4", "matplotlib", "cf_units", "tqdm", "h5py", "nptdms"}
 
 
 def modules(root):
@@ -157,7 +156,6 @@ def test_all_modules_are_read():
     assert {"", "cli", "replay", "contact.hertz", "results.plots.history"} <= set(found)
     assert {"loads.schedule", "asperities.ensemble", "recording.recorder"} <= found["replay"][0]
     assert {"replay", "log.file"} <= found["log.result"][0]
-    assert any("numba" in packages for name, (_, packages) in found.items() if room(name) == "memory")
 
 
 def test_every_room_has_its_tests():

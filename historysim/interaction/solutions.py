@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import scalar
+from historysim.basics.progress import progress_bar
 from historysim.errors import InputError
 from historysim.interaction.cache import kept
 from historysim.interaction.half_space import HalfSpace
@@ -160,14 +161,12 @@ class NormalSolutions:
 
 def _solve(space: HalfSpace, surface: Surface, target: tuple[float, float], *, progress: bool) -> dict[str, Floats]:
     """Solve all loads, from the lightest, and the heaviest on the map with every second point left out."""
-    from tqdm import tqdm
-
     top = _top(space, *target)
     approaches, pressures = [0.0], []
-    with tqdm(total=LOADS, desc="normal contact", unit="load", delay=2, disable=None if progress else True) as bar:
+    with progress_bar(progress, "load", LOADS, desc="normal contact", delay=2) as count:
         for pressure in np.geomspace(_bottom(space, top), top, LOADS):
             found = space.solve(float(pressure))
-            bar.update()
+            count()
             if found is not None and _resolved(found) and found[0] > approaches[-1]:
                 approaches.append(found[0])
                 pressures.append(found[1].ravel())

@@ -97,12 +97,12 @@ def write_result(
             unfinished.forget()
         with job.recorder(FileRecorder, **options) as target:
             start = _start(file, content, target, tell) if resume else Start(head.ensemble.initial_state())
+            last = start.rows
+            keep = last > 0
             target.check_room(output.parent)
             if target.size > LARGE and compression == "none":
                 tell(_size_notice(output, target))
             every = snapshot_every or max(1, min(MOST_SNAPSHOT_ROWS, SNAPSHOT_CELLS // len(head.ensemble)))
-            last = start.rows
-            keep = last > 0
 
             def snapshot(standing: Standing, state: "EnsembleState") -> None:
                 nonlocal last, keep
@@ -146,7 +146,7 @@ def _start(file: LogFile, content: Content, target: FileRecorder, tell: Teller) 
         tell(f"{file.path}: has no snapshot whose rows are there; the replay starts at the beginning")
     else:
         tell(f"{file.path}: going on from t = {time_text(start.standing.time)}, after {start.rows:,} rows")
-        target.go_on(start.rows, standing)
+        target.go_on(start.rows, standing[start.rows])
     return start
 
 

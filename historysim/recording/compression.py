@@ -1,6 +1,7 @@
 """A result, smaller: a copy of the whole one, since nobody knows before how much room a compressed row takes."""
 
 import errno
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,11 @@ COMPRESSIONS: dict[str, dict[str, Any]] = {
     "zlib": {"compression": "zlib", "complevel": 1, "shuffle": True},
     "zstd": {"compression": "zstd", "complevel": 3, "shuffle": True},
 }
+
+
+CHUNK_CELLS, ROWS_OF_A_CHUNK = 1 << 16, 1 << 8
+MOST_CELLS_ACROSS = 1 << 21
+"""Values of all chunks across a row: 16 MB, which the netCDF library keeps of a variable while it reads."""
 
 
 def check_compression(compression: str) -> None:
@@ -77,9 +83,31 @@ def _as_characters(attributes: dict[str, Any]) -> dict[str, Any]:
 
 
 def _storage(variable: "netCDF4.Variable[Any]", way: dict[str, Any]) -> dict[str, Any]:
-    """Return how the copy of a variable is kept; what is in one piece has no chunks, and no rows."""
+    """Return how the copy of a variable is kept; what holds nothing has no chunks."""
     chunks, filters = variable.chunking(), variable.filters()
-    if chunks == "contiguous":
+    if chunks != "contiguous":
+        own = {"compression": "zlib", "complevel": filters["complevel"]} if filters["zlib"] else way
+        return {"chunksizes": chunks, "fletcher32": filters["fletcher32"], **own}
+    if not variable.size:
         return {}
-    own = {"compression": "zlib", "complevel": filters["complevel"]} if filters["zlib"] else way
-    return {"chunksizes": chunks, "fletcher32": filters["fletcher32"], **own}
+    shape = chunk_shape(variable.shape[0], math.prod(variable.shape[1:]))[: variable.ndim]
+    # by its checksums every reader finds out whether a chunk is still whole
+    return {"chunksizes": shape, "fletcher32": True, **way}
+
+
+def chunk_shape(steps: int, columns: int) -> tuple[int, int]:
+    """Return how many rows and columns a chunk has.
+
+    Few enough of both that one row of all columns, and one column of all rows, are each read without reading much
+    else.
+    """
+    rows = min(steps, max(1, min(ROWS_OF_A_CHUNK, MOST_CELLS_ACROSS // columns)))
+    across = min(columns, CHUNK_CELLS // rows)
+    rows = min(steps, max(rows, CHUNK_CELLS // across))
+    # all of about the same size, so that little room is lost at the ends
+    return _even(steps, rows), _even(columns, across)
+
+
+def _even(count: int, most: int) -> int:
+    size = -(-count // -(-count // most))
+    return min(range(max((size + 1) // 2, size - 16), size + 1), key=lambda size: (-count % size, -size))

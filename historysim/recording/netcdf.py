@@ -4,7 +4,8 @@ import contextlib
 import errno
 import os
 import shutil
-from collections.abc import Callable, Iterable, Iterator, Mapping
+import zlib
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, final
@@ -21,8 +22,7 @@ from historysim.memory.rows import Rows
 from historysim.recording import recorder
 from historysim.recording.changes import STEADY, Changes
 from historysim.recording.recorder import Recorder
-from historysim.recording.row_file import RowFile
-from historysim.recording.skeleton import skeleton
+from historysim.recording.skeleton import Place, Skeleton, skeleton
 
 if TYPE_CHECKING:
     import h5netcdf
@@ -35,7 +35,8 @@ Array = npt.NDArray[Any]
 class FileRecorder(Recorder):
     """Rows of one history, written to the file of a result while the next ones are computed.
 
-    Every variable has checksums (Fletcher-32), which the netCDF library checks on reading.
+    Each byte is written once, to the place where readers will look for it; what makes a result of the rows is written
+    at the end. Of the rows of each variable a checksum (CRC-32) goes along, by which is found out whether they stand.
 
     Parameters
     ----------
@@ -47,18 +48,14 @@ class FileRecorder(Recorder):
         Writes further groups into the file.
     writers : int
         Threads that write.
-
-    Raises
-    ------
-    OSError
-        The disk has no room for the result.
     """
 
     handle: int
     attributes: Mapping[str, Any]
     beside: "Callable[[h5netcdf.File], None] | None" = None
     writers: int = 2
-    _file: RowFile = attrs.field(init=False)
+    _skeleton: Skeleton = attrs.field(init=False)
+    _sums: list[int] = attrs.field(init=False)
     _held: int = attrs.field(default=0, init=False)
     _times: list[Array] = attrs.field(factory=list, init=False)
     _rows: Rows = attrs.field(init=False)
@@ -67,7 +64,8 @@ class FileRecorder(Recorder):
     _writing: list[Future[None]] = attrs.field(factory=list, init=False)
 
     def __attrs_post_init__(self) -> None:
-        self._file = RowFile(self.handle, skeleton(self, self.attributes, self.beside))
+        self._skeleton = skeleton(self, self.attributes, self.beside)
+        self._sums = [0] * len(self._skeleton.places)
         self._rows, self._spare = self.new_rows(0), self.new_rows(0)
         self._writers = ThreadPoolExecutor(self.writers, thread_name_prefix="writer")
 
@@ -81,7 +79,7 @@ class FileRecorder(Recorder):
     @property
     def size(self) -> int:
         """Bytes of the whole result."""
-        return self._file.size
+        return self._skeleton.size
 
     def check_room(self, folder: Path) -> None:
         """Check that a folder's disk has room for what is not written yet.
@@ -91,7 +89,7 @@ class FileRecorder(Recorder):
         OSError
             It has not.
         """
-        needed, free = self._file.missing, shutil.disk_usage(folder).free
+        needed, free = self.size - 512 * os.fstat(self.handle).st_blocks, shutil.disk_usage(folder).free
         if free < needed:
             raise OSError(
                 errno.ENOSPC,
@@ -99,22 +97,44 @@ class FileRecorder(Recorder):
                 "free; make room",
             )
 
-    def standing(self, known: Mapping[int, Iterable[bytes]]) -> Mapping[int, object]:
-        """Return where the rows of an earlier run, of which `flush` has told, still stand; see `RowFile.standing`."""
-        return self._file.standing(known)
+    def standing(self, known: Mapping[int, Collection[bytes]]) -> Mapping[int, bytes]:
+        """Return up to which of some numbers of rows those in the file are what they were.
 
-    def go_on(self, rows: int, standing: Mapping[int, Any]) -> None:
-        """Go on after so many rows, one of the numbers that `standing` has given."""
-        self._file.strips = standing[rows]
+        Parameters
+        ----------
+        known : dict
+            What `flush` has returned then, by the number of rows.
+
+        Returns
+        -------
+        dict
+            Of these numbers those up to which nothing has changed, with what was returned.
+        """
+        found: dict[int, bytes] = {}
+        begun, sums = 0, [0] * len(self._sums)
+        # what cannot be read does not stand
+        with contextlib.suppress(OSError):
+            for rows in sorted(rows for rows in known if rows <= self.steps):
+                for first in range(begun, rows, self._most):
+                    last = min(first + self._most, rows)
+                    sums = [self._read(*each, first, last) for each in zip(self._skeleton.places, sums, strict=True)]
+                begun, written = rows, _digest(sums)
+                if written not in known[rows]:
+                    break
+                found[rows] = written
+        return found
+
+    def go_on(self, rows: int, written: bytes) -> None:
+        """Go on after so many rows, one of the numbers that `standing` has given, with what it has given for it."""
+        self._sums = np.frombuffer(written, "<u4").tolist()
         self._filled = rows
 
     def blank(self, count: int) -> Rows:
         """Return rows for the replay to fill next."""
-        most = max(1, min(self.steps, recorder.CELLS_AT_ONCE // max(self.columns, len(TOTALS.names or ()))))
-        if self._held and self._held + count > most:
+        if self._held and self._held + count > self._most:
             self._hand_over()
         if len(self._rows.totals) < count:
-            self._rows = self.new_rows(max(count, most))
+            self._rows = self.new_rows(max(count, self._most))
         return self._rows[self._held : self._held + count]
 
     def record(self, times: Array) -> None:
@@ -133,10 +153,12 @@ class FileRecorder(Recorder):
         """
         self._written()
         with _reported():
-            return self._file.sync()
+            # macOS has no other call than that which also writes when the file was changed
+            getattr(os, "fdatasync", os.fsync)(self.handle)
+        return _digest(self._sums)
 
     def finish(self) -> None:
-        """Make a result of the rows.
+        """Make a result of the rows, which are all there.
 
         Raises
         ------
@@ -145,18 +167,37 @@ class FileRecorder(Recorder):
         """
         self._written()
         with _reported():
-            self._file.finish()
+            for address, content in self._skeleton.content.items():
+                _put(self.handle, memoryview(content), address)
+            os.ftruncate(self.handle, self._skeleton.size)
+
+    @property
+    def _most(self) -> int:
+        """Rows that are held, at most, before they are written."""
+        return max(1, min(self.steps, recorder.CELLS_AT_ONCE // max(self.columns, len(TOTALS.names or ()))))
 
     def _hand_over(self) -> None:
         """Let the writers have what is held, and make the rows before the last ones free to be filled again."""
         self._wait()
         rows = self._rows[: self._held]
         values = [np.concatenate(self._times), *(values for _, values in self.projected(rows))]
-        self._writing = [
-            self._writers.submit(strip.write, each) for strip, each in zip(self._file.strips, values, strict=True)
-        ]
+        first = self._filled - self._held
+        self._writing = [self._writers.submit(self._write, index, first, each) for index, each in enumerate(values)]
         self._rows, self._spare = self._spare, self._rows
         self._held, self._times = 0, []
+
+    def _write(self, index: int, first: int, values: Array) -> None:
+        """Write rows of one variable."""
+        place = self._skeleton.places[index]
+        if place.row_size:
+            content = np.ascontiguousarray(values).data.cast("B")
+            self._sums[index] = zlib.crc32(content, self._sums[index])
+            _put(self.handle, content, place.begin + first * place.row_size)
+
+    def _read(self, place: Place, total: int, first: int, last: int) -> int:
+        """Add rows of one variable, as they stand in the file, to a checksum."""
+        begin, end = (place.begin + row * place.row_size for row in (first, last))
+        return zlib.crc32(os.pread(self.handle, end - begin, begin), total)
 
     def _wait(self) -> None:
         with _reported():
@@ -168,6 +209,17 @@ class FileRecorder(Recorder):
         if self._held:
             self._hand_over()
         self._wait()
+
+
+def _digest(sums: Sequence[int]) -> bytes:
+    return np.array(sums, "<u4").tobytes()
+
+
+def _put(handle: int, content: memoryview, address: int) -> None:
+    """Write all of a buffer."""
+    done = 0
+    while done < content.nbytes:
+        done += os.pwrite(handle, content[done:], address + done)
 
 
 @contextlib.contextmanager

@@ -10,8 +10,8 @@ import xarray as xr
 
 from historysim._version import __version__
 from historysim.basics.files import replacing
+from historysim.recording.compression import chunk_shape
 from historysim.recording.provenance import CONVENTIONS, KEYWORDS
-from historysim.recording.skeleton import chunk_shape
 
 CELLS_AT_ONCE = 1 << 20
 """Values of a variable that are read and written at a time."""

@@ -13,6 +13,7 @@ from historysim.asperities.instrument import Instrument
 from historysim.basics.display import html_table
 from historysim.basics.files import replacing
 from historysim.basics.places import at
+from historysim.basics.progress import progress_bar
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.scenario.scenario import Scenario, as_scenario
@@ -178,8 +179,6 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
     LoadError
         A normal load that the contact cannot carry.
     """
-    from tqdm import tqdm
-
     from historysim.measured.comparison import Comparison
     from historysim.measured.fitting import fit_parameters
     from historysim.measured.observation import observe
@@ -196,8 +195,8 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
             load_noise=section.load_noise,
         )
         # how many walks it takes is not known before
-        with tqdm(desc="fitting", unit=" walks", delay=2, disable=None if progress else True) as bar:
-            found = fit_parameters(model, start, observation, walked=bar.update)
+        with progress_bar(progress, " walks", desc="fitting", delay=2) as walked:
+            found = fit_parameters(model, start, observation, walked=walked)
     _, instrument = model(found.values)
     return Fit(scenario, found, Comparison.of(observation, found.passage, instrument))
 

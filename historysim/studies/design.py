@@ -12,6 +12,7 @@ from historysim._version import __version__
 from historysim.basics.display import Lines
 from historysim.basics.notices import Teller, silent
 from historysim.basics.places import at
+from historysim.basics.progress import progress_bar
 from historysim.basics.units import quantity, quantity_text
 from historysim.basics.wording import counted, nearest
 from historysim.errors import HistorySimError, InputError
@@ -181,14 +182,12 @@ def problem_of(
 
 def _each(function: Any, tasks: Sequence[Any], executor: Any, count: int, progress: bool) -> list[Any]:
     """Carry tasks out, and return their results in their order."""
-    from tqdm import tqdm
-
     results: list[Any] = [None] * len(tasks)
     numbered = [(index, function, task) for index, task in enumerate(tasks)]
-    with tqdm(total=len(tasks), unit="search", disable=None if progress else True, leave=False) as bar:
+    with progress_bar(progress, "search", len(tasks), leave=False) as done:
         for (index, _, _), outcome in outcomes(_called, numbered, executor, AHEAD * count):
             results[index] = outcome
-            bar.update()
+            done()
     return results
 
 

@@ -11,6 +11,7 @@ import attrs
 
 from historysim.basics.files import replacing
 from historysim.basics.notices import Teller, silent
+from historysim.basics.progress import progress_bar
 from historysim.errors import InputError
 from historysim.scenario.scenario import Scenario, load
 from historysim.studies.workers import executor_for, outcomes
@@ -79,8 +80,6 @@ def gallery(
     OSError
         ``output`` cannot be written.
     """
-    from tqdm import tqdm
-
     from historysim.results.report.page import contents, page
 
     folder = Path(folder)
@@ -89,11 +88,10 @@ def gallery(
         raise InputError(f"{folder}: holds no scenario; expected a folder that does, such as scenarios/ of historysim")
     tasks = [(folder, path) for path in paths]
     found: dict[Path, Entry] = {}
-    hidden = None if progress else True
-    with executor_for(workers) as (executor, count), tqdm(total=len(tasks), unit="file", disable=hidden) as bar:
+    with executor_for(workers) as (executor, count), progress_bar(progress, "file", len(tasks)) as done:
         for (_, path), entry in outcomes(_shown, tasks, executor, 2 * count):
             found[path] = entry
-            bar.update()
+            done()
     entries = [found[path] for path in paths]
     for path, entry in zip(paths, entries, strict=True):
         if entry.failure:

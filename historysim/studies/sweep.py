@@ -1,7 +1,7 @@
 """Sweeps: a scenario at many points, each a cell that is computed once, kept, and put together with all others."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,6 +9,7 @@ import attrs
 
 from historysim.basics.notices import Teller, silent
 from historysim.basics.places import at
+from historysim.basics.progress import progress_bar
 from historysim.errors import HistorySimError, InputError
 from historysim.scenario.grid import Grid, Point, grid_of
 from historysim.scenario.scenario import Scenario, as_scenario
@@ -225,15 +226,12 @@ class _Plan:
 
     def carry_out(self, executor: "Executor | None", workers: int, *, progress: bool) -> None:
         """Compute what is not there: with an executor, or with processes that are made for it."""
-        from tqdm import tqdm
-
         if len(self.cells) == len(self.points):
             return
-        hidden = None if progress else True
         total, there = len(self.points), len(self.cells)
-        with tqdm(total=total, initial=there, unit="cell", disable=hidden) as bar:
-            passed_over = self._run(self._batches(workers), executor, workers, bar)
-            self._run([attrs.evolve(one, wait=True) for one in passed_over], executor, workers, bar)
+        with progress_bar(progress, "cell", total, initial=there) as done:
+            passed_over = self._run(self._batches(workers), executor, workers, done)
+            self._run([attrs.evolve(one, wait=True) for one in passed_over], executor, workers, done)
         self.reasons = dict(sorted(self.reasons.items()))
 
     def leave_out(self, reasons: Mapping[int, str]) -> None:
@@ -259,7 +257,9 @@ class _Plan:
         cells = tuple((index, self.names[index], self.points[index]) for index in indices)
         return Batch(self.scenario, self.outputs, self.folder, cells)
 
-    def _run(self, batches: list[Batch], executor: "Executor | None", workers: int, bar: Any) -> list[Batch]:
+    def _run(
+        self, batches: list[Batch], executor: "Executor | None", workers: int, done: Callable[[int], object]
+    ) -> list[Batch]:
         """Compute batches, and return those cells of them that another process is computing."""
         passed_over: list[Batch] = []
 
@@ -271,7 +271,7 @@ class _Plan:
                     self.reasons[index] = outcome.reason
                 else:
                     self.cells[index] = outcome
-                bar.update(outcome is not None)
+                done(outcome is not None)
 
         if executor is not None:
             for batch, found in outcomes(computed, batches, executor, AHEAD * workers):

@@ -156,7 +156,8 @@ class BrokenError(HistorySimError):
     """
 
     def __init__(self, suspects: list[Any], waiting: list[Any]) -> None:
-        super().__init__(
-            "a process that computed was ended from outside, perhaps for want of memory; take fewer workers"
-        )
+        super().__init__(suspects, waiting)
         self.suspects, self.waiting = suspects, waiting
+
+    def __str__(self) -> str:
+        return "a process that computed was ended from outside, perhaps for want of memory; take fewer workers"

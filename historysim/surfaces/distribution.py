@@ -13,6 +13,7 @@ import numpy.typing as npt
 from scipy.special import ndtri
 
 from historysim.basics.arguments import checked, scalar
+from historysim.basics.frozen_arrays import FrozenArrays
 from historysim.errors import InputError
 from historysim.surfaces.seeds import generator
 from historysim.surfaces.summits import Summits
@@ -88,8 +89,8 @@ class Gaussian:
         return result
 
 
-@attrs.frozen(eq=False, init=False)
-class Tabulated:
+@attrs.frozen(eq=False, init=False, getstate_setstate=False)
+class Tabulated(FrozenArrays):
     """Heights with a density given in a table, straight between its rows and 0 outside.
 
     Parameters

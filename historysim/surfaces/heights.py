@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import checked, per_axis, scalar
+from historysim.basics.frozen_arrays import FrozenArrays
 from historysim.basics.units import quantity_text, range_text
 from historysim.errors import InputError
 from historysim.surfaces.form import Form, fit_form
@@ -57,8 +58,8 @@ def _heights(values: "npt.ArrayLike") -> Floats:
     return heights
 
 
-@attrs.frozen(eq=False, init=False)
-class Surface:
+@attrs.frozen(eq=False, init=False, getstate_setstate=False)
+class Surface(FrozenArrays):
     """Heights on a regular grid: axis 0 runs along x, axis 1 along y.
 
     Parameters

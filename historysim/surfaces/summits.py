@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import one_per, scalar
+from historysim.basics.frozen_arrays import FrozenArrays
 from historysim.basics.units import range_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
@@ -17,8 +18,8 @@ Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
 
-@attrs.frozen(eq=False, init=False)
-class Summits:
+@attrs.frozen(eq=False, init=False, getstate_setstate=False)
+class Summits(FrozenArrays):
     """Summits of a surface, in a fixed order; there may be none.
 
     Parameters

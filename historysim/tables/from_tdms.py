@@ -4,10 +4,11 @@ The time of a channel that was sampled evenly is listed as ``group/channel/time`
 """
 
 import logging
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 from historysim.errors import InputError
 from historysim.tables.arrays import Array, Contents, readable
@@ -38,15 +39,19 @@ def _strict() -> Iterator[None]:
     """Refuse a file that npTDMS warns of: it goes on with what is left of it."""
     from nptdms.log import log_manager
 
-    log_manager.console_handler.addFilter(_refuse)
+    reader = threading.get_ident()
+
+    def refuse(record: logging.LogRecord) -> bool:
+        # what other threads read, in whatever way, is not concerned
+        if threading.get_ident() == reader:
+            raise InputError(f"is damaged ({record.getMessage()[:200]})")
+        return True
+
+    log_manager.console_handler.addFilter(refuse)
     try:
         yield
     finally:
-        log_manager.console_handler.removeFilter(_refuse)
-
-
-def _refuse(record: logging.LogRecord) -> NoReturn:
-    raise InputError(f"is damaged ({record.getMessage()[:200]})")
+        log_manager.console_handler.removeFilter(refuse)
 
 
 def _arrays(channel: Any) -> Iterator[Array]:

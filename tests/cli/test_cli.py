@@ -342,7 +342,7 @@ def test_help_answers_at_once():
         "import sys\n"
         "from historysim.cli import main\n"
         "try:\n    main(['--help'])\n"
-        "finally:\n    print({'numpy', 'xarray', 'numba', 'matplotlib', 'cattrs'} & set(sys.modules), file=sys.stderr)"
+        "finally:\n    print({'numpy', 'xarray', 'matplotlib', 'cattrs'} & set(sys.modules), file=sys.stderr)"
     )
     start = time.perf_counter()
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
@@ -355,7 +355,7 @@ def test_help_answers_at_once():
 
 @pytest.mark.parametrize(("quiet", "needed"), [(["-q"], set()), ([], {"netCDF4"})])
 def test_a_run_imports_nothing_that_reads_or_solves(folder, quiet, needed):
-    """Importing it would take as long as a small run; numba has scipy.linalg where it compiles."""
+    """Importing it would take as long as a small run."""
     heavy = {"xarray", "pandas", "matplotlib", "netCDF4", "scipy.linalg"}
     command = ["run", *quiet, "ball.toml"]
     process(folder, *command)
@@ -377,7 +377,7 @@ def test_a_scenario_is_checked_without_what_computes(folder):
         "import sys\n"
         "from historysim.cli import main\n"
         "main(['validate', 'ball.toml'], standalone_mode=False)\n"
-        "print({'numba', 'scipy', 'xarray', 'matplotlib', 'netCDF4'} & set(sys.modules), file=sys.stderr)"
+        "print({'scipy', 'xarray', 'matplotlib', 'netCDF4'} & set(sys.modules), file=sys.stderr)"
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "set()\n")

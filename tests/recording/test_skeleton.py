@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.recording.fletcher import SIZE
 from historysim.recording.recorder import DatasetRecorder, StateOnly
-from historysim.recording.skeleton import CHUNK_CELLS, MOST_CELLS_ACROSS, chunk_shape, skeleton
+from historysim.recording.skeleton import PAGE, _Image, skeleton
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 
@@ -24,23 +23,6 @@ class Unfilled(DatasetRecorder):
 
     def __attrs_post_init__(self):
         pass
-
-
-@pytest.mark.parametrize("steps", [1, 7, 1000, 10_000, 1_000_000])
-@pytest.mark.parametrize("columns", [1, 5, 300, 5241, 100_000, 1_000_000])
-def test_chunks_suit_both_ways_of_reading(steps, columns):
-    rows, across = chunk_shape(steps, columns)
-    assert 1 <= rows <= steps
-    assert 1 <= across <= columns
-    assert rows * across <= CHUNK_CELLS
-    # one step, and one asperity at all steps, cost a small share of the whole where there is much of both
-    if steps > 1:
-        assert min(rows, steps) * columns <= max(MOST_CELLS_ACROSS, CHUNK_CELLS)
-    down = -(-steps // rows)
-    assert down * rows * across <= max(CHUNK_CELLS, 260 * steps, steps * columns // 20)
-    # and little room is lost at the ends
-    taken = down * rows * -(-columns // across) * across
-    assert taken <= 1.05 * steps * columns + rows + across
 
 
 def written(plan, path):
@@ -58,20 +40,20 @@ def test_without_rows_it_is_a_sound_file_of_zeros(tmp_path, steps, count):
     written(plan, tmp_path / "out.nc")
     with netCDF4.Dataset(tmp_path / "out.nc") as file:
         assert (file.title, file.empty, file.number, file.complete) == ("µ", "", 7, 1)
-        for place in plan.places:
-            variable = file[place.name]
-            assert variable.shape[0] == place.steps == steps
-            # the netCDF library checks what stands behind each chunk
-            assert not np.any(variable[...])
-            if variable.size:
-                assert variable.filters()["fletcher32"]
-                assert tuple(variable.chunking()) == place.chunk[: variable.ndim]
         assert file["asperity"][:].tolist() == list(range(count))
+        along = [("time", "f8"), *((one.name, one.dtype) for one in (*target.totals, *target.per_asperity))]
+        for (name, dtype), place in zip(along, plan.places, strict=True):
+            variable = file[name]
+            assert variable.shape[0] == steps
+            assert not np.any(variable[...])
+            assert place.row_size == variable.size // steps * np.dtype(dtype).itemsize
+            assert place.end - place.begin == steps * place.row_size
+            assert variable.chunking() == "contiguous" or not variable.size
 
 
 def test_the_places_of_rows_do_not_meet_one_another_or_anything_else():
     plan = skeleton(recorder(3000, 700), {})
-    extents = [(int(at), int(at) + place.chunk_size + SIZE) for place in plan.places for at in place.address.flat]
+    extents = [(place.begin, place.end) for place in plan.places]
     extents += [(at, at + len(content)) for at, content in plan.content.items()]
     extents.sort()
     assert extents[0][0] == 0
@@ -98,3 +80,22 @@ def test_further_groups_stand_beside(tmp_path):
     with netCDF4.Dataset(tmp_path / "out.nc") as file:
         assert file["more/y"][:].tolist() == [0.0, 1.0, 2.0]
         assert file.ncattrs() == ["complete"]
+
+
+def test_a_file_in_memory_is_one_of_bytes():
+    generator, image, expected = np.random.default_rng(1), _Image(), bytearray()
+    for size in (1, PAGE, 3 * PAGE + 5, 100, 0):
+        at, content = int(generator.integers(0, 20 * PAGE)), generator.bytes(size)
+        expected.extend(bytes(max(0, at + size - len(expected))))
+        expected[at : at + size] = content
+        image.seek(at)
+        assert image.write(content) == size
+        assert image.tell() == at + size
+    assert image.size == image.seek(0, 2) == len(expected)
+    image.seek(0)
+    assert image.read() == expected
+    image.seek(-7, 2)
+    assert image.read(100) == expected[-7:]
+    image.truncate(10 * len(expected))
+    image.seek(len(expected))
+    assert image.read() == bytes(9 * len(expected))

@@ -1,11 +1,12 @@
 """A result that is read from its file without xarray says what its Dataset does."""
 
-import netCDF4
+import h5py
 import numpy as np
 import pytest
 
 import historysim as hs
 from historysim.asperities.wear import ArchardWear
+from historysim.recording.compression import compress
 from historysim.results import analysis, recorded_file
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=50e9, shear_modulus=12e9)
@@ -55,12 +56,13 @@ def test_parts_of_a_variable_are_those_of_the_dataset(tmp_path):
 
 def test_damage_that_is_met_while_reading_is_told(tmp_path):
     path = tmp_path / "out.nc"
-    JOBS["one friction"].write(path)
-    with netCDF4.Dataset(path) as file:
-        expected = file["slip_state"][:].tobytes()
+    JOBS["one friction"].write(tmp_path / "whole.nc")
+    # whose chunks have checksums
+    compress(tmp_path / "whole.nc", path, "zlib")
+    with h5py.File(path) as file:
+        _, chunk = file["slip_state"].id.read_direct_chunk((0, 0))
     content = bytearray(path.read_bytes())
-    at = content.index(expected)
-    content[at] ^= 1
+    content[content.index(chunk)] ^= 1
     path.write_bytes(content)
     damaged = pytest.raises(hs.InputError, match=r"out\.nc: is damaged \(NetCDF: .*\); make it again")
     with damaged, recorded_file.opened(path) as recorded:

@@ -123,12 +123,12 @@ class Terminal(io.StringIO):
 @pytest.fixture
 def impatient(monkeypatch):
     """A progress bar that shows itself without a delay."""
-    original = tqdm.tqdm
+    original = tqdm.tqdm.__init__
 
-    def bar(*arguments, **options):
-        return original(*arguments, **{**options, "delay": 0, "mininterval": 0})
+    def begin(self, **options):
+        original(self, **{**options, "delay": 0, "mininterval": 0})
 
-    monkeypatch.setattr(tqdm, "tqdm", bar)
+    monkeypatch.setattr(tqdm.tqdm, "__init__", begin)
 
 
 @pytest.mark.usefixtures("impatient")

@@ -11,6 +11,7 @@ is the older one or the new one, whole; and a resume goes on after the last snap
 
 import argparse
 import ctypes
+import os
 import shutil
 import sys
 import tempfile
@@ -32,7 +33,6 @@ from historysim.basics import files
 from historysim.log import file as log_file
 from historysim.log.file import LogFile
 from historysim.recording import unfinished
-from historysim.recording.row_file import RowFile
 
 SCENARIO = """
 [materials]
@@ -318,7 +318,7 @@ def without(module: ModuleType, name: str) -> AbstractContextManager[object]:
 
 
 def no_sync_of_rows() -> AbstractContextManager[object]:
-    return mock.patch.object(RowFile, "_sync", nothing)
+    return mock.patch.object(os, "fdatasync", nothing)
 
 
 @contextmanager

@@ -18,7 +18,6 @@ number of sub-steps; a ramp of loads does, to second order, as far as its image 
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from scipy.optimize import brentq
 
 
@@ -60,92 +59,57 @@ class Contact(NamedTuple):
         return self.contact_modulus / (4 * self.shear_modulus)
 
 
-@njit
 def _hertz_approach(loads, lag, factor):
     found = np.zeros(loads.size)
-    top = np.argmin(lag)
-    for k in range(loads.size):
-        if loads[k] <= 0:
-            continue
-        # the load is convex in the approach: from above, Newton comes down without overshoot
-        approach = (loads[k] / factor[top]) ** (2 / 3)
-        for _ in range(200):
-            load = 0.0
-            stiffness = 0.0
-            for i in range(lag.size):
-                root = np.sqrt(max(approach - lag[i], 0.0))
-                load += factor[i] * root**3
-                stiffness += 1.5 * factor[i] * root
-            lower = approach - (load - loads[k]) / stiffness
-            if lower >= approach:
-                break
-            approach = lower
-        found[k] = approach
+    pressed = loads > 0
+    # the load is convex in the approach: from above, Newton comes down without overshoot
+    approach = (loads[pressed] / factor[np.argmin(lag)]) ** (2 / 3)
+    for _ in range(200):
+        root = np.sqrt(np.maximum(approach[:, np.newaxis] - lag, 0.0))
+        lower = approach - (root**3 @ factor - loads[pressed]) / (1.5 * root @ factor)
+        if np.all(lower >= approach):
+            break
+        approach = np.minimum(lower, approach)
+    found[pressed] = approach
     return found
 
 
-@njit
-def _spring(deflection, overlap, next_overlap, shift, slope):
-    """Return the deflection after a straight sub-step, the loss per stiffness, and d(deflection)/d(shift)."""
-    if overlap <= 0 and next_overlap <= 0:
-        return 0.0, 0.0, 0.0
-    share = 1.0
-    if overlap < 0:
-        share = next_overlap / (next_overlap - overlap)
-        overlap = 0.0
-    elif next_overlap < 0:
-        share = overlap / (overlap - next_overlap)
-        next_overlap = 0.0
-    trial = deflection + share * shift
-    limit = slope * next_overlap
-    sliding = abs(trial) - limit
-    if sliding <= 0:
-        return trial, 0.0, share
+def _springs(deflection, overlap, next_overlap, shift, slope):
+    """Return deflections after a straight sub-step, the losses per stiffness, and d(deflection)/d(shift)."""
+    apart = (overlap <= 0) & (next_overlap <= 0)
+    touches, leaves = (overlap < 0) & ~apart, (next_overlap < 0) & ~apart & (overlap >= 0)
+    change = np.where(touches | leaves, next_overlap - overlap, 1.0)
+    share = np.where(touches, next_overlap / change, np.where(leaves, -overlap / change, 1.0))
+    first, last = np.where(touches, 0.0, overlap), np.where(leaves, 0.0, next_overlap)
+    trial, limit = deflection + share * shift, slope * last
+    sliding = np.abs(trial) - limit
     side = np.sign(trial)
-    reserve = max(slope * overlap - side * deflection, 0.0)
-    onset = reserve / (reserve + sliding)
-    limit_at_onset = slope * (overlap + onset * (next_overlap - overlap))
-    return side * limit, sliding * (limit_at_onset + limit) / 2, 0.0
+    reserve = np.maximum(slope * first - side * deflection, 0.0)
+    slides = (sliding > 0) & ~apart
+    onset = reserve / np.where(slides, reserve + sliding, 1.0)
+    limit_at_onset = slope * (first + onset * (last - first))
+    moved = np.where(slides, side * limit, trial)
+    lost = np.where(slides, sliding * (limit_at_onset + limit) / 2, 0.0)
+    return np.where(apart, 0.0, moved), lost, np.where(slides | apart, 0.0, share)
 
 
-@njit
 def _advance(deflection, lost, drop, slope, start, end, shift):
-    for i in range(drop.shape[0]):
-        for j in range(drop.shape[1]):
-            if drop[i, j] >= max(start, end):
-                break
-            moved, loss, _ = _spring(deflection[i, j], start - drop[i, j], end - drop[i, j], shift, slope[i])
-            deflection[i, j] = moved
-            lost[i, j] += loss
+    moved, loss, _ = _springs(deflection, start - drop, end - drop, shift, slope[:, np.newaxis])
+    deflection[...] = moved
+    lost += loss.sum(axis=1)
 
 
-@njit
 def _pull(deflection, drop, slope, weight, start, end, shift):
     """Return the tangential load and stiffness that a sub-step would lead to."""
-    load = 0.0
-    stiffness = 0.0
-    for i in range(drop.shape[0]):
-        for j in range(drop.shape[1]):
-            if drop[i, j] >= end:
-                break
-            moved, _, share = _spring(deflection[i, j], start - drop[i, j], end - drop[i, j], shift, slope[i])
-            load += weight[i] * moved
-            stiffness += weight[i] * share
-    return load, stiffness
+    moved, _, share = _springs(deflection, start - drop, end - drop, shift, slope[:, np.newaxis])
+    touching = drop < end
+    return weight @ np.where(touching, moved, 0.0).sum(axis=1), weight @ np.where(touching, share, 0.0).sum(axis=1)
 
 
-@njit
 def _spring_limit(drop, slope, weight, approach):
-    limit = 0.0
-    for i in range(drop.shape[0]):
-        for j in range(drop.shape[1]):
-            if drop[i, j] >= approach:
-                break
-            limit += weight[i] * slope[i] * (approach - drop[i, j])
-    return limit
+    return (weight * slope) @ np.maximum(approach - drop, 0.0).sum(axis=1)
 
 
-@njit
 def _shift_to_load(deflection, drop, slope, weight, start, end, target, limit):
     """Return the displacement of a sub-step that ends at a tangential load: Newton inside a bracket."""
     high = slope.max() * (2 * max(start, end, 0.0) + abs(end - start)) * 1.001
@@ -168,7 +132,6 @@ def _shift_to_load(deflection, drop, slope, weight, start, end, target, limit):
     return shift
 
 
-@njit
 def _ramp_loads(deflection, lost, drop, slope, weight, approaches, loads):
     """Follow a ramp of both loads; return the displacement that it takes."""
     displacement = 0.0
@@ -187,7 +150,6 @@ def _ramp_loads(deflection, lost, drop, slope, weight, approaches, loads):
     return displacement
 
 
-@njit
 def _walk(deflection, lost, drop, slope, start, end, shift, substeps):
     for k in range(substeps):
         here = start + (end - start) * (k / substeps)

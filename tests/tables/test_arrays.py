@@ -4,6 +4,7 @@ import builtins
 import json
 import logging
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import attrs
@@ -15,7 +16,7 @@ from number_files import write_matlab_73
 
 from historysim import tables
 from historysim.errors import InputError
-from historysim.tables import Column, Format, describe, read_table
+from historysim.tables import Column, Format, describe, from_tdms, read_table
 
 DATA = Path(__file__).parents[3] / "shared" / "data"
 DAMPER = DATA / "friction_damper" / "0.5Hz36lbtension1amplitude.json"
@@ -729,3 +730,18 @@ def test_no_reader_warns(hdf5, matlab):
         warnings.simplefilter("error")
         describe(hdf5)
         describe(matlab)
+
+
+def test_a_reading_refuses_what_npTDMS_warns_of_in_its_own_thread_alone():  # noqa: N802 - its name
+    log = pytest.importorskip("nptdms.log").log_manager.get_logger("nptdms.test")
+
+    def warns():
+        log.warning("of another file")
+
+    with ThreadPoolExecutor(1) as other, from_tdms._strict():
+        with from_tdms._strict():
+            other.submit(warns).result()
+        # the end of one reading leaves the others as strict as they were
+        with pytest.raises(InputError, match="is damaged"):
+            warns()
+    warns()

@@ -5,6 +5,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import Values, checked
+from historysim.basics.frozen_arrays import FrozenArrays
 from historysim.contact.adhesion import dmt, dugdale, jkr
 from historysim.contact.adhesion.parameters import maugis_parameter
 from historysim.contact.adhesion.regimes import Regime
@@ -37,8 +38,8 @@ def _read_only(values: Values) -> Values:
     return copy
 
 
-@attrs.frozen(eq=False)
-class Branch:
+@attrs.frozen(eq=False, getstate_setstate=False)
+class Branch(FrozenArrays):
     """The equilibria of one contact, in order from first attraction to the greatest load.
 
     Along the curve both load and approach fall to one minimum, at different points, and rise after it. From its

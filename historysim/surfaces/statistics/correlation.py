@@ -8,14 +8,15 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import checked
+from historysim.basics.frozen_arrays import FrozenArrays
 from historysim.errors import InputError
 from historysim.surfaces.statistics.maps import Curve, Floats, centred, checked_map, frozen, ring_means, square
 
 Axis = Literal["x", "y"]
 
 
-@attrs.frozen(eq=False)
-class Autocorrelation:
+@attrs.frozen(eq=False, getstate_setstate=False)
+class Autocorrelation(FrozenArrays):
     """Autocorrelation function ρ of a surface, from `autocorrelation`.
 
     Attributes

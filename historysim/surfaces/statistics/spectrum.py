@@ -8,13 +8,14 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import checked
+from historysim.basics.frozen_arrays import FrozenArrays
 from historysim.errors import InputError
 from historysim.surfaces.form import fit_form
 from historysim.surfaces.statistics.maps import Curve, Floats, centred, checked_map, frozen, ring_means, square
 
 
-@attrs.frozen(eq=False)
-class PowerSpectralDensity:
+@attrs.frozen(eq=False, getstate_setstate=False)
+class PowerSpectralDensity(FrozenArrays):
     """Power spectral density C of a surface, from `power_spectral_density`.
 
     C = |∫∫ z exp(-i (q_x x + q_y y)) dx dy|² / area, so that ∫∫ C dq_x dq_y / (2π)² = Rq²: the convention of Jacobs,
