@@ -96,7 +96,7 @@ def _springs(deflection, overlap, next_overlap, shift, slope):
 def _advance(deflection, lost, drop, slope, start, end, shift):
     moved, loss, _ = _springs(deflection, start - drop, end - drop, shift, slope[:, np.newaxis])
     deflection[...] = moved
-    lost += loss.sum(axis=1)
+    lost += loss
 
 
 def _pull(deflection, drop, slope, weight, start, end, shift):
