@@ -9,6 +9,7 @@ import errno
 import fcntl
 import os
 import struct
+import subprocess  # noqa: F401 - it takes this for Windows where it finds msvcrt
 import sys
 import types
 
