@@ -13,6 +13,7 @@ import io
 import json
 import os
 import zipfile
+import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -35,6 +36,8 @@ if TYPE_CHECKING:
 
 FORM = 1
 ENDING = ".cell"
+DAMAGE = (ValueError, KeyError, EOFError, TypeError, NotImplementedError, RuntimeError, zipfile.BadZipFile, zlib.error)
+"""What reading a damaged cell raises: of its parts, of the archive, and of forms of it that Python does not know."""
 HEADER = "header"
 SAYS_NOTHING = ("title", "sweep", "design", "fit", "metadata")
 """Sections that do not change what comes out of a cell."""
@@ -81,7 +84,7 @@ class Store:
             return unpacked(path.read_bytes()) if is_file(path) else None
         except FileNotFoundError:
             return None
-        except (ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        except DAMAGE:
             return None
 
     def write(self, name: str, cell: "xr.Dataset") -> None:

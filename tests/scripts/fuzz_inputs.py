@@ -8,18 +8,21 @@ written to the folder it runs in, as ``crash-…`` or ``timeout-…``. Files of 
 """
 
 import contextlib
+import pkgutil
 import sys
 import tempfile
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 
 import atheris
 
 # what is compiled cannot be watched as well
-import historysim.recording.netcdf
-import historysim.replay
+for room in ("memory", "recording", "interaction"):
+    for module in pkgutil.iter_modules(import_module(f"historysim.{room}").__path__, f"historysim.{room}."):
+        import_module(module.name)
 
-with atheris.instrument_imports(include=["historysim.scenario", "historysim.log", "historysim.results"]):
+with atheris.instrument_imports(include=["historysim"]):
     import hostile
 
     import historysim as hs
