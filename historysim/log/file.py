@@ -312,10 +312,14 @@ class LogFile:
     def _reading(self) -> Iterator[sqlite3.Connection]:
         """One view of the file, whatever a writer does meanwhile."""
         connection = self._open
+        # no value is longer than the file that it stands in; what is written may be
+        longest = max(SHORTEST_LIMIT, 2 * self.path.stat().st_size)
+        before = connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, longest)
         connection.execute("BEGIN")
         try:
             yield connection
         finally:
+            connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, before)
             with suppress(sqlite3.Error):
                 connection.execute("ROLLBACK")
 
@@ -398,8 +402,7 @@ def _connect(path: Path, mode: str) -> sqlite3.Connection:
     address = f"file:{quote(str(path.absolute()))}?mode={mode}"
     connection = sqlite3.connect(address, uri=True, timeout=PATIENCE, isolation_level=None)
     try:
-        # a log may come from anywhere: nothing in it is carried out, and no value of it is longer than the file
-        connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, max(SHORTEST_LIMIT, 2 * path.stat().st_size))
+        # a log may come from anywhere: nothing in it is carried out
         connection.setlimit(sqlite3.SQLITE_LIMIT_ATTACHED, 0)
         if hasattr(connection, "setconfig"):
             # Python 3.12 and later

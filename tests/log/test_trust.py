@@ -117,3 +117,15 @@ def test_no_result_is_what_its_log_gives_whose_own_log_was_changed(folder):
         group.attrs["settings"] = json.dumps(settings, sort_keys=True)
     with pytest.raises(InputError, match="does not match its digest"):
         verify(folder / "a.nc")
+
+
+def test_what_is_written_may_be_longer_than_the_file_that_is_there(tmp_path):
+    count = 300_000
+    pair = hs.MaterialPair.from_moduli(contact_modulus=1e10, shear_modulus=2.5e9)
+    heights = np.linspace(-1e-3, 0.0, count)
+    ensemble = hs.Ensemble(pair, summit_height=heights, summit_radius=1e-3, friction=0.5)
+    with hs.EventLog.create(tmp_path / "a.history", ensemble, [hs.NormalLoad(0.0, 0.01)]) as log:
+        log.append(hs.FrictionChange(1.0, tuple([0.5] * count)))
+    with hs.EventLog(tmp_path / "a.history") as log:
+        assert len(log) == 2
+        assert len(log.ensemble) == count
