@@ -99,12 +99,12 @@ class Ensemble:
     def __init__(
         self,
         pair: MaterialPair,
-        summit_height: npt.ArrayLike,
-        summit_radius: npt.ArrayLike,
-        friction: npt.ArrayLike | FrictionLaw,
+        summit_height: "npt.ArrayLike",
+        summit_radius: "npt.ArrayLike",
+        friction: "npt.ArrayLike | FrictionLaw",
         *,
-        x: npt.ArrayLike | None = None,
-        y: npt.ArrayLike | None = None,
+        x: "npt.ArrayLike | None" = None,
+        y: "npt.ArrayLike | None" = None,
         nominal_area: float | None = None,
         tolerance: float = 1e-6,
         curves: NormalCurves | None = None,
@@ -145,7 +145,7 @@ class Ensemble:
             )
 
     @classmethod
-    def from_summits(cls, pair: MaterialPair, summits: Any, friction: npt.ArrayLike, **options: Any) -> Self:
+    def from_summits(cls, pair: MaterialPair, summits: Any, friction: "npt.ArrayLike", **options: Any) -> Self:
         """Make an ensemble of summits, which have ``height``, ``radius``, ``x`` and ``y`` [m]."""
         options = {"x": summits.x, "y": summits.y, "nominal_area": getattr(summits, "nominal_area", None)} | options
         return cls(pair, summits.height, summits.radius, friction, **options)
@@ -154,9 +154,9 @@ class Ensemble:
     def from_normal_curves(
         cls,
         pair: MaterialPair,
-        approach: npt.ArrayLike,
-        load: npt.ArrayLike,
-        area: npt.ArrayLike | None = None,
+        approach: "npt.ArrayLike",
+        load: "npt.ArrayLike",
+        area: "npt.ArrayLike | None" = None,
         friction: float = 0.2,
         **options: Any,
     ) -> Self:
@@ -272,7 +272,7 @@ class Ensemble:
         normal_displacement: float | None = None,
         tangential_load: float | None = None,
         tangential_displacement: float | None = None,
-        friction: npt.ArrayLike | None = None,
+        friction: "npt.ArrayLike | None" = None,
         saturate: bool = False,
         instrument: Instrument = RIGID,
     ) -> EnsembleState:
@@ -329,10 +329,10 @@ class Ensemble:
         self,
         state: EnsembleState,
         *,
-        normal_load: npt.ArrayLike | None = None,
-        normal_displacement: npt.ArrayLike | None = None,
-        tangential_load: npt.ArrayLike | None = None,
-        tangential_displacement: npt.ArrayLike | None = None,
+        normal_load: "npt.ArrayLike | None" = None,
+        normal_displacement: "npt.ArrayLike | None" = None,
+        tangential_load: "npt.ArrayLike | None" = None,
+        tangential_displacement: "npt.ArrayLike | None" = None,
         saturate: bool = False,
         instrument: Instrument = RIGID,
     ) -> tuple[EnsembleState, Totals]:
@@ -411,9 +411,9 @@ class Ensemble:
     def with_friction(
         self,
         state: EnsembleState,
-        friction: npt.ArrayLike,
+        friction: "npt.ArrayLike",
         *,
-        asperities: npt.ArrayLike | None = None,
+        asperities: "npt.ArrayLike | None" = None,
         instrument: Instrument = RIGID,
     ) -> EnsembleState:
         """Return the state with other friction coefficients from now on.
@@ -456,9 +456,9 @@ class Ensemble:
         self,
         state: EnsembleState,
         *,
-        summit_height: npt.ArrayLike | None = None,
-        summit_radius: npt.ArrayLike | None = None,
-        asperities: npt.ArrayLike | None = None,
+        summit_height: "npt.ArrayLike | None" = None,
+        summit_radius: "npt.ArrayLike | None" = None,
+        asperities: "npt.ArrayLike | None" = None,
         saturate: bool = False,
         instrument: Instrument = RIGID,
     ) -> EnsembleState:
@@ -526,7 +526,7 @@ class Ensemble:
         paths: Paths,
         *,
         rows: Rows | None = None,
-        asperities: npt.ArrayLike = (),
+        asperities: "npt.ArrayLike" = (),
         saturate: bool = False,
         instrument: Instrument = RIGID,
         until: float = 1.0,
@@ -669,6 +669,16 @@ class Ensemble:
             self._follow(memory)
         return memory
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out what is computed once, such as what the library holds."""
+        return {field.name: getattr(self, field.name) for field in attrs.fields(type(self))}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        for value in state.values():
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+        self.__dict__.update(state)
+
     def _follow(self, memory: Any) -> None:
         """Have a memory follow from now on what asperities become."""
         if not memory.evolved:
@@ -685,7 +695,7 @@ class Ensemble:
         """Return how the contact is driven, as the library takes it."""
         return drive(self.tolerance, 1.0 / as_instrument(instrument).lateral_stiffness, saturate, threads)
 
-    def _chosen(self, asperities: npt.ArrayLike | None) -> Integers:
+    def _chosen(self, asperities: "npt.ArrayLike | None") -> Integers:
         """Return the indices of asperities that are chosen, or of all."""
         if asperities is None:
             return np.arange(self.elements)

@@ -7,6 +7,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
+from historysim.basics.files import replacing
 from historysim.basics.library import lib
 from historysim.basics.units import quantity_text
 from historysim.errors import InputError
@@ -85,7 +86,7 @@ class EnsembleState:
         return hash((self.normal_load, self.tangential_load, self.approach, self.tangential_displacement))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return EnsembleState.from_bytes, (self.to_bytes(),)
+        return _from_bytes, (self.to_bytes(),)
 
     @classmethod
     def from_bytes(cls, content: bytes, like: "EnsembleState | None" = None) -> Self:
@@ -113,7 +114,8 @@ class EnsembleState:
         OSError
             The file cannot be written.
         """
-        Path(path).write_bytes(self.to_bytes())
+        with replacing(Path(path)) as unfinished:
+            unfinished.write_bytes(self.to_bytes())
 
     @property
     def normal_load(self) -> float:
@@ -225,3 +227,8 @@ class EnsembleState:
         same = (view(each.sorted_gap, each.count).tobytes() for each in (mine, others))
         alike = (view(each.sorted_weight, each.count).tobytes() for each in (mine, others))
         return len(set(same)) == len(set(alike)) == 1
+
+
+def _from_bytes(content: bytes) -> EnsembleState:
+    """Return the state that was pickled."""
+    return EnsembleState.from_bytes(content)

@@ -117,6 +117,27 @@ def one_per(
     return array
 
 
+def workable(name: str, values: npt.ArrayLike) -> None:
+    """Check that powers of numbers, and their products with others, stay within what floats hold.
+
+    Raises
+    ------
+    InputError
+        One is beyond any contact: larger than `LARGEST`, or smaller than its reciprocal and not 0.
+    """
+    sizes = np.abs(np.asarray(values, dtype=np.float64))
+    wrong = (sizes > LARGEST) | ((sizes < 1 / LARGEST) & (sizes > 0))
+    if wrong.any():
+        raise InputError(
+            f"{name} is {sizes[wrong].flat[0]:g}; expected a number of a size between {1 / LARGEST:g} and {LARGEST:g}, "
+            "in SI: powers of others are beyond what floats hold"
+        )
+
+
+LARGEST = 1e60
+"""The largest length, modulus or load that is computed with; its reciprocal is the smallest."""
+
+
 @contextmanager
 def representable() -> Iterator[None]:
     """Check that floats can hold what is computed inside.

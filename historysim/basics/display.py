@@ -2,17 +2,32 @@
 
 from collections.abc import Iterable, Sequence
 from html import escape
+from unicodedata import category
+
+
+def printable(text: str) -> str:
+    """Return a text with what would steer a terminal, or turn a line round, as Python writes it in a text."""
+    if text.isprintable():
+        return text
+    return "".join(
+        each if each in "\n\t" or category(each) == "Zs" or each.isprintable() else _escaped(each) for each in text
+    )
+
+
+def _escaped(character: str) -> str:
+    return character.encode("unicode_escape").decode()
 
 
 def two_columns(lines: Iterable[tuple[str, str]]) -> str:
     """Return labels and what belongs to them, one below the other."""
-    lines = list(lines)
+    lines = [(printable(label), printable(text)) for label, text in lines]
     width = max((len(label) for label, _ in lines), default=0) + 2
     return "\n".join(f"{label:<{width}}{text}".rstrip() for label, text in lines)
 
 
 def columns(rows: Sequence[Sequence[str]]) -> str:
     """Return a table, column under column."""
+    rows = [[printable(text) for text in row] for row in rows]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return "\n".join(
         "  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip() for row in rows

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from historysim.basics.files import is_file, is_folder
+from historysim.basics.files import is_file, what_is_there
 
 _SQLITE = b"SQLite format 3\x00"
 _NETCDF = (b"\x89HDF\r\n\x1a\n", b"CDF\x01", b"CDF\x02", b"CDF\x05")
@@ -17,12 +17,12 @@ _TOLD = {
 
 def is_log(path: Path) -> bool:
     """Return whether a file is a SQLite database, as the log of a run is; False where it cannot be read."""
-    return _beginning(path).startswith(_SQLITE)
+    return beginning(path).startswith(_SQLITE)
 
 
 def is_netcdf(path: Path) -> bool:
     """Return whether a file is netCDF, as a result is, or other HDF5; False where it cannot be read."""
-    return _beginning(path).startswith(_NETCDF)
+    return beginning(path).startswith(_NETCDF)
 
 
 def told_kind(path: Path) -> str:
@@ -30,20 +30,22 @@ def told_kind(path: Path) -> str:
 
     It is ``""`` where this cannot be told: a text, a damaged file, one that may not be read.
     """
-    if is_folder(path):
-        return "is a folder"
-    if not is_file(path):
-        return "there is no such file"
-    beginning = _beginning(path)
+    if came := what_is_there(path):
+        return came
+    first = beginning(path)
     for known, told in _TOLD.items():
-        if beginning.startswith(known):
+        if first.startswith(known):
             return told
     return "is a scenario" if path.suffix == ".toml" else ""
 
 
-def _beginning(path: Path) -> bytes:
+def beginning(path: Path, size: int = 16) -> bytes:
+    """Return the first bytes of a regular file; none of what is none, or cannot be read."""
+    if not is_file(path):
+        # a FIFO would wait for somebody to write
+        return b""
     try:
         with path.open("rb") as stream:
-            return stream.read(16)
+            return stream.read(size)
     except (OSError, ValueError):
         return b""

@@ -1,9 +1,12 @@
 """The writer's lock of a log: one process writes, any number read."""
 
 import errno
-import fcntl
 import os
+from contextlib import suppress
 from pathlib import Path
+
+from historysim.basics import system
+from historysim.basics.files import own_file
 
 
 class WriterLock:
@@ -15,7 +18,10 @@ class WriterLock:
     Parameters
     ----------
     path : Path
-        The file; it is made where there is none.
+        The file.
+    make : bool
+        It is a file of the program's own under a name that others can guess, which is made where there is none; see
+        `own_file`.
 
     Raises
     ------
@@ -23,24 +29,46 @@ class WriterLock:
         Another writer has it, or the file cannot be opened to write.
     """
 
-    def __init__(self, path: Path) -> None:
+    _handle: int | None
+
+    def __init__(self, path: Path, *, make: bool = False) -> None:
         while True:
-            handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+            handle = own_file(path) if make else os.open(path, os.O_RDWR | system.OWN)
             try:
-                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                free = system.lock_file(handle)
                 # the file may have been renamed or replaced between the two calls
-                same = path.exists() and os.path.samestat(os.fstat(handle), path.stat())
-            except BlockingIOError:
-                os.close(handle)
-                message = "another process is writing it; wait until it is done, or end it (readers are not held up)"
-                raise OSError(errno.EAGAIN, message, str(path)) from None
+                same = free and path.exists() and os.path.samestat(os.fstat(handle), path.stat())
             except BaseException:
                 os.close(handle)
                 raise
+            if not free:
+                os.close(handle)
+                message = "another process is writing it; wait until it is done, or end it (readers are not held up)"
+                raise OSError(errno.EAGAIN, message, str(path))
             if same:
                 break
             os.close(handle)
-        self._handle: int | None = handle
+        self._path, self._handle = path, handle
+
+    def moved(self, path: Path) -> "WriterLock":
+        """Give the locked file another name, in place of another file, and return its lock."""
+        if system.REPLACES_OPEN_FILES:
+            self._path.replace(path)
+            return self
+        self.release()
+        self._path.replace(path)
+        return WriterLock(path)
+
+    def remove(self) -> None:
+        """Remove the file, and give the lock back."""
+        if system.REPLACES_OPEN_FILES:
+            self._path.unlink(missing_ok=True)
+            self.release()
+            return
+        self.release()
+        with suppress(OSError):
+            # another process may have taken it
+            self._path.unlink(missing_ok=True)
 
     def release(self) -> None:
         """Give the lock back."""

@@ -1,16 +1,10 @@
 """How many processors there are, and how many threads use them."""
 
-import os
-
+from historysim.basics.system import processors
 from historysim.errors import InputError
 
 MOST_THREADS = 4
 """Threads by default, at most: the walk of a replay, which is one thread, takes a quarter of its time or more."""
-
-
-def processors() -> int:
-    """Return the number of processors that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def threads_of(given: int | None) -> int:

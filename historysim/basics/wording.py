@@ -1,6 +1,7 @@
 """What messages have in common: what came, what was meant, and how many."""
 
 import difflib
+import itertools
 from collections.abc import Collection
 
 
@@ -9,7 +10,17 @@ def nearest(word: str, known: Collection[str]) -> str:
     match = difflib.get_close_matches(word, known, n=1)
     if match:
         return f"did you mean {match[0]!r}?"
-    return f"expected one of {', '.join(known)}" if known else "none is expected here"
+    return f"expected one of {listed(known)}" if known else "none is expected here"
+
+
+MOST_NAMED = 100
+"""Words that a message names."""
+
+
+def listed(words: Collection[str]) -> str:
+    """Return words with commas between them, of very many the first ones and how many more there are."""
+    told = ", ".join(itertools.islice(words, MOST_NAMED))
+    return f"{told}, and {len(words) - MOST_NAMED:,} more" if len(words) > MOST_NAMED else told
 
 
 def shown(value: object) -> str:

@@ -1,10 +1,30 @@
 """The command line. Only click is imported here, so that ``--help`` answers at once."""
 
-import click
+import contextlib
+import os
+import signal
+from typing import Any
 
-from historysim._version import __version__
-from historysim.cli import logs, pictures, questions, records, runs
-from historysim.cli.ending import Commands
+
+def _end(*_: Any) -> None:
+    """End at once, with what a shell takes for an interrupt: nothing is open yet while modules are imported."""
+    os.write(2, b"Error: interrupted\n")
+    os._exit(130)
+
+
+with contextlib.suppress(ValueError):
+    # not in the thread that hears signals
+    _before = signal.signal(signal.SIGINT, _end)
+
+import click  # noqa: E402 - an interrupt may come while it is read
+
+from historysim._version import __version__  # noqa: E402
+from historysim.cli import logs, pictures, questions, records, runs  # noqa: E402
+from historysim.cli.ending import Commands  # noqa: E402
+
+with contextlib.suppress(ValueError, NameError):
+    # whoever imports this module only keeps what was there
+    signal.signal(signal.SIGINT, _before)
 
 
 @click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})

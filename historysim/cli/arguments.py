@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from historysim.basics.file_kinds import is_log, is_netcdf
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
@@ -39,17 +40,18 @@ class PathType(click.Path):
 path_type = PathType(path_type=Path)
 
 
-def check_target(path: Path, *sources: Path) -> None:
-    """Check that a file can be written, and is none of those that it is made from."""
-    if path.is_dir():
-        raise InputError(f"{path}: is a folder; expected the name of a file to write")
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: there is no folder {path.parent}; make it first")
-    if any(
-        path.absolute() == source.absolute() or (path.exists() and source.exists() and path.samefile(source))
-        for source in sources
-    ):
-        raise InputError(f"{path}: would overwrite what it is made from; choose another name")
+force_option = click.option(
+    "--force", is_flag=True, help="Replace files that are no earlier outputs of this kind, too; never one that is read."
+)
+
+
+def files_read(what: "Scenario | Path") -> tuple[Path, ...]:
+    """Return the files that a command reads which is given a scenario, or another file."""
+    if isinstance(what, Path) and what.suffix == ".toml":
+        from historysim.scenario.scenario import load
+
+        what = load(what)
+    return (what,) if isinstance(what, Path) else what.files
 
 
 def quantity_option(option: str, text: str, unit: str) -> float:
@@ -105,6 +107,15 @@ def scenario_or_file(file: Path, values: dict[str, Any]) -> "Scenario | Path":
         return file
     if file.suffix != ".toml":
         raise InputError(f"{file}: is no scenario (.toml), so that --set has nothing to change; leave it out")
+    from historysim.scenario.scenario import load
+
+    return load(file, values)
+
+
+def replayed(file: Path, values: dict[str, Any]) -> "Scenario | Path":
+    """Return the scenario of a file, with other values, or the file itself where it is a log or a result."""
+    if is_log(file) or is_netcdf(file):
+        return scenario_or_file(file, values)
     from historysim.scenario.scenario import load
 
     return load(file, values)

@@ -1,12 +1,27 @@
 """How a command ends: with one message and an exit code, whatever went wrong."""
 
+import codecs
 import io
 import sys
 from typing import Any
 
 import click
 
+from historysim.basics.display import printable
 from historysim.errors import HistorySimError, InputError
+
+PLAIN = "historysim.plain"
+_PLAIN = {"≥": ">=", "≤": "<=", "−": "-", "θ": "theta", "δ": "delta", "μ": "u", "Σ": "sum", "√": "sqrt", "→": "->"}
+
+
+def _plainly(error: UnicodeError) -> tuple[str, int]:
+    """Write what an encoding does not have in another way, as consoles of Windows need it."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    return "".join(_PLAIN.get(each, "?") for each in error.object[error.start : error.end]), error.end
+
+
+codecs.register_error(PLAIN, _plainly)
 
 
 class NotPossible(click.ClickException):
@@ -34,7 +49,7 @@ class Commands(click.Group):
         """Run the program; a terminal that does not know a sign gets another in its place."""
         for stream in (sys.stdout, sys.stderr):
             if isinstance(stream, io.TextIOWrapper):
-                stream.reconfigure(errors="replace")
+                stream.reconfigure(errors=PLAIN)
         return super().main(*args, **kwargs)
 
     def invoke(self, ctx: click.Context) -> Any:
@@ -42,14 +57,14 @@ class Commands(click.Group):
         try:
             return super().invoke(ctx)
         except InputError as error:
-            raise BadInput(str(error)) from error
+            raise BadInput(printable(str(error))) from error
         except HistorySimError as error:
-            raise NotPossible(str(error)) from error
+            raise NotPossible(printable(str(error))) from error
         except BrokenPipeError:
             raise
         except OSError as error:
             place = f"{error.filename}: " if error.filename else ""
-            raise NotPossible(f"{place}{error.strerror or error}") from error
+            raise NotPossible(printable(f"{place}{error.strerror or error}")) from error
         except MemoryError as error:
             raise NotPossible("the memory does not suffice; record fewer asperities, or split the loads") from error
         except KeyboardInterrupt as error:

@@ -7,8 +7,9 @@ import click
 
 from historysim.basics.file_kinds import is_log
 from historysim.basics.files import replacing
+from historysim.basics.targets import LOG, PICTURE, RESULT, Output, check_outputs, unmarked
 from historysim.basics.wording import counted
-from historysim.cli.arguments import check_target, path_type, quantity_option, text_options
+from historysim.cli.arguments import force_option, path_type, quantity_option, text_options
 from historysim.cli.ending import NotPossible
 from historysim.cli.output import notice, print_lines, print_table, save
 from historysim.errors import InputError
@@ -17,6 +18,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from historysim.tables import Format
+
+
+EVENTS = unmarked("a table that says who wrote it", ".csv")
+"""Tables of events are written by hand, too."""
 
 
 @click.command()
@@ -50,10 +55,11 @@ def verify(file: Path, log: Path | None, quiet: bool) -> None:
 @click.option("--at", "moment", help='The time, as "12.5 s" or in s. [default: the end]')
 @click.option("--asperity", type=int, help="Look at this asperity: its state, its reversal points.")
 @click.option("-o", "--output", type=path_type, help="Write all asperities (netCDF); with --asperity a picture.")
-def state(log: Path, moment: str | None, asperity: int | None, output: Path | None) -> None:
+@force_option
+def state(log: Path, moment: str | None, asperity: int | None, output: Path | None, force: bool) -> None:
     """Say what the state was at a time in LOG (NAME.history)."""
     if output is not None:
-        check_target(output, log)
+        check_outputs([Output(output, (RESULT if asperity is None else PICTURE,))], [log], force=force)
     from historysim.basics.units import quantity_text
     from historysim.log.event_log import EventLog
 
@@ -89,9 +95,10 @@ def state(log: Path, moment: str | None, asperity: int | None, output: Path | No
 @click.argument("log", type=path_type)
 @click.option("--at", "moment", required=True, help='The time, as "12.5 s" or in s.')
 @click.option("-o", "--output", type=path_type, required=True, help="The new log.")
-def fork(log: Path, moment: str, output: Path) -> None:
+@force_option
+def fork(log: Path, moment: str, output: Path, force: bool) -> None:
     """Copy the past of LOG (NAME.history) up to a time to a new log, for another future."""
-    check_target(output, log)
+    check_outputs([Output(output, (LOG,))], [log], force=force)
     from historysim.log.event_log import EventLog
 
     with EventLog(log) as events, events.fork(quantity_option("--at", moment, "s"), output, tell=notice) as made:
@@ -129,6 +136,7 @@ def append(log: Path, table: Path, layout: "Format") -> None:
 @click.option("--first", type=click.IntRange(0), help="Only so many, the first ones.")
 @click.option("--last", type=click.IntRange(0), help="Only so many, the last ones.")
 @click.option("--csv", "table", type=path_type, help="Write them to this file instead, a table that append reads.")
+@force_option
 def list_log(
     file: Path,
     kind: tuple[str, ...],
@@ -137,10 +145,11 @@ def list_log(
     first: int | None,
     last: int | None,
     table: Path | None,
+    force: bool,
 ) -> None:
     """List the events of LOG (NAME.history)."""
     if table is not None:
-        check_target(table, file)
+        check_outputs([Output(table, (EVENTS,))], [file], force=force)
     from historysim.loads.event_table import value_text, write_events
     from historysim.loads.events import EVENT_KINDS, time_text
     from historysim.log.event_log import EventLog

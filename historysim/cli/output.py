@@ -6,16 +6,61 @@ from typing import TYPE_CHECKING
 
 import click
 
-from historysim.basics.display import columns, two_columns
+from historysim.basics.display import columns, printable, two_columns
 from historysim.basics.files import replacing
-from historysim.errors import InputError
+from historysim.basics.targets import Form, csv_table, netcdf
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-PICTURES = ".png", ".pdf", ".svg"
-"""Endings of pictures that are promised; matplotlib knows more."""
+TABLES_OF_QUESTIONS = (
+    netcdf("a table of historysim", "table", "history over time"),
+    csv_table(
+        "a table of historysim",
+        "asperity,summit_height",
+        "elapsed_time,total_normal_load",
+        "loop,start_time",
+        "radius,pressure",
+        "reversal,radius",
+        *(
+            f"time,{name}"
+            for name in (
+                "critical_asperity",
+                "mean_pressure",
+                "peak_pressure",
+                "preliminary_displacement",
+                "presliding_work",
+                "share_of_contacts",
+                "stick_ratio",
+                "tangential_stiffness",
+                "total_mean_pressure",
+                "virgin",
+            )
+        ),
+    ),
+)
+TABLES_OF_LOOPS = (
+    netcdf("a table of friction loops", "friction loops"),
+    csv_table("a table of friction loops", "loop,start_time"),
+)
+TABLES_OF_LEVELS = (
+    netcdf("a table of loads", "statistics of friction loops"),
+    csv_table("a table of loads", "level,loops"),
+)
+TABLES_OF_SLIDING = (
+    netcdf("a table of friction", "friction over time or distance"),
+    csv_table("a table of friction", "distance,coefficient", "time,coefficient"),
+)
+TABLE_OF_SWEEP = netcdf("a sweep", "sweep")
+"""What is written, and how an earlier one is known; see `targets`."""
+
+
+def csv_of_sweep(keys: Iterable[str]) -> Form:
+    """Return the form of the table of a sweep over keys, with a row for each cell."""
+    from historysim.scenario.grid import variable_name
+
+    return csv_table("a sweep over the same keys", *map(variable_name, keys))
 
 
 def print_lines(lines: Iterable[tuple[str, str]]) -> None:
@@ -32,13 +77,7 @@ def print_table(rows: Sequence[tuple[str, ...]]) -> None:
 
 def notice(text: str) -> None:
     """Print a note for the user on standard error."""
-    click.echo(f"Note: {text}", err=True)
-
-
-def check_ending(path: Path, *known: str) -> None:
-    """Check that the ending of an output is one of those that can be written."""
-    if path.suffix.lower() not in known:
-        raise InputError(f"{path}: {path.suffix or 'no'} ending; expected {' or '.join(known)}, by which it is written")
+    click.echo(f"Note: {printable(text)}", err=True)
 
 
 def save_dataset(dataset: "xr.Dataset", path: Path, *, measured: bool = False) -> None:
@@ -65,9 +104,5 @@ def save_table(
 
 def save(figure: "Figure", picture: Path) -> None:
     """Write a figure to a file, in the format that its ending names."""
-    known = figure.canvas.get_supported_filetypes()
-    kind = picture.suffix.removeprefix(".").lower()
-    if kind not in known:
-        raise InputError(f"{picture}: {kind or 'no'} ending; expected one of {', '.join(sorted(known))}")
     with replacing(picture) as unfinished:
-        figure.savefig(unfinished, format=kind)
+        figure.savefig(unfinished, format=picture.suffix.removeprefix(".").lower())

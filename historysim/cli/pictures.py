@@ -6,12 +6,11 @@ from typing import Any
 
 import click
 
-from historysim.basics.processors import processors
-from historysim.cli.arguments import check_target, path_type, scenario_or_file, set_option
-from historysim.cli.output import check_ending, notice, print_lines, save
+from historysim.basics.system import processors
+from historysim.basics.targets import MOVING, PAGE, PICTURE, Output, check_outputs
+from historysim.cli.arguments import files_read, force_option, path_type, scenario_or_file, set_option
+from historysim.cli.output import notice, print_lines, save
 from historysim.errors import InputError
-
-MOVING = (".gif", ".mp4", ".webm")
 
 
 def height_map_options(command: Callable[..., None]) -> Callable[..., None]:
@@ -60,6 +59,7 @@ def show(file: Path, values: dict[str, Any], **height_map: Any) -> None:
 @click.option("--panels", help="Of the picture history: some of loop,loads,states,energy.")
 @click.option("--size", metavar="WIDTHxHEIGHT", help="Of the picture, in millimetres, as 90x70.")
 @click.option("--adhesion", is_flag=True, help="Draw the adhesion map of a scenario, with asperities of it.")
+@force_option
 @set_option
 @height_map_options
 def plot(
@@ -71,6 +71,7 @@ def plot(
     panels: str | None,
     size: str | None,
     adhesion: bool,
+    force: bool,
     values: dict[str, Any],
     **height_map: Any,
 ) -> None:
@@ -91,10 +92,11 @@ def plot(
         surface = step is not None or kind in {"scenario", "height map"}
         kind_of_picture = f"_{picture}" if picture else "_adhesion" if adhesion else "_surface" if surface else ""
         output = folder / f"{file.stem}{kind_of_picture}.png"
-    check_target(output, file)
     if kind == "log":
         raise InputError(f"{file}: is a log; expected its result; historysim run {file} makes it again")
-    if output.suffix.lower() in MOVING:
+    what = scenario_or_file(file, values)
+    check_outputs([Output(output, (PICTURE, MOVING))], files_read(what), force=force)
+    if output.suffix.lower() in MOVING.endings:
         others = {
             "picture": picture,
             "step": step,
@@ -109,7 +111,6 @@ def plot(
     from historysim.scenario.plot import plot as drawn
 
     number = int(step) if step is not None and step.removeprefix("-").isdecimal() else step
-    what = scenario_or_file(file, values)
     figure = drawn(
         what,
         picture=picture,
@@ -127,7 +128,8 @@ def plot(
 @click.command()
 @click.argument("file", type=path_type)
 @click.option("-o", "--output", type=path_type, help="The page (HTML). [default: FILE's name with _report.html]")
-def report(file: Path, output: Path | None) -> None:
+@force_option
+def report(file: Path, output: Path | None, force: bool) -> None:
     """Write a report of FILE: one HTML page that opens anywhere, without a network.
 
     A result: summary, validity, pictures, provenance, and a slider through time that moves loop and contact map. A
@@ -135,8 +137,7 @@ def report(file: Path, output: Path | None) -> None:
     is fitted or compared.
     """
     output = output or file.with_name(f"{file.stem}_report.html")
-    check_target(output, file)
-    check_ending(output, ".html", ".htm")
+    check_outputs([Output(output, (PAGE,))], files_read(file), force=force)
     from historysim.scenario.report import report as written
 
     written(file, output)
@@ -147,16 +148,24 @@ def report(file: Path, output: Path | None) -> None:
 @click.argument("folder", type=path_type, default="scenarios")
 @click.option("-o", "--output", type=path_type, default="gallery.html", show_default=True, help="The page (HTML).")
 @click.option("--workers", type=click.IntRange(1), help="Processes that compute. [default: one for each processor]")
-def gallery(folder: Path, output: Path, workers: int | None) -> None:
+@click.option(
+    "--scripts",
+    is_flag=True,
+    help="Also carry out the Python scripts in FOLDER that say that they are examples: run code of people you trust.",
+)
+@force_option
+def gallery(folder: Path, output: Path, workers: int | None, scripts: bool, force: bool) -> None:
     """Run all scenarios in FOLDER and write their pictures to one HTML page that opens anywhere.
 
-    Scenarios with [sweep] are swept. FOLDER is "scenarios" where none is named, as in the repository.
+    Scenarios with [sweep] are swept; hidden files and folders are left out. FOLDER is "scenarios" where none is named,
+    as in the repository. Scripts are carried out with --scripts only, and only those that hold a line
+    "# historysim gallery: example".
     """
-    check_target(output, folder)
-    check_ending(output, ".html", ".htm")
+    from historysim.studies.gallery import files_of_gallery
     from historysim.studies.gallery import gallery as written
 
-    written(folder, output, workers=workers or processors(), progress=True, tell=notice)
+    check_outputs([Output(output, (PAGE,))], files_of_gallery(folder, scripts=scripts), force=force)
+    written(folder, output, workers=workers or processors(), scripts=scripts, progress=True, tell=notice)
     click.echo(output)
 
 

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import click
 
-from historysim.cli.arguments import check_target, path_type
-from historysim.cli.output import check_ending, save_dataset
+from historysim.basics.targets import Output, check_outputs
+from historysim.cli.arguments import force_option, path_type
+from historysim.cli.output import TABLES_OF_QUESTIONS, save_dataset
 from historysim.errors import InputError
 
 TABLES = (
@@ -36,14 +37,16 @@ PERHAPS_OF_ONE = ("time_series",)
 @click.option("-o", "--output", type=path_type, help="The table (CSV, netCDF). [default: RESULT_QUESTION.csv]")
 @click.option("--asperity", type=int, help="Of profiles, reversal-points and time-series: whose.")
 @click.option("--step", type=int, help="Of profiles and reversal-points: at which step. [default: the last]")
-def table(result: Path, question: str, output: Path | None, asperity: int | None, step: int | None) -> None:
+@force_option
+def table(
+    result: Path, question: str, output: Path | None, asperity: int | None, step: int | None, force: bool
+) -> None:
     """Ask RESULT a QUESTION, and write the answer as a table.
 
     The questions are methods of history.contact in Python, where their documentation says what the columns are.
     """
     output = output or result.with_name(f"{result.stem}_{question}.csv")
-    check_target(output, result)
-    check_ending(output, ".csv", ".nc")
+    check_outputs([Output(output, TABLES_OF_QUESTIONS)], [result], force=force)
     name = question.replace("-", "_")
     if name in OF_AN_ASPERITY and asperity is None:
         raise InputError(f"{question}: is of one asperity; expected --asperity")

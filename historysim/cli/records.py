@@ -6,15 +6,25 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from historysim.basics.files import replacing
+from historysim.basics.targets import FITTED, PICTURE, Output, check_outputs
 from historysim.cli.arguments import (
-    check_target,
+    files_read,
+    force_option,
     path_type,
     quantity_option,
     scenario_or_file,
     set_option,
     text_options,
 )
-from historysim.cli.output import PICTURES, check_ending, print_lines, print_table, save, save_table
+from historysim.cli.output import (
+    TABLES_OF_LEVELS,
+    TABLES_OF_LOOPS,
+    TABLES_OF_SLIDING,
+    print_lines,
+    print_table,
+    save,
+    save_table,
+)
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
@@ -70,6 +80,7 @@ def columns(file: Path, layout: "Format") -> None:
 @click.option("--plot", "with_picture", is_flag=True, help="Also draw the loops: FILE's name with _loops.png, here.")
 @click.option("--picture", type=path_type, help="Also draw the loops to this file (PNG, PDF, SVG).")
 @click.option("--model", "with_model", is_flag=True, help="Draw those of the scenario's model with them, dashed.")
+@force_option
 @set_option
 def loops(
     file: Path,
@@ -83,6 +94,7 @@ def loops(
     with_picture: bool,
     picture: Path | None,
     with_model: bool,
+    force: bool,
     values: dict[str, Any],
 ) -> None:
     """Say what the friction loops of FILE are like: of a scenario's measured record, or of a result.
@@ -92,10 +104,11 @@ def loops(
     band = None if dead_band is None else quantity_option("--dead-band", dead_band, "m")
     named = Path(f"{file.stem}_loops.png") if with_picture else None
     pictures = [path for path in (named, picture) if path is not None]
-    targets = [path for path in (output, levels, *pictures) if path is not None]
-    for number, target in enumerate(targets):
-        check_target(target, file, *targets[:number])
-        check_ending(target, *(() if target in pictures else (".nc", ".csv")), *PICTURES)
+    outputs = [
+        *(Output(path, (*TABLES_OF_LOOPS, PICTURE)) for path in (output,) if path is not None),
+        *(Output(path, (*TABLES_OF_LEVELS, PICTURE)) for path in (levels,) if path is not None),
+        *(Output(path, (PICTURE,)) for path in pictures),
+    ]
     from historysim.measured.definitions import DEFAULT, Definitions
     from historysim.results.plots.loop_levels import plot_loop_levels
     from historysim.results.plots.loops import plot_loops
@@ -106,7 +119,8 @@ def loops(
         amplitude_share=DEFAULT.amplitude_share if amplitude_share is None else amplitude_share,
     )
     measured = file.suffix == ".toml"
-    record = _loaded(file, values, *targets) if measured else scenario_or_file(file, values)
+    record = scenario_or_file(file, values)
+    check_outputs(outputs, files_read(record), force=force)
     found = find_loops(record, dead_band=band, skip=skip, skip_per_level=skip_per_level, definitions=definitions)
     model = _model_loops(record, skip) if with_model else None
     by_load = found.by_load()
@@ -128,8 +142,8 @@ def loops(
         print_lines([(label, both) for label, *_, both in found.rows() if label.startswith(("largest", "loops"))])
     else:
         print_table(found.rows())
-    for target in targets:
-        click.echo(target)
+    for target in outputs:
+        click.echo(target.path)
 
 
 @click.command()
@@ -139,42 +153,45 @@ def loops(
 @click.option(
     "-o", "--output", type=path_type, help="Also write the windows to this file (.nc, .csv), or draw them there."
 )
+@force_option
 @set_option
-def sliding(file: Path, over: "Over | None", windows: int, output: Path | None, values: dict[str, Any]) -> None:
+def sliding(
+    file: Path, over: "Over | None", windows: int, output: Path | None, force: bool, values: dict[str, Any]
+) -> None:
     """Say how friction goes along FILE, which slides one way: static peak, running-in, steady value.
 
     FILE is a scenario with a measured record, or a result.
     """
-    targets = [] if output is None else [output]
-    for target in targets:
-        check_target(target, file)
-        check_ending(target, ".nc", ".csv", *PICTURES)
     from historysim.results.plots.sliding import plot_sliding
     from historysim.scenario.sliding import find_sliding
 
     measured = file.suffix == ".toml"
-    record = _loaded(file, values, *targets) if measured else scenario_or_file(file, values)
+    record = scenario_or_file(file, values)
+    outputs = [] if output is None else [Output(output, (*TABLES_OF_SLIDING, PICTURE))]
+    check_outputs(outputs, files_read(record), force=force)
     found = find_sliding(record, over=over, windows=windows)
     if output is not None:
         save_table(found.to_dataset(), output, lambda _: plot_sliding(found, title=file.name), measured=measured)
     print_lines(found.summary())
-    for target in targets:
-        click.echo(target)
+    for target in outputs:
+        click.echo(target.path)
 
 
 @click.command()
 @click.argument("scenario", type=path_type)
 @click.option("--skip", default=0, show_default=True, help="Loops at the start to leave out.")
 @click.option("-o", "--output", type=path_type, help="The picture. [default: SCENARIO's name with _comparison.png]")
+@force_option
 @set_option
-def compare(scenario: Path, skip: int, output: Path | None, values: dict[str, Any]) -> None:
+def compare(scenario: Path, skip: int, output: Path | None, force: bool, values: dict[str, Any]) -> None:
     """Set the model of SCENARIO beside what was measured: time series, loops, energy per loop."""
     output = output or Path(f"{scenario.stem}_comparison.png")
-    check_target(output, scenario)
     from historysim.results.plots.comparison import plot_comparison
     from historysim.scenario.compare import compare as compare_scenario
+    from historysim.scenario.scenario import load
 
-    loaded = _loaded(scenario, values, output)
+    loaded = load(scenario, values)
+    check_outputs([Output(output, (PICTURE,))], loaded.files, force=force)
     comparison = compare_scenario(loaded, skip=skip)
     save(plot_comparison(comparison, loaded.title), output)
     print_lines(comparison.summary())
@@ -190,20 +207,18 @@ def compare(scenario: Path, skip: int, output: Path | None, values: dict[str, An
 @click.option(
     "--picture", type=path_type, help="The picture (PNG, PDF, SVG). [default: the fitted scenario's with .png]"
 )
+@force_option
 @set_option
-def fit(scenario: Path, output: Path | None, picture: Path | None, values: dict[str, Any]) -> None:
+def fit(scenario: Path, output: Path | None, picture: Path | None, force: bool, values: dict[str, Any]) -> None:
     """Fit parameters of SCENARIO, as its [fit] says, to what was measured; write the fitted scenario and a picture."""
     output = output or Path(f"{scenario.stem}_fitted.toml")
-    if output.suffix != ".toml":
-        raise InputError(f"{output}: {output.suffix or 'no'} ending; expected .toml, since it is a scenario")
     picture = picture or output.with_suffix(".png")
-    check_target(output, scenario)
-    check_target(picture, scenario, output)
-    check_ending(picture, *PICTURES)
     from historysim.results.plots.comparison import plot_comparison
     from historysim.scenario.fit import fit as fit_scenario
+    from historysim.scenario.scenario import load
 
-    loaded = _loaded(scenario, values, output, picture)
+    loaded = load(scenario, values)
+    check_outputs([Output(output, (FITTED,)), Output(picture, (PICTURE,))], loaded.files, force=force)
     found = fit_scenario(loaded, progress=True)
     # both stand under their names, or neither
     with replacing(output) as unfinished:
@@ -222,16 +237,6 @@ def _model_loops(record: "Scenario | Path", skip: int) -> "Loops | None":
     if isinstance(record, Path):
         raise InputError(f"{record}: is no scenario (.toml) with a measured record; expected one for --model")
     return compare_scenario(record, skip=skip).model
-
-
-def _loaded(path: Path, values: dict[str, Any], *targets: Path) -> "Scenario":
-    """Return a scenario with other values, of which no target is the file that it replays."""
-    from historysim.scenario.scenario import load
-
-    loaded = load(path, values)
-    for target in targets:
-        check_target(target, *loaded.measured_files)
-    return loaded
 
 
 COMMANDS = (columns, loops, sliding, compare, fit)

@@ -5,9 +5,10 @@ from typing import Any
 
 import click
 
-from historysim.basics.processors import processors
-from historysim.cli.arguments import check_target, path_type, scenario_or_file, set_option
-from historysim.cli.output import PICTURES, check_ending, notice, print_lines, save
+from historysim.basics.system import processors
+from historysim.basics.targets import PICTURE, Output, check_outputs
+from historysim.cli.arguments import files_read, force_option, path_type, replayed, set_option
+from historysim.cli.output import TABLE_OF_SWEEP, csv_of_sweep, notice, print_lines, save
 from historysim.errors import InputError
 
 
@@ -30,6 +31,7 @@ from historysim.errors import InputError
     type=click.IntRange(1),
     help="Threads that record many asperities; the result is the same. [default: one for each processor, up to 4]",
 )
+@force_option
 @set_option
 def run(
     scenario: Path,
@@ -42,28 +44,28 @@ def run(
     snapshot_every: int | None,
     compression: str,
     threads: int | None,
+    force: bool,
 ) -> None:
     """Replay SCENARIO (TOML), or the log or the result of a run, and write the history to a netCDF file.
 
     The log, NAME.history, stands beside the result from the beginning.
     """
     output = output or Path(f"{scenario.stem}.nc")
-    check_target(output, scenario)
-    check_target(output.with_suffix(".history"), *([] if scenario.suffix == ".history" else [scenario, output]))
     pictures = [path for path in (output.with_suffix(".png") if with_picture else None, picture) if path is not None]
-    for path in pictures:
-        check_target(path, scenario, output)
-        check_ending(path, *PICTURES)
-    from historysim.scenario.run import write
+    source = replayed(scenario, values)
+    from historysim.scenario.run import outputs_of, write
 
+    outputs = [*outputs_of(source, output), *(Output(path, (PICTURE,)) for path in pictures)]
+    check_outputs(outputs, files_read(source), force=force)
     write(
-        scenario_or_file(scenario, values),
+        source,
         output,
         progress=not quiet,
         resume=resume,
         snapshot_every=snapshot_every,
         compression=compression,
         threads=threads,
+        force=force,
         tell=notice,
     )
     if pictures:
@@ -115,9 +117,16 @@ def validate(scenario: Path, values: dict[str, Any]) -> None:
 )
 @click.option("--workers", type=click.IntRange(1), help="Processes that compute. [default: one for each processor]")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing.")
+@force_option
 @set_option
 def sweep(
-    scenario: Path, output: Path | None, store: Path | None, workers: int | None, quiet: bool, values: dict[str, Any]
+    scenario: Path,
+    output: Path | None,
+    store: Path | None,
+    workers: int | None,
+    quiet: bool,
+    force: bool,
+    values: dict[str, Any],
 ) -> None:
     """Replay SCENARIO (TOML) at all points of its [sweep], and write what comes out to one file.
 
@@ -125,15 +134,17 @@ def sweep(
     """
     output = output or Path(f"{scenario.stem}.nc")
     store = store or output.with_suffix(".cells")
-    check_ending(output, ".nc", ".csv")
-    check_target(output, scenario)
     if store.exists() and not store.is_dir():
         raise InputError(f"{store}: is a file; expected a folder for the cells, or the name of a new one")
     from historysim.results import sweeps
     from historysim.scenario.scenario import load
     from historysim.studies.sweep import sweep as carry_out
+    from historysim.studies.sweep import sweep_of
 
     loaded = load(scenario, values)
+    grid, _ = sweep_of(loaded)
+    forms = TABLE_OF_SWEEP, csv_of_sweep(key for axis in grid.axes for key in axis.keys)
+    check_outputs([Output(output, forms)], loaded.files, force=force)
     found = carry_out(loaded, store=store, workers=workers or processors(), progress=not quiet, tell=notice)
     sweeps.write(found, output)
     if not quiet:
@@ -147,18 +158,22 @@ def sweep(
 )
 @click.option("--workers", type=click.IntRange(1), help="Processes that compute. [default: one for each processor]")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing.")
+@force_option
 @set_option
-def design(scenario: Path, output: Path | None, workers: int | None, quiet: bool, values: dict[str, Any]) -> None:
+def design(
+    scenario: Path, output: Path | None, workers: int | None, quiet: bool, force: bool, values: dict[str, Any]
+) -> None:
     """Find the value of a key of SCENARIO (TOML) at which the history gives what is wanted, as its [design] says."""
-    if output is not None:
-        check_ending(output, ".nc", ".csv")
-        check_target(output, scenario)
     from historysim.results.sweeps import write
     from historysim.scenario.scenario import load
     from historysim.studies.design import design as carry_out
-    from historysim.studies.design import summary
+    from historysim.studies.design import problem_of, summary
 
     loaded = load(scenario, values)
+    if output is not None:
+        problem, grid = problem_of(loaded)
+        forms = TABLE_OF_SWEEP, csv_of_sweep([*(key for axis in grid.axes for key in axis.keys), problem.key])
+        check_outputs([Output(output, forms)], loaded.files, force=force)
     found = carry_out(loaded, workers=workers or processors(), progress=not quiet, tell=notice)
     if output is not None:
         write(found, output)

@@ -64,6 +64,13 @@ _ISOTROPIC: Any = None
 _PRESSURE = attrs.validators.optional(_positive("Pa"))
 
 
+def _workable(_: object, attribute: "attrs.Attribute[float]", value: float) -> None:
+    # numpy would make a short start longer
+    from historysim.basics.arguments import workable
+
+    workable(attribute.name, value)
+
+
 @attrs.frozen(repr=False)
 class Material:
     """An elastic, isotropic material.
@@ -210,8 +217,8 @@ class MaterialPair:
 
     first: Material | None
     second: Material | None
-    contact_modulus: float = attrs.field(converter=as_float, validator=_positive("Pa"))
-    shear_modulus: float = attrs.field(converter=as_float, validator=_positive("Pa"))
+    contact_modulus: float = attrs.field(converter=as_float, validator=[_positive("Pa"), _workable])
+    shear_modulus: float = attrs.field(converter=as_float, validator=[_positive("Pa"), _workable])
     hardness: float | None = _optional("Pa")
     yield_stress: float | None = _optional("Pa")
     work_of_adhesion: float | None = _optional("J/m²")

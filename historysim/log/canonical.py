@@ -82,6 +82,10 @@ def events_of(columns: Columns) -> list[Event]:
         raise InputError("holds columns of different lengths")
     times, values = (np.frombuffer(column, dtype="<f8") for column in (columns.time, columns.value))
     coefficients = np.frombuffer(columns.coefficients, dtype="<f8")
+    if not all(np.isfinite(column).all() for column in (times, values, coefficients)):
+        raise InputError("holds numbers that are infinite, or none")
+    if (np.diff(times) < 0).any():
+        raise InputError("holds times that fall")
     if kinds.size and not 0 <= kinds.min() <= kinds.max() <= GEOMETRY:
         raise InputError("holds a kind of event that this version does not know; a later version has written it")
     found = np.empty(kinds.size, dtype=object)
@@ -91,6 +95,8 @@ def events_of(columns: Columns) -> list[Event]:
     used = 0
     for index in np.flatnonzero(kinds >= ONE_COEFFICIENT):
         time, count = float(times[index]), 0 if kinds[index] == ONE_COEFFICIENT else int(values[index])
+        if not 0 <= count <= coefficients.size - used:
+            raise InputError("holds an event with more numbers than are there")
         numbers = coefficients[used : used + count].tolist()
         used += count
         if kinds[index] == ONE_COEFFICIENT:

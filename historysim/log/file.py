@@ -7,6 +7,7 @@ write them. Its price, that a reader waits while a batch is committed, is small,
 """
 
 import errno
+import functools
 import itertools
 import json
 import os
@@ -22,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.file_kinds import is_log, told_kind
-from historysim.basics.files import sync_folder
+from historysim.basics.files import check_replaceable, sync_folder
 from historysim.basics.lock import WriterLock
 from historysim.errors import InputError
 from historysim.loads.events import Event, check_sequence, misfit, time_text
@@ -32,6 +33,8 @@ from historysim.log.snapshot import Snapshot, snapshot_from
 
 ENDING = ".history"
 MOST_EVENTS_OF_A_BATCH = 1 << 16
+SHORTEST_LIMIT = 1_000_000
+"""Bytes that a value of a log may have in any case; no value is longer than twice the file besides."""
 PATIENCE = 60.0
 """Seconds that a reader or writer waits for the other's transaction."""
 
@@ -139,9 +142,10 @@ class LogFile:
             It cannot be written, or another process is writing one of this name.
         """
         checked_events(head, events)
+        check_replaceable(path)
         unfinished = path.with_name(f".{path.name}.part")
         try:
-            lock = WriterLock(unfinished)
+            lock = WriterLock(unfinished, make=True)
         except OSError as error:
             raise OSError(error.errno, error.strerror, str(path)) from None
         try:
@@ -165,7 +169,7 @@ class LogFile:
                 finally:
                     connection.close()
             _settle(path)
-            unfinished.replace(path)
+            lock = lock.moved(path)
             sync_folder(path.parent)
             return cls(path, lock=lock)
         except BaseException:
@@ -197,9 +201,12 @@ class LogFile:
             # what this connection has written itself does not count
             version = connection.execute("PRAGMA data_version").fetchone()[0]
             if self._content is None or version != self._version:
+                _check_schema(connection, self.path)
                 content = _read(connection, self.head)
                 if not content.problem and _is_cut(connection, self.path):
                     content = attrs.evolve(content, problem="the file was cut")
+                if not content.problem and (found := _unsound(connection)):
+                    content = attrs.evolve(content, problem=f"SQLite finds: {found}")
                 self._content, self._version = content, version
         return self._content
 
@@ -305,15 +312,20 @@ class LogFile:
     def _reading(self) -> Iterator[sqlite3.Connection]:
         """One view of the file, whatever a writer does meanwhile."""
         connection = self._open
+        # no value is longer than the file that it stands in; what is written may be
+        longest = max(SHORTEST_LIMIT, 2 * self.path.stat().st_size)
+        before = connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, longest)
         connection.execute("BEGIN")
         try:
             yield connection
         finally:
+            connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, before)
             with suppress(sqlite3.Error):
                 connection.execute("ROLLBACK")
 
     def _head(self) -> Head:
         with reported(self.path), self._reading() as connection:
+            _check_schema(connection, self.path)
             row = connection.execute("SELECT settings FROM head").fetchone()
             first = connection.execute("SELECT link FROM chain WHERE number = 0").fetchone()
             if row is None or first is None:
@@ -323,9 +335,11 @@ class LogFile:
                 arrays = {name: _array(shape, content) for name, shape, content in rows}
                 head = head_from(row[0], arrays)
                 whole = head.link == first[0]
+                if whole:
+                    head.check()
             except InputError as error:
                 raise InputError(f"{self.path}: {error}") from error
-            except (ValueError, TypeError, KeyError, OverflowError) as error:
+            except (ValueError, TypeError, KeyError, OverflowError, AttributeError, RecursionError) as error:
                 raise InputError(f"{self.path}: is damaged: its head cannot be read ({error})") from error
         if not whole:
             raise InputError(
@@ -388,12 +402,55 @@ def _connect(path: Path, mode: str) -> sqlite3.Connection:
     address = f"file:{quote(str(path.absolute()))}?mode={mode}"
     connection = sqlite3.connect(address, uri=True, timeout=PATIENCE, isolation_level=None)
     try:
-        for setting in ("synchronous = EXTRA", "cell_size_check = ON", "trusted_schema = OFF"):
+        # a log may come from anywhere: nothing in it is carried out
+        connection.setlimit(sqlite3.SQLITE_LIMIT_ATTACHED, 0)
+        if hasattr(connection, "setconfig"):
+            # Python 3.12 and later
+            connection.setconfig(getattr(sqlite3, "SQLITE_DBCONFIG_DEFENSIVE"), True)  # noqa: B009 - not in 3.11
+        for setting in ("synchronous = EXTRA", "cell_size_check = ON", "trusted_schema = OFF", "mmap_size = 0"):
             connection.execute(f"PRAGMA {setting}")
     except BaseException:
         connection.close()
         raise
     return connection
+
+
+@functools.cache
+def _schema() -> frozenset[tuple[str, ...]]:
+    """Return what a log holds, as SQLite tells it."""
+    with closing(sqlite3.connect(":memory:")) as connection:
+        connection.executescript(SCHEMA)
+        return frozenset(connection.execute(_TOLD).fetchall())
+
+
+_TOLD = "SELECT type, name, tbl_name, coalesce(sql, '') FROM sqlite_master"
+
+
+def _check_schema(connection: sqlite3.Connection, path: Path) -> None:
+    """Check that a file holds the tables of a log and nothing else: no view, no trigger that is not its own.
+
+    Raises
+    ------
+    InputError
+        Something else, which would be carried out with what is asked of the log, is there.
+    """
+    found = set(connection.execute(f"{_TOLD} LIMIT {len(_schema()) + 1}").fetchall())
+    strange = sorted(f"{kind} {name}" for kind, name, *_ in found - _schema())
+    missing = sorted(set(TABLES) - {name for _, name, *_ in found})
+    # what a log has lost, such as a trigger, cannot do anything
+    if strange or missing:
+        told = [f"holds {', '.join(strange[:3])}, other than a log does"] if strange else []
+        told += [f"has no table {', '.join(missing[:3])}"] if missing else []
+        raise InputError(
+            f"{path}: is no log, or damaged: it {' and '.join(told)}; expected the log of a run (NAME{ENDING}); "
+            "restore it from a copy, or run the scenario again"
+        )
+
+
+def _unsound(connection: sqlite3.Connection) -> str:
+    """Return what SQLite finds wrong with the pages of a file; empty where nothing is."""
+    found = connection.execute("PRAGMA quick_check(1)").fetchone()
+    return "" if found is None or found[0] == "ok" else str(found[0]).replace("\n", " ")
 
 
 def _settle(path: Path) -> None:
@@ -477,7 +534,10 @@ def _read(connection: sqlite3.Connection, head: Head) -> Content:
             link = canonical.link(content.links[-1], content.ends[-1], columns)
             if number >= len(chain) or chain[number] != (number, content.ends[-1] + len(columns.kind), link):
                 return broken(f"batch {number} does not match its digest")
-            content.events.extend(canonical.events_of(columns))
+            events = canonical.events_of(columns)
+            if content.events and events and events[0].time < content.events[-1].time:
+                return broken(f"batch {number} begins before the end of the one in front")
+            content.events.extend(events)
             content.links.append(link)
             content.ends.append(len(content.events))
     except (sqlite3.Error, InputError, ValueError, TypeError, OverflowError) as error:

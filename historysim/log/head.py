@@ -16,6 +16,9 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.asperities.laws import DrawnFriction, law_from
 from historysim.asperities.wear import wear_law_from
+from historysim.basics.arguments import workable
+from historysim.basics.limits import at_most, most
+from historysim.basics.wording import shown
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.loads.events import Event
@@ -34,6 +37,17 @@ FORMATS = (FORMAT, FORMAT_OF_CURVES, FORMAT_OF_LAWS)
 OF_THE_ENSEMBLE = ("summit_height", "summit_radius", "friction", "x", "y")
 SURFACE, CURVES = "surface.", "curves."
 OF_THE_PAIR = ("contact_modulus", "shear_modulus", "hardness", "yield_stress", "work_of_adhesion")
+OF_SETTINGS: Mapping[str, Any] = {
+    **dict.fromkeys(("historysim_version", "made_with", "scenario", "title"), str),
+    **dict.fromkeys(("contact_modulus", "shear_modulus", "tolerance"), int | float),
+    "seed": int | list | None,
+    "lateral_stiffness": int | float | None,
+    "substeps": int,
+    "saturate": bool,
+    "record": str | list,
+    "surface_attributes": dict,
+}
+"""What each setting has to be."""
 RESOLUTIONS = ("displacement_resolution", "load_resolution")
 
 
@@ -116,6 +130,34 @@ class Head:
         """The first link of the chain."""
         return array_digest(sorted(self.arrays.items()), self.text)
 
+    def check(self) -> None:
+        """Check that settings are of their types, and that ensemble and instrument can be made of them.
+
+        Raises
+        ------
+        InputError
+            A setting of another type, or numbers that no ensemble has.
+        """
+        for name, kinds in OF_SETTINGS.items():
+            value = self.settings.get(name)
+            if (value is None and name not in self.settings) or not isinstance(value, kinds):
+                raise InputError(f"is damaged: its setting {name} is {shown(value)}, which it cannot be")
+        metadata = self.settings.get("metadata", {})
+        if not isinstance(metadata, dict) or not all(isinstance(each, str) for each in metadata.values()):
+            raise InputError("is damaged: its metadata are no texts")
+        record = self.settings["record"]
+        if isinstance(record, list) and not all(type(each) is int for each in record):
+            raise InputError("is damaged: what it records are no indices")
+        if isinstance(self.settings["substeps"], bool) or not 1 <= self.substeps <= most("STEPS"):
+            raise InputError(f"says {shown(self.settings['substeps'])} as substeps; {at_most('STEPS')}")
+        try:
+            for name in OF_THE_ENSEMBLE[:2]:
+                workable(name, self.arrays[name])
+            # either is computed once
+            _ = self.ensemble, self.instrument
+        except InputError as error:
+            raise InputError(f"is damaged: its asperities cannot be used ({error})") from error
+
     @functools.cached_property
     def ensemble(self) -> Ensemble:
         """The ensemble, whole."""
@@ -151,7 +193,15 @@ class Head:
         return int(self.settings["substeps"])
 
     def replay(self, events: Sequence[Event], threads: int | None = None) -> Replay:
-        """Return the replay of events as this head says, on so many threads."""
+        """Return the replay of events as this head says, on so many threads.
+
+        Raises
+        ------
+        InputError
+            More rows than are allowed.
+        """
+        if (steps := len(events) * self.substeps) > most("STEPS"):
+            raise InputError(f"the log makes {steps:,} steps; {at_most('STEPS')}")
         return Replay(
             self.ensemble,
             events,

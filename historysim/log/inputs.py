@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from historysim.basics.hdf5 import check_named
 from historysim.errors import InputError
 from historysim.loads.events import Event
 from historysim.log import canonical
@@ -69,10 +70,11 @@ def read(path: Path) -> tuple[Head, Content]:
     """
     import netCDF4
 
+    check_named(path)
     try:
         with netCDF4.Dataset(path) as file:
             file.set_auto_mask(False)
-            group = _group(file)
+            group = group_of(file)
             if group is None and "total_normal_load" not in file.variables:
                 raise InputError(
                     f"{path}: is a netCDF or HDF5 file, and no result of historysim run; expected a scenario "
@@ -98,7 +100,8 @@ def read(path: Path) -> tuple[Head, Content]:
     return head, content
 
 
-def _group(file: "netCDF4.Dataset") -> "netCDF4.Group | None":
+def group_of(file: "netCDF4.Dataset") -> "netCDF4.Group | None":
+    """Return the group of an open result in which its log stands; None where it has none."""
     parent = file.groups.get(surface_group.GROUP, file)
     return parent.groups.get(GROUP)
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from historysim.basics.files import replacing
+from historysim.basics.hdf5 import check_contained
 from historysim.basics.notices import Teller, silent
 from historysim.errors import InputError, LoadError
 from historysim.loads.events import time_text
@@ -39,8 +40,10 @@ def log_beside(output: Path) -> Path:
     Raises
     ------
     InputError
-        It would be the result itself.
+        It would be the result itself, or there is no name.
     """
+    if not output.name:
+        raise InputError(f"{output}: is a folder; expected the name of a file to write")
     beside = output.with_suffix(ENDING)
     if beside == output:
         raise InputError(f"{output}: is the name of a log; expected another ending for the result, such as .nc")
@@ -120,7 +123,7 @@ def write_result(
         if compression == "none":
             unfinished.publish()
         else:
-            with replacing(output, output.with_name(f".{output.name}.part")) as smaller:
+            with replacing(output) as smaller:
                 compress(unfinished.path, smaller, compression)
         keep = False
     except (LoadError, InputError):
@@ -183,8 +186,9 @@ def _is_result_of(output: Path, tip: bytes) -> bool:
     import netCDF4
 
     try:
+        check_contained(output)
         with netCDF4.Dataset(output) as file:
             told = {name: file.getncattr(name) for name in ("log_digest", "complete") if name in file.ncattrs()}
-    except (OSError, RuntimeError, AttributeError):
+    except (OSError, RuntimeError, AttributeError, InputError):
         return False
     return told.get("log_digest") == digest_attribute(tip)["log_digest"] and bool(told.get("complete"))

@@ -12,10 +12,12 @@ import numpy.typing as npt
 
 from historysim.asperities.state import EnsembleState
 from historysim.basics.file_kinds import is_log, is_netcdf, told_kind
+from historysim.basics.hdf5 import check_named
 from historysim.basics.notices import Teller, silent
 from historysim.errors import InputError
 from historysim.loads.events import Event, time_text
 from historysim.loads.schedule import Start
+from historysim.log import inputs
 from historysim.log.file import LogFile
 from historysim.log.result import log_beside
 from historysim.log.snapshot import program
@@ -172,6 +174,9 @@ def _verify_result(output: Path, log: Path | None, *, progress: bool, tell: Tell
         with _opened(output):
             raise InputError(f"{output}: its log {beside} is not there; put it there, or say where it is with --log")
     with LogFile(beside) as file, _opened(output) as result:
+        # what it can be made again from has a checksum of its own
+        if inputs.group_of(result) is not None:
+            inputs.read(output)
         events, digest = _events_of(file, output, result)
         made = f"historysim {getattr(result, 'historysim_version', '?')}, {getattr(result, 'made_with', '?')}"
         elsewhere = made if made != program() else ""
@@ -274,6 +279,7 @@ def _check_finished(result: "netCDF4.Dataset") -> None:
 def _opened(output: Path) -> Iterator["netCDF4.Dataset"]:
     import netCDF4
 
+    check_named(output)
     try:
         with netCDF4.Dataset(output) as result:
             result.set_auto_maskandscale(False)

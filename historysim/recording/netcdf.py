@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
+from historysim.basics import system
 from historysim.basics.files import replacing
 from historysim.memory.binding import TOTALS
 from historysim.memory.rows import Rows
@@ -270,7 +271,7 @@ def recording(
 @contextlib.contextmanager
 def opened(path: Path) -> Iterator[int]:
     """Open a file that is there, to read and write, and close it when the block ends."""
-    handle = os.open(path, os.O_RDWR | os.O_CLOEXEC)
+    handle = os.open(path, os.O_RDWR | system.OWN)
     try:
         yield handle
     finally:

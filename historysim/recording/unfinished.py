@@ -4,7 +4,7 @@ import os
 import shutil
 from pathlib import Path
 
-from historysim.basics.files import sync_file, sync_folder
+from historysim.basics.files import own_file, sync_file, sync_folder
 from historysim.basics.lock import WriterLock
 
 
@@ -27,13 +27,13 @@ class Unfinished:
         # not a lock on the file itself, which would keep readers from opening the result
         self._lock_path = output.with_name(f".{output.name}.lock")
         try:
-            self._lock = WriterLock(self._lock_path)
+            self._lock = WriterLock(self._lock_path, make=True)
         except BlockingIOError as error:
             raise OSError(error.errno, "another process is writing this result", str(output)) from error
         except OSError as error:
             raise OSError(error.errno, error.strerror, str(output)) from error
         try:
-            self.handle = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+            self.handle = own_file(self.path)
             # a snapshot will say that rows stand in it
             sync_folder(self.path.parent)
         except OSError as error:
@@ -60,5 +60,4 @@ class Unfinished:
         self._release()
 
     def _release(self) -> None:
-        self._lock_path.unlink(missing_ok=True)
-        self._lock.release()
+        self._lock.remove()

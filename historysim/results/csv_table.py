@@ -14,6 +14,17 @@ CELLS_AT_ONCE = 1 << 20
 """Values that are read and written at a time."""
 
 
+def plain_text(value: Any) -> Any:
+    """Return a value of a table so that a spreadsheet takes no text for a formula: in front of one stands ``'``.
+
+    As in OWASP, "CSV Injection": texts that begin with ``=``, ``+``, ``-``, ``@``, a tab or a line break.
+    """
+    return f"'{value}" if isinstance(value, str) and value.startswith(FORMULA) else value
+
+
+FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
+
+
 def write_csv(table: xr.Dataset | xr.DataArray, path: str | Path) -> None:
     """Write a table to a CSV file, which appears under its name when it is complete.
 
@@ -63,4 +74,4 @@ def _rows(dataset: xr.Dataset) -> Iterator[list[Any]]:
     for first in range(0, size, at_once):
         block = dataset[columns].isel({along: slice(first, first + at_once)})
         values = [part for name in columns for part in block[name].values.reshape(block.sizes[along], -1).T]
-        yield from map(list, zip(*(part.tolist() for part in values), strict=True))
+        yield from map(list, zip(*(map(plain_text, part.tolist()) for part in values), strict=True))

@@ -8,6 +8,8 @@ from typing import Literal
 import xarray as xr
 
 from historysim.basics.file_kinds import is_log, is_netcdf
+from historysim.basics.files import what_is_there
+from historysim.basics.hdf5 import check_named
 from historysim.errors import InputError
 from historysim.measured.loop_table import CONTENT_OF_TABLE
 from historysim.measured.loops import CONTENT
@@ -16,6 +18,7 @@ from historysim.results.analysis.time_series import CONTENT as TIME_SERIES
 from historysim.results.netcdf_table import CONTENT as TABLE
 from historysim.results.recorded_file import damage_told
 from historysim.results.sweeps import CONTENT as SWEEP
+from historysim.results.told import check_history
 
 Kind = Literal["scenario", "log", "result", "loops", "sliding", "sweep", "table", "height map"]
 
@@ -63,11 +66,12 @@ def kind_of(path: Path) -> Kind:
         return "height map"
     import netCDF4
 
+    check_named(path)
     # height maps come as netCDF, too; what does not open is left to the reader of results, which says what is wrong
     with suppress(OSError, RuntimeError, AttributeError), netCDF4.Dataset(path) as file:
         told = {name: file.getncattr(name) for name in file.ncattrs()}
-        if told.get("content") in KINDS:
-            return KINDS[told["content"]]
+        if str(told.get("content")) in KINDS:
+            return KINDS[str(told["content"])]
         if "historysim_version" not in told:
             return "height map"
     return "result"
@@ -96,10 +100,12 @@ def open_result(path: Path) -> Iterator[xr.Dataset]:
     if not is_netcdf(path):
         raise InputError(f"{path}: is not a netCDF file; {expected}")
     with _opened(path) as history:
-        if kind := KINDS.get(history.attrs.get("content", "")):
+        if kind := KINDS.get(str(history.attrs.get("content", ""))):
             raise InputError(f"{path}: is {CALLED[kind]}; {expected}")
         if not history.attrs.get("complete"):
             raise InputError(f"{path}: is not a finished result of historysim run; run the scenario again")
+        shapes = {str(name): (of.dims, of.dtype) for name, of in history.variables.items()}
+        check_history(history.attrs, shapes, history.sizes.get("step", 0), path)
         yield history
 
 
@@ -116,14 +122,13 @@ def read_table(path: Path) -> xr.Dataset:
 
 
 def _check_there(path: Path, expected: str) -> None:
-    if path.is_dir():
-        raise InputError(f"{path}: is a folder; {expected}")
-    if not path.is_file():
-        raise InputError(f"{path}: there is no such file; {expected}")
+    if came := what_is_there(path):
+        raise InputError(f"{path}: {came}; {expected}")
 
 
 @contextmanager
 def _opened(path: Path) -> Iterator[xr.Dataset]:
+    check_named(path)
     try:
         found = xr.open_dataset(path, engine="netcdf4", decode_times=False)
     except (OSError, RuntimeError, AttributeError, ValueError) as error:

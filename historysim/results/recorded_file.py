@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any, final
 import numpy as np
 import numpy.typing as npt
 
+from historysim.basics.hdf5 import check_named
 from historysim.errors import InputError
+from historysim.results.told import check_history
 
 if TYPE_CHECKING:
     import netCDF4
@@ -75,8 +77,12 @@ def opened(path: Path) -> Iterator[RecordedFile]:
     """
     import netCDF4
 
+    check_named(path)
     with damage_told(path), netCDF4.Dataset(path) as file:
-        yield RecordedFile(file)
+        recorded = RecordedFile(file)
+        shapes = {name: (of.dimensions, of.dtype) for name, of in file.variables.items()}
+        check_history(recorded.attrs, shapes, recorded.sizes.get("step", 0), path)
+        yield recorded
 
 
 @contextmanager

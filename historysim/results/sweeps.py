@@ -11,6 +11,7 @@ from historysim.basics import findings
 from historysim.basics.files import replacing
 from historysim.basics.units import quantity_text, range_text
 from historysim.basics.wording import counted
+from historysim.results.csv_table import plain_text
 from historysim.results.netcdf_table import write_netcdf
 
 CONTENT = "sweep"
@@ -77,7 +78,7 @@ def write(found: xr.Dataset, path: Path) -> None:
         write_netcdf(found, path)
         return
     with replacing(path) as unfinished, unfinished.open("w", encoding="utf-8", newline="") as stream:
-        csv.writer(stream).writerows(rows(found))
+        csv.writer(stream).writerows(map(plain_text, row) for row in rows(found))
 
 
 def _swept(found: xr.Dataset) -> list[str]:

@@ -1,5 +1,6 @@
 """From a TOML file to the sections of a scenario."""
 
+import re
 import tomllib
 from collections.abc import Mapping
 from functools import cache, partial
@@ -10,6 +11,8 @@ from typing import Any
 from cattrs import Converter
 
 from historysim.basics.file_kinds import told_kind
+from historysim.basics.files import what_is_there
+from historysim.basics.limits import at_most, most
 from historysim.basics.wording import shown
 from historysim.errors import InputError
 from historysim.scenario.columns import column_hooks
@@ -57,12 +60,31 @@ def parsed(source: str) -> dict[str, Any]:
     Raises
     ------
     InputError
-        It is not TOML.
+        It is not TOML, or is nested too deeply.
     """
+    parts = most("KEY_PARTS")
+    if found := re.search(rf"(?<!{_PART})(?:{_PART}++\s*+\.\s*+){{{parts}}}", source):
+        line = source.count("\n", 0, found.start()) + 1
+        raise InputError(f"line {line}: a key of more than {parts} parts; {at_most('KEY_PARTS')}")
     try:
-        return tomllib.loads(source)
+        document = tomllib.loads(source)
     except (ValueError, RecursionError) as error:
         raise InputError(f"is not TOML: {error}") from error
+    level: list[Any] = [document]
+    for _ in range(parts):
+        level = [
+            inner
+            for outer in level
+            for inner in (outer.values() if isinstance(outer, dict) else outer)
+            if isinstance(inner, dict | list)
+        ]
+    if level:
+        raise InputError(f"tables or arrays within one another, more than {parts} deep; {at_most('KEY_PARTS')}")
+    return document
+
+
+_PART = r"""[^\s.=\[\]{},#]"""
+"""A character of a key, quoted or not."""
 
 
 def sections_of(document: Mapping[str, Any]) -> Sections:
@@ -109,12 +131,15 @@ def _record(converter: Converter, value: object, _: object) -> str | tuple[int, 
 
 def _source(path: Path) -> str:
     expected = "expected a scenario file (TOML)"
+    came = what_is_there(path)
+    if came.startswith("is "):
+        raise InputError(f"{came}; {expected}")
+    if not came and (size := path.stat().st_size) > most("SCENARIO_BYTES"):
+        raise InputError(f"has {size:,} bytes; {at_most('SCENARIO_BYTES')}; put long tables into a file beside it")
     try:
         return path.read_bytes().decode("utf-8-sig")
     except FileNotFoundError:
         raise InputError(f"there is no such file in {path.absolute().parent}; {expected}") from None
-    except IsADirectoryError:
-        raise InputError(f"is a folder; {expected}") from None
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:

@@ -14,6 +14,7 @@ from historysim.basics.display import html_table
 from historysim.basics.files import replacing
 from historysim.basics.places import at
 from historysim.basics.progress import progress_bar
+from historysim.basics.targets import FITTED, Output, check_outputs
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.scenario.scenario import Scenario, as_scenario
@@ -149,10 +150,13 @@ class Fit:
 
         Raises
         ------
+        InputError
+            It is a file that the scenario reads, or has another ending than .toml.
         OSError
             It cannot be written.
         """
         text = self.scenario_text(output)
+        check_outputs([Output(Path(output), (FITTED,))], self.scenario.files, force=True)
         with replacing(Path(output)) as unfinished:
             unfinished.write_text(text, encoding="utf-8")
 

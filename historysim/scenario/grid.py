@@ -9,12 +9,12 @@ from typing import Any
 import attrs
 import numpy as np
 
+from historysim.basics.limits import at_most, most
 from historysim.basics.places import at, misfit
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
 from historysim.scenario.overriding import place_of, plain
 
-MOST_POINTS = 1_000_000
 SPACINGS = ("linear", "logarithmic")
 _RANGE = ("from", "to", "count", "spacing")
 _QUANTITY = re.compile(r"\s*([+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?)\s*(.*)", re.DOTALL)
@@ -113,8 +113,8 @@ def grid_of(over: Mapping[str, Any], together: Sequence[Sequence[str]] = ()) -> 
                 expanded[key] = expand(value)
     axes = tuple(_axes(expanded, together))
     grid = Grid(axes)
-    if len(grid) > MOST_POINTS:
-        raise misfit(f"{len(grid):,} points; expected {MOST_POINTS:,} at most", "over")
+    if len(grid) > most("POINTS"):
+        raise misfit(f"{len(grid):,} points; {at_most('POINTS')}", "over")
     names = [variable_name(key) for key in expanded]
     if doubled := {name for name in names if names.count(name) > 1}:
         raise misfit(f"two keys would be called {min(doubled)}; expected keys that differ in their letters", "over")
@@ -180,6 +180,8 @@ def _range(entry: Mapping[str, Any]) -> list[Any]:
     count = entry.get("count")
     if "from" not in entry or not isinstance(count, int) or isinstance(count, bool) or count < 1:
         raise InputError("expected a range with from and count, 1 or more, and mostly to")
+    if count > most("POINTS"):
+        raise misfit(f"{shown(count)}; {at_most('POINTS')}", "count")
     first = entry["from"]
     if "to" not in entry:
         if not isinstance(first, int) or isinstance(first, bool) or "spacing" in entry:

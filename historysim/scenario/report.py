@@ -4,12 +4,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from historysim.basics.files import replacing
+from historysim.basics.targets import PAGE, Output, check_outputs
 from historysim.errors import InputError
 from historysim.scenario.opening import opened
 from historysim.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
     import xarray as xr
 
@@ -53,13 +54,21 @@ def report(what: "Reportable", output: str | Path | None = None) -> str:
     """
     if isinstance(what, str | Path):
         with opened(what) as found:
+            if output is not None:
+                _check_apart(Path(output), found.files if isinstance(found, Scenario) else [Path(what)])
             text = _page(found, str(what))
     else:
+        if output is not None and isinstance(what, Scenario):
+            _check_apart(Path(output), what.files)
         text = _page(what, f"this {type(what).__name__}")
     if output is not None:
         with replacing(Path(output)) as unfinished:
             unfinished.write_text(text, encoding="utf-8")
     return text
+
+
+def _check_apart(output: Path, reads: "Iterable[Path]") -> None:
+    check_outputs([Output(output, (PAGE,))], reads, force=True)
 
 
 def _page(what: Any, name: str) -> str:

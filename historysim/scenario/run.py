@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from historysim.basics.file_kinds import is_log, is_netcdf
 from historysim.basics.notices import Teller, silent
 from historysim.basics.processors import threads_of
+from historysim.basics.targets import LOG, RESULT, Output, check_outputs
 from historysim.errors import InputError
 from historysim.loads.events import Event
 from historysim.log import inputs
@@ -30,6 +31,7 @@ def run(
     snapshot_every: int | None = None,
     compression: str = "none",
     threads: int | None = None,
+    force: bool = False,
     tell: Teller = silent,
 ) -> "xr.Dataset":
     """Replay a scenario, or what an earlier run has left: its log, or its result.
@@ -40,8 +42,9 @@ def run(
         The file of a scenario (TOML), of a log (``NAME.history``), or of a result, which is made again from itself
         alone; or what `load` has made of a scenario.
     output : path, optional
-        A netCDF file to write the history to, with the surface in the group ``surface``; an existing one is replaced
-        when the new one is complete. The log of a scenario stands beside it, as ``NAME.history``, from the beginning.
+        A netCDF file (.nc) to write the history to, with the surface in the group ``surface``; an earlier result is
+        replaced when the new one is complete. The log of a scenario stands beside it, as ``NAME.history``, from the
+        beginning.
     progress : bool
         Show a progress bar on standard error where that is a terminal and the run is long.
     resume : bool
@@ -54,6 +57,8 @@ def run(
     threads : int, optional
         Threads that record many asperities, and write them; one for each processor up to 4 by default. What comes out
         is the same, bit for bit.
+    force : bool
+        Replace files of these names that are no earlier result or log, too; never one that the scenario reads.
     tell : callable, optional
         Takes notices for the user, such as which snapshot is passed over.
 
@@ -66,7 +71,7 @@ def run(
     ------
     InputError
         The scenario, or a file that it names, cannot be used as it is; or the log is damaged, or that of another
-        scenario than the one to resume.
+        scenario than the one to resume; or ``output`` is read, or is something else than an earlier result.
     LoadError
         A load that the contact cannot carry; the message names the event.
     OSError
@@ -84,6 +89,7 @@ def run(
         snapshot_every=snapshot_every,
         compression=compression,
         threads=threads,
+        force=force,
         tell=tell,
     )
     import xarray as xr
@@ -100,14 +106,20 @@ def write(
     snapshot_every: int | None = None,
     compression: str = "none",
     threads: int | None = None,
+    force: bool = False,
     tell: Teller = silent,
 ) -> None:
     """Replay a scenario, or the log of an earlier run, into a file, without opening it; all as for `run`."""
     _check_interval(snapshot_every)
     check_compression(compression)
     threads = threads_of(threads)
-    output = Path(output)
-    with _log_of_run(_source(path), output, resume=resume, tell=tell) as file:
+    output, source = Path(output), _source(path)
+    check_outputs(
+        outputs_of(source, output),
+        source.files if isinstance(source, scenario.Scenario) else [source],
+        force=force,
+    )
+    with _log_of_run(source, output, resume=resume, tell=tell) as file:
         write_result(
             file,
             output,
@@ -125,8 +137,19 @@ def _check_interval(snapshot_every: int | None) -> None:
         raise InputError(f"snapshot_every is {snapshot_every!r}; expected a whole number of 1 or more")
 
 
+def outputs_of(source: Path | scenario.Scenario, output: Path) -> tuple[Output, ...]:
+    """Return the files that a run writes: a result, and its log, unless it is that log which is replayed."""
+    result = Output(output, (RESULT,))
+    if isinstance(source, Path) and is_log(source):
+        return (result,)
+    return result, Output(log_beside(output), (LOG,))
+
+
 def _source(path: "str | Path | scenario.Scenario") -> "Path | scenario.Scenario":
-    return path if isinstance(path, scenario.Scenario) else Path(path)
+    """Return a log or a result as its file, and anything else as a scenario."""
+    if isinstance(path, str | Path) and (is_log(Path(path)) or is_netcdf(Path(path))):
+        return Path(path)
+    return scenario.as_scenario(path)
 
 
 def head_of(loaded: scenario.Scenario, tell: Teller = silent) -> tuple[Head, list[Event]]:
@@ -155,16 +178,16 @@ def head_of(loaded: scenario.Scenario, tell: Teller = silent) -> tuple[Head, lis
 
 
 def _in_memory(path: Path | scenario.Scenario, *, progress: bool, threads: int, tell: Teller) -> "xr.Dataset":
-    if isinstance(path, Path) and is_log(path):
-        with LogFile(path) as file:
-            head, content = file.head, file.sound()
-        events, links = content.events, content.links
-    elif isinstance(path, Path) and is_netcdf(path):
-        head, content = inputs.read(path)
-        events, links = content.events, content.links
-    else:
-        head, events = head_of(scenario.as_scenario(path), tell)
+    if isinstance(path, scenario.Scenario):
+        head, events = head_of(path, tell)
         links = links_of(head, events)
+    else:
+        if is_log(path):
+            with LogFile(path) as file:
+                head, content = file.head, file.sound()
+        else:
+            head, content = inputs.read(path)
+        events, links = content.events, content.links
     attributes = head.attributes | digest_attribute(links[-1])
     return head.replay(events, threads).dataset(attributes=attributes, progress=progress)
 
@@ -192,9 +215,9 @@ def _log_of_run(path: Path | scenario.Scenario, output: Path, *, resume: bool, t
     if isinstance(path, Path) and is_log(path):
         return LogFile(path, write=True)
     beside = log_beside(output)
-    if isinstance(path, Path) and is_netcdf(path):
+    if isinstance(path, Path):
         return _log_again(path, beside, resume=resume)
-    loaded = scenario.as_scenario(path)
+    loaded = path
     if not (resume and beside.exists()):
         if resume:
             tell(f"{beside}: there is no log to resume from; the run starts at the beginning")

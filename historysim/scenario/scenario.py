@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import attrs
 
 from historysim.asperities.instrument import RIGID, Instrument
+from historysim.basics.limits import at_most, most
 from historysim.basics.notices import Teller, silent
 from historysim.basics.places import at, misfit
 from historysim.basics.wording import counted, shown
@@ -19,7 +20,8 @@ from historysim.errors import InputError
 from historysim.loads.events import Event, NormalDisplacement, NormalLoad
 from historysim.loads.events import misfit as event_misfit
 from historysim.scenario.document import read_sections, sections_of
-from historysim.scenario.loading_kinds import MOST_STEPS, MeasuredLoading
+from historysim.scenario.files import files_of
+from historysim.scenario.loading_kinds import MeasuredLoading
 from historysim.scenario.schema import given, reported
 from historysim.scenario.sections import Sections
 from historysim.scenario.surface_kinds import Ground
@@ -95,8 +97,15 @@ class Scenario:
         InputError
             A surface that cannot be used; the message names file and field.
         """
+        # numpy would make the start of each command longer
+        from historysim.basics.arguments import workable
+
         with reported(self.path.name), at("surface"):
-            return self.sections.surface.ground(self.path.parent)
+            ground = self.sections.surface.ground(self.path.parent)
+            if ground.summits is not None:
+                workable("the radius of a summit", ground.summits.radius)
+                workable("the height of a summit", ground.summits.height)
+            return ground
 
     def unprepared_ground(self) -> Ground | None:
         """Return the surface as it comes, without filters and what else prepares a map; None where nothing does.
@@ -196,8 +205,8 @@ class Scenario:
                 with at("friction", "course"):
                     events = friction.course.course(self.path.parent).along(events)
             steps = len(events) * self.substeps
-            if steps > MOST_STEPS:
-                problem = f"{steps:,} steps; expected {MOST_STEPS:,} at most; use fewer substeps"
+            if steps > most("STEPS"):
+                problem = f"{steps:,} steps; {at_most('STEPS')}; use fewer substeps"
                 raise misfit(problem, "loading", "substeps")
         return events
 
@@ -225,6 +234,11 @@ class Scenario:
             return adhering_asperities(
                 ensemble, approach, work_of_adhesion=work, equilibrium_separation=adhesion.equilibrium_separation
             )
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """The file that it came from, and all that it names."""
+        return self.path, *files_of(self.sections, self.path.parent)
 
     @property
     def measured_files(self) -> tuple[Path, ...]:

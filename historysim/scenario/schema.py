@@ -13,7 +13,7 @@ import attrs
 from cattrs import Converter
 from cattrs.errors import (
     AttributeValidationNote,
-    CattrsError,
+    BaseValidationError,
     ForbiddenExtraKeysError,
     IterableValidationError,
     IterableValidationNote,
@@ -60,7 +60,7 @@ def reported(source: str) -> Iterator[None]:
     """
     try:
         yield
-    except (InputError, CattrsError) as error:
+    except (InputError, BaseValidationError, ForbiddenExtraKeysError) as error:
         problems = [f"{source}: {problem}" for problem in _problems(error)]
         more = [f"… and {len(problems) - MOST_PROBLEMS} more"] if len(problems) > MOST_PROBLEMS else []
         raise InputError("\n".join(problems[:MOST_PROBLEMS] + more)) from error

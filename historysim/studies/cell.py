@@ -10,10 +10,11 @@ import numpy as np
 from historysim.errors import InputError
 from historysim.recording.changes import Changes
 from historysim.scenario.document import parsed, sections_of
+from historysim.scenario.files import files_of
 from historysim.scenario.overriding import with_values
 from historysim.scenario.scenario import Scenario
 from historysim.scenario.schema import reported
-from historysim.studies.inputs import files_of, stamp
+from historysim.studies.inputs import stamp
 from historysim.studies.outputs import SUMMARIES, asks_for_each, chosen_outputs
 
 if TYPE_CHECKING:
@@ -124,7 +125,8 @@ _grounds: "dict[object, Ground]" = {}
 def _ground(loaded: Scenario) -> "Ground":
     """Return the surface of a scenario, made once for cells that follow one another on it."""
     # a surface is what its keys say, and the files that these name
-    key = (repr(loaded.sections.surface), loaded.path.parent, *map(stamp, files_of(loaded.sections.surface, loaded)))
+    section, folder = loaded.sections.surface, loaded.path.parent
+    key = (repr(section), folder, *map(stamp, files_of(section, folder)))
     ground = _grounds.pop(key, None) or loaded.ground()
     _grounds[key] = ground
     while len(_grounds) > SURFACES_KEPT:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import attrs
 
-from historysim.basics.files import replacing
+from historysim.basics.files import is_file, replacing
 from historysim.basics.notices import Teller, silent
 from historysim.basics.progress import progress_bar
 from historysim.errors import InputError
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 TITLE = "Gallery of scenarios"
 SCENARIO, SCRIPT = ".toml", ".py"
+EXAMPLE = "# historysim gallery: example"
+"""The line of a script that says that it may be carried out."""
 CALCULATED = "calculated"
 """The function of a script that returns a Dataset to be drawn."""
 
@@ -45,14 +47,14 @@ def gallery(
     output: str | Path | None = None,
     *,
     workers: int = 1,
+    scripts: bool = False,
     progress: bool = False,
     tell: Teller = silent,
 ) -> str:
     """Return the pictures of all scenarios in a folder, and in those below it, as one self-contained HTML page.
 
-    Scenarios are run or, where they have ``[sweep]``, swept; scripts, which stand beside them, are carried out: their
-    function ``calculated`` returns a Dataset, of which every quantity is drawn. What fails is named on the page, with
-    its reason, and does not sink the rest.
+    Scenarios are run or, where they have ``[sweep]``, swept. What fails is named on the page, with its reason, and does
+    not sink the rest. Hidden files and folders are left out.
 
     Parameters
     ----------
@@ -63,6 +65,9 @@ def gallery(
     workers : int
         Processes on this machine; with 1 all is computed in this one. A script that asks for more needs
         ``if __name__ == "__main__":`` around what it does.
+    scripts : bool
+        Also carry out the scripts beside them that hold the line ``# historysim gallery: example``: their function
+        ``calculated`` returns a Dataset, of which every quantity is drawn. A script may do whatever its user may.
     progress : bool
         Show a progress bar on standard error where that is a terminal.
     tell : callable, optional
@@ -83,7 +88,7 @@ def gallery(
     from historysim.results.report.page import contents, page
 
     folder = Path(folder)
-    paths = sorted(path for path in folder.rglob("*") if path.suffix in {SCENARIO, SCRIPT})
+    paths = files_of_gallery(folder, scripts=scripts)
     if not paths:
         raise InputError(f"{folder}: holds no scenario; expected a folder that does, such as scenarios/ of historysim")
     tasks = [(folder, path) for path in paths]
@@ -102,6 +107,26 @@ def gallery(
         with replacing(Path(output)) as unfinished:
             unfinished.write_text(text, encoding="utf-8")
     return text
+
+
+def files_of_gallery(folder: Path, *, scripts: bool) -> list[Path]:
+    """Return the scenarios of a folder and those below it, and the scripts among them that say that they are examples.
+
+    Links to folders are not followed.
+    """
+    found = []
+    for path in sorted(folder.rglob("*")):
+        hidden = any(part.startswith(".") for part in path.relative_to(folder).parts)
+        if not hidden and is_file(path) and (path.suffix == SCENARIO or (scripts and _is_example(path))):
+            found.append(path)
+    return found
+
+
+def _is_example(path: Path) -> bool:
+    if path.suffix != SCRIPT:
+        return False
+    with path.open(encoding="utf-8", errors="replace") as stream:
+        return any(line.strip() == EXAMPLE for line in stream)
 
 
 def _shown(task: tuple[Path, Path]) -> Entry:

@@ -1,34 +1,13 @@
-"""The files that a scenario reads, and what tells one content of them from another."""
+"""What tells one content of a file that a scenario reads from another."""
 
 import functools
 import hashlib
-from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
 
-import attrs
-
-from historysim.scenario.scenario import Scenario
+from historysim.basics.files import is_file
 
 Stamp = tuple[str, int, int]
 """Path, size and time of change of a file, as far as it is there."""
-
-
-def files_of(section: Any, scenario: Scenario) -> Iterator[Path]:
-    """Yield the files that a section of a scenario names, or its document, in it and in what stands within it."""
-    within: Iterable[tuple[Any, Any]] = ()
-    if attrs.has(type(section)):
-        within = attrs.asdict(section, recurse=False).items()
-    elif isinstance(section, Mapping):
-        within = section.items()
-    elif isinstance(section, tuple | list):
-        within = enumerate(section)
-    for key, value in within:
-        if key == "file" and value is not None:
-            names = (value,) if isinstance(value, str) else value
-            yield from (scenario.path.parent / name for name in names)
-        elif not isinstance(value, str | int | float):
-            yield from files_of(value, scenario)
 
 
 def stamp(path: Path) -> Stamp:
@@ -47,6 +26,8 @@ def content_digest(path: Path) -> str:
 
 @functools.lru_cache(maxsize=256)
 def _digest(of: Stamp) -> str:
+    if not is_file(Path(of[0])):
+        return "cannot be read"
     try:
         with open(of[0], "rb") as stream:  # noqa: PTH123 - the stamp has the text
             return hashlib.file_digest(stream, "sha256").hexdigest()

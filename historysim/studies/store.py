@@ -7,14 +7,13 @@ and has checksums; one that is damaged counts as none.
 """
 
 import contextlib
-import errno
-import fcntl
 import functools
 import hashlib
 import io
 import json
 import os
 import zipfile
+import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,18 +22,22 @@ import attrs
 import numpy as np
 
 from historysim._version import __version__
-from historysim.basics.files import replacing
+from historysim.basics.files import is_file, own_file, replacing
+from historysim.basics.system import lock_byte
 from historysim.recording.provenance import made_with
+from historysim.scenario.files import files_of
 from historysim.scenario.overriding import with_values
 from historysim.scenario.scenario import Scenario
 from historysim.studies.cell import document_of
-from historysim.studies.inputs import content_digest, files_of
+from historysim.studies.inputs import content_digest
 
 if TYPE_CHECKING:
     import xarray as xr
 
 FORM = 1
 ENDING = ".cell"
+DAMAGE = (ValueError, KeyError, EOFError, TypeError, NotImplementedError, RuntimeError, zipfile.BadZipFile, zlib.error)
+"""What reading a damaged cell raises: of its parts, of the archive, and of forms of it that Python does not know."""
 HEADER = "header"
 SAYS_NOTHING = ("title", "sweep", "design", "fit", "metadata")
 """Sections that do not change what comes out of a cell."""
@@ -43,7 +46,7 @@ SAYS_NOTHING = ("title", "sweep", "design", "fit", "metadata")
 def digest(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str]) -> str:
     """Return the digest of all that decides what stands in a cell, as hexadecimal digits."""
     document = with_values(document_of(scenario), point)
-    read = sorted(set(files_of(document, scenario)))
+    read = sorted(set(files_of(document, scenario.path.parent)))
     decides = {
         "form": FORM,
         "historysim_version": __version__,
@@ -77,10 +80,11 @@ class Store:
     def read(self, name: str) -> "xr.Dataset | None":
         """Return the cell of a digest; None where there is none, or one that is damaged."""
         try:
-            return unpacked(self._path(name).read_bytes())
+            path = self._path(name)
+            return unpacked(path.read_bytes()) if is_file(path) else None
         except FileNotFoundError:
             return None
-        except (ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        except DAMAGE:
             return None
 
     def write(self, name: str, cell: "xr.Dataset") -> None:
@@ -109,10 +113,11 @@ class Store:
         bool
             Whether it is claimed.
         """
-        # a byte of one file for each cell (POSIX record locks): nothing is left behind, and shared disks know them
-        handle = os.open(self.folder / "lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+        # a byte of one file for each cell: nothing is left behind, and shared disks know such locks; where one does
+        # not, a cell is computed twice at worst
+        handle = own_file(self.folder / "lock", shared=True)
         try:
-            yield _locked(handle, int(name[:15], 16), wait=wait)
+            yield lock_byte(handle, int(name[:15], 16), wait=wait)
         finally:
             os.close(handle)
 
@@ -126,18 +131,6 @@ class Store:
 
     def _path(self, name: str) -> Path:
         return self.folder / f"{name}{ENDING}"
-
-
-def _locked(handle: int, byte: int, *, wait: bool) -> bool:
-    """Lock a byte of a file; where the disk knows no locks, a cell is computed twice at worst."""
-    try:
-        fcntl.lockf(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB), 1, byte)
-    except OSError as error:
-        if error.errno in {errno.EAGAIN, errno.EACCES}:
-            return False
-        if error.errno not in {errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP}:
-            raise
-    return True
 
 
 def packed(cell: "xr.Dataset") -> bytes:

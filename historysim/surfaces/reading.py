@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from historysim.basics.arguments import per_axis
+from historysim.basics.files import what_is_there
 from historysim.basics.units import conversion_factor, quantity
 from historysim.errors import InputError
 from historysim.surfaces.heights import Surface
@@ -122,10 +123,9 @@ def _read(path: Path, channel: int | str | None) -> RawMap:
 
 
 def _start(path: Path) -> bytes:
-    if path.is_dir():
-        raise InputError("is a folder; expected a file with heights")
-    if not path.is_file():
-        raise InputError(f"there is no such file in {path.absolute().parent}")
+    if came := what_is_there(path):
+        expected = "; expected a file with heights" if came.startswith("is ") else f" in {path.absolute().parent}"
+        raise InputError(f"{came}{expected}")
     with path.open("rb") as stream:
         start = stream.read(2)
     if not start:

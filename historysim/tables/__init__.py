@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import attrs
 
 from historysim.basics.file_kinds import is_log, is_netcdf
-from historysim.basics.files import is_file, is_folder
+from historysim.basics.files import is_file, what_is_there
 from historysim.basics.places import at
 from historysim.errors import InputError
 from historysim.tables.columns import Column, Format, Found, Listing, MissingValueError, Part, Piece, Table
@@ -265,7 +265,9 @@ def _file(path: Path) -> Iterator[None]:
     """Name a file in what is raised inside about it."""
     if not is_file(path):
         folder = path.absolute()
-        came = "is a folder" if is_folder(path) else f"there is no such file in {folder.parent}"
+        came = what_is_there(path)
+        if not came.startswith("is "):
+            came += f" in {folder.parent}"
         raise InputError(f"{folder.name}: {came}; expected the path of a file of numbers")
     try:
         yield

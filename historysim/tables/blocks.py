@@ -12,6 +12,7 @@ from itertools import islice
 
 import attrs
 
+from historysim.basics.limits import at_most, most
 from historysim.basics.units import conversion_factor
 from historysim.errors import InputError
 from historysim.tables.columns import Format
@@ -160,7 +161,7 @@ def survey(lines: Iterable[str], layout: Format) -> Survey:
     Raises
     ------
     InputError
-        There is no table.
+        There is no table, or there are too many.
     """
     text = _Lines(lines)
     blocks: list[Block] = []
@@ -187,6 +188,8 @@ def survey(lines: Iterable[str], layout: Format) -> Survey:
             continue
         names = 1 if heading.names else 0
         above = tuple(preamble[: len(preamble) - names - (1 if heading.brackets else 0)])
+        if len(blocks) >= most("BLOCKS"):
+            raise InputError(f"has {len(blocks) + 1:,} blocks or more; {at_most('BLOCKS')}")
         blocks.append(Block(begin, first, last, rows, above[:_KEPT], heading, row))
         begin = last + 1
     if not blocks:

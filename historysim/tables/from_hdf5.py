@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from historysim.basics.hdf5 import check_contained
 from historysim.errors import InputError
 from historysim.tables.arrays import Array, Contents, Selection, readable
 from historysim.tables.columns import Format
@@ -44,6 +45,7 @@ def datasets(path: Path, kind: str) -> "Iterator[dict[str, h5py.Dataset]]":
     """
     import h5py
 
+    check_contained(path, by_h5py=True)
     with readable(kind), h5py.File(path, "r") as file:
         found: dict[str, h5py.Dataset] = {}
 

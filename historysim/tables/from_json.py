@@ -35,8 +35,8 @@ def opened(path: Path, layout: Format) -> Iterator[Contents]:
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) < len(pairs):
-        names = [key for key, _ in pairs]
-        twice = next(key for key in names if names.count(key) > 1)
+        seen: set[str] = set()
+        twice = next(key for key, _ in pairs if key in seen or seen.add(key))  # type: ignore[func-returns-value]
         raise InputError(f"the key {twice!r} stands twice in one object; rename one of them")
     return found
 
@@ -51,11 +51,33 @@ def _gather(contents: Contents, name: str, value: Any) -> None:
     elif not isinstance(value, list):
         contents.arrays.append(Array(name, (), lambda _: [value]))
     elif value and all(isinstance(item, dict) for item in value):
-        for key in dict.fromkeys(key for record in value for key in record):
-            records = [record.get(key) for record in value]
-            contents.arrays.append(_array(f"{name}.{key}" if name else key, records))
+        for key, found in _by_key(value).items():
+            contents.arrays.append(_of_records(f"{name}.{key}" if name else key, found, len(value)))
     else:
         contents.arrays.append(_array(name, value))
+
+
+def _by_key(records: list[dict[str, Any]]) -> dict[str, dict[int, Any]]:
+    """Return the values of each key by the number of their record, in a time that grows with the values alone."""
+    found: dict[str, dict[int, Any]] = {}
+    for number, record in enumerate(records):
+        for key, value in record.items():
+            found.setdefault(key, {})[number] = value
+    return found
+
+
+def _of_records(name: str, values: dict[int, Any], count: int) -> Array:
+    """Return the values of one key; a record that has none misses it."""
+    if len(values) == count:
+        return _array(name, [*values.values()])
+
+    def read(selection: Selection) -> list[Any]:
+        rows: Any = selection[0]
+        # of a part, as long as the part alone takes
+        chosen: list[Any] = [values.get(number) for number in range(count)[rows]]
+        return chosen
+
+    return Array(name, (count,), read)
 
 
 def _array(name: str, values: list[Any]) -> Array:

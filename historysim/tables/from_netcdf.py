@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from historysim.basics.hdf5 import check_contained
 from historysim.errors import InputError
 from historysim.tables.arrays import Array, Contents, Selection, readable
 from historysim.tables.columns import Format
@@ -34,6 +35,7 @@ def opened(path: Path, _: Format) -> Iterator[Contents]:
             return
         import netCDF4
 
+        check_contained(path)
         with netCDF4.Dataset(path) as dataset:
             yield Contents(list(_arrays(dataset, "")))
 

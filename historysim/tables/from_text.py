@@ -4,8 +4,9 @@ import codecs
 import csv
 import math
 import re
+from collections import deque
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from itertools import chain, islice
 from pathlib import Path
 from typing import IO, NoReturn
@@ -14,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 from attrs import Factory, define, evolve
 
+from historysim.basics.limits import at_most, most
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.tables.blocks import Block, Survey, survey
@@ -31,6 +33,8 @@ Opened = Callable[[], AbstractContextManager[Iterator[str]]]
 # where the rows begin with numbers, no row begins with a word
 _WORD = re.compile(r"\s*(?!nan\b|null\b)[^\W\d_]{3}", re.IGNORECASE)
 MOST_TOLD = 5
+MOST_LINES = 1 << 62
+"""More lines than any text has."""
 
 WINDOWS = "cp1252"
 """The encoding of most texts that are not UTF-8."""
@@ -63,13 +67,20 @@ def read(
             raise bad or error from None
     chosen = _chosen_blocks(found, reading, bad)
     pieces = []
-    for index, heading in chosen:
-        block = found.blocks[index]
-        with lines_of() as stream:
-            above = sum(1 for _ in islice(stream, block.begin - 1))
+    # the text is passed once, as long as blocks are asked for in their order
+    with ExitStack() as opened_text:
+        passed = MOST_LINES
+        for index, heading in chosen:
+            block = found.blocks[index]
+            if block.begin <= passed:
+                opened_text.close()
+                stream, passed = opened_text.enter_context(lines_of()), 0
+            above = passed + sum(1 for _ in islice(stream, block.begin - 1 - passed))
             lines = islice(stream, block.last - above)
             head = Head.of(lines, layout if heading is None else evolve(layout, header=heading), above)
             pieces.append(reading.piece(lines, head, f"block {index + 1}", start=block.start, first=block.first))
+            deque(lines, maxlen=0)
+            passed = block.last
     return pieces, [*_left_out(found, chosen), *reading.notices]
 
 
@@ -225,11 +236,25 @@ def plain_numbers(texts: list[str], decimal: str) -> Floats | None:
 def opened(path: Path, layout: Format) -> Iterator[IO[str]]:
     """Yield the lines of a text; another encoding than is said, or than any, is an error that names the byte."""
     encoding = layout.encoding or encoding_of(path)
+    _check_lines(path)
     try:
         with path.open(encoding=encoding) as stream:
             yield stream
     except UnicodeError as error:
         raise InputError(_undecodable(path.read_bytes(), layout.encoding or "utf-8")) from error
+
+
+def _check_lines(path: Path) -> None:
+    """Check that a text has lines, before one of them fills the memory."""
+    longest, line, length = most("LINE_BYTES"), 1, 0
+    if path.stat().st_size <= longest:
+        return
+    with path.open("rb") as stream:
+        while piece := stream.read(1 << 20):
+            ends = piece.count(b"\n") or piece.count(b"\r")
+            line, length = line + ends, 0 if ends else length + len(piece)
+            if length > longest:
+                raise InputError(f"line {line} has {length:,} bytes or more; {at_most('LINE_BYTES')}")
 
 
 def _undecodable(content: bytes, encoding: str) -> str:

@@ -5,6 +5,8 @@ adhesion keeps an area without load. The source lets it rise with the load (4.4.
 one coefficient neither area gives the latter.
 """
 
+# historysim gallery: example
+
 import numpy as np
 import xarray as xr
 

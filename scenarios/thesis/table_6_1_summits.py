@@ -4,6 +4,8 @@ Rq = 1 µm, 512 × 512 points of 1 µm, exponential autocorrelation, 9-point rul
 .63 µm at 60 and 80 µm; they fall throughout, to about .42 and .37 µm there.
 """
 
+# historysim gallery: example
+
 import numpy as np
 import xarray as xr
 

@@ -4,6 +4,8 @@ Rq = 1 µm, 256 × 256 points of 1 µm. Assumed: that this table shows generated
 neighbouring points: for an autocorrelation ρ their mean square along x is 2 Rq² (1 - ρ(p))/p² at the pixel size p.
 """
 
+# historysim gallery: example
+
 import numpy as np
 import xarray as xr
 

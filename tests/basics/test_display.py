@@ -1,6 +1,8 @@
 """Lines and tables of texts."""
 
-from historysim.basics.display import Lines, columns, html_table, two_columns
+import pytest
+
+from historysim.basics.display import Lines, columns, html_table, printable, two_columns
 
 LINES = [("steps", "11"), ("peak normal load", "50 mN"), ("", ""), ("title", "")]
 
@@ -27,3 +29,20 @@ def test_lines_show_themselves():
     assert repr(lines) == str(lines) == two_columns(LINES)
     assert lines._repr_html_().count("<tr>") == 4
     assert dict(lines)["steps"] == "11"
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("plain, µm ≥ 3\u00a0%", "plain, µm ≥ 3\u00a0%"),
+        ("two\nlines\tand tabs", "two\nlines\tand tabs"),
+        ("\x1b[31mred\x07", "\\x1b[31mred\\x07"),
+        ("\u202eturned\ufffe", "\\u202eturned\\ufffe"),
+        ("half \udc80", "half \\udc80"),
+        ("\r", "\\r"),
+    ],
+)
+def test_what_steers_a_terminal_is_shown_as_what_it_is(text, shown):
+    assert printable(text) == shown
+    assert two_columns([("title", text)]) == f"title  {shown}"
+    assert columns([(text,)]) == shown

@@ -2,11 +2,24 @@
 
 import errno
 import os
+import secrets
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
-from historysim.basics.files import is_file, is_folder, replacing, sync_file, sync_folder
+from historysim.basics import system
+from historysim.basics.files import (
+    check_replaceable,
+    is_file,
+    is_folder,
+    own_file,
+    replacing,
+    sync_file,
+    sync_folder,
+)
+from historysim.errors import InputError
 
 
 def names(folder):
@@ -30,13 +43,9 @@ def test_the_new_file_takes_the_place_of_the_old_one_at_the_end(older):
     assert names(older.parent) == ["out.nc"]
 
 
-def test_the_name_until_then_may_be_given(older):
-    given = older.with_name("unfinished")
-    given.write_text("left by a crash", encoding="utf-8")
-    with replacing(older, given) as unfinished:
-        assert unfinished == given
-        assert given.read_text(encoding="utf-8") == ""
-    assert names(older.parent) == ["out.nc"]
+def test_the_ending_until_then_may_be_given(older):
+    with replacing(older, ".gif") as unfinished:
+        assert unfinished.suffix == ".gif"
 
 
 @pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
@@ -141,3 +150,67 @@ def test_only_a_file_is_a_file_and_only_a_folder_is_a_folder(tmp_path):
     for name in ("none", "a\0b", "n" * 5000, "file/none"):
         assert not is_file(tmp_path / name)
         assert not is_folder(tmp_path / name)
+
+
+def unfinished_of(process, host=None):
+    return f".out.nc.{host or system.host()}-{process}-{'0' * 16}.part"
+
+
+def test_what_a_killed_process_has_left_is_removed_by_the_next_one_and_nothing_else(older):
+    with subprocess.Popen([sys.executable, "-c", ""]) as gone:
+        gone.wait()
+    folder = older.parent
+    left = unfinished_of(gone.pid)
+    kept = [
+        unfinished_of(os.getpid()),
+        unfinished_of(gone.pid, "0" * 8),
+        f".other{left}",
+        ".out.nc.part",
+        ".out.nc.unfinished",
+    ]
+    for name in (left, *kept):
+        (folder / name).touch()
+    (folder / "linked").touch()
+    linked = left.replace("0" * 16, "1" * 16)
+    (folder / linked).symlink_to("linked")
+    with replacing(older) as unfinished:
+        unfinished.write_text("new", encoding="utf-8")
+    assert names(folder) == sorted(["out.nc", "linked", linked, *kept])
+
+
+def test_its_name_cannot_be_guessed_and_is_not_followed(older, monkeypatch):
+    found = set()
+    for _ in range(3):
+        with replacing(older) as unfinished:
+            found.add(unfinished.name)
+    assert len(found) == 3
+    monkeypatch.setattr(secrets, "token_hex", lambda size: "0" * 2 * size)
+    victim = older.parent / "victim"
+    victim.write_text("whose", encoding="utf-8")
+    (older.parent / unfinished_of(os.getpid())).symlink_to(victim)
+    with pytest.raises(FileExistsError), replacing(older):
+        pass
+    assert victim.read_text(encoding="utf-8") == "whose"
+
+
+@pytest.mark.parametrize("kind", ["link", "fifo"])
+def test_only_a_regular_file_is_replaced(older, kind):
+    path = older.parent / kind
+    path.symlink_to(older) if kind == "link" else os.mkfifo(path)
+    with pytest.raises(InputError, match=f"(?i)is a {kind}"), replacing(path):
+        pass
+    with pytest.raises(InputError, match=f"(?i)is a {kind}"):
+        check_replaceable(path)
+    assert older.read_text(encoding="utf-8") == "older"
+
+
+def test_a_file_of_a_known_name_is_ones_own(tmp_path):
+    os.close(own_file(tmp_path / "made"))
+    (tmp_path / "other").hardlink_to(tmp_path / "made")
+    (tmp_path / "link").symlink_to(tmp_path / "none")
+    os.mkfifo(tmp_path / "fifo")
+    for name in ("made", "link", "fifo"):
+        with pytest.raises(OSError, match=f"{name} is .*; remove it"):
+            own_file(tmp_path / name)
+    os.close(own_file(tmp_path / "made", shared=True))
+    assert not (tmp_path / "none").exists()

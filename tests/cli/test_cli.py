@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 from types import SimpleNamespace
 
+import h5py
 import netCDF4
 import numpy as np
 import pytest
@@ -505,7 +506,7 @@ def test_a_run_is_resumed_from_its_log(ran):
         (["append", "ball.history", "none.csv"], "none.csv: there is no such file; expected a table of events"),
         (["append", "ball.history", "past.csv"], "past.csv: event 0 at t = 0.25 s: comes before the last event"),
         (["log", "ball.history", "--kind", "load"], "--kind load: expected one of normal_load"),
-        (["run", "ball.toml", "-o", "x.history"], "x.history: would overwrite what it is made from"),
+        (["run", "ball.toml", "-o", "x.history"], "x.history: is the name of a log"),
         (["run", "ball.toml", "--snapshot-every", "0"], "Invalid value for '--snapshot-every'"),
         (["plot", "ball.history"], "ball.history: is a log; expected its result"),
     ],
@@ -550,11 +551,13 @@ def check_refusal(done, code, said):
 )
 def test_what_cannot_be_run_leaves_no_file(folder, old, new, code, said):
     (folder / "ball.toml").write_text(SCENARIO.replace(old, new), encoding="utf-8")
-    (folder / "ball.nc").write_text("an older result", encoding="utf-8")
+    with h5py.File(folder / "ball.nc", "w") as file:
+        file.attrs["historysim_version"] = "an older one"
+    older = (folder / "ball.nc").read_bytes()
     check_refusal(process(folder, "run", "ball.toml", "--plot"), code, said)
     # loads that cannot be carried can be asked about
     assert files(folder) == [*(["ball.history"] if code == 1 else []), "ball.nc", "ball.toml"]
-    assert (folder / "ball.nc").read_text(encoding="utf-8") == "an older result"
+    assert (folder / "ball.nc").read_bytes() == older
 
 
 PIXEL = ("--pixel-size", "1 µm", "--height-unit", "nm")
@@ -569,7 +572,7 @@ PIXEL = ("--pixel-size", "1 µm", "--height-unit", "nm")
         (["run", "ball.toml", "-o", "."], ".: is a folder"),
         (["run", "ball.toml", "-o", "ball.toml"], "ball.toml: would overwrite what it is made from"),
         (["run", "ball.toml", "-o", "./../{name}/ball.toml"], "would overwrite what it is made from"),
-        (["run", "ball.toml", "--plot", "-o", "ball.png"], "ball.png: would overwrite what it is made from"),
+        (["run", "ball.toml", "--plot", "-o", "ball.png"], "ball.png: .png ending; expected .nc"),
         (["run", "ball.toml", "--picture", "ball.txt"], "ball.txt: .txt ending; expected .png or .pdf or .svg"),
         (["run"], "Missing argument 'SCENARIO'"),
         (["rnu", "ball.toml"], "No such command 'rnu'"),
@@ -603,8 +606,8 @@ PIXEL = ("--pixel-size", "1 µm", "--height-unit", "nm")
         (["plot", "cut.nc"], "cut.nc: is damaged"),
         (["show", "cut.nc"], "cut.nc: is damaged"),
         (["plot", "good.nc", "-o", "good.nc"], "good.nc: would overwrite what it is made from"),
-        (["plot", "good.nc", "-o", "good.xyz"], "good.xyz: xyz ending; expected one of"),
-        (["plot", "good.nc", "-o", "good"], "good: no ending; expected one of"),
+        (["plot", "good.nc", "-o", "good.xyz"], "good.xyz: .xyz ending; expected .png or .pdf"),
+        (["plot", "good.nc", "-o", "good"], "good: no ending; expected .png or .pdf"),
     ],
 )
 def test_bad_input_gets_code_2_and_one_message(folder, arguments, said):

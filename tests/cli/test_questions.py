@@ -65,7 +65,7 @@ def test_a_table_can_be_netcdf(history):
         (["r.nc", "profiles", "--asperity", "9"], "asperity 9: is not recorded in the history; expected one of 0, 1"),
         (["r.nc", "slip-shares", "--asperity", "0"], "slip-shares: takes no --asperity"),
         (["r.nc", "time-series", "--step", "0"], "time-series: takes no --step"),
-        (["r.nc", "slip-shares", "-o", "s.txt"], "s.txt: .txt ending; expected .csv or .nc"),
+        (["r.nc", "slip-shares", "-o", "s.txt"], "s.txt: .txt ending; expected .nc or .csv"),
         (["n.nc", "slip-shares"], "n.nc: there is no such file"),
         (["r.nc", "slips"], "'slips' is not one of 'critical-asperity'"),
     ],

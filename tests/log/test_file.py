@@ -270,7 +270,10 @@ def test_what_is_no_log_is_refused(path):
     other = sqlite3.connect(path)
     other.execute("CREATE TABLE notes (text)")
     other.close()
-    with pytest.raises(hs.InputError, match=r"is no log, or damaged \(no such table: head\)"):
+    with pytest.raises(
+        hs.InputError,
+        match=r"is no log, or damaged: it holds table notes, other than a log does",
+    ):
         LogFile(path)
 
 

@@ -48,3 +48,13 @@ def test_a_table_without_rows_is_refused(tmp_path):
     with pytest.raises(InputError, match="has no dimension"):
         write_csv(xr.Dataset({"a": 1.0}), tmp_path / "t.csv")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("text", ["=1+1", "+1", "-1 nm", "@SUM(A1)", "\tx", "\rx", "plain", "1 nm", ""])
+def test_no_text_is_a_formula_to_a_spreadsheet(tmp_path, text):
+    table = xr.Dataset({"text": ("row", np.array([text], dtype=object)), "number": ("row", [-1.5])})
+    write_csv(table, tmp_path / "t.csv")
+    with (tmp_path / "t.csv").open(encoding="utf-8", newline="") as stream:
+        _, (told, number) = csv.reader(stream)
+    assert told == (f"'{text}" if text[:1] in {"=", "+", "-", "@", "\t", "\r"} and text else text)
+    assert number == "-1.5"

@@ -7,6 +7,7 @@ from click.testing import CliRunner
 
 import historysim as hs
 from historysim.cli import main
+from historysim.studies.gallery import EXAMPLE
 
 BALL = """# A ball is loaded.
 #
@@ -47,6 +48,8 @@ SCRIPT = '''"""A script.
 What it says.
 """
 
+# historysim gallery: example
+
 import xarray as xr
 
 
@@ -70,10 +73,10 @@ def sections(text):
 
 def test_all_are_run_swept_or_carried_out_and_what_fails_is_named(folder):
     (folder / "bad.toml").write_text(BALL.replace("sphere", "spere"), encoding="utf-8")
-    (folder / "none.py").write_text("X = 1\n", encoding="utf-8")
-    (folder / "wrong.py").write_text("1 / 0\n", encoding="utf-8")
+    (folder / "none.py").write_text("# historysim gallery: example\nX = 1\n", encoding="utf-8")
+    (folder / "wrong.py").write_text("# historysim gallery: example\n1 / 0\n", encoding="utf-8")
     told = []
-    text = hs.gallery(folder, tell=told.append)
+    text = hs.gallery(folder, scripts=True, tell=told.append)
     found = sections(text)
     assert list(found) == ["01_ball.toml", "02_sweep.toml", "bad.toml", "below/03_script.py", "none.py", "wrong.py"]
     # loop, loads and states; traction
@@ -95,7 +98,26 @@ def test_the_command_writes_the_page(folder, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     done = CliRunner().invoke(main, ["gallery", str(folder), "--workers", "1"])
     assert done.exit_code == 0, done.output
+    assert len(sections((tmp_path / "gallery.html").read_text(encoding="utf-8"))) == 2
+    # the page of before is replaced
+    done = CliRunner().invoke(main, ["gallery", str(folder), "--workers", "1", "--scripts"])
+    assert done.exit_code == 0, done.output
     assert len(sections((tmp_path / "gallery.html").read_text(encoding="utf-8"))) == 3
+
+
+@pytest.mark.parametrize("scripts", [False, True])
+def test_no_script_is_carried_out_that_does_not_say_that_it_is_an_example(folder, tmp_path, scripts):
+    (folder / ".git").mkdir()
+    ran = tmp_path / "ran"
+    harm = f"open({str(ran)!r}, 'w')\n"
+    for name in ("setup.py", "conftest.py"):
+        (folder / name).write_text(harm, encoding="utf-8")
+    for name in (".hidden.py", ".git/hook.py"):
+        (folder / name).write_text(f"{EXAMPLE}\n{harm}", encoding="utf-8")
+    (folder / "a.py").symlink_to("a.py")
+    found = sections(hs.gallery(folder, scripts=scripts))
+    assert list(found) == ["01_ball.toml", "02_sweep.toml", *(["below/03_script.py"] if scripts else [])]
+    assert not ran.exists()
 
 
 def test_a_folder_without_scenarios_is_refused(tmp_path, monkeypatch):

@@ -4,7 +4,6 @@ import tomllib
 
 from hypothesis import strategies as st
 
-from historysim.scenario import scenario
 from historysim.scenario.loading_kinds import written
 from historysim.surfaces import distribution, random, textured
 
@@ -228,12 +227,12 @@ def keep_small(monkeypatch):
     """Let what is larger than any test needs be refused, as what is larger than any machine holds is."""
     for module, name in (
         (written, "MOST_EVENTS"),
-        (scenario, "MOST_STEPS"),
         (distribution, "MOST_SUMMITS"),
         (textured, "MOST_SUMMITS"),
         (random, "MOST_PIXELS"),
     ):
         monkeypatch.setattr(module, name, 1000)
+    monkeypatch.setenv("HISTORYSIM_MOST_STEPS", "1000")
 
 
 def toml(value):

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -16,6 +16,7 @@ from historysim.results.plots.along_path import thinned
 from historysim.results.plots.contact_map import SOLVED, draw_zones, zones_at
 from historysim.results.plots.contact_map import draw_legend as name_zones
 from historysim.results.plots.paper import PAGE, Size, in_style, new_figure
+from historysim.results.plots.printed import MADE_BY
 from historysim.results.plots.style import FAINT, INK, STATE_COLOURS
 from historysim.results.plots.surface import (
     caption_at,
@@ -142,8 +143,19 @@ def save_animation(animation: "FuncAnimation", path: str | Path) -> None:
         raise InputError(f"{path}: {path.suffix or 'no'} ending; expected {', '.join(WRITERS)}")
     if not writers.is_available(writer):
         raise InputError(f"{path}: is written by the program {writer}, which is not installed; expected .gif")
-    with replacing(path, path.with_name(f".{path.stem}.unfinished{path.suffix}")) as unfinished:
-        animation.save(unfinished, writer=writer, fps=FRAMES_PER_SECOND, dpi=DOTS_PER_INCH)
+    options: dict[str, Any] = {"fps": FRAMES_PER_SECOND, "dpi": DOTS_PER_INCH}
+    with replacing(path, path.suffix) as unfinished:
+        animation.save(unfinished, writer=writer, metadata={"comment": MADE_BY}, **options)
+        if writer == "pillow":
+            _sign(unfinished)
+
+
+def _sign(path: Path) -> None:
+    """Put into a GIF what has made it: pillow is not told by matplotlib. It is a comment before the end of the file."""
+    with path.open("r+b") as stream:
+        stream.seek(-1, 2)
+        text = MADE_BY.encode()
+        stream.write(b"\x21\xfe" + bytes([len(text)]) + text + b"\x00\x3b")
 
 
 def _last_cycle(history: xr.Dataset) -> list[int]:

@@ -1,6 +1,7 @@
 """Figures that are saved in one way, whoever saves them."""
 
 import io
+import re
 import warnings
 from os import PathLike
 from pathlib import Path
@@ -9,12 +10,17 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
+from historysim._version import __version__
 from historysim.results.plots.embedded_fonts import with_fonts
 
 # journals reject Type 3 fonts; 42 embeds TrueType
 PRINT: dict[Any, Any] = {"pdf.fonttype": 42, "ps.fonttype": 42}
 SVG: dict[Any, Any] = {"svg.fonttype": "none"}
+NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 DOTS_PER_INCH = 200
+MAKER = {"png": "Software", "pdf": "Creator", "svg": "Creator"}
+"""What the formats call the program that has made a picture."""
+MADE_BY = f"historysim {__version__}, matplotlib {mpl.__version__}"
 
 
 class PrintedFigure(Figure):
@@ -28,13 +34,17 @@ class PrintedFigure(Figure):
             named = isinstance(fname, str | PathLike)
             kind = options.get("format") or (Path(fname).suffix.removeprefix(".") if named else "")
             given = {"dpi": DOTS_PER_INCH, **options}
+            if kind.lower() in MAKER:
+                # by which the program knows its own pictures again, and replaces no others
+                given["metadata"] = {MAKER[kind.lower()]: MADE_BY} | (options.get("metadata") or {})
             if kind.lower() != "svg":
                 super().savefig(fname, **given)
                 return
             stream = io.StringIO()
             with mpl.rc_context(SVG):
                 super().savefig(stream, **given | {"format": "svg"})
-            text = with_fonts(stream.getvalue())
+            # what no XML may hold
+            text = with_fonts(NO_XML.sub("\ufffd", stream.getvalue()))
         if named:
             Path(fname).write_text(text, encoding="utf-8")
         else:

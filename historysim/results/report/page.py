@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import attrs
 
+from historysim._version import __version__
 from historysim.basics.display import html_table
 
 if TYPE_CHECKING:
@@ -57,7 +58,8 @@ def page(title: str, sections: Iterable[Section], *, head: str = "") -> str:
         for each in sections
     )
     return (
-        f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{escape(title)}</title>\n'
+        f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f'<meta name="generator" content="historysim {__version__}">\n<title>{escape(title)}</title>\n'
         # a browser that is asked for no icon looks for none
         f'<link rel="icon" href="data:,">\n<style>{STYLE}</style>\n{head}\n</head>\n'
         f"<body>\n<h1>{escape(title)}</h1>\n{body}\n</body>\n</html>\n"

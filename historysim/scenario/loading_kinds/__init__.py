@@ -5,7 +5,6 @@ from collections.abc import Mapping
 from cattrs import Converter
 
 from historysim.errors import InputError
-from historysim.scenario.loading_kinds.base import MOST_STEPS
 from historysim.scenario.loading_kinds.channels import channel_hooks
 from historysim.scenario.loading_kinds.from_file import MeasuredLoading
 from historysim.scenario.loading_kinds.written import Blocks, Waypoints
@@ -13,7 +12,6 @@ from historysim.scenario.schema import table
 
 __all__ = [
     "LOADINGS",
-    "MOST_STEPS",
     "AnyLoading",
     "Blocks",
     "MeasuredLoading",

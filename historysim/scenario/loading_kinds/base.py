@@ -2,11 +2,10 @@
 
 import attrs
 
+from historysim.basics.limits import at_most, most
 from historysim.basics.places import misfit
 from historysim.basics.wording import shown
 from historysim.errors import InputError
-
-MOST_STEPS = 100_000_000
 
 
 def one_of_each(self: object) -> None:
@@ -33,5 +32,5 @@ class Loading:
 
     def __attrs_post_init__(self) -> None:
         """Check the substeps."""
-        if not 1 <= self.substeps <= MOST_STEPS:
-            raise misfit(f"{shown(self.substeps)}; expected an integer from 1 to {MOST_STEPS:,}", "substeps")
+        if not 1 <= self.substeps <= most("STEPS"):
+            raise misfit(f"{shown(self.substeps)}; expected an integer from 1 on, {at_most('STEPS')}", "substeps")
