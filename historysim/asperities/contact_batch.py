@@ -104,7 +104,7 @@ class ContactBatch:
     def save(self) -> Self:
         """Return an independent copy, such as before a trial."""
         saved = type(self).__new__(type(self))
-        saved._take(self)
+        saved.__dict__.update(self._copied())
         return saved
 
     def restore(self, saved: Self) -> None:
@@ -117,11 +117,11 @@ class ContactBatch:
         """
         if len(saved) != len(self):
             raise InputError(f"saved has {len(saved)} contacts; expected {len(self)}")
-        self._take(saved)
+        self.__dict__.update(saved._copied())
 
-    def _take(self, other: Self) -> None:
-        self.normal_load, self.tangential_load = other.normal_load.copy(), other.tangential_load.copy()
-        self._batch = _owned(lib.hs_batch_copy(other._batch))
+    def _copied(self) -> dict[str, Any]:
+        loads = {"normal_load": self.normal_load.copy(), "tangential_load": self.tangential_load.copy()}
+        return {**loads, "_batch": _owned(lib.hs_batch_copy(self._batch))}
 
     def _each(self, name: str, values: npt.ArrayLike) -> Floats:
         array = checked(name, values)

@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 from historysim.asperities.curve_fitting import LEAST, density, fit_weights, labels, powers, shared
 from historysim.basics.arguments import checked
-from historysim.errors import CurveEndError, InputError
 from historysim.basics.library import ffi, lib, pointer
+from historysim.errors import CurveEndError, InputError
 from historysim.memory.binding import LOAD, check
 from historysim.memory.paths import Paths
 from historysim.memory.rows import Rows

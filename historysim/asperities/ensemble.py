@@ -15,7 +15,7 @@ from historysim.asperities.friction import FrictionGoal, at_start, coulomb
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.asperities.laws.base import FrictionLaw
 from historysim.asperities.state import EnsembleState
-from historysim.asperities.stepper import HELD, Stepper, Totals, channel, goals
+from historysim.asperities.stepper import Stepper, Totals, channel, goals
 from historysim.asperities.wear import WearLaw
 from historysim.basics.arguments import checked, one_per, scalar
 from historysim.basics.library import ffi, lib, pointer
@@ -35,7 +35,7 @@ from historysim.memory.binding import (
     view,
 )
 from historysim.memory.paths import STILL, Goals, Paths, paths_to, unrecorded
-from historysim.memory.rows import PROJECTED, Rows, blank_rows
+from historysim.memory.rows import Rows, blank_rows
 
 if TYPE_CHECKING:
     from historysim.asperities.asperity import Asperity
@@ -317,7 +317,8 @@ class Ensemble:
             self.curves.check_reach(paths_to(goals(normal), goals(tangential)))
         driven = self._drive if instrument is RIGID and not saturate else self._driven(saturate, instrument)
         if memory.evolved:
-            moved = self.walk(state, paths_to(goals(normal), goals(tangential)), saturate=saturate, instrument=instrument)
+            paths = paths_to(goals(normal), goals(tangential))
+            moved = self.walk(state, paths, saturate=saturate, instrument=instrument)
         else:
             moved = EnsembleState(advanced(memory, normal, tangential, driven))
         if friction is None:

@@ -1,4 +1,4 @@
-"""What makes asperities evolve, as the library takes it: a law of friction, wear, and where a path leads friction to."""
+"""What makes asperities evolve, as the library takes it: a law of friction, wear, and where friction goes."""
 
 import contextlib
 from collections.abc import Callable, Iterator

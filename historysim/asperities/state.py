@@ -11,7 +11,7 @@ from historysim.basics.files import replacing
 from historysim.basics.library import lib
 from historysim.basics.units import quantity_text
 from historysim.errors import InputError
-from historysim.memory.binding import from_bytes, friction_of_each, group_of_each, stack, to_bytes, view
+from historysim.memory.binding import friction_of_each, from_bytes, group_of_each, stack, to_bytes, view
 
 Floats = npt.NDArray[np.float64]
 
@@ -98,7 +98,7 @@ class EnsembleState:
             Bytes that are damaged or of something else, or, where an other state is given, one of other asperities.
         """
         state = cls(from_bytes(content, None if like is None else like.memory))
-        if like is not None and not state._is_of(like):  # noqa: SLF001 - its own class
+        if like is not None and not state._is_of(like):
             raise InputError("holds the state of other asperities; expected one of this ensemble's")
         return state
 
@@ -210,8 +210,10 @@ class EnsembleState:
         if not found:
             return None
         count = self.memory.contact.count
-        each = [view(getattr(found, name), count).copy() for name in Evolved._fields[:7]]
-        return Evolved(*each[:6], each[6].astype(bool), *(getattr(found, name) for name in Evolved._fields[7:]))
+        told: dict[str, Any] = {name: getattr(found, name) for name in Evolved._fields}
+        for name in Evolved._fields[:7]:
+            told[name] = view(told[name], count).copy()
+        return Evolved(**told | {"given": told["given"].astype(bool)})
 
     def vertices(self, group: int = 0) -> npt.NDArray[Any]:
         """Return the vertices of a group's polyline, dimensionless, the deepest first; see ``hs_vertex``."""

@@ -130,9 +130,7 @@ class Stepper:
         """
         memory = self.memory
         normal, end = channel("normal", normal_load, normal_displacement, memory.normal_control, 0.0)
-        tangential, goal = channel(
-            "tangential", tangential_load, tangential_displacement, memory.tangential_control
-        )
+        tangential, goal = channel("tangential", tangential_load, tangential_displacement, memory.tangential_control)
         if self._curves is not None:
             self._curves.check_reach(paths_to(goals((normal, end)), goals((tangential, goal))))
         start = memory.approach

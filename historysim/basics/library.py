@@ -9,9 +9,10 @@ import numpy.typing as npt
 from historysim.errors import InstallationError
 
 try:
-    from historysim.basics._declarations import LIBRARY, ffi
+    from historysim.basics import _declarations
 
-    lib: Any = ffi.dlopen(str(Path(__file__).with_name(LIBRARY)))
+    ffi: Any = _declarations.ffi
+    lib: Any = ffi.dlopen(str(Path(__file__).with_name(_declarations.LIBRARY)))
 except (ImportError, OSError) as error:
     raise InstallationError(
         f"the compiled library of historysim cannot be loaded ({error}); expected it in {Path(__file__).parent}, where "

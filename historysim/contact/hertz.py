@@ -7,8 +7,6 @@ summit radius, E* the contact modulus of the pair.
 Hertz, *J. reine angew. Math.* 92 (1882) 156-171; Johnson, *Contact Mechanics* (1985), section 4.2.
 """
 
-import math
-
 import numpy as np
 import numpy.typing as npt
 

@@ -10,7 +10,6 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.asperities.state import EnsembleState
 from historysim.basics.file_kinds import is_log, is_netcdf, told_kind
 from historysim.basics.hdf5 import check_named
 from historysim.basics.notices import Teller, silent

@@ -12,7 +12,8 @@ Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 Array = npt.NDArray[Any]
 
-LOAD, DISPLACED = lib.HS_LOAD, lib.HS_DISPLACED
+LOAD: int = lib.HS_LOAD
+DISPLACED: int = lib.HS_DISPLACED
 SEPARATED, FULL_STICK, PARTIAL_SLIP, GROSS_SLIP = (
     lib.HS_SEPARATED,
     lib.HS_FULL_STICK,

@@ -8,8 +8,8 @@ import numpy.typing as npt
 from historysim.memory.binding import PATH
 
 Paths = npt.NDArray[Any]
-"""Paths (path), one after the other, with the fields of ``hs_path``: where each channel goes, in N or m, and how many rows
-are recorded on the way."""
+"""Paths (path), one after the other, with the fields of ``hs_path``: where each channel goes, in N or m, and how many
+rows are recorded on the way."""
 
 STILL = (0.0, 0.0)
 """Target and fraction of a channel that is held."""

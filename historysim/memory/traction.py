@@ -48,12 +48,12 @@ class TractionMemory:
     @property
     def approach(self) -> float:
         """Own approach δ [m]; negative where it does not touch."""
-        return float(self.memory.approach - self._gap) * self._units.length
+        return float((self.memory.approach - self._gap) * self._units.length)
 
     @property
     def dissipated_energy(self) -> float:
         """Energy that friction has taken since the start [J]."""
-        return float(self.memory.each[0]) * self._units.energy
+        return float(self.memory.each[0] * self._units.energy)
 
     @property
     def stored_energy(self) -> float:
@@ -90,7 +90,8 @@ class TractionMemory:
     @property
     def made_at(self) -> Floats:
         """Tangential displacement at which each vertex was made, edge first [m]."""
-        return self._seen()["made_at"][::-1] * self._units.displacement
+        made_at: Floats = self._seen()["made_at"][::-1] * self._units.displacement
+        return made_at
 
     @property
     def reversals(self) -> tuple[Floats, Floats]:
@@ -131,4 +132,5 @@ class TractionMemory:
 
     def _radius(self, vertices: npt.NDArray[Any]) -> Floats:
         depth: Floats = np.maximum(vertices["label"][::-1] - self._gap, 0.0)
-        return self.memory.contact.weight[0] * np.sqrt(depth) * self._units.radius
+        radius: Floats = self.memory.contact.weight[0] * np.sqrt(depth) * self._units.radius
+        return radius

@@ -56,7 +56,6 @@ class Variable:
         content = {"coverage_content_type": "modelResult"} if rows else {}
         return {"long_name": self.long_name, **units, **content, **self.extra}
 
-
     def values(self, rows: Rows, ensemble: Ensemble, instrument: Instrument) -> Array:
         """Return what it is in recorded rows (row) or (row, column)."""
         if self.derived is not None:
@@ -128,7 +127,9 @@ TOTALS = (
 )
 
 BEHIND_A_SPRING = (
-    Variable("drive_displacement", _STEP, "m", "tangential displacement of the drive of the instrument", derived=_drive),
+    Variable(
+        "drive_displacement", _STEP, "m", "tangential displacement of the drive of the instrument", derived=_drive
+    ),
 )
 """Totals that there are with an instrument in series."""
 

@@ -96,10 +96,10 @@ def test_other_files_are_refused(tmp_path):
         rough(21).load_state(path)
     for content in (b"", b"text", path.read_bytes()[:-200]):
         path.write_bytes(content)
-        with pytest.raises(hs.InputError, match="no saved memory|cut off"):
+        with pytest.raises(hs.InputError, match=r"no saved memory|cut off"):
             ENSEMBLE.load_state(path)
     np.save(tmp_path / "array.npy", np.zeros(3))
-    with pytest.raises(hs.InputError, match="no saved memory|cut off"):
+    with pytest.raises(hs.InputError, match=r"no saved memory|cut off"):
         ENSEMBLE.load_state(tmp_path / "array.npy")
     with pytest.raises(FileNotFoundError):
         ENSEMBLE.load_state(tmp_path / "none.npz")

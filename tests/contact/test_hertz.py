@@ -6,7 +6,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-import historysim as hs
 from historysim.contact.hertz import (
     approach,
     contact_radius,

@@ -6,7 +6,6 @@ import xarray as xr
 
 import historysim as hs
 from historysim.asperities import laws
-from historysim.asperities.saved_state import packed, unpacked
 from historysim.asperities.wear import ArchardWear, EnergyWear
 from historysim.loads.event_table import read_events, write_events
 from historysim.log.canonical import columns_of, events_of
@@ -130,7 +129,7 @@ def test_states_at_any_moment_and_forks_are_those_of_the_replay(made):
     folder, history = made
     with hs.EventLog(folder / "s.history") as log:
         state = log.state(4.5)
-        assert state == unpacked(log.ensemble.initial_state(), packed(state))
+        assert state == hs.EnsembleState.from_bytes(state.to_bytes(), log.ensemble.initial_state())
         whole = log.state()
         path = folder / "fork.history"
         with log.fork(4.5, path) as fork:

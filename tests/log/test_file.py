@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.asperities.saved_state import packed
 from historysim.loads.schedule import Standing
 from historysim.log import file as log_file
 from historysim.log.canonical import columns_of, events_of
@@ -299,14 +298,14 @@ def test_a_snapshot_holds_the_whole_state(made):
         (found,) = file.snapshots(file.sound())
     assert found.standing == standing
     assert same(unpacked(ENSEMBLE, found.state), state)
-    assert same(unpacked(ENSEMBLE, packed(ENSEMBLE.initial_state())), ENSEMBLE.initial_state())
+    assert same(unpacked(ENSEMBLE, ENSEMBLE.initial_state().to_bytes()), ENSEMBLE.initial_state())
 
 
 def test_a_state_with_groups_that_were_split_comes_back(made):  # noqa: ARG001 - the same asperities
     state = ENSEMBLE.advance(ENSEMBLE.initial_state(), normal_load=0.03, tangential_load=0.006)
     state = ENSEMBLE.advance(state, friction=[0.4, 0.5, 0.6])
     state = ENSEMBLE.advance(state, tangential_displacement=-0.01)
-    back = unpacked(ENSEMBLE, packed(state))
+    back = unpacked(ENSEMBLE, state.to_bytes())
     assert same(back, state)
     further = {"normal_displacement": 0.002, "tangential_displacement": 0.001}
     assert same(ENSEMBLE.advance(back, **further), ENSEMBLE.advance(state, **further))

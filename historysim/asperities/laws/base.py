@@ -79,7 +79,7 @@ class FrictionLaw(abc.ABC):
     """What it depends on: "nothing", "total" (the total load), "own" (the asperity's load), "slid" (what it slid)."""
 
     def core(self) -> dict[str, Any]:
-        """Return the fields of ``hs_law`` that say what it is; a law without a kind there is asked by `coefficients`."""
+        """Return the fields of ``hs_law`` that say what it is; a law without a kind there is asked itself."""
         return {"depends_on": _DEPENDENCE[self.depends_on]}
 
     @abc.abstractmethod
