@@ -13,14 +13,19 @@
 
 #include "internal.h"
 
+/* to begin with, of paths on which the approach changes little, and of others */
 #define FEWEST_CHORDS 1
+#define FEW_CHORDS 4
+#define LITTLE 0.1
 #define MOST_CHORDS (1 << 12)
 /* tolerances over that of ramps of both loads: of loads, displacements and shapes, and of what is dissipated, slid and worn,
  * as a part of itself */
 #define COARSER 100.0
 #define COARSEST 1000.0
+/* slid distance over what the contact is moved */
+#define NEGLIGIBLE 1e-3
 /* agreement by chance is not that much closer than asked for */
-#define CLOSE 0.125
+#define CLOSE 0.5
 /* approaches of one station and the next, and stations that a chord may have */
 #define GRADE 1.41421356
 #define SLIGHT 1.03
@@ -417,6 +422,10 @@ static int find_end(walk *w, hs_memory *memory, double share, target *end, hs_re
         memcpy(memory->steep, w->steep, (size_t)contact->groups);
     }
     hs_free_fronts(&fronts);
+    /* what slides already while its limit falls stays where it is */
+    double side = copysign(1.0, end->force);
+    int at_limit = c->by_force && fabs(end->force) >= (1.0 - HS_TIE) * limit && (shares.count > 0 || end->excess != 0.0);
+    if (at_limit && (shares.count == 0 || side * end->v < side * memory->displacement)) end->v = memory->displacement;
     return status;
 }
 
@@ -666,13 +675,15 @@ static double part_of(double change, double rounding, double tolerated) {
 }
 
 /* The largest change of a quantity of asperities from a coarser to a finer way, over a part of the largest that it made. */
-static double part_of_each(const double *start, const double *coarse, const double *fine, int64_t count, double part) {
+static double part_of_each(const double *start, const double *coarse, const double *fine, int64_t count, double part,
+                           double *made_by_most) {
     double change = 0.0, made = 0.0, size = 0.0;
     for (int64_t i = 0; i < count; ++i) {
         change = hs_most(change, fabs(fine[i] - coarse[i]));
         made = hs_most(made, fabs(fine[i] - start[i]));
         size = hs_most(size, fabs(fine[i]));
     }
+    *made_by_most = made;
     return part_of(change, 64.0 * DBL_EPSILON * size, part * made);
 }
 
@@ -684,19 +695,24 @@ static double distance_to_settled(const walk *w, const hs_memory *start, const h
     double lost = fine->dissipated - start->dissipated;
     const hs_evolved *from = start->evolved, *one = coarse->evolved, *other = fine->evolved;
     int64_t count = fine->contact->count;
-    double found[] = {
+    double most = 0.0, made, moved = fabs(fine->displacement - start->displacement) * fine->contact->units.displacement;
+    double state[] = {
         part_of(fine->displacement - coarse->displacement, 0.0, part * reach),
         part_of(fine->tangential_load - coarse->tangential_load, 0.0,
                 part * hs_friction_limit(fine, fine->approach, fine->normal_load)),
         part_of(fine->approach - coarse->approach, 0.0, part * top),
         /* what is lost is told to a part of itself, or of what is stored */
-        part_of(fine->dissipated - coarse->dissipated, 0.0, rough * hs_most(lost, hs_stored(fine, NULL))),
-        part_of_each(from->slid_distance, one->slid_distance, other->slid_distance, count, rough),
-        w->wears ? part_of_each(from->worn_volume, one->worn_volume, other->worn_volume, count, rough) : 0.0,
-        w->wears ? part_of_each(from->summit_height, one->summit_height, other->summit_height, count, part) : 0.0,
-        w->wears ? part_of_each(from->summit_radius, one->summit_radius, other->summit_radius, count, part) : 0.0};
-    double most = 0.0;
-    for (size_t k = 0; k < sizeof found / sizeof *found; ++k) most = hs_most(most, found[k]);
+        part_of(fine->dissipated - coarse->dissipated, 0.0, rough * hs_most(lost, hs_stored(fine, NULL)))};
+    for (size_t k = 0; k < sizeof state / sizeof *state; ++k) most = hs_most(most, state[k]);
+    double slid = part_of_each(from->slid_distance, one->slid_distance, other->slid_distance, count, rough, &made);
+    /* of asperities that slide for a moment only, as they leave, nothing is told to a part of itself */
+    double share = made > 0.0 && made < NEGLIGIBLE * moved ? made / (NEGLIGIBLE * moved) : 1.0;
+    const double *before[] = {from->worn_volume, from->summit_height, from->summit_radius};
+    const double *first[] = {one->worn_volume, one->summit_height, one->summit_radius};
+    const double *last[] = {other->worn_volume, other->summit_height, other->summit_radius};
+    most = hs_most(most, share * slid);
+    for (int k = 0; k < 3 && w->wears; ++k)
+        most = hs_most(most, share * part_of_each(before[k], first[k], last[k], count, rough, &made));
     return most;
 }
 
@@ -751,8 +767,11 @@ static int settle(walk *w, hs_memory *memory, hs_memory *coarse, hs_memory *fine
     double touch = memory->contact->sorted_gap[0], last = HUGE_VAL;
     /* a gap is crossed without load, before the ramp begins */
     if (c->both && c->d[0] < touch) memory->approach = hs_most(memory->approach, hs_least(touch, c->d[1]));
-    int status = in_chords(w, memory, coarse, before, share, FEWEST_CHORDS, refusal);
-    for (int chords = 2 * FEWEST_CHORDS; status == HS_OK; chords *= 2) {
+    double top = hs_most(c->d[0], c->d[1]) - touch;
+    int little = fabs(c->d[1] - c->d[0]) * (share - before) <= LITTLE * top && !w->evolution->goal;
+    if (w->evolution->law.kind != HS_NO_LAW && w->evolution->law.depends_on == HS_ON_SLID_DISTANCE) little = 0;
+    int fewest = little ? FEWEST_CHORDS : FEW_CHORDS, status = in_chords(w, memory, coarse, before, share, fewest, refusal);
+    for (int chords = 2 * fewest; status == HS_OK; chords *= 2) {
         status = in_chords(w, memory, fine, before, share, chords, refusal);
         if (status != HS_OK) break;
         double now = distance_to_settled(w, memory, coarse, fine);
