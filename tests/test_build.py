@@ -12,7 +12,7 @@ import pytest
 from hatchling.bridge.app import Application
 
 import historysim
-from historysim.basics.library import LIBRARY
+from historysim.basics._declarations import LIBRARY
 
 ROOT = Path(historysim.__file__).parents[1]
 SPEC = importlib.util.spec_from_file_location("hatch_build", ROOT / "hatch_build.py")

@@ -102,6 +102,7 @@ SLID = (np.arange(200.0), np.minimum(np.arange(200.0) / 40, 1.0), np.full(200, 5
 
 ERRORS = {
     "HistorySimError": lambda: hs.HistorySimError("what came"),
+    "InstallationError": lambda: errors.InstallationError("the compiled library cannot be loaded"),
     "InputError": lambda: misfit("0; expected more", "loading", "waypoints", 3, "time"),
     "LoadError": lambda: hs.LoadError("event 3 at t = 1 s: too much"),
     "FrictionLimitError": lambda: hs.FrictionLimitError(8e-3, 7.5e-3, 2),

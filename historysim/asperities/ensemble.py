@@ -374,7 +374,7 @@ class Ensemble:
         if 0 in counts:
             raise InputError("there is no value; expected one for each path")
         paths = paths_to(normal, tangential)
-        rows = blank_rows(paths.size, 0)
+        rows = blank_rows(paths.size, None)
         state = self.walk(state, paths, rows=rows, saturate=saturate, instrument=instrument)
         return state, Totals.of(rows.totals)
 
@@ -571,7 +571,7 @@ class Ensemble:
                 raise InputError("patches of one contact keep their friction along a path; expected a change at a time")
             self._follow(memory)
         if rows is None:
-            rows, paths = blank_rows(0, 0), unrecorded(paths)
+            rows, paths = blank_rows(0, None), unrecorded(paths)
         walked, columns = rows, chosen
         if self.curves is not None:
             self.curves.check_reach(paths)

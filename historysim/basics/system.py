@@ -23,6 +23,7 @@ import hashlib
 import importlib
 import os
 import platform
+import threading
 import time
 from pathlib import Path
 from typing import Any
@@ -42,10 +43,30 @@ NO_WAIT = getattr(os, "O_NONBLOCK", 0)
 REPLACES_OPEN_FILES = os.name == "posix"
 """Whether a file can be renamed and replaced while it is open."""
 
+_ONE_PLACE = threading.Lock()
 _FAR = 1 << 43
 """A byte that no file has, and disks can still tell."""
 _HELD = {errno.EAGAIN, errno.EACCES, errno.EDEADLK}
 _NO_LOCKS = {errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP}
+
+
+def read_at(handle: int, count: int, place: int) -> bytes:
+    """Return bytes of an open file from a place on."""
+    if hasattr(os, "pread"):
+        return os.pread(handle, count, place)
+    with _ONE_PLACE:
+        os.lseek(handle, place, os.SEEK_SET)
+        return os.read(handle, count)
+
+
+def write_at(handle: int, content: memoryview, place: int) -> int:
+    """Write bytes to an open file from a place on; return how many of them were."""
+    if hasattr(os, "pwrite"):
+        return os.pwrite(handle, content, place)
+    # Windows has one place for all threads; those that write take turns there
+    with _ONE_PLACE:
+        os.lseek(handle, place, os.SEEK_SET)
+        return os.write(handle, content)
 
 
 def lock_file(handle: int) -> bool:

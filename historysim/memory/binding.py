@@ -1,6 +1,6 @@
 """The C library as the other rooms call it: who owns a memory, what its numbers are, and what it raises."""
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -41,6 +41,28 @@ def dtype_of(struct: str) -> np.dtype[Any]:
 
 
 PATH, TOTALS, VERTEX = dtype_of("hs_path"), dtype_of("hs_totals"), dtype_of("hs_vertex")
+
+
+class Memory(Protocol):
+    """``hs_memory``, what the library remembers of a contact; see the header for what stands in it."""
+
+    contact: Any
+    approach: float
+    displacement: float
+    normal_load: float
+    tangential_load: float
+    dissipated: float
+    excess: float
+    friction: Any
+    each: Any
+    depth: Any
+    steep: Any
+    vertices: Any
+    capacity: int
+    deep: Any
+    evolved: Any
+    normal_control: int
+    tangential_control: int
 
 
 class Slopes(NamedTuple):

@@ -51,16 +51,18 @@ class Rows:
         return found
 
 
-def blank_rows(count: int, asperities: int, *more: str) -> Rows:
-    """Return arrays for rows to be written to, of so many asperities.
+def blank_rows(count: int, asperities: int | None, *more: str) -> Rows:
+    """Return arrays for rows to be written to.
 
     Parameters
     ----------
-    count, asperities : int
+    count : int
+    asperities : int, optional
+        How many are recorded; None for totals alone.
     *more : str
         What is recorded of each asperity beside what always is, by the names of the fields of ``hs_rows``.
     """
-    names = (*PROJECTED, "dissipated_energy", *more) if asperities else ()
-    shape = (count, asperities)
+    names = () if asperities is None else (*PROJECTED, "dissipated_energy", *more)
+    shape = (count, asperities or 0)
     each = {name: np.empty(shape, dtype=np.int8 if name == "slip_state" else np.float64) for name in names}
     return Rows(np.empty(count, dtype=TOTALS), each)

@@ -18,6 +18,7 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics import system
 from historysim.basics.files import replacing
+from historysim.basics.system import read_at, write_at
 from historysim.memory.binding import TOTALS
 from historysim.memory.rows import Rows
 from historysim.recording import recorder
@@ -198,7 +199,7 @@ class FileRecorder(Recorder):
     def _read(self, place: Place, total: int, first: int, last: int) -> int:
         """Add rows of one variable, as they stand in the file, to a checksum."""
         begin, end = (place.begin + row * place.row_size for row in (first, last))
-        return zlib.crc32(os.pread(self.handle, end - begin, begin), total)
+        return zlib.crc32(read_at(self.handle, end - begin, begin), total)
 
     def _wait(self) -> None:
         with _reported():
@@ -220,7 +221,7 @@ def _put(handle: int, content: memoryview, address: int) -> None:
     """Write all of a buffer."""
     done = 0
     while done < content.nbytes:
-        done += os.pwrite(handle, content[done:], address + done)
+        done += write_at(handle, content[done:], address + done)
 
 
 @contextlib.contextmanager

@@ -178,7 +178,7 @@ class Recorder(abc.ABC):
         """Return rows with arrays for all that is recorded."""
         always = (*PROJECTED, "dissipated_energy")
         more = {each.source for each in self.per_asperity if each.derived is None} - set(always)
-        return blank_rows(count, self.columns, *sorted(more))
+        return blank_rows(count, None if self.asperities is None else self.columns, *sorted(more))
 
     @abc.abstractmethod
     def blank(self, count: int) -> Rows:
@@ -258,7 +258,7 @@ class StateOnly(Recorder):
 
     def blank(self, count: int) -> Rows:
         """Return rows for the replay to fill next."""
-        return blank_rows(count, 0)
+        return blank_rows(count, None)
 
     def record(self, times: Array) -> None:
         """Leave the rows."""

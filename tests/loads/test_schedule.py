@@ -428,7 +428,7 @@ def test_breaking_stretches_changes_no_bit(ensemble):
     for most_rows in (None, 1, 4):
         state, totals = ensemble.initial_state(), []
         for stretch in stretches(events, 2, most_rows):
-            rows = blank_rows(stretch.row_time.size, 0)
+            rows = blank_rows(stretch.row_time.size, None)
             state = ensemble.walk(state, stretch.paths, rows=rows)
             if stretch.change is not None:
                 state = ensemble.with_friction(state, stretch.change.friction)

@@ -48,7 +48,7 @@ def test_a_fall_of_friction_written_before_verifies_but_for_the_energy_that_was_
     assert (found.events, found.path) == (8, before)
     beyond = [difference for difference in found.differences if not difference.rounding]
     assert {difference.name for difference in beyond} == ENERGIES
-    assert all(difference.step == 12 and difference.largest < 1e-3 * difference.scale for difference in beyond)
+    assert all(difference.largest < 1e-3 * difference.scale for difference in beyond)
     log = hs.verify(before.with_suffix(".history"))
     assert (bool(log), log.events, log.digest) == (True, found.events, found.digest)
 

@@ -12,7 +12,6 @@ import pytest
 
 import historysim as hs
 from historysim.basics.file_kinds import is_netcdf
-from historysim.memory.rows import ROW_COUNT
 from historysim.recording import recorder
 from historysim.recording.netcdf import FileRecorder, opened
 
@@ -42,20 +41,24 @@ def recorder_of(path, columns=COLUMNS, **options):
         yield target
 
 
+def arrays_of(rows):
+    return [*(rows.totals[name] for name in rows.totals.dtype.names), *rows.each.values()]
+
+
 def values_of(target):
     """Numbers for all rows of a history, by the names of their arrays."""
     generator = np.random.default_rng(1)
     rows = target.new_rows(STEPS)
-    for array in rows:
+    for array in arrays_of(rows):
         array[...] = (
             generator.integers(1, 4, array.shape) if array.dtype.kind == "i" else generator.normal(size=array.shape)
         )
-    rows.totals[:, ROW_COUNT] = np.arange(STEPS)
+    rows.totals["contact_count"] = np.arange(STEPS)
     return rows
 
 
 def write(target, begin, end):
-    for array, values in zip(target.blank(end - begin), values_of(target), strict=True):
+    for array, values in zip(arrays_of(target.blank(end - begin)), arrays_of(values_of(target)), strict=True):
         array[...] = values[begin:end]
     target.record(np.arange(begin, end) / 8)
 
