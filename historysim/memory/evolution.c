@@ -785,13 +785,11 @@ static hs_memory *twin(const walk *w, const hs_memory *memory) {
     return copy;
 }
 
-long hs_chords_walked;
 /* Carry a copy of a memory from one share of the path to another in chords. */
 static int in_chords(walk *w, const hs_memory *start, hs_memory *memory, double before, double share, int chords,
                      hs_refusal *refusal) {
     if (w->wears) hs_contact_assign(memory->contact, start->contact);
     int status = hs_memory_assign(memory, start);
-    hs_chords_walked += chords;
     for (int k = 1; k <= chords && status == HS_OK; ++k)
         status = chord(w, memory, k == chords ? share : before + (share - before) * ((double)k / chords), refusal);
     return status;
