@@ -248,7 +248,9 @@ static interval slipping(const way *on, double label, double anchor) {
  * When a spring begins to slip is a quotient of functions that are linear in the label between vertices, so that the last to
  * slip is at a vertex, or the innermost. New springs slip at once, if at all. */
 static void slide_on(const hs_group *group, int64_t depth, const double *gap, const int64_t *whose, way on, double unit,
-                     double *slid) {
+                     int steep, double *slid) {
+    /* within a cone that stays as it is the innermost is the last */
+    int inmost_last = !steep && on.friction[0] == on.friction[2] && on.friction[0] == on.friction[1];
     double moved = on.to.v - on.from.v, sunk = on.to.d - on.from.d, tie = 1e-12 * (fabs(on.from.v) + fabs(on.to.v));
     if (moved == 0.0) return;
     double edge = hs_least(on.from.d, on.to.d), fall = on.friction[0] * (on.from.d - edge) - on.friction[2] * (on.to.d - edge);
@@ -264,6 +266,7 @@ static void slide_on(const hs_group *group, int64_t depth, const double *gap, co
             if (h < on.from.d) {
                 if (depth == 0) continue;
                 for (; j >= 0 && group->stack[j].label > h; --j) {
+                    if (inmost_last) continue;
                     interval outer = slipping(&on, group->stack[j].label, group->stack[j].anchor);
                     double leaves = (on.from.d - group->stack[j].label) / -sunk;
                     /* what leaves holds nothing back afterwards */
@@ -493,7 +496,8 @@ static int carry_by_stations(walk *w, hs_memory *memory, int64_t g, const target
         on.friction[1] = at[k].amid > 0.0 ? at[k].amid : 0.5 * (on.friction[0] + on.friction[2]);
         double load = last && g < end->touching ? w->load[g] : hs_load_at(group.curve, on.to.d).load;
         if (bends)
-            slide_on(&group, memory->depth[g], w->gap, contact->order + first, on, contact->units.displacement, w->slid);
+            slide_on(&group, memory->depth[g], w->gap, contact->order + first, on, contact->units.displacement,
+                     memory->steep[g], w->slid);
         int status = carry_group(w, memory, g, &on, load, each, losses);
         if (status != HS_OK) return status;
         on.from = on.to;
@@ -540,7 +544,8 @@ static int slide_all(walk *w, hs_memory *memory, const target *end, int ahead) {
         if (depth == 0) on.friction[0] = on.friction[2];
         on.friction[1] = 0.5 * (on.friction[0] + on.friction[2]);
         if (!ahead || w->stations[w->first_station[g]].amid <= 0.0) {
-            slide_on(&group, depth, w->gap, contact->order + group.start, on, contact->units.displacement, w->slid);
+            slide_on(&group, depth, w->gap, contact->order + group.start, on, contact->units.displacement,
+                     memory->steep[g], w->slid);
             continue;
         }
         hs_losses losses;

@@ -28,6 +28,12 @@ static double spread(hs_curve curve, double *each, const hs_slip *slip) {
     const double low = slip->low, high = slip->high, slip_low = slip->slip_low, drag_low = slip->drag_low;
     const double slip_slope = (slip->slip_high - slip_low) / width, drag_slope = (slip->drag_high - drag_low) / width;
     const double *gap = curve.gap, *weight = curve.weight;
+    if (curve.count == 1) {
+        if (gap[0] >= high) return 0.0;
+        double part = part_of_one(gap[0], weight[0], low, high, slip_low, slip_slope, drag_low, drag_slope);
+        if (each) each[0] += part;
+        return part;
+    }
     int64_t count = hs_touching(gap, curve.count, high), i = 0;
     double lane[HS_LANES] = {0};
     for (; i + HS_LANES <= count; i += HS_LANES) {
