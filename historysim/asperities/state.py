@@ -11,7 +11,7 @@ from historysim.basics.files import replacing
 from historysim.basics.library import lib
 from historysim.basics.units import quantity_text
 from historysim.errors import InputError
-from historysim.memory.binding import friction_of_each, from_bytes, group_of_each, stack, to_bytes, view
+from historysim.memory.binding import Memory, friction_of_each, from_bytes, group_of_each, stack, to_bytes, view
 
 Floats = npt.NDArray[np.float64]
 
@@ -66,7 +66,7 @@ class EnsembleState:
         Of the library.
     """
 
-    memory: Any
+    memory: Memory
 
     def __repr__(self) -> str:
         told = [

@@ -26,7 +26,7 @@
 #define NEGLIGIBLE 1e-3
 /* agreement by chance is not that much closer than asked for */
 #define CLOSE 0.5
-/* approaches of one station and the next, and stations that a chord may have */
+/* approaches of one station and the next, farther apart close to touch, and stations that a chord may have */
 #define GRADE 1.41421356
 #define SLIGHT 1.03
 /* stands for a coefficient that a law is asked for */
@@ -58,14 +58,14 @@ typedef struct walk {
     double compliance;
     route course;
     double *goal[2];                   /* friction at both ends of the path */
-    double *slid, *ahead;              /* distances on a chord, and as they were foreseen [m] */
+    double *slid, *ahead, *begun;      /* distances on a chord, as they were foreseen, and before any wear [m] */
     double *first, *last;              /* approaches at which an asperity begins and ends to slide [m] */
     double *mean_load, *energy;        /* meanwhile [N], and what it dissipates [J] */
     double *lost, *taken;              /* volumes, and what of them shapes the summit [m³] */
     double *gap;                       /* at the start of a chord */
     double *mid_height, *mid_radius;   /* summits amid and at the end [m] */
     double *end_height, *end_radius;
-    double *before;                    /* dissipated at the start of a chord */
+    double *before, *nowhere;          /* dissipated at the start of a chord, and on ways that are only tried */
     int64_t *depth;                    /* of the stack of a group, at its first asperity */
     station *stations;                 /* of all groups */
     int64_t most;                      /* of them that there is room for */
@@ -73,8 +73,8 @@ typedef struct walk {
     double *load, *friction;           /* (group) at the end of a chord */
     double *asked[4];                  /* loads, radii, distances, coefficients that a law is asked for */
     uint8_t *steep;                    /* (group) */
-    int64_t room;                      /* vertices in `scratch` */
-    hs_vertex *scratch;
+    int64_t room, kept_room;           /* vertices in `scratch` and `kept` */
+    hs_vertex *scratch, *kept;
     void *memory;
 } walk;
 
@@ -85,13 +85,13 @@ static int make_buffers(walk *w, const hs_contact *contact) {
     size_t n = (size_t)contact->count, g = (size_t)contact->groups;
     double **each[] = {&w->goal[0],   &w->goal[1], &w->slid,       &w->ahead,      &w->first,      &w->last,
                        &w->mean_load, &w->energy,  &w->lost,       &w->taken,      &w->gap,        &w->before,
-                       &w->mid_height, &w->mid_radius, &w->end_height, &w->end_radius, (double **)&w->depth};
+                       &w->mid_height, &w->mid_radius, &w->end_height, &w->end_radius, (double **)&w->depth, &w->nowhere, &w->begun};
     size_t arrays = sizeof each / sizeof *each;
     double *numbers = (double *)malloc((arrays * n + 4 * g + 1) * sizeof *numbers);
     w->memory = numbers;
-    w->scratch = NULL;
+    w->scratch = w->kept = NULL;
     w->stations = NULL;
-    w->room = w->most = 0;
+    w->room = w->kept_room = w->most = 0;
     if (!numbers) return HS_OUT_OF_MEMORY;
     for (size_t k = 0; k < arrays; ++k, numbers += n) *each[k] = numbers;
     w->load = numbers;
@@ -105,6 +105,7 @@ static void free_buffers(walk *w) {
     free(w->memory);
     free(w->stations);
     free(w->scratch);
+    free(w->kept);
 }
 
 /* Have room for so many stations more. */
@@ -247,7 +248,9 @@ static interval slipping(const way *on, double label, double anchor) {
  * When a spring begins to slip is a quotient of functions that are linear in the label between vertices, so that the last to
  * slip is at a vertex, or the innermost. New springs slip at once, if at all. */
 static void slide_on(const hs_group *group, int64_t depth, const double *gap, const int64_t *whose, way on, double unit,
-                     double *slid) {
+                     int steep, double *slid) {
+    /* within a cone that stays as it is the innermost is the last */
+    int inmost_last = !steep && on.friction[0] == on.friction[2] && on.friction[0] == on.friction[1];
     double moved = on.to.v - on.from.v, sunk = on.to.d - on.from.d, tie = 1e-12 * (fabs(on.from.v) + fabs(on.to.v));
     if (moved == 0.0) return;
     double edge = hs_least(on.from.d, on.to.d), fall = on.friction[0] * (on.from.d - edge) - on.friction[2] * (on.to.d - edge);
@@ -263,6 +266,7 @@ static void slide_on(const hs_group *group, int64_t depth, const double *gap, co
             if (h < on.from.d) {
                 if (depth == 0) continue;
                 for (; j >= 0 && group->stack[j].label > h; --j) {
+                    if (inmost_last) continue;
                     interval outer = slipping(&on, group->stack[j].label, group->stack[j].anchor);
                     double leaves = (on.from.d - group->stack[j].label) / -sunk;
                     /* what leaves holds nothing back afterwards */
@@ -313,8 +317,10 @@ static int put_stations(walk *w, const hs_memory *memory, double d, double load,
             double most = hs_most(start, end), least = hs_most(hs_least(start, end), 0.0), at[MOST_STATIONS];
             double own = start, slid = evolved->slid_distance[whose] + (ahead ? ahead[whose] : 0.0);
             int between = 0, bends = law->depends_on == HS_ON_OWN_LOAD && most > SLIGHT * least;
-            for (double next = most / GRADE; bends && next > least && between < MOST_STATIONS - 1; next /= GRADE)
+            for (double next = most / GRADE; bends && next > least && between < MOST_STATIONS - 1;) {
                 at[between++] = next;
+                next /= between < 8 ? GRADE : between < 12 ? 4.0 : 64.0;
+            }
             for (int k = 0; k <= between; ++k) {
                 station *here = w->stations + count++;
                 double last = own;
@@ -441,12 +447,14 @@ static int make_room(walk *w, hs_memory *memory, int64_t depth) {
     return depth + 2 > memory->capacity ? hs_memory_reserve(memory, 2 * (depth + 2)) : HS_OK;
 }
 
-/* Carry one group on a straight way, with its coefficient going straight, too. */
-static int carry_group(walk *w, hs_memory *memory, int64_t index, const way *on, double load, hs_losses *losses) {
+/* Carry one group on a straight way, with its coefficient going straight, too; what it loses goes to `each`, position 0. */
+static int carry_group(walk *w, hs_memory *memory, int64_t index, const way *on, double load, double *each,
+                       hs_losses *losses) {
     int64_t depth = memory->depth[index];
     if (make_room(w, memory, depth) != HS_OK) return HS_OUT_OF_MEMORY;
     hs_group group = hs_group_of(memory, index);
     double reached;
+    group.each = each + group.start;
     group.friction = on->friction[2];
     if (on->to.d <= group.curve.gap[0]) {
         group.friction = on->friction[0];
@@ -468,41 +476,52 @@ static int carry_group(walk *w, hs_memory *memory, int64_t index, const way *on,
     return HS_OK;
 }
 
-/* Carry all groups to the end of a chord; where one has stations on it, it is told there what it slides. */
-static int carry(walk *w, hs_memory *memory, const target *end, double share) {
+/* Carry one group to the end of a chord from station to station; where its friction bends it is told what it slides. */
+static int carry_by_stations(walk *w, hs_memory *memory, int64_t g, const target *end, double *each, hs_losses *losses) {
     const hs_contact *contact = memory->contact;
     hs_point from = {memory->approach, memory->displacement}, to = {end->d, end->v};
+    int64_t stations = w->first_station[g + 1] - w->first_station[g], first = contact->first[g];
+    const station *at = w->stations + w->first_station[g];
+    way on = {from, from, {memory->friction[g], 0.0, 0.0}, 1.0};
+    int bends = at->amid > 0.0;
+    if (bends) w->slid[contact->order[first]] = 0.0;
+    for (int64_t k = 0; k < stations; ++k) {
+        hs_group group = hs_group_of(memory, g);
+        int last = k + 1 == stations;
+        on.to.d = last ? to.d : hs_toward(from.d, to.d, at[k].share);
+        on.to.v = last ? to.v : hs_toward(from.v, to.v, at[k].share);
+        on.friction[2] = at[k].friction;
+        if (memory->depth[g] == 0) on.friction[0] = on.friction[2];
+        if (on.to.d <= group.curve.gap[0]) on.friction[2] = on.friction[0];
+        on.friction[1] = at[k].amid > 0.0 ? at[k].amid : 0.5 * (on.friction[0] + on.friction[2]);
+        double load = last && g < end->touching ? w->load[g] : hs_load_at(group.curve, on.to.d).load;
+        if (bends)
+            slide_on(&group, memory->depth[g], w->gap, contact->order + first, on, contact->units.displacement,
+                     memory->steep[g], w->slid);
+        int status = carry_group(w, memory, g, &on, load, each, losses);
+        if (status != HS_OK) return status;
+        on.from = on.to;
+        on.friction[0] = on.friction[2];
+    }
+    return HS_OK;
+}
+
+/* Carry all groups to the end of a chord. */
+static int carry(walk *w, hs_memory *memory, const target *end, double share) {
+    const hs_contact *contact = memory->contact;
+    double deepest = hs_most(memory->approach, end->d);
     hs_losses losses;
     hs_no_losses(&losses, contact->groups);
-    for (int64_t g = 0; g < contact->groups; ++g) {
-        hs_group group = hs_group_of(memory, g);
-        if (group.curve.gap[0] >= hs_most(from.d, to.d)) break;
-        int64_t stations = w->first_station[g + 1] - w->first_station[g];
-        const station *at = w->stations + w->first_station[g];
-        way on = {from, from, {memory->friction[g], 0.0, 0.0}, 1.0};
-        int bends = at->amid > 0.0;
-        if (bends) w->slid[contact->order[group.start]] = 0.0;
-        for (int64_t k = 0; k < stations; ++k) {
-            on.to.d = k + 1 == stations ? to.d : hs_toward(from.d, to.d, at[k].share);
-            on.to.v = k + 1 == stations ? to.v : hs_toward(from.v, to.v, at[k].share);
-            on.friction[2] = at[k].friction;
-            if (memory->depth[g] == 0) on.friction[0] = on.friction[2];
-            if (on.to.d <= group.curve.gap[0]) on.friction[2] = on.friction[0];
-            on.friction[1] = at[k].amid > 0.0 ? at[k].amid : 0.5 * (on.friction[0] + on.friction[2]);
-            double load = k + 1 == stations && g < end->touching ? w->load[g] : hs_load_at(group.curve, on.to.d).load;
-            group = hs_group_of(memory, g);
-            if (bends)
-                slide_on(&group, memory->depth[g], w->gap, contact->order + group.start, on,
-                         contact->units.displacement, w->slid);
-            if (carry_group(w, memory, g, &on, load, &losses) != HS_OK) return HS_OUT_OF_MEMORY;
-            on.from = on.to;
-            on.friction[0] = on.friction[2];
-        }
+    for (int64_t g = 0; g < contact->groups && contact->gap[contact->first[g]] < deepest; ++g) {
+        int status = carry_by_stations(w, memory, g, end, memory->each, &losses);
+        if (status != HS_OK) return status;
     }
+    /* what was foreseen has shaped the summits */
+    if (w->wears) memcpy(w->slid, w->ahead, (size_t)contact->count * sizeof *w->slid);
     memcpy(memory->friction, w->friction, (size_t)contact->groups * sizeof(double));
     hs_settle(&losses, memory);
-    memory->approach = to.d;
-    memory->displacement = to.v;
+    memory->approach = end->d;
+    memory->displacement = end->v;
     memory->normal_load = end->load;
     memory->excess = end->excess;
     memory->tangential_load = hs_total_force(memory);
@@ -510,21 +529,43 @@ static int carry(walk *w, hs_memory *memory, const target *end, double share) {
     return HS_OK;
 }
 
-/* Tell how far asperities slide on the straight way to the end of a chord. */
-static void slide_all(walk *w, const hs_memory *memory, const target *end) {
+/* Tell how far asperities slide on the straight way to the end of a chord. Those whose friction bends are carried there
+ * and put back, if `ahead`; otherwise they are told when they are carried. */
+static int slide_all(walk *w, hs_memory *memory, const target *end, int ahead) {
     const hs_contact *contact = memory->contact;
     way on = {{memory->approach, memory->displacement}, {end->d, end->v}, {0.0, 0.0, 0.0}, 1.0};
     memset(w->slid, 0, (size_t)contact->count * sizeof *w->slid);
     for (int64_t g = 0; g < contact->groups; ++g) {
         hs_group group = hs_group_of(memory, g);
+        int64_t depth = memory->depth[g];
+        if (group.curve.gap[0] >= hs_most(on.from.d, on.to.d)) break;
         on.friction[0] = group.friction;
         on.friction[2] = g < end->touching ? w->friction[g] : group.friction;
-        if (memory->depth[g] == 0) on.friction[0] = on.friction[2];
+        if (depth == 0) on.friction[0] = on.friction[2];
         on.friction[1] = 0.5 * (on.friction[0] + on.friction[2]);
-        slide_on(&group, memory->depth[g], w->gap, contact->order + group.start, on, contact->units.displacement, w->slid);
+        if (!ahead || w->stations[w->first_station[g]].amid <= 0.0) {
+            slide_on(&group, depth, w->gap, contact->order + group.start, on, contact->units.displacement,
+                     memory->steep[g], w->slid);
+            continue;
+        }
+        hs_losses losses;
+        uint8_t steep = memory->steep[g];
+        if (depth + 1 > w->kept_room) {
+            free(w->kept);
+            w->kept_room = 2 * (depth + 1);
+            w->kept = (hs_vertex *)malloc((size_t)w->kept_room * sizeof *w->kept);
+            if (!w->kept) return HS_OUT_OF_MEMORY;
+        }
+        memcpy(w->kept, group.stack, (size_t)depth * sizeof *w->kept);
+        hs_no_losses(&losses, contact->groups);
+        int status = carry_by_stations(w, memory, g, end, w->nowhere, &losses);
+        if (status != HS_OK) return status;
+        memcpy(memory->vertices + g * memory->capacity, w->kept, (size_t)depth * sizeof *w->kept);
+        memory->depth[g] = depth;
+        memory->steep[g] = steep;
     }
+    return HS_OK;
 }
-
 
 static void add_slides(const walk *w, hs_memory *memory) {
     hs_evolved *evolved = memory->evolved;
@@ -561,13 +602,15 @@ static int foresee_wear(walk *w, const hs_memory *memory, const target *end) {
     int status = hs_lost_volumes(wear, contact->count, w->mean_load, w->slid, w->energy, w->lost);
     for (int64_t i = 0; i < contact->count; ++i) {
         double height = evolved->summit_height[i], radius = evolved->summit_radius[i], guess = w->end_radius[i];
-        int shapes = w->slid[i] > 0.0 && w->first[i] + w->last[i] > 0.0;
-        w->taken[i] = shapes ? hs_most(evolved->waiting_volume[i] + w->lost[i], 0.0) : 0.0;
         w->end_height[i] = height;
         w->end_radius[i] = radius;
-        if (w->taken[i] > 0.0)
-            hs_worn_summit(wear, radius * w->first[i], guess * w->last[i], 0.5 * (radius + guess),
-                           evolved->shaped_volume[i], w->taken[i], w->end_height + i, w->end_radius + i);
+        w->taken[i] = 0.0;
+        if (w->begun[i] + w->slid[i] > 0.0 && w->first[i] + w->last[i] > 0.0) {
+            double waiting = hs_most(evolved->waiting_volume[i], -w->lost[i]);
+            w->taken[i] = hs_worn_summit(wear, radius * w->first[i], guess * w->last[i], 0.5 * (radius + guess),
+                                         evolved->shaped_volume[i], waiting, w->lost[i], w->end_height + i,
+                                         w->end_radius + i);
+        }
         w->mid_height[i] = 0.5 * (height + w->end_height[i]);
         w->mid_radius[i] = 0.5 * (radius + w->end_radius[i]);
     }
@@ -613,10 +656,15 @@ static int chord(walk *w, hs_memory *memory, double share, hs_refusal *refusal) 
         int status = put_stations(w, memory, end.d, end.load, share, pass ? w->ahead : NULL);
         if (status == HS_OK) status = find_end(w, memory, share, &end, refusal);
         if (status != HS_OK) return status;
-        slide_all(w, memory, &end);
+        status = slide_all(w, memory, &end, w->wears && pass < passes);
+        if (status != HS_OK) return status;
         for (int64_t i = 0; i < count && !slides; ++i) slides = w->slid[i] > 0.0;
-        if (pass == passes || !slides) break;
+        if (pass == passes) break;
+        if (pass == 0) memcpy(w->begun, w->slid, size);
+        /* what wears may be held by it: it goes in small jerks then, and slides half the way */
+        for (int64_t i = 0; i < count; ++i) w->slid[i] = hs_most(w->slid[i], w->wears ? 0.5 * w->begun[i] : 0.0);
         memcpy(w->ahead, w->slid, size);
+        if (!slides) break;
         if (w->wears) {
             status = foresee_wear(w, memory, &end);
             if (status != HS_OK) return status;
@@ -742,13 +790,11 @@ static hs_memory *twin(const walk *w, const hs_memory *memory) {
     return copy;
 }
 
-long hs_chords_walked;
 /* Carry a copy of a memory from one share of the path to another in chords. */
 static int in_chords(walk *w, const hs_memory *start, hs_memory *memory, double before, double share, int chords,
                      hs_refusal *refusal) {
     if (w->wears) hs_contact_assign(memory->contact, start->contact);
     int status = hs_memory_assign(memory, start);
-    hs_chords_walked += chords;
     for (int k = 1; k <= chords && status == HS_OK; ++k)
         status = chord(w, memory, k == chords ? share : before + (share - before) * ((double)k / chords), refusal);
     return status;
@@ -847,9 +893,9 @@ static int walk_still(walk *w, hs_memory *memory, hs_memory *spare[3], const hs_
     target end = {memory->approach, memory->normal_load, memory->displacement, 0.0, 0.0, memory->contact->groups};
     memcpy(w->friction, memory->friction, (size_t)memory->contact->groups * sizeof(double));
     note_gaps(w, memory->contact);
-    slide_all(w, start, &end);
+    status = slide_all(w, start, &end, 0);
     add_slides(w, memory);
-    return HS_OK;
+    return status;
 }
 
 /* Have asperities stand alone whose friction or shape comes to differ from that of others. */

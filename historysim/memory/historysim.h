@@ -323,7 +323,6 @@ typedef struct hs_evolution {
 /* Do what `hs_walk` does where asperities evolve; the memory was made so. Only a single path may have a goal. */
 HS_API int hs_walk_evolving(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows,
                             const hs_drive *drive, double until, const hs_evolution *evolution, hs_refusal *refusal);
-extern HS_API long hs_chords_walked;
 /* Give asperities other summits [m] (asperity) at the present approach and displacement. Those that are `fresh` are new
  * contacts: nothing is remembered. Then friction is what the law says. */
 HS_API int hs_set_summits(hs_memory *memory, const double *summit_height, const double *summit_radius,

@@ -379,10 +379,10 @@ int hs_lost_volumes(const hs_wear *wear, int64_t count, const double *load, cons
                     double *volume);
 /* Mean of k δ^(3/2) while δ goes straight from the first to the last. */
 double hs_mean_load(double first, double last, double weight);
-/* Have a summit lose a volume after that which has shaped it, while a² goes straight from the first to the last [m²]; its
- * radius is `meanwhile` on the way. */
-void hs_worn_summit(const hs_wear *wear, double first, double last, double meanwhile, double shaped, double volume,
-                    double *height, double *radius);
+/* Have a summit lose what has waited and a volume, after that which has shaped it, while a² goes straight from the first to
+ * the last [m²]; its radius is `meanwhile` on the way. Returns what it takes. */
+double hs_worn_summit(const hs_wear *wear, double first, double last, double meanwhile, double shaped, double waiting,
+                      double volume, double *height, double *radius);
 
 /* ---- readout.c ---- */
 

@@ -35,6 +35,12 @@ HS_WIDE static void parts(const double *restrict gap, const double *restrict wei
 static double spread(hs_curve curve, double *each, const hs_slip *slip) {
     double part[HS_AT_ONCE], lane[HS_LANES] = {0};
     if (slip->high <= slip->low) return 0.0;
+    if (curve.count == 1) {
+        if (curve.gap[0] >= slip->high) return 0.0;
+        parts(curve.gap, curve.weight, 1, slip, part);
+        if (each) each[0] += part[0];
+        return part[0];
+    }
     int64_t count = hs_touching(curve.gap, curve.count, slip->high);
     for (int64_t begin = 0; begin < count; begin += HS_AT_ONCE) {
         int size = hs_size_of_block(count - begin);
@@ -96,8 +102,9 @@ void hs_settle(hs_losses *losses, hs_memory *memory) {
     losses->total = 0.0;
 }
 
-/* Of leaving springs that slip one way: the drag falls to 0 in proportion to the slip left. */
-static void lose_one_way(const hs_group *group, hs_losses *losses, double low, double high, double slip_low,
+/* Of leaving springs that slip one way: the drag falls to 0 in proportion to the slip left. They do from the start on at
+ * most, which says something only where friction has changed on the way. */
+static void lose_one_way(const hs_group *group, hs_losses *losses, double start, double low, double high, double slip_low,
                          double slip_high, double rate) {
     double sign = slip_low + slip_high > 0.0 ? 1.0 : -1.0;
     /* slip per withdrawal; 0 where the springs ride along the limit */
@@ -106,7 +113,9 @@ static void lose_one_way(const hs_group *group, hs_losses *losses, double low, d
     double drag = 0.5 * group->friction / ratio;
     slip_low = fabs(slip_low);
     slip_high = fabs(slip_high);
-    hs_slip slip = {low, high, slip_low, slip_high, drag * slip_low, drag * slip_high};
+    double most = 0.5 * group->friction * (1.0 + 1e-9);
+    hs_slip slip = {low, high, slip_low, slip_high, hs_least(drag * slip_low, most * (start - low)),
+                    hs_least(drag * slip_high, most * (start - high))};
     hs_lose(group, losses, &slip);
 }
 
@@ -125,7 +134,7 @@ void hs_lose_withdrawn(const hs_group *group, hs_losses *losses, int64_t depth, 
             low = hs_most(low, high - slip_high / change);
             slip_low = 0.0;
         }
-        if (slip_high != 0.0 || slip_low != 0.0) lose_one_way(group, losses, low, high, slip_low, slip_high, rate);
+        if (slip_high != 0.0 || slip_low != 0.0) lose_one_way(group, losses, from.d, low, high, slip_low, slip_high, rate);
         high = low;
         slip_high = slip_low;
         if (!turns) --j;
