@@ -92,6 +92,6 @@ int64_t hs_carry_and_clip(const hs_group *group, hs_losses *losses, int64_t dept
                           double load, const hs_cone *cone, hs_vertex *scratch, double *stiffness) {
     hs_vertex *stack = scratch + hs_room_to_clip(depth);
     int64_t segment, count = carried(group, depth, to, load, stack, &segment);
-    if (losses && to.d < from.d) hs_lose_withdrawn(group, losses, depth, segment, from, to);
+    if (losses && to.d < from.d) hs_lose_withdrawn(group, losses, depth, segment, &from, &to);
     return clip(group, losses, stack, count, to, cone, scratch, stiffness);
 }

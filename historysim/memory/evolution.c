@@ -458,7 +458,7 @@ static int carry_group(walk *w, hs_memory *memory, int64_t index, const way *on,
     group.friction = on->friction[2];
     if (on->to.d <= group.curve.gap[0]) {
         group.friction = on->friction[0];
-        if (depth) hs_lose_withdrawn(&group, losses, depth, 1, on->from, on->to);
+        if (depth) hs_lose_withdrawn(&group, losses, depth, 1, &on->from, &on->to);
         memory->depth[index] = 0;
         memory->steep[index] = 0;
     } else if (depth > 0 && (memory->steep[index] || on->friction[0] != on->friction[2])) {
@@ -470,7 +470,7 @@ static int carry_group(walk *w, hs_memory *memory, int64_t index, const way *on,
         memory->depth[index] = depth;
         memory->steep[index] = (uint8_t)hs_is_steep(w->scratch, depth, group.friction);
     } else {
-        memory->depth[index] = hs_move_group(&group, losses, depth, on->from, on->to.d, load,
+        memory->depth[index] = hs_move_group(&group, losses, depth, &on->from, on->to.d, load,
                                              hs_to_displacement(on->to.v), &reached);
     }
     return HS_OK;

@@ -210,8 +210,8 @@ void hs_lose(const hs_group *group, hs_losses *losses, const hs_slip *slip);
 /* Add all of it to what the asperities, and all together, have dissipated. */
 void hs_settle(hs_losses *losses, hs_memory *memory);
 /* Of springs that leave contact between the approaches of a straight path, down to a segment. */
-void hs_lose_withdrawn(const hs_group *group, hs_losses *losses, int64_t depth, int64_t segment, hs_point from,
-                       hs_point to);
+void hs_lose_withdrawn(const hs_group *group, hs_losses *losses, int64_t depth, int64_t segment, const hs_point *from,
+                       const hs_point *to);
 /* Of a memory: ½ ∫ v² N'' da, added per asperity (position) to `each` unless that is NULL. */
 double hs_stored(const hs_memory *memory, double *each);
 
@@ -226,7 +226,7 @@ typedef struct hs_edge {
 hs_edge hs_edge_at(const hs_vertex *stack, int64_t depth, double d, double load);
 /* Carry a group that touches at the end, where it carries `load`, straight to approach `d` and to where it aims. Its
  * stack has `depth` vertices, or none at `from` where that is 0. Returns the depth, and the displacement reached. */
-int64_t hs_move_group(const hs_group *group, hs_losses *losses, int64_t depth, hs_point from, double d, double load,
+int64_t hs_move_group(const hs_group *group, hs_losses *losses, int64_t depth, const hs_point *from, double d, double load,
                       hs_aim aim, double *reached);
 
 /* ---- clip.c: polylines steeper than the cone ---- */

@@ -120,12 +120,12 @@ static void lose_one_way(const hs_group *group, hs_losses *losses, double start,
 }
 
 /* Spring a leaves at V(a) = v0 + (a - d0) ΔV/Δd. It slips, if at all, one way: that of V(a) - w(a). */
-void hs_lose_withdrawn(const hs_group *group, hs_losses *losses, int64_t depth, int64_t segment, hs_point from,
-                       hs_point to) {
-    double rate = (to.v - from.v) / (to.d - from.d);
-    double high = from.d, slip_high = 0.0;
+void hs_lose_withdrawn(const hs_group *group, hs_losses *losses, int64_t depth, int64_t segment, const hs_point *from,
+                       const hs_point *to) {
+    double rate = (to->v - from->v) / (to->d - from->d);
+    double high = from->d, slip_high = 0.0;
     for (int64_t j = depth - 1; j >= segment;) {
-        double low = hs_most(group->stack[j - 1].label, to.d);
+        double low = hs_most(group->stack[j - 1].label, to->d);
         double change = rate - group->stack[j].slope;
         double slip_low = slip_high - change * (high - low);
         int turns = slip_high * slip_low < 0.0;
@@ -134,7 +134,7 @@ void hs_lose_withdrawn(const hs_group *group, hs_losses *losses, int64_t depth, 
             low = hs_most(low, high - slip_high / change);
             slip_low = 0.0;
         }
-        if (slip_high != 0.0 || slip_low != 0.0) lose_one_way(group, losses, from.d, low, high, slip_low, slip_high, rate);
+        if (slip_high != 0.0 || slip_low != 0.0) lose_one_way(group, losses, from->d, low, high, slip_low, slip_high, rate);
         high = low;
         slip_high = slip_low;
         if (!turns) --j;

@@ -57,7 +57,7 @@ int hs_carry(hs_memory *memory, const hs_shares *shares, double d, double load, 
         hs_group group = hs_group_of(memory, index);
         if (index >= shares->count) {
             hs_point to = {d, reached};
-            hs_lose_withdrawn(&group, &losses, depth, 1, from, to);
+            hs_lose_withdrawn(&group, &losses, depth, 1, &from, &to);
             memory->depth[index] = 0;
             memory->steep[index] = 0;
             continue;
@@ -69,7 +69,7 @@ int hs_carry(hs_memory *memory, const hs_shares *shares, double d, double load, 
             put_back(memory, index, scratch, depth);
             memory->steep[index] = (uint8_t)hs_is_steep(scratch, depth, group.friction);
         } else {
-            depth = hs_move_group(&group, &losses, depth, from, d, shares->load[index], path, &reached);
+            depth = hs_move_group(&group, &losses, depth, &from, d, shares->load[index], path, &reached);
             memory->depth[index] = depth;
         }
         force += group.stack[depth - 1].tangential;
@@ -122,12 +122,12 @@ int hs_move_with_friction(hs_memory *memory, double d, double load, const double
         if (index >= shares.count && depth == 0) break;
         hs_group group = hs_group_of(memory, index);
         if (index >= shares.count) {
-            hs_lose_withdrawn(&group, &losses, depth, 1, from, to);
+            hs_lose_withdrawn(&group, &losses, depth, 1, &from, &to);
             memory->depth[index] = 0;
         } else if (depth == 0) {
             double reached;
             memory->depth[index] =
-                hs_move_group(&group, &losses, 0, from, d, shares.load[index], hs_to_displacement(to.v), &reached);
+                hs_move_group(&group, &losses, 0, &from, d, shares.load[index], hs_to_displacement(to.v), &reached);
         } else {
             hs_cone cone = {friction[index], to.v - from.v, before[index] * (d - from.d), friction[index] - before[index]};
             depth = hs_carry_and_clip(&group, &losses, depth, from, to, shares.load[index], &cone, scratch, NULL);

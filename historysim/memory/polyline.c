@@ -73,25 +73,25 @@ static front slip_front(const hs_vertex *stack, int64_t segment, double x_edge, 
  *
  * While spring a slips by g, ending at approach d1, its mean deflection is μ (d1 - a - g Δd/(2 G)), where G is the slip of
  * a spring that slips all the way. */
-static void lose_slipped(const hs_group *group, hs_losses *losses, hs_point from, hs_point to, const hs_edge *edge,
+static void lose_slipped(const hs_group *group, hs_losses *losses, const hs_point *from, const hs_point *to, const hs_edge *edge,
                          const front *at, double label) {
     double friction = group->friction, sign = at->sign;
-    double whole = sign * (to.v - from.v) - friction * (to.d - from.d);
-    double lag = whole > 0.0 ? 0.5 * (to.d - from.d) / whole : 0.0;
+    double whole = sign * (to->v - from->v) - friction * (to->d - from->d);
+    double lag = whole > 0.0 ? 0.5 * (to->d - from->d) / whole : 0.0;
     hs_slip piece;
     piece.low = label;
     piece.slip_low = at->slip;
-    piece.drag_low = friction * hs_most(to.d - label - lag * at->slip, 0.0);
+    piece.drag_low = friction * hs_most(to->d - label - lag * at->slip, 0.0);
     /* the last turn is for the springs that touched on the way and slipped at once */
     for (int64_t j = at->kept > 1 ? at->kept : 1; j <= edge->segment + 1; ++j) {
         if (j > edge->segment) {
-            piece.high = to.d;
+            piece.high = to->d;
             piece.slip_high = 0.0;
             piece.drag_high = 0.0;
         } else {
             piece.high = j == edge->segment ? edge->label : group->stack[j].label;
             piece.slip_high = piece.slip_low + (friction - sign * group->stack[j].slope) * (piece.high - piece.low);
-            piece.drag_high = friction * hs_most(to.d - piece.high - lag * piece.slip_high, 0.0);
+            piece.drag_high = friction * hs_most(to->d - piece.high - lag * piece.slip_high, 0.0);
         }
         if (piece.high > piece.low) hs_lose(group, losses, &piece);
         piece.low = piece.high;
@@ -101,7 +101,7 @@ static void lose_slipped(const hs_group *group, hs_losses *losses, hs_point from
 }
 
 /* Move a group of which springs slip, the front being found. */
-static int64_t slip_group(const hs_group *group, hs_losses *losses, int64_t depth, hs_point from, double d1, double load,
+static int64_t slip_group(const hs_group *group, hs_losses *losses, int64_t depth, const hs_point *from, double d1, double load,
                           hs_aim aim, const hs_edge *edge, const front *at, double *reached) {
     hs_vertex *stack = group->stack;
     int64_t kept = at->kept, below = kept > 1 ? kept - 1 : 0;
@@ -135,8 +135,8 @@ static int64_t slip_group(const hs_group *group, hs_losses *losses, int64_t dept
     double v1 = aim.value;
     if (compliance != 0.0) v1 = front.anchor + slope * (d1 - front.label) + rigid * at->sign * at->slip;
     hs_point to = {d1, v1};
-    if (d1 < from.d) hs_lose_withdrawn(group, losses, depth, edge->segment, from, to);
-    lose_slipped(group, losses, from, to, edge, at, front.label);
+    if (d1 < from->d) hs_lose_withdrawn(group, losses, depth, edge->segment, from, &to);
+    lose_slipped(group, losses, from, &to, edge, at, front.label);
     if (kept == 0) {
         stack[0] = hs_vertex_of(front.label, v1 - slope * (d1 - front.label), 0.0, v1, 0.0, 0.0);
         front.normal = front.tangential = 0.0;
@@ -152,21 +152,21 @@ static int64_t slip_group(const hs_group *group, hs_losses *losses, int64_t dept
 
 /* Displacement that a group reaches which first touches on its straight path: all its springs are strained alike, or all
  * slide. */
-static double first_reach(const hs_group *group, hs_point from, double d1, double load, hs_aim aim) {
+static double first_reach(const hs_group *group, const hs_point *from, double d1, double load, hs_aim aim) {
     if (aim.compliance == 0.0) return aim.value;
-    double slope = (aim.value - aim.rigid * from.v) / (aim.rigid * (d1 - from.d) + aim.compliance * load);
+    double slope = (aim.value - aim.rigid * from->v) / (aim.rigid * (d1 - from->d) + aim.compliance * load);
     if (aim.rigid > 0.0 && fabs(slope) > group->friction)
         return aim.value - aim.compliance * copysign(group->friction * load, slope);
-    return from.v + slope * (d1 - from.d);
+    return from->v + slope * (d1 - from->d);
 }
 
-int64_t hs_move_group(const hs_group *group, hs_losses *losses, int64_t depth, hs_point from, double d1, double load,
+int64_t hs_move_group(const hs_group *group, hs_losses *losses, int64_t depth, const hs_point *from, double d1, double load,
                       hs_aim aim, double *reached) {
     hs_vertex *stack = group->stack;
     double friction = group->friction, y1 = aim.value, rigid = aim.rigid, compliance = aim.compliance;
     if (depth == 0) {
         hs_point to = {d1, first_reach(group, from, d1, load, aim)};
-        depth = touch(group, from, to);
+        depth = touch(group, *from, to);
     }
     hs_edge edge = hs_edge_at(stack, depth, d1, load);
     double x1 = rigid * d1 + compliance * load, x_edge = rigid * edge.label + compliance * edge.normal;
@@ -181,9 +181,9 @@ int64_t hs_move_group(const hs_group *group, hs_losses *losses, int64_t depth, h
     double slope = x1 > x_edge ? (y1 - y_edge) / (x1 - x_edge) : 0.0;
     double v1 = compliance == 0.0 ? y1 : edge.anchor + slope * (d1 - edge.label);
     *reached = v1;
-    if (d1 < from.d) {
+    if (d1 < from->d) {
         hs_point to = {d1, v1};
-        hs_lose_withdrawn(group, losses, depth, edge.segment, from, to);
+        hs_lose_withdrawn(group, losses, depth, edge.segment, from, &to);
         stack[edge.segment] = hs_vertex_of(d1, edge.anchor, stack[edge.segment].slope, v1, load, edge.tangential);
         return edge.segment + 1;
     }
