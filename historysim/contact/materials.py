@@ -136,7 +136,7 @@ _INDENTED = "Oliver and Pharr, J. Mater. Res. 7 (1992) 1564, rounded"
 
 def _measured(row: tuple[Any, ...], hardness: float, of_hardness: str) -> Material:
     """Return a row of the source's table, which has no hardness, with that of another source."""
-    return Material(*row, source=f"{_SOURCE}; hardness: {of_hardness}", hardness=hardness)
+    return attrs.evolve(Material(*row), source=f"{_SOURCE}; hardness: {of_hardness}", hardness=hardness)
 
 
 _SAPPHIRE = (462.6e9, 0.309, 144.3e9, 41.1e-3, (8e-9, 10e-9), 2.5e-3)

@@ -19,6 +19,7 @@ from historysim.basics.wording import counted, shown
 from historysim.errors import InputError
 from historysim.loads.events import Event, NormalDisplacement, NormalLoad
 from historysim.loads.events import misfit as event_misfit
+from historysim.recording import named_states
 from historysim.scenario.document import read_sections, sections_of
 from historysim.scenario.loading_kinds import MOST_STEPS, MeasuredLoading
 from historysim.scenario.schema import given, reported
@@ -80,8 +81,8 @@ class Scenario:
 
     @property
     def metadata(self) -> dict[str, str]:
-        """Who made the data, what for, and under which licence: attributes of what is written (ACDD)."""
-        return self.sections.metadata.attributes()
+        """Who made the data, what for, under which licence (ACDD), and named states: attributes of what is written."""
+        return self.sections.metadata.attributes() | named_states.written(self.sections.loading.names)
 
     @property
     def seeds(self) -> list[int]:
@@ -166,14 +167,14 @@ class Scenario:
         InputError
             A map that cannot be solved, or nothing ever touches.
         """
-        if ground.solutions is not None or ground.surface is None or not (ground.interacts or ground.ball_radius):
+        if ground.solutions is not None or not (ground.interacts or ground.ball_radius):
             return ground
         events, modulus = self.events(), self.sections.materials.pair().contact_modulus
         loads = [event.value for event in events if isinstance(event, NormalLoad)]
         approaches = [event.value for event in events if isinstance(event, NormalDisplacement)]
         if ground.ball_radius:
             ground = attrs.evolve(ground, summits=_on_ball(ground, max([*loads, 0.0]) / modulus, approaches))
-        if not ground.interacts:
+        if not ground.interacts or ground.surface is None:
             return ground
         from historysim.interaction.solutions import NormalSolutions
 

@@ -26,8 +26,8 @@ from historysim._version import __version__
 from historysim.basics.files import replacing
 from historysim.recording.provenance import made_with
 from historysim.scenario.overriding import with_values
+from historysim.scenario.points import document_of
 from historysim.scenario.scenario import Scenario
-from historysim.studies.cell import document_of
 from historysim.studies.inputs import content_digest, files_of
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 FORM = 1
 ENDING = ".cell"
 HEADER = "header"
-SAYS_NOTHING = ("title", "sweep", "design", "fit", "metadata")
+SAYS_NOTHING = ("title", "sweep", "design", "fit", "metadata", "picture")
 """Sections that do not change what comes out of a cell."""
 
 

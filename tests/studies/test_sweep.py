@@ -146,15 +146,18 @@ def test_what_evolves_is_what_a_run_of_its_scenario_gives(ball, name):
     """Every number of every cell is that of its own run, and what is swept changes some."""
     text, over = EVOLVING[name]
     ball.write_text(text, encoding="utf-8")
-    found = hs.sweep(ball, over, outputs=tuple(SUMMARIES))
+    # a ball alone has no nominal area
+    outputs = tuple(name for name in SUMMARIES if name != "peak_nominal_pressure")
+    found = hs.sweep(ball, over, outputs=outputs)
     assert "failure" not in found
     for index, point in enumerate(grid_of(over).points()):
         history = hs.run(hs.load(ball, point))
         where = np.unravel_index(index, tuple(found.sizes.values()))
-        for output, summary in SUMMARIES.items():
-            assert found[output].values[where] == summary.of(history), output
+        for output in outputs:
+            expected = SUMMARIES[output].of(history)
+            assert np.array_equal(found[output].values[where], expected, equal_nan=True), output
     for dim in found.sizes:
-        assert any((found[output].diff(dim) != 0).any() for output in SUMMARIES)
+        assert any((found[output].diff(dim) != 0).any() for output in outputs)
 
 
 def test_what_some_surfaces_tell_is_missing_for_others(ball):

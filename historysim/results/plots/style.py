@@ -13,7 +13,7 @@ from historysim.basics.units import prefixed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
 Floats = npt.NDArray[np.float64]
 
@@ -47,12 +47,15 @@ def scaled(values: Floats, unit: str) -> tuple[Floats, str]:
     return values * factor, prefix + unit
 
 
-def plain_title(title: str) -> str:
-    """Return a title that fits the width of a figure, with no mathematics between dollar signs."""
-    return textwrap.shorten(title, 110, placeholder=" …").replace("$", r"\$")
+def plain_title(title: str, width: int = 110, lines: int = 1) -> str:
+    """Return a title on so many lines at most, that fit the width, with no mathematics between dollar signs."""
+    parts = textwrap.wrap(title, width, max_lines=lines, placeholder=" …")
+    return "\n".join(parts).replace("$", r"\$")
 
 
-def legend_below(figure: "Figure", *axes: "Axes", extra: str = "", columns: int = 4, **options: Any) -> None:
+def legend_below(
+    figure: "Figure | SubFigure", *axes: "Axes", extra: str = "", columns: int = 4, **options: Any
+) -> None:
     """Name what is drawn in some axes below the figure, each name once, where no data can lie."""
     named: dict[str, Any] = {}
     for each in axes:

@@ -35,3 +35,8 @@ class Loading:
         """Check the substeps."""
         if not 1 <= self.substeps <= MOST_STEPS:
             raise misfit(f"{shown(self.substeps)}; expected an integer from 1 to {MOST_STEPS:,}", "substeps")
+
+    @property
+    def names(self) -> dict[str, float]:
+        """The times [s] of waypoints that have a name."""
+        return {}

@@ -27,9 +27,9 @@ SWEEP = xr.Dataset(
 def test_means_and_deviations_over_seeds():
     figure = hs.plot_swept(SWEEP, "drift")
     (axes,) = figure.axes
-    assert axes.get_xlabel() == "rms height (nm)"
+    assert axes.get_xlabel() == "rms roughness $R_q$ (nm)"
     assert axes.get_ylabel() == "drift (nm)"
-    assert figure.legends[0].get_title().get_text() == "friction"
+    assert figure.legends[0].get_title().get_text() == r"friction coefficient $\mu$"
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["0.1", "0.2"]
     for number, bars in enumerate(axes.containers):
         line, _, (stems,) = bars.lines
@@ -38,7 +38,7 @@ def test_means_and_deviations_over_seeds():
         assert line.get_ydata() == pytest.approx([row.mean() for row in own])
         halves = [np.ptp(segment[:, 1]) / 2 for segment in stems.get_segments()]
         assert halves == pytest.approx([row.std(ddof=1) for row in own])
-    assert "over 5 cells (seed)" in axes.get_title(loc="left")
+    assert "over 5 cells (surface)" in axes.get_title(loc="left")
 
 
 def test_keys_are_called_by_what_tells_them_and_wide_ranges_are_logarithmic():
@@ -47,7 +47,7 @@ def test_keys_are_called_by_what_tells_them_and_wide_ranges_are_logarithmic():
     area = xr.DataArray([2e-12, 5e-12, 9e-12, 16e-12], dims=load, attrs={"units": "m2"})
     sweep = xr.Dataset({"area": area}, {load: (load, [1e-3, 5e-3, 20e-3, 90e-3], told)})
     (axes,) = hs.plot_swept(sweep, "area").axes
-    assert axes.get_xlabel() == "normal load (mN)"
+    assert axes.get_xlabel() == "normal load $N$ (mN)"
     assert axes.get_ylabel() == "area (µm²)"
     assert axes.get_lines()[0].get_ydata() == pytest.approx([2, 5, 9, 16])
     assert axes.get_xscale() == "log"
@@ -60,7 +60,7 @@ def test_keys_are_called_by_what_tells_them_and_wide_ranges_are_logarithmic():
         {"materials_first": ("materials_first", ["a", "b"], {"long_name": "materials.first of the scenario"})},
     )
     (axes,) = hs.plot_swept(first, "area").axes
-    assert axes.get_xlabel() == "materials first"
+    assert axes.get_xlabel() == "material"
 
 
 def test_a_band_of_quantiles():
@@ -85,7 +85,7 @@ def test_among_names_the_longest_dimension_is_the_axis():
         {"scaling": ["similar", "kept"], "count": ["[1, 1]", "[2, 2]", "[4, 4]"]},
     )
     figure = hs.plot_swept(values, "drift")
-    assert figure.axes[0].get_xlabel() == "count"
+    assert figure.axes[0].get_xlabel() == "number of asperities $n$"
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["similar", "kept"]
 
 
@@ -129,6 +129,6 @@ def test_what_does_not_fit_is_refused(options, told):
 
 
 def test_more_lines_than_can_be_told_apart_are_refused():
-    many = xr.Dataset({"drift": (("a", "b"), np.ones((3, 7)))}, {"a": range(3), "b": range(7)})
-    with pytest.raises(InputError, match="with 7 members; expected at most 6 lines"):
+    many = xr.Dataset({"drift": (("a", "b"), np.ones((3, 9)))}, {"a": range(3), "b": range(9)})
+    with pytest.raises(InputError, match="with 9 members; expected at most 8 lines"):
         hs.plot_swept(many, "drift", "a", each="b")
