@@ -52,8 +52,10 @@ def rows(found: xr.Dataset, *, steps: bool = True) -> Iterator[list[object]]:
     """Yield a sweep as the rows of a table, a header first, with what was swept, and the numbers of each cell.
 
     A row for each cell; where outputs go along ``step``, and ``asperity``, one for each of these, too, with what they
-    are called in columns of their own. Steps that a cell does not have are left out.
+    are called in columns of their own. Steps that a cell does not have are left out, and all of these without ``steps``.
     """
+    if not steps:
+        found = found.drop_vars([name for name, own in found.variables.items() if {"step", "asperity"} & {*own.dims}])
     swept = _swept(found)
     dims = tuple(dict.fromkeys(str(dim) for name in swept for dim in found[name].dims))
     own = tuple(dim for dim in ("step", "asperity") if any(dim in values.dims for values in found.data_vars.values()))

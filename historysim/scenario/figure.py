@@ -33,6 +33,8 @@ OF_A_HISTORY, OF_A_SWEEP, OF_A_SCENARIO = (
 """Which pictures can be drawn of a result, of a sweep, and of a scenario that was not run."""
 PANEL, HEIGHT, LOADS, SUMMITS, TITLE = 90.0, 78.0, 50.0, 35.0, 8.0
 """Width and height of a panel, what loads beside a loop and summits add to its width, height of the title [mm]."""
+TRACTION = ("across", "limit", "fronts", "change_from", "labels", "title")
+"""Options that a picture of tractions hands on."""
 ACROSS = 3
 """Panels in a row."""
 
@@ -88,7 +90,7 @@ def _draw(figure: "Figure | SubFigure", what: Any, picture: AnyPicture) -> None:
         case TractionPicture():
             from historysim.results.plots.traction import draw_traction
 
-            options = {name: getattr(picture, name) for name in ("across", "limit", "labels", "title")}
+            options = {name: getattr(picture, name) for name in TRACTION}
             draw_traction(figure, [what], picture.asperity, picture.steps, **options)
         case SummitsPicture():
             from historysim.results.plots.summit_scatter import draw_summit_scatter

@@ -50,6 +50,8 @@ class TractionPicture(Picture):
     asperity: int | None = None
     across: str = "radius"
     limit: bool = True
+    fronts: bool = False
+    change_from: str | None = None
 
 
 @attrs.frozen(kw_only=True)

@@ -160,7 +160,7 @@ def _scenario(path: Path) -> tuple[str, list[str], list[str]]:
     drawn = _adhesion(scenario) + _figure(scenario)
     if scenario.sections.sweep is None:
         drawn += _run(scenario)
-    elif not (drawn and set(scenario.sections.picture) == set(drawable(scenario))):
+    elif not scenario.sections.picture or len(drawable(scenario)) < len(scenario.sections.picture):
         found = sweep(scenario)
         drawn += _figure(found) or sweep_pictures(found)
     return scenario.title or path.stem, _paragraphs(_head(scenario.text)), drawn

@@ -36,6 +36,8 @@ def plot_traction(
     *,
     across: str = "radius",
     limit: bool = True,
+    fronts: bool = False,
+    change_from: int | str | None = None,
     labels: Sequence[str] = (),
     size: Size | None = None,
 ) -> "Figure":
@@ -54,6 +56,10 @@ def plot_traction(
         From 0 to a, or from -a to a.
     limit : bool
         Draw ±μp of each state, once where states have the same.
+    fronts : bool
+        Mark on the axis where the slip of each state ends: its stick radius.
+    change_from : int or str, optional
+        A state; how the traction of each later one differs from its is drawn, too, as thin dashed lines.
     labels : sequence of str, optional
         What the lines are called; by default the names of the states, or steps and times.
     size : (float, float), optional
@@ -72,7 +78,17 @@ def plot_traction(
     """
     several = [history] if isinstance(history, xr.Dataset) else list(history)
     with new_figure(size, (COLUMN, 85.0)) as figure:
-        draw_traction(figure, several, asperity, steps, across=across, limit=limit, labels=labels)
+        draw_traction(
+            figure,
+            several,
+            asperity,
+            steps,
+            across=across,
+            limit=limit,
+            fronts=fronts,
+            change_from=change_from,
+            labels=labels,
+        )
         if len(several) == 1 and (title := several[0].attrs.get("title")):
             figure.suptitle(plain_title(str(title), 60, 2), x=0.01, ha="left", fontsize=8.5)
     return figure
@@ -89,20 +105,25 @@ def draw_traction(
     *,
     across: str = "radius",
     limit: bool = True,
+    fronts: bool = False,
+    change_from: int | str | None = None,
     labels: Sequence[str] = (),
     title: str = "",
 ) -> None:
     """Draw tractions into a figure, or into a part of one; parameters and errors as for `plot_traction`."""
     if across not in ACROSS:
         raise InputError(f"across is {across!r}; expected one of {', '.join(ACROSS)}")
-    parts, names, asperities = [], [], []
+    parts, names, asperities, before = list[xr.Dataset](), list[str](), list[int](), list[xr.Dataset | None]()
     for history in histories:
         own, chosen = _chosen(history, asperity, steps, STATES_IN_ONE)
         found = rebuilt.profiles(history, own, chosen, POINTS)
         asperities.append(own)
+        start = None if change_from is None else step_of(history, change_from)
+        base = None if start is None else rebuilt.profiles(history, own, [start], POINTS).isel(step=0)
+        before += [base if start is not None and step > start else None for step in chosen]
         parts += [found.isel(step=row) for row in range(len(chosen))]
-        before = f"{history.attrs.get('title', '')}, " if len(histories) > 1 else ""
-        names += [before + state_label(history, int(step)) for step in found["step"].values]
+        whose = f"{history.attrs.get('title', '')}, " if len(histories) > 1 else ""
+        names += [whose + state_label(history, int(step)) for step in found["step"].values]
     if len(parts) > MOST_IN_ONE:
         raise InputError(f"steps has {len(parts)} steps; expected at most {MOST_IN_ONE}, which can be told apart")
     if labels and len(labels) != len(parts):
@@ -114,7 +135,8 @@ def draw_traction(
     axes.axhline(0, color=FAINT, linewidth=0.4, zorder=0)
     shades = line_colours()(np.linspace(0, 1, len(parts)))
     drawn: list[tuple[float, float]] = []
-    for colour, name, part in zip(shades, labels or names, parts, strict=True):
+    changes = r"change from " + str(change_from)
+    for colour, name, part, base in zip(shades, labels or names, parts, before, strict=True):
         radius = _both_sides(part["radius"].values * along, across, odd=True)
         # at the edge a traction ends; what lies beyond is no part of the contact
         inside = np.abs(radius) <= float(part["contact_radius"]) * along * (1 + 1e-12)
@@ -127,6 +149,16 @@ def draw_traction(
             drawn.append(ends)
         traction = _both_sides(part["traction"].values * factor, across)
         axes.plot(radius[inside], traction[inside], color=colour, linewidth=1.2, label=name)
+        if base is not None:
+            # both contacts are as large where the normal load is held; elsewhere the radii differ
+            there = np.interp(part["radius"].values, base["radius"].values, base["traction"].values, right=0.0) * factor
+            change = traction - _both_sides(there, across)
+            thin: dict[str, Any] = {"color": colour, "linewidth": 0.8, "linestyle": (0, (3, 1.5))}
+            axes.plot(radius[inside], change[inside], label=changes, **thin)
+        stick = float(part["stick_radius"]) * along
+        if fronts and 0 < stick:
+            for side in (stick, -stick) if across == "diameter" else (stick,):
+                axes.plot([side], [0], "|", color=colour, ms=9, mew=1.6, zorder=4)
     end = max(float(part["radius"][-1]) for part in parts) * along or 1.0
     axes.set_xlim(-end if across == "diameter" else 0, end)
     axes.set(
