@@ -52,7 +52,7 @@ def rows(found: xr.Dataset, *, steps: bool = True) -> Iterator[list[object]]:
     """Yield a sweep as the rows of a table, a header first, with what was swept, and the numbers of each cell.
 
     A row for each cell; where outputs go along ``step``, and ``asperity``, one for each of these, too, with what they
-    are called in columns of their own. Steps that a cell does not have are left out, and all of these without ``steps``.
+    are called in columns of their own. Steps that a cell does not have are left out, without ``steps`` all of these.
     """
     if not steps:
         found = found.drop_vars([name for name, own in found.variables.items() if {"step", "asperity"} & {*own.dims}])

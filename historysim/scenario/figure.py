@@ -73,7 +73,7 @@ def draw_figure(
         parts: Any = figure.subfigures(rows, across, squeeze=False).ravel() if len(pictures) > 1 else [figure]
         for part, picture in zip(parts, pictures, strict=False):
             _draw(part, what, picture)
-        figure.suptitle(plain_title(title, round(width * 0.68), 2), x=0.01, ha="left", fontsize=8.5)
+        figure.suptitle(plain_title(title, round(width * 0.6), 2), x=0.01, ha="left", fontsize=8.5)
     return figure
 
 

@@ -35,7 +35,7 @@ def calculated() -> xr.Dataset:
 def drawn(found: xr.Dataset) -> object:
     """Return the figure."""
     title = "Fig. 6.5: drift over relative change of radius, alumina on zirconia, 10 mN"
-    return hs.plot_swept(found, "drift", "change", each="start", title=title)
+    return hs.plot_swept(found, "drift", "change", each="start", logarithmic=False, title=title)
 
 
 if __name__ == "__main__":

@@ -14,52 +14,57 @@ import historysim as hs
 LENGTHS = (10e-6, 20e-6, 40e-6, 60e-6, 80e-6)
 ROUGHNESSES = (0.1e-6, 0.2e-6, 0.5e-6, 1e-6, 2e-6, 5e-6)
 LOAD, FRICTION = 50e-3, 0.5
-NAMES = ("mean_radius", "radius_low", "radius_high", "displacement", "low", "middle", "high")
+RADII = ("radii as they are", "all radii the mean; bars: one deviation less, and more")
 
 
 def calculated(seeds: int = 8, points: int = 512) -> xr.Dataset:
-    """Return radii and displacements [m], ``a_…`` of Fig. 6.9 over β, ``b_…`` of Fig. 6.10 over Rq, both over seeds."""
+    """Return radii and displacements [m], ``a_…`` of Fig. 6.9 over β, ``b_…`` of Fig. 6.10 over Rq, both over seeds.
+
+    ``displacement``, ``low`` and ``high`` go over ``radii``, too: as they are, or all of them the mean, with what one
+    deviation more and less of it gives.
+    """
     pair = hs.MaterialPair(hs.material("alumina"), hs.material("zirconia"))
-    a = np.empty((len(NAMES), len(LENGTHS), seeds))
-    b = np.empty((len(NAMES), len(ROUGHNESSES), seeds))
+    a, b = (np.empty((6, 2, len(values), seeds)) for values in (LENGTHS, ROUGHNESSES))
     for seed in range(1, seeds + 1):
         for row, length in enumerate(LENGTHS):
             surface = hs.random_surface((points, points), 1e-6, 1e-6, length, seed=seed)
-            a[:, row, seed - 1] = _numbers(pair, surface.summits(rule=9))
+            a[:, :, row, seed - 1] = _numbers(pair, surface.summits(rule=9))
         for row, rms in enumerate(ROUGHNESSES):
             surface = hs.random_surface((256, 256), 1e-6, rms, 20e-6, seed=seed)
-            b[:, row, seed - 1] = _numbers(pair, surface.summits(rule=9))
-    found = {}
-    for figure, dim, values in (("a", "autocorrelation_length", a), ("b", "rms_height", b)):
-        for name, own in zip(NAMES, values, strict=True):
-            found[f"{figure}_{name}"] = ((dim, "seed"), own, {"units": "m", "long_name": _called(name)})
+            b[:, :, row, seed - 1] = _numbers(pair, surface.summits(rule=9))
+    names = ("mean_summit_radius", "radius_low", "radius_high", "displacement", "low", "high")
+    called = {
+        "mean_summit_radius": r"mean summit radius $\bar R$",
+        "displacement": r"preliminary displacement $\delta$",
+    }
+    found = {
+        f"{figure}_{name}": (("radii", dim, "seed"), own, {"units": "m", "long_name": called.get(name, name)})
+        for figure, dim, values in (("a", "autocorrelation_length", a), ("b", "rms_height", b))
+        for name, own in zip(names, values, strict=True)
+    }
     return xr.Dataset(
         found,
         {
             "autocorrelation_length": ("autocorrelation_length", list(LENGTHS), {"units": "m"}),
             "rms_height": ("rms_height", list(ROUGHNESSES), {"units": "m"}),
+            "radii": list(RADII),
             "seed": np.arange(1, seeds + 1),
         },
     )
 
 
-def _called(name: str) -> str:
-    return {"mean_radius": r"mean summit radius $\bar R$", "displacement": r"preliminary displacement $\delta$"}.get(
-        name, name
-    )
-
-
-def _numbers(pair: hs.MaterialPair, summits: hs.Summits) -> tuple[float, ...]:
-    """Return what `NAMES` says; δ also with all radii the mean, or one deviation off."""
+def _numbers(pair: hs.MaterialPair, summits: hs.Summits) -> list[tuple[float, float]]:
+    """Return a radius and its ends, δ and its ends: with the radii as they are, and with all of them alike."""
     mean, deviation = summits.radius.mean(), summits.radius.std(ddof=1)
-    low, high = mean - deviation, mean + deviation
 
     def displacement(radius: object) -> float:
         ensemble = hs.Ensemble(pair, summits.height, summit_radius=radius, friction=FRICTION)
         return float(pair.displacement_ratio * FRICTION * ensemble.approach_at(LOAD))
 
+    real = displacement(summits.radius)
     # larger radii carry the load with less approach
-    return mean, low, high, displacement(summits.radius), displacement(high), displacement(mean), displacement(low)
+    low, middle, high = (displacement(mean + sign * deviation) for sign in (1, 0, -1))
+    return [(mean, mean), (mean, mean - deviation), (mean, mean + deviation), (real, middle), (real, low), (real, high)]
 
 
 def drawn(found: xr.Dataset) -> list[object]:
@@ -71,20 +76,13 @@ def drawn(found: xr.Dataset) -> list[object]:
     figures = []
     for own, title in titles.items():
         ends = {"x": (f"{own}_radius_low", f"{own}_radius_high"), "y": (f"{own}_low", f"{own}_high")}
-        # the bars stand around what the mean radius gives
-        chosen = hs.plot_swept(found, f"{own}_middle", f"{own}_mean_radius", ends=ends, title=title)
-        (axes,) = chosen.axes
-        axes.set_ylabel("preliminary displacement $\\delta$ (nm)")
-        real = found[[f"{own}_mean_radius", f"{own}_displacement"]].mean("seed") * 1e9
-        along = real[f"{own}_mean_radius"] * 1e-3
-        axes.plot(along, real[f"{own}_displacement"], "s", color="#d1603d", ms=4, label="radii as they are")
-        axes.plot([], [], "o-", color="#12355b", ms=3.5, label="all radii the mean; bars ± standard deviation")
-        axes.legend(loc="upper right")
-        figures.append(chosen)
+        names = (f"{own}_displacement", f"{own}_mean_summit_radius")
+        figures.append(hs.plot_swept(found, *names, each="radii", ends=ends, title=title))
     return figures
 
 
 if __name__ == "__main__":
     made = calculated().mean("seed") * 1e9
     for own in "ab":
-        print(made[[f"{own}_{name}" for name in NAMES]].to_dataframe().round(1).to_string())
+        names = [str(name) for name in made.data_vars if str(name).startswith(own)]
+        print(made[names].to_dataframe().round(1).to_string())

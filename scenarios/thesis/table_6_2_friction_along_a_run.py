@@ -15,6 +15,8 @@ import historysim as hs
 
 DISTANCE = (50, 100, 200, 400, 600, 700, 800, 1000)
 FRICTION = (0.74, 0.69, 0.58, 0.59, 0.56, 0.59, 0.56, 0.55)
+SUM = "1.887 µm"
+"""Rq of ball and plate together."""
 PRINTED = (0.14, 0.27, 0.55, 1.11, 1.66, 1.94, 2.22, 2.78)
 PRINTED_DRIFT = (0.13, 0.56, 0.28, 0.56)
 """Of the first and second row, the third and fourth, … [µm]."""
@@ -22,12 +24,10 @@ PRINTED_DRIFT = (0.13, 0.56, 0.28, 0.56)
 
 def calculated(seeds: int = 20) -> xr.Dataset:
     """Return δ [m] over the distance and seed, and the coefficients."""
-    settings = {"surface.second.rms_height": "1.84 µm", "surface.first.rms_height": "0.42 µm"}
-    settings |= {"loading.waypoints[0].normal_load": "5 N", "friction.coefficient": 1.0}
+    settings = {"surface.rms_height": SUM, "friction.coefficient": 1.0}
     scenario = hs.load(Path(__file__).with_name("fig_6_16_worn_pairs_5_N.toml"), settings)
-    over = {"surface.first.seed": range(1, seeds + 1), "surface.second.seed": range(101, 101 + seeds)}
-    together = [["surface.first.seed", "surface.second.seed"]]
-    found = hs.sweep(scenario, over, together=together, outputs=["preliminary_displacement"])
+    over = {"surface.seed": range(1, seeds + 1)}
+    found = hs.sweep(scenario, over, outputs=["preliminary_displacement"])
     # proportional to μ, whatever the surface
     values = np.outer(FRICTION, found.preliminary_displacement.values)
     return xr.Dataset(
@@ -36,7 +36,7 @@ def calculated(seeds: int = 20) -> xr.Dataset:
             "friction": ("distance", list(FRICTION)),
         },
         {
-            "distance": ("distance", list(DISTANCE), {"units": "m", "long_name": "distance"}),
+            "distance": ("distance", list(DISTANCE), {"long_name": "distance (m)"}),
             "seed": np.arange(1, seeds + 1),
         },
     )

@@ -159,5 +159,5 @@ def plot_heights(surface: Surface, *, title: str = "", size: Size | None = None)
     with new_figure(size, (COLUMN, 78.0)) as figure:
         draw_heights(figure, surface)
         if title:
-            figure.suptitle(plain_title(title, 60, 2), x=0.01, ha="left", fontsize=8.5)
+            figure.suptitle(plain_title(title, 54, 2), x=0.01, ha="left", fontsize=8.5)
     return figure

@@ -91,7 +91,7 @@ def plot_swept(
     with new_figure(size, (COLUMN, 75.0 if title else 70.0)) as figure:
         draw_swept(figure, selected(sweep, where), quantity, over, **options)  # type: ignore[arg-type] # one each
         if title:
-            figure.suptitle(plain_title(title, 60, 2), x=0.01, ha="left", fontsize=8.5)
+            figure.suptitle(plain_title(title, 54, 2), x=0.01, ha="left", fontsize=8.5)
     return figure
 
 
@@ -141,8 +141,10 @@ def draw_swept(
             times = factor if axis == "y" else _factor(sweep, along_name)
             low, high = (np.nanmean(column(name, times), axis=1) for name in names)
             middle = np.nanmean(numbers, axis=1) if axis == "y" else along
-            given[f"{axis}err"] = np.stack([middle - low, high - middle])
-        looks = line if joined else (line[0], "none", line[2])
+            given[f"{axis}err"] = np.maximum([middle - low, high - middle], 0.0)
+        # lines may lie on one another: those below are the larger ones
+        size = max(5.0 - 0.6 * number, 2.0) if len(members) > 1 else 3.5
+        looks = (line[0], line[1] if joined else "none", line[2], size)
         _draw(axes, along, numbers, "none" if "y" in (ends or {}) else spread, looks, label, given)
         if fit is not None:
             _fitted(axes, along, numbers, fit, line[0])
@@ -153,12 +155,12 @@ def draw_swept(
     handles = axes.get_legend_handles_labels()[1]
     if handles:
         # beside the axes: inside, it might lie on a line
-        heading = None if each is None or labels else name_of(sweep, each)
-        figure.legend(title=heading, loc="outside lower center", ncols=min(len(handles), 3 if fit is None else 2))
+        figure.legend(title=_heading(sweep, each, labels), loc="outside lower center", ncols=_columns(handles))
     caption = _caption(sweep, values, rest, spread) if not ends else ""
     if title:
-        axes.set_title(title)
-        axes.set_title(caption, loc="right", fontsize=6.5, fontweight="normal", color=FAINT)
+        axes.set_title(title, pad=6 + 9 * bool(caption))
+        above = {"xytext": (0, 4), "textcoords": "offset points", "fontsize": 7, "color": FAINT}
+        axes.annotate(caption, (0, 1), xycoords="axes fraction", **above)
     else:
         axes.set_title(caption, fontsize=7, fontweight="normal")
 
@@ -193,6 +195,19 @@ def _chosen(
     elif sweep.sizes[each] > MOST_LINES:
         raise InputError(f"each is {each!r} with {sweep.sizes[each]} members; expected at most {MOST_LINES} lines")
     return values, over or points, points, each
+
+
+def _heading(sweep: xr.Dataset, each: str | None, labels: Sequence[str]) -> str | None:
+    """Return what stands above the names of lines: what they are numbers of."""
+    if each is None or labels or "seed" in each or not _numbers(sweep, each):
+        return None
+    return name_of(sweep, each)
+
+
+def _columns(names: Sequence[str]) -> int:
+    """Return in how many columns names fit below a picture."""
+    longest = max(map(len, names))
+    return min(len(names), 3 if longest <= 13 else 2 if longest <= 24 else 1)
 
 
 def _numbers_of(sweep: xr.Dataset, values: xr.DataArray) -> list[str]:
@@ -281,8 +296,8 @@ def _draw(
     label: str,
     given: Mapping[str, Floats],
 ) -> None:
-    colour, dashes, marker = line
-    looks: dict[str, Any] = {"color": colour, "linestyle": dashes, "marker": marker, "ms": 3.5, "linewidth": 1.0}
+    colour, dashes, marker, markersize = line
+    looks: dict[str, Any] = {"color": colour, "linestyle": dashes, "marker": marker, "ms": markersize, "linewidth": 1.0}
     # cells that have failed are gaps
     there = np.isfinite(numbers).any(axis=1)
     along, numbers = along[there], numbers[there]
@@ -357,7 +372,7 @@ def plot_bars(
     with new_figure(size, (COLUMN, 75.0)) as figure:
         draw_bars(figure, sweep, quantity, groups)
         if title:
-            figure.suptitle(plain_title(title, 60, 2), x=0.01, ha="left", fontsize=8.5)
+            figure.suptitle(plain_title(title, 54, 2), x=0.01, ha="left", fontsize=8.5)
     return figure
 
 
@@ -406,7 +421,7 @@ def draw_bars(
     seeds = numbers.shape[1]
     if seeds > 1:
         axes.set_title(f"mean ± standard deviation of {seeds} surfaces", loc="right", fontsize=6.5, fontweight="normal")
-    figure.legend(loc="outside lower center", ncols=len(kinds))
+    figure.legend(loc="outside lower center", ncols=_columns(kinds))
 
 
 def _caption(sweep: xr.Dataset, values: xr.DataArray, rest: list[Hashable], spread: str) -> str:
@@ -414,9 +429,10 @@ def _caption(sweep: xr.Dataset, values: xr.DataArray, rest: list[Hashable], spre
     if cells == 1 or not rest:
         return ""
     over = ", ".join(name_of(sweep, str(name), symbol=False) for name in rest)
+    of = f"of {cells} surfaces" if all("seed" in str(name) for name in rest) else f"over {cells} cells ({over})"
     told = {
         "deviation": "mean ± standard deviation",
         "quantiles": f"median, {100 * QUANTILES[0]:.0f} to {100 * QUANTILES[1]:.0f} %",
         "none": "mean",
     }
-    return f"{told[spread]} over {cells} cells ({over})"
+    return f"{told[spread]} {of}"

@@ -101,7 +101,7 @@ def plot_together(
     with new_figure(size, (COLUMN + (60.0 if marks.loads else 0.0), 85.0)) as figure:
         draw_together(figure, found, marks)
         if heading:
-            figure.suptitle(plain_title(heading, 60 if not marks.loads else 100, 2), x=0.01, ha="left", fontsize=8.5)
+            figure.suptitle(plain_title(heading, 90 if marks.loads else 54, 2), x=0.01, ha="left", fontsize=8.5)
     return figure
 
 
@@ -173,10 +173,10 @@ def _mark_states(axes: "Axes", loops: Sequence[Cell], marks: LoopMarks, length: 
             axes.annotate(
                 state_label(rows, step) if isinstance(state, str) else str(state),
                 (u, t),
-                xytext=(-5 if right else 5, 5 if right else -5),
+                xytext=(5 if right else -5, -5 if right else 5),
                 textcoords="offset points",
-                ha="right" if right else "left",
-                va="bottom" if right else "top",
+                ha="left" if right else "right",
+                va="top" if right else "bottom",
                 fontsize=8,
                 fontstyle="italic",
                 zorder=6,
@@ -232,9 +232,9 @@ def _mark_drift(axes: "Axes", loops: Sequence[Cell], length: float, force: float
         axes.annotate(
             rf"$\delta_{number + 1}$",
             (reach * length, top * force),
-            xytext=(0, 4),
+            xytext=(-3 if reach == min(place[0] for place in places) else 3, 4),
             textcoords="offset points",
-            ha="center",
+            ha="right" if reach == min(place[0] for place in places) else "left",
         )
     first, second = (reach * length for reach, _ in places)
     arrow = {"arrowstyle": "<|-|>", "color": INK, "linewidth": 0.8, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
@@ -247,6 +247,8 @@ def _mark_drift(axes: "Axes", loops: Sequence[Cell], length: float, force: float
         textcoords="offset points",
         va="center",
         fontsize=7.5,
+        zorder=6,
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 0.8},
     )
 
 

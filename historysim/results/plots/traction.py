@@ -90,7 +90,7 @@ def plot_traction(
             labels=labels,
         )
         if len(several) == 1 and (title := several[0].attrs.get("title")):
-            figure.suptitle(plain_title(str(title), 60, 2), x=0.01, ha="left", fontsize=8.5)
+            figure.suptitle(plain_title(str(title), 54, 2), x=0.01, ha="left", fontsize=8.5)
     return figure
 
 
@@ -137,36 +137,44 @@ def draw_traction(
     drawn: list[tuple[float, float]] = []
     changes = r"change from " + str(change_from)
     for colour, name, part, base in zip(shades, labels or names, parts, before, strict=True):
-        radius = _both_sides(part["radius"].values * along, across, odd=True)
-        # at the edge a traction ends; what lies beyond is no part of the contact
-        inside = np.abs(radius) <= float(part["contact_radius"]) * along * (1 + 1e-12)
-        bound = _both_sides(part["friction_limit"].values * factor, across)
-        ends = (float(part["contact_radius"]), float(bound.max()))
+        # a traction ends at the edge of the contact; what lies beyond is no part of it
+        edge = float(part["contact_radius"])
+        radius = _both_sides(np.append(np.minimum(part["radius"].values, edge), edge) * along, across, odd=True)
+        bound = _both_sides(_to_edge(part, "friction_limit") * factor, across)
+        ends = (edge, float(bound.max()))
         if limit and not any(np.allclose(ends, other, rtol=1e-9) for other in drawn):
             dashes: dict[str, Any] = {"color": FAINT, "linewidth": 0.8, "linestyle": "--", "zorder": 1}
-            axes.plot(radius[inside], bound[inside], label=None if drawn else r"$\pm\mu p$", **dashes)
-            axes.plot(radius[inside], -bound[inside], **dashes)
+            axes.plot(radius, bound, label=None if drawn else r"$\pm\mu p$", **dashes)
+            axes.plot(radius, -bound, **dashes)
             drawn.append(ends)
-        traction = _both_sides(part["traction"].values * factor, across)
-        axes.plot(radius[inside], traction[inside], color=colour, linewidth=1.2, label=name)
+        traction = _both_sides(_to_edge(part, "traction") * factor, across)
+        axes.plot(radius, traction, color=colour, linewidth=1.2, label=name)
         if base is not None:
             # both contacts are as large where the normal load is held; elsewhere the radii differ
-            there = np.interp(part["radius"].values, base["radius"].values, base["traction"].values, right=0.0) * factor
-            change = traction - _both_sides(there, across)
+            there = np.interp(part["radius"].values, base["radius"].values, base["traction"].values, right=0.0)
+            change = traction - _both_sides(np.append(there, 0.0) * factor, across)
             thin: dict[str, Any] = {"color": colour, "linewidth": 0.8, "linestyle": (0, (3, 1.5))}
-            axes.plot(radius[inside], change[inside], label=changes, **thin)
+            axes.plot(radius, change, label=changes, **thin)
         stick = float(part["stick_radius"]) * along
-        if fronts and 0 < stick:
+        if fronts and stick > 0:
             for side in (stick, -stick) if across == "diameter" else (stick,):
                 axes.plot([side], [0], "|", color=colour, ms=9, mew=1.6, zorder=4)
     end = max(float(part["radius"][-1]) for part in parts) * along or 1.0
     axes.set_xlim(-end if across == "diameter" else 0, end)
+    alone = all(history.sizes["asperity"] == 1 for history in histories)
     axes.set(
-        title=title or f"Traction of asperity {asperities[0]}",
+        title=title or ("" if alone else f"Traction of asperity {asperities[0]}"),
         xlabel=rf"{'distance from the centre' if across == 'diameter' else 'radius'} $r$ ({unit}m)",
         ylabel=rf"traction $\tau$ ({prefix}Pa)",
     )
-    legend_below(figure, axes, columns=2 if max(map(len, labels or names)) > 10 else 4)
+    longest = max(map(len, [*(labels or names), changes if change_from is not None else ""]))
+    legend_below(figure, axes, columns=2 if longest > 10 else 4)
+
+
+def _to_edge(part: xr.Dataset, name: str) -> Floats:
+    """Return a profile with one more point, the edge, where it is 0; what is beyond the edge lies there."""
+    values = np.where(part["radius"].values < float(part["contact_radius"]), part[name].values, 0.0)
+    return np.append(values, 0.0)
 
 
 def _both_sides(values: Floats, across: str, *, odd: bool = False) -> Floats:

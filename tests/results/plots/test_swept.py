@@ -38,7 +38,7 @@ def test_means_and_deviations_over_seeds():
         assert line.get_ydata() == pytest.approx([row.mean() for row in own])
         halves = [np.ptp(segment[:, 1]) / 2 for segment in stems.get_segments()]
         assert halves == pytest.approx([row.std(ddof=1) for row in own])
-    assert "over 5 cells (surface)" in axes.get_title(loc="left")
+    assert "of 5 surfaces" in axes.get_title(loc="left")
 
 
 def test_keys_are_called_by_what_tells_them_and_wide_ranges_are_logarithmic():
