@@ -6,9 +6,9 @@ from typing import Annotated, Any
 import attrs
 from cattrs import Converter
 
-from historysim.basics.places import at, misfit
+from historysim.basics.places import misfit
 from historysim.basics.wording import nearest, shown
-from historysim.scenario.schema import Quantity, table, text
+from historysim.scenario.schema import Quantity, array_of, table, text
 
 
 @attrs.frozen(kw_only=True)
@@ -112,15 +112,15 @@ def pictures_from_toml(converter: Converter, value: object, _: object) -> Pictur
     InputError
         An unknown kind, or keys that do not fit it.
     """
-    several = value if isinstance(value, list) else [value]
-    found: list[AnyPicture] = []
-    for index, each in enumerate(several):
-        with at(*([index] if isinstance(value, list) else [])):
-            entry = dict(table(each))
-            if "kind" not in entry:
-                raise misfit(f"missing; expected one of {', '.join(PICTURE_KINDS)}", "kind")
-            kind = text(entry.pop("kind"))
-            if kind not in PICTURE_KINDS:
-                raise misfit(f"{shown(kind)}; {nearest(kind, PICTURE_KINDS)}", "kind")
-            found.append(converter.structure(entry, PICTURE_KINDS[kind]))
-    return tuple(found)
+
+    def structured(each: object) -> AnyPicture:
+        entry = dict(table(each))
+        if "kind" not in entry:
+            raise misfit(f"missing; expected one of {', '.join(PICTURE_KINDS)}", "kind")
+        kind = text(entry.pop("kind"))
+        if kind not in PICTURE_KINDS:
+            raise misfit(f"{shown(kind)}; {nearest(kind, PICTURE_KINDS)}", "kind")
+        picture: AnyPicture = converter.structure(entry, PICTURE_KINDS[kind])
+        return picture
+
+    return array_of(value, structured) if isinstance(value, list) else (structured(value),)

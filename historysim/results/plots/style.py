@@ -41,10 +41,28 @@ STYLE: dict[Any, Any] = {
 }
 
 
+FEW_DECADES = 30.0
+"""Greatest over smallest number of a logarithmic axis up to which 2 and 5 have ticks with numbers, too."""
+WIDEST_NAME = 34
+"""Characters of a name below a picture from which on there is one column of names."""
+
+
 def scaled(values: Floats, unit: str) -> tuple[Floats, str]:
     """Return values times the factor of a readable SI prefix, and the unit with that prefix."""
     factor, prefix = prefixed(np.nanmax(np.abs(values), initial=0.0))
     return values * factor, prefix + unit
+
+
+def by_factors(axis: Any) -> None:
+    """Make an axis logarithmic, with plain numbers: 0.4, and not 4 × 10⁻¹."""
+    from matplotlib.ticker import FuncFormatter, LogLocator
+
+    (axis.axes.set_xscale if axis.axis_name == "x" else axis.axes.set_yscale)("log")
+    low, high = axis.get_data_interval()
+    few = high < FEW_DECADES * low
+    axis.set_major_locator(LogLocator(subs=(1, 2, 5) if few else (1,)))
+    axis.set_minor_formatter("")
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 
 
 def plain_title(title: str, width: int = 110, lines: int = 1) -> str:
@@ -69,7 +87,7 @@ def legend_below(
         named.values(),
         named.keys(),
         loc="outside lower left",
-        ncols=columns,
+        ncols=1 if max(map(len, named), default=0) > WIDEST_NAME else columns,
         columnspacing=2.0,
         handlelength=1.6,
         **options,

@@ -10,7 +10,7 @@ import xarray as xr
 from historysim.errors import InputError
 from historysim.results.plots.lines import LINES
 from historysim.results.plots.paper import COLUMN, Size, new_figure
-from historysim.results.plots.style import FAINT, INK, plain_title
+from historysim.results.plots.style import FAINT, INK, by_factors, plain_title
 from historysim.results.plots.swept_cells import cell_label, selected
 from historysim.results.plots.words import member_text, name_of, readable
 
@@ -159,7 +159,7 @@ def draw_swept(
     caption = _caption(sweep, values, rest, spread) if not ends else ""
     if title:
         axes.set_title(title, pad=6 + 9 * bool(caption))
-        above = {"xytext": (0, 4), "textcoords": "offset points", "fontsize": 7, "color": FAINT}
+        above: dict[str, Any] = {"xytext": (0, 4), "textcoords": "offset points", "fontsize": 7, "color": FAINT}
         axes.annotate(caption, (0, 1), xycoords="axes fraction", **above)
     else:
         axes.set_title(caption, fontsize=7, fontweight="normal")
@@ -250,25 +250,13 @@ def _scales(axes: "Axes", along: Floats, ticks: Sequence[str], logarithmic: bool
     own = np.unique(along)
     if logarithmic:
         for axis in (axes.xaxis, axes.yaxis):
-            _by_factors(axis)
+            by_factors(axis)
     elif logarithmic is None and _spaced_by_factors(own):
-        _by_factors(axes.xaxis)
+        by_factors(axes.xaxis)
     elif logarithmic is None and own.size > 3 and own[0] == 0 and _spaced_by_factors(own[1:]):
         # a zero beside values that go by factors is told apart from the least of them
         axes.set_xscale("symlog", linthresh=own[1])
         axes.set_xticks(own, [f"{value:g}" for value in own])
-
-
-def _by_factors(axis: Any) -> None:
-    """Make an axis logarithmic, with plain numbers."""
-    from matplotlib.ticker import FuncFormatter, LogLocator
-
-    (axis.axes.set_xscale if axis.axis_name == "x" else axis.axes.set_yscale)("log")
-    low, high = axis.get_data_interval()
-    few = high < WIDE * low
-    axis.set_major_locator(LogLocator(subs=(1, 2, 5) if few else (1,)))
-    axis.set_minor_formatter("")
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 
 
 def _spaced_by_factors(along: Floats) -> bool:

@@ -97,7 +97,8 @@ def plot_together(
     """
     marks = marks or LoopMarks()
     found = cells_of(loops, LOOP, labels, where)
-    heading = title or str(found[0].rows.attrs.get("title", ""))
+    # of several each has its title below
+    heading = title or (str(loops.attrs.get("title", "")) if isinstance(loops, xr.Dataset) else "")
     with new_figure(size, (COLUMN + (60.0 if marks.loads else 0.0), 85.0)) as figure:
         draw_together(figure, found, marks)
         if heading:
@@ -128,8 +129,9 @@ def draw_together(figure: "Figure | SubFigure", loops: Sequence[Cell], marks: Lo
             axes.plot(own * length, loop.rows[LOOP[0]].values * force, label=name or None, **(style | drive))
     if marks.drift:
         _mark_drift(axes, smooth, length, force)
-    # states of one history say something; on many loops letters lie on one another
-    _mark_states(axes, smooth if marks.steps is not None else smooth[:1], marks, length, force)
+    # on several loops letters lie on one another, unless they are asked for
+    if len(smooth) == 1 or marks.steps is not None:
+        _mark_states(axes, smooth, marks, length, force)
     axes.margins(0.07)
     axes.set(xlabel=f"tangential displacement $U$ ({unit})", ylabel=f"tangential load $T$ ({force_unit})")
     if title:

@@ -110,7 +110,8 @@ def member_text(found: xr.Dataset, name: str, member: int) -> str:
         return str(value)
     unit = str(values.attrs.get("units", ""))
     if unit in {"", "1"} or value == 0:
-        return f"{value:.4g}" + (f" {plain_unit(unit)}" if unit not in {"", "1"} else "")
+        # zero is zero in any unit
+        return f"{value:.4g}"
     if any(character.isdigit() for character in unit.split(maxsplit=1)[0]):
         return f"{value:.4g} {plain_unit(unit)}"
     return quantity_text(float(value), plain_unit(unit))

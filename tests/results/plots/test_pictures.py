@@ -73,8 +73,9 @@ def test_tractions_are_those_of_the_asperity_at_each_step(history):
     expected = rebuilt.profiles(history, 1, [3, 8, -1], 401)
     for row, step in enumerate((3, 8, 36)):
         line = lines[f"step {step}, {expected.time.values[row]:.4g} s"]
-        assert line.get_ydata() == pytest.approx(expected.traction.values[row] * 1e-6)
-    assert lines[r"$\pm\mu p$"].get_ydata() == pytest.approx(expected.friction_limit.values[-1] * 1e-6)
+        # and where the contact ends
+        assert line.get_ydata() == pytest.approx(np.append(expected.traction.values[row], 0.0) * 1e-6)
+    assert lines[r"$\pm\mu p$"].get_ydata() == pytest.approx(np.append(expected.friction_limit.values[-1], 0) * 1e-6)
 
 
 def test_where_nothing_is_said_a_swing_is_drawn_until_the_asperity_slides(history):
