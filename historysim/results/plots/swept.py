@@ -382,7 +382,10 @@ def draw_bars(
     factor, unit = readable(values)
     numbers = values.transpose(dims[0], ...).values.reshape(cells, -1) * factor
     mean = np.nanmean(numbers, axis=1)
-    deviation = numbers.std(axis=1, ddof=1) if numbers.shape[1] > 1 else np.zeros(cells)
+    # cells that have failed are left out; of one there is no deviation
+    several = np.isfinite(numbers).sum(axis=1) > 1
+    deviation = np.zeros(cells)
+    deviation[several] = np.nanstd(numbers[several], axis=1, ddof=1)
     kinds = list(dict.fromkeys(name for names in groups.values() for name in names))
     axes = figure.add_subplot()
     width, first = 0.8 / len(kinds), 0

@@ -132,3 +132,72 @@ def test_more_lines_than_can_be_told_apart_are_refused():
     many = xr.Dataset({"drift": (("a", "b"), np.ones((3, 9)))}, {"a": range(3), "b": range(9)})
     with pytest.raises(InputError, match="with 9 members; expected at most 8 lines"):
         hs.plot_swept(many, "drift", "a", each="b")
+
+
+POWER = xr.Dataset(
+    {
+        "drift": (("load", "seed"), np.outer(np.array([1.0, 2.0, 4.0, 8.0]) ** 0.5, [0.9, 1.1]) * 1e-9, {"units": "m"}),
+        "pressure": (("load", "seed"), np.outer([1.0, 2.0, 4.0, 8.0], [1.0, 1.0]) * 1e6, {"units": "Pa"}),
+        "low": (("load", "seed"), np.full((4, 2), 0.5e-9), {"units": "m"}),
+        "high": (("load", "seed"), np.full((4, 2), 4e-9), {"units": "m"}),
+    },
+    {"load": ("load", [1e-3, 2e-3, 4e-3, 8e-3], {"units": "N", "long_name": "load of the piece"}), "seed": [1, 2]},
+)
+
+
+def test_one_number_over_another_with_a_fit():
+    (axes,) = hs.plot_swept(POWER, "drift", "pressure", fit="power", logarithmic=True).axes
+    assert axes.get_xlabel() == "pressure (MPa)"
+    assert axes.containers[0].lines[0].get_xdata() == pytest.approx([1, 2, 4, 8])
+    assert "exponent 0.50" in {line.get_label() for line in axes.get_lines()}
+    assert axes.get_yscale() == "log"
+    axes.figure.draw_without_rendering()
+    assert {"1", "2"} <= {label.get_text() for label in axes.get_xticklabels()}
+    (straight,) = hs.plot_swept(POWER, "drift", fit="straight").axes
+    share = np.corrcoef([1, 2, 4, 8], np.array([1.0, 2.0, 4.0, 8.0]) ** 0.5)[0, 1] ** 2
+    assert f"straight line, $R^2$ = {share:.3f}" in {line.get_label() for line in straight.get_lines()}
+    assert straight.get_xlabel() == "load of the piece (mN)"
+
+
+def test_bars_from_one_number_to_another():
+    (axes,) = hs.plot_swept(POWER, "drift", "load", ends={"y": ("low", "high")}).axes
+    _, _, (stems,) = axes.containers[0].lines
+    assert np.array([segment[:, 1] for segment in stems.get_segments()]) == pytest.approx(np.tile([0.5, 4.0], (4, 1)))
+    # what is told in another way has no caption of its own
+    assert axes.get_title(loc="left") == ""
+
+
+def test_a_zero_beside_factors_is_told_apart_from_the_least():
+    values = xr.Dataset({"drift": ("scatter", [1.0, 2.0, 3.0, 4.0])}, {"scatter": ("scatter", [0, 1e-9, 1e-8, 1e-7])})
+    values.scatter.attrs["units"] = "m"
+    (axes,) = hs.plot_swept(values, "drift").axes
+    places = axes.transData.transform([(tick, 0) for tick in axes.get_xticks()])[:, 0]
+    assert [label.get_text() for label in axes.get_xticklabels()] == ["0", "1", "10", "100"]
+    assert np.diff(places).min() > 10
+
+
+def test_cells_are_chosen_and_called():
+    figure = hs.plot_swept(SWEEP, "drift", where={"friction": 0.2}, title="One")
+    assert figure.get_suptitle() == "One"
+    assert not figure.legends
+    named = hs.plot_swept(SWEEP, "drift", labels=["dry", "oiled"])
+    assert [text.get_text() for text in named.legends[0].get_texts()] == ["dry", "oiled"]
+    with pytest.raises(InputError, match="labels has 1; expected one for each of 2 lines"):
+        hs.plot_swept(SWEEP, "drift", labels=["dry"])
+    with pytest.raises(InputError, match="fit is 'cubic'; expected one of straight, power"):
+        hs.plot_swept(SWEEP, "drift", fit="cubic")
+
+
+def test_bars_in_groups_tell_the_difference():
+    values = SWEEP.sel(friction=0.1).drop_vars(["count", "name"])
+    figure = hs.plot_bars(values, "drift", {"a": ["low", "high"], "b": ["low"]}, title="Bars")
+    (axes,) = figure.axes
+    mean = [np.nanmean(row) * 1e9 for row in VALUES[:, 0]]
+    heights = [bar.get_height() for container in axes.containers if hasattr(container, "patches") for bar in container]
+    assert heights == pytest.approx(mean)
+    assert f"a: drift {abs(mean[1] - mean[0]):.2g} nm" in [text.get_text() for text in axes.texts]
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["low", "high"]
+    with pytest.raises(InputError, match=r"groups have 2 bars; expected one for each cell .* 3 along rms_height"):
+        hs.plot_bars(values, "drift", {"a": ["low", "high"]})
+    with pytest.raises(InputError, match="quantity is 'height'"):
+        hs.plot_bars(values, "height", {"a": ["low"]})
