@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import attrs
 
+from historysim.results.sweeps import CONTENT
 from historysim.scenario.document import parsed, pictures_of
 from historysim.scenario.picture_kinds import (
     AnyPicture,
@@ -46,7 +47,7 @@ def drawable(what: "xr.Dataset | Scenario") -> Pictures:
     told = what.attrs.get("scenario")
     if not told:
         return ()
-    kinds = OF_A_HISTORY if "total_normal_load" in what and "contact_count" in what else OF_A_SWEEP
+    kinds = OF_A_SWEEP if what.attrs.get("content") == CONTENT else OF_A_HISTORY
     return tuple(each for each in pictures_of(parsed(str(told))) if isinstance(each, kinds))
 
 

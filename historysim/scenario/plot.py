@@ -157,7 +157,8 @@ def _drawn(what: Any, name: str, title: str, chosen: _Options) -> "Figure":
     from historysim.measured.measurement import Measurement
     from historysim.surfaces.heights import Surface
 
-    history = isinstance(what, xr.Dataset) and "total_normal_load" in what
+    # the rows of a sweep may be loads, too
+    history = isinstance(what, xr.Dataset) and "total_normal_load" in what and what.attrs.get("content") != "sweep"
     if chosen.step is not None and not history:
         raise InputError(f"step {chosen.step}: {name} has no steps; expected a result of historysim run")
     if chosen.panels is not None and not history:

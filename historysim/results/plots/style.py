@@ -3,6 +3,7 @@
 Colours are told apart by readers with any colour vision and in grey print: lightness rises from stick to slip.
 """
 
+import re
 import textwrap
 from typing import TYPE_CHECKING, Any
 
@@ -67,7 +68,9 @@ def by_factors(axis: Any) -> None:
 
 def plain_title(title: str, width: int = 110, lines: int = 1) -> str:
     """Return a title on so many lines at most, that fit the width, with no mathematics between dollar signs."""
-    parts = textwrap.wrap(title, width, max_lines=lines, placeholder=" …")
+    # a number and its unit stay together
+    whole = re.sub(r"(?<=\d) (?=[nµm]?[mN]\b|[kMG]?Pa\b)", "\N{NO-BREAK SPACE}", title)
+    parts = textwrap.wrap(whole, width, max_lines=lines, placeholder=" …")
     return "\n".join(parts).replace("$", r"\$")
 
 

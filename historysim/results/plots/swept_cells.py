@@ -2,6 +2,7 @@
 
 import itertools
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import attrs
@@ -59,8 +60,12 @@ def cells_of(
                 f"there is no {missing[0]} along step; expected histories, or a sweep with {' and '.join(names)} among "
                 "its outputs"
             )
-        own = _of_sweep(selected(each, where), names[0]) if len(each[names[0]].dims) > 1 else [_of_history(each)]
-        found += own
+        found += _of_sweep(selected(each, where), names[0]) if len(each[names[0]].dims) > 1 else [_of_history(each)]
+    if len(several) > 1 and len({cell.label for cell in found}) < len(found):
+        # results of one title are told apart by their files
+        sources = [Path(str(each.encoding.get("source", ""))).name for each in several]
+        names_of = [source or f"result {number + 1}" for number, source in enumerate(sources)]
+        found = [attrs.evolve(cell, label=name) for cell, name in zip(found, names_of, strict=False)]
     if labels and len(labels) != len(found):
         raise InputError(f"labels has {len(labels)}; expected one for each of {counted(len(found), 'line', 'lines')}")
     if len(several) == len(found) == 1:

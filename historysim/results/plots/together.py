@@ -13,7 +13,7 @@ from historysim.errors import InputError
 from historysim.recording.named_states import named_states, state_label, step_of
 from historysim.results.analysis.presliding import first_loading
 from historysim.results.dense import dense
-from historysim.results.plots.lines import LINES, MOST_LINES, line_style
+from historysim.results.plots.lines import LINES, line_style
 from historysim.results.plots.paper import COLUMN, Size, new_figure
 from historysim.results.plots.style import FAINT, INK, legend_below, plain_title
 from historysim.results.plots.swept_cells import Cell, cells_of
@@ -26,8 +26,6 @@ Floats = npt.NDArray[np.float64]
 
 LOOP = ("total_tangential_load", "tangential_displacement")
 """What a loop is drawn of."""
-AROUND = 41
-"""Points of each branch of the closed loop whose area is the work."""
 MARK: dict[str, Any] = {"marker": "o", "ms": 3.6, "mfc": "white", "mew": 0.9, "linestyle": "", "zorder": 5}
 
 
@@ -278,6 +276,3 @@ def _draw_loads(figure: "Figure | SubFigure", grid: Any, rows: xr.Dataset) -> No
         lower.set_xlabel("state")
     else:
         lower.set_xlabel("time (s)")
-
-
-__all__ = ["LOOP", "MOST_LINES", "LoopMarks", "draw_together", "plot_together"]

@@ -79,6 +79,8 @@ def test_several_results_are_drawn_with_their_titles(ball, tmp_path):
     lines = drawn(figure)
     assert {"Run 1", "Run 2"} <= set(lines)
     assert lines["Run 2"].get_ydata().max() == pytest.approx(10)
+    hs.run(hs.load(ball, {"title": "Run 1"}), tmp_path / "3.nc").close()
+    assert {"1.nc", "3.nc"} <= set(drawn(hs.plot([tmp_path / "1.nc", tmp_path / "3.nc"])))
     assert "less" in drawn(hs.plot([tmp_path / "1.nc", tmp_path / "2.nc"], labels=["less", "more"]))
 
 
@@ -92,6 +94,8 @@ def test_a_run_of_few_steps_is_smooth_if_its_file_tells_the_events(ball, tmp_pat
         u, t = lines[0].get_xdata()[:80] * 1e-9, lines[0].get_ydata()[:80] * 1e-3
         expected = 0.01 * (1 - (1 - np.minimum(u / (0.2 * DELTA), 1)) ** 1.5)
         assert t == pytest.approx(expected, abs=1e-9)
+        part = hs.plot_together(history.isel(step=slice(2))).axes[0].get_lines()
+        assert max(np.size(line.get_xdata()) for line in part) == 2
     in_memory = hs.run(coarse)
     assert max(np.size(line.get_xdata()) for line in hs.plot_together(in_memory).axes[0].get_lines()) == 4
 
