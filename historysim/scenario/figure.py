@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import attrs
 
+from historysim.basics import findings
 from historysim.results.sweeps import CONTENT
 from historysim.scenario.document import parsed, pictures_of
 from historysim.scenario.picture_kinds import (
@@ -62,7 +63,7 @@ def draw_figure(
         What the pictures need is not there, or their options do not fit.
     """
     from historysim.results.plots.paper import new_figure
-    from historysim.results.plots.style import plain_title
+    from historysim.results.plots.style import FAINT, plain_title
 
     across = min(len(pictures), ACROSS)
     rows = -(-len(pictures) // across)
@@ -71,10 +72,13 @@ def draw_figure(
     width = PANEL * across + extra
     title = what.title if isinstance(what, Scenario) else str(what.attrs.get("title", ""))
     with new_figure(size, (width, HEIGHT * rows + TITLE)) as figure:
-        parts: Any = figure.subfigures(rows, across, squeeze=False).ravel() if len(pictures) > 1 else [figure]
+        # also of one picture: what stands below it, and the line below all, are then told apart
+        parts: Any = figure.subfigures(rows, across, squeeze=False).ravel()
         for part, picture in zip(parts, pictures, strict=False):
             _draw(part, what, picture)
         figure.suptitle(plain_title(title, round(width * 0.6), 2), x=0.01, ha="left", fontsize=8.5)
+        if told := "" if isinstance(what, Scenario) else _beyond(what):
+            figure.supxlabel(told, x=0.99, ha="right", fontsize=6, color=FAINT)
     return figure
 
 
@@ -116,6 +120,23 @@ def _draw(figure: "Figure | SubFigure", what: Any, picture: AnyPicture) -> None:
 
             chosen = selected(what, picture.where)
             draw_bars(figure, chosen, picture.quantity, picture.groups, picture.title)
+
+
+BEYOND = {
+    "steep": "steep asperities",
+    "yield": "pressures beyond yield",
+    "area": "a large contact area",
+    "overlap": "overlapping contacts",
+    "adhesion": "adhesion",
+    "outliers": "a few high summits",
+}
+"""What the findings of the checks are called in a line."""
+
+
+def _beyond(what: "xr.Dataset") -> str:
+    """Return in a line what of the model's assumptions does not hold, empty where all does."""
+    names = [each.name for each in findings.read(str(what.attrs.get("validity", "[]"))) if each.name in BEYOND]
+    return f"beyond the model's assumptions: {', '.join(BEYOND[name] for name in names)}" if names else ""
 
 
 def _map(scenario: Scenario) -> Any:
