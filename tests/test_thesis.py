@@ -696,13 +696,16 @@ def test_6_15_and_6_16_worn_pairs(name, load, worked):
     assert named(figure)[:2] == ["ambient, 100 m", "ambient, 1000 m"]
 
 
-def test_6_15_is_far_beyond_any_hardness_and_4_2_is_not():
+def test_6_15_is_far_beyond_any_hardness_and_4_1_is_not():
     """Mean pressures of 47 to 96 GPa, which the picture tells; under a ball of silicon they are 95 MPa."""
     found = swept("fig_6_15")
     line = draw_figure(found, drawable(found)).get_supxlabel()
     assert line == "beyond the model's assumptions: steep asperities, pressures beyond yield"
-    ball = swept("fig_4_01b")
+    ball = swept("fig_4_01a")
     assert draw_figure(ball, drawable(ball)).get_supxlabel() == ""
+    # at 10 mN adhesion is 14 % of the load
+    light = swept("fig_4_01b")
+    assert draw_figure(light, drawable(light)).get_supxlabel() == "beyond the model's assumptions: adhesion"
 
 
 def test_6_17_bars():
