@@ -4,6 +4,8 @@ The runs are those of fig_5_21_rising_loads.toml (50, 70, 90 mN) and fig_5_26_fa
 load has no memory: whatever came before, it is that of Fig. 5.17, .9 and .8 nm more at 90 than at 50 mN.
 """
 
+# historysim gallery: example
+
 from pathlib import Path
 
 import numpy as np

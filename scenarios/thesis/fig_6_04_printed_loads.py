@@ -5,6 +5,8 @@ is n = 8), F/n² does add up and is the F/n of fig_6_04_texture.toml at n² cont
 texture that keeps R moves more.
 """
 
+# historysim gallery: example
+
 import numpy as np
 import xarray as xr
 

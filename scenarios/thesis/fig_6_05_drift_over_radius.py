@@ -5,6 +5,8 @@ factor): the drift is the difference of the preliminary displacements, 123, 57 a
 less than 20 nm at × 100, which holds up to ΔR = 7.6.
 """
 
+# historysim gallery: example
+
 import numpy as np
 import xarray as xr
 

@@ -5,6 +5,8 @@ and 179.0 nm, from 100 mN 63.6 and 136.1: a falling load drifts 2.3 times as muc
 less, as the source says. Its 60 and 140 nm are those of R = 1 µm (61.9, 142.1), as if the diameter had been used.
 """
 
+# historysim gallery: example
+
 from pathlib import Path
 
 import numpy as np

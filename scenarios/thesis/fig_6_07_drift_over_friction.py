@@ -4,6 +4,8 @@ By .1 to .25 from μ = .2, .7 and .9, and from .9 down; R = .5 µm, 10 mN (told)
 21.21 nm for each .1, 53.0 at .25. From .9 down to .2 it is 148.5 nm.
 """
 
+# historysim gallery: example
+
 import numpy as np
 import xarray as xr
 

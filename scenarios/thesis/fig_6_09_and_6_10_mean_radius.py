@@ -6,6 +6,8 @@ and larger, heights as they are (6.2.2). Alumina on zirconia, 50 mN, μ = .5 (to
 .14. Fig. 6.10: Rq of .1 to 5 µm at β = 20 µm; δ rises with Rq, against one sentence of 6.2.2.
 """
 
+# historysim gallery: example
+
 import numpy as np
 import xarray as xr
 

@@ -6,6 +6,8 @@ as 1/Rq. Rq alone would halve the plate's radii from 1 to 5 N at 1000 m in ambie
 lets zirconia's radii rise with the load: the maps themselves are needed. `kind = "measured"` reads real ones.
 """
 
+# historysim gallery: example
+
 import numpy as np
 import xarray as xr
 

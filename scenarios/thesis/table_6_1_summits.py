@@ -6,6 +6,8 @@ scatters. All ten means of the source are those of one such surface each; of its
 is not.
 """
 
+# historysim gallery: example
+
 import numpy as np
 import xarray as xr
 

@@ -6,6 +6,8 @@ to 2.80 nm for each metre whatever μ; only its last value, 2.78 µm, is of that
 where the text says the largest.
 """
 
+# historysim gallery: example
+
 from pathlib import Path
 
 import numpy as np
