@@ -50,11 +50,17 @@ if TYPE_CHECKING:
     from historysim.results.plots.loops import plot_loops as plot_loops
     from historysim.results.plots.slip_map import plot_slip_map as plot_slip_map
     from historysim.results.plots.stiffness import plot_stiffness as plot_stiffness
+    from historysim.results.plots.summit_scatter import plot_heights as plot_heights
+    from historysim.results.plots.summit_scatter import plot_summit_scatter as plot_summit_scatter
     from historysim.results.plots.surface import plot_distribution as plot_distribution
     from historysim.results.plots.surface import plot_surface as plot_surface
+    from historysim.results.plots.swept import plot_bars as plot_bars
     from historysim.results.plots.swept import plot_swept as plot_swept
+    from historysim.results.plots.together import LoopMarks as LoopMarks
+    from historysim.results.plots.together import plot_together as plot_together
     from historysim.results.plots.traction import plot_slip_fronts as plot_slip_fronts
     from historysim.results.plots.traction import plot_traction as plot_traction
+    from historysim.results.plots.wear import plot_wear as plot_wear
     from historysim.scenario.compare import compare as compare
     from historysim.scenario.fit import fit as fit
     from historysim.scenario.loops import find_loops as find_loops
@@ -114,8 +120,11 @@ _HOMES = {
     "results.plots.slip_map": ("plot_slip_map",),
     "results.plots.stiffness": ("plot_stiffness",),
     "results.plots.surface": ("plot_distribution", "plot_surface"),
-    "results.plots.swept": ("plot_swept",),
+    "results.plots.summit_scatter": ("plot_heights", "plot_summit_scatter"),
+    "results.plots.swept": ("plot_bars", "plot_swept"),
+    "results.plots.together": ("LoopMarks", "plot_together"),
     "results.plots.traction": ("plot_slip_fronts", "plot_traction"),
+    "results.plots.wear": ("plot_wear",),
     "scenario.compare": ("compare",),
     "scenario.fit": ("fit",),
     "scenario.loops": ("find_loops",),

@@ -41,7 +41,7 @@ def show(file: Path, values: dict[str, Any], **height_map: Any) -> None:
 
 
 @click.command()
-@click.argument("file", type=path_type)
+@click.argument("files", type=path_type, nargs=-1, required=True, metavar="FILE…")
 @click.option(
     "-o",
     "--output",
@@ -51,9 +51,13 @@ def show(file: Path, values: dict[str, Any], **height_map: Any) -> None:
 )
 @click.option(
     "--picture",
-    help="Of a result: history, loop, slip-map, contact-map, distribution, traction, slip-fronts or stiffness; of a "
-    "sweep: which number; of a scenario that replays a file: record.",
+    help="Of a result: history, loop, loops, slip-map, contact-map, distribution, traction, slip-fronts, stiffness or "
+    "wear; of several: loops or traction; of a sweep: loops, or which number; of a scenario with a measured file: "
+    "record.",
 )
+@click.option("--steps", help="Of loops and traction: states by number or name, as K,L,120.")
+@click.option("--across", type=click.Choice(["radius", "diameter"]), help="What a traction is drawn over.")
+@click.option("--labels", help="Of loops and traction: what the lines are called, with commas between.")
 @click.option("--step", help="Draw the contact map of a result at this step: a number, partial or peak.")
 @click.option("--asperity", type=int, help="Whose traction is drawn; with --adhesion, whose equilibria.")
 @click.option("--panels", help="Of the picture history: some of loop,loads,states,energy.")
@@ -63,10 +67,13 @@ def show(file: Path, values: dict[str, Any], **height_map: Any) -> None:
 @set_option
 @height_map_options
 def plot(
-    file: Path,
+    files: tuple[Path, ...],
     output: Path | None,
     picture: str | None,
     step: str | None,
+    steps: str | None,
+    across: str | None,
+    labels: str | None,
     asperity: int | None,
     panels: str | None,
     size: str | None,
@@ -75,14 +82,16 @@ def plot(
     values: dict[str, Any],
     **height_map: Any,
 ) -> None:
-    """Draw FILE.
+    """Draw FILE, or several results in one picture.
 
-    A result: the friction loop, the loads, and the slip state of the asperities; with --step the surface, its summits
-    in contact coloured by their slip state; other pictures by name. A scenario or a height map: the surface with its
+    A result: what [picture] of its scenario says, or the friction loop, the loads, and the slip state of the
+    asperities; with --step the surface, its summits in contact coloured by their slip state; other pictures by name.
+    Several results: their friction loops over one another. A scenario or a height map: the surface with its
     summits. Friction loops: how they change from one to the next. Friction over time or distance: that. A sweep: a
     number over what was swept.
     """
     millimetres = None if size is None else _millimetres(size)
+    file = files[0]
     from historysim.results.files import kind_of
 
     kind = kind_of(file)
@@ -94,8 +103,11 @@ def plot(
         output = folder / f"{file.stem}{kind_of_picture}.png"
     if kind == "log":
         raise InputError(f"{file}: is a log; expected its result; historysim run {file} makes it again")
-    what = scenario_or_file(file, values)
-    check_outputs([Output(output, (PICTURE, MOVING))], files_read(what), force=force)
+    if len(files) > 1 and values:
+        raise InputError("--set: belongs to one scenario; expected one FILE")
+    what = scenario_or_file(file, values) if len(files) == 1 else list(files)
+    read = files_read(what) if len(files) == 1 else files
+    check_outputs([Output(output, (PICTURE, MOVING))], read, force=force)
     if output.suffix.lower() in MOVING.endings:
         others = {
             "picture": picture,
@@ -103,7 +115,12 @@ def plot(
             "asperity": asperity,
             "panels": panels,
             "adhesion": adhesion or None,
+            "steps": steps,
+            "across": across,
+            "labels": labels,
         }
+        if len(files) > 1:
+            raise InputError(f"{output}: a moving picture is of one result; expected one FILE")
         if unused := [f"--{name}" for name, value in others.items() if value is not None]:
             raise InputError(f"{output}: a moving picture takes no {', '.join(unused)}; expected another ending")
         _animate(file, output, millimetres)
@@ -115,6 +132,9 @@ def plot(
         what,
         picture=picture,
         step=number,
+        steps=None if steps is None else _listed("--steps", steps),
+        across=across,
+        labels=() if labels is None else _listed("--labels", labels),
         panels=None if panels is None else panels.split(","),
         adhesion=adhesion,
         asperity=asperity,
@@ -177,6 +197,14 @@ def _animate(file: Path, output: Path, size: tuple[float, float] | None) -> None
     with open_result(file) as history:
         save_animation(animate_contact_map(history, size=size), output)
     click.echo(output)
+
+
+def _listed(option: str, text: str) -> list[str]:
+    """Return what stands between commas."""
+    found = [part.strip() for part in text.split(",")]
+    if not all(found):
+        raise InputError(f"{option} {text!r}: expected texts with a comma between each two")
+    return found
 
 
 def _millimetres(text: str) -> tuple[float, float]:

@@ -70,10 +70,10 @@ def run(
     )
     if pictures:
         from historysim.results.files import open_result
-        from historysim.results.plots.history import plot_history
+        from historysim.scenario.plot import plot
 
         with open_result(output) as history:
-            drawn = plot_history(history)
+            drawn = plot(history)
             for path in pictures:
                 save(drawn, path)
     if not quiet:

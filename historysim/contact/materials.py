@@ -131,24 +131,87 @@ class Material:
             object.__setattr__(self, "shear_modulus", self.youngs_modulus / (2 * (1 + self.poissons_ratio)))
 
 
-_SOURCE = "Winogrodzka, Pre-sliding behaviour of multi asperity ceramic contacts, University of Twente, Table B.1"
+def _key(name: str) -> str:
+    """Return how a name is looked up: case, underscores and hyphens do not matter."""
+    return " ".join(name.lower().replace("_", " ").replace("-", " ").split())
 
-_SAPPHIRE = Material("sapphire", 462.6e9, 0.309, 144.3e9, 41.1e-3, (8e-9, 10e-9), 2.5e-3, _SOURCE)
+
+_SOURCE = "Winogrodzka, Pre-sliding behaviour of multi asperity ceramic contacts, University of Twente, Table B.1"
+_KAYE_LABY = "Kaye and Laby, Tables of Physical and Chemical Constants, 16th ed., section 2.2.2: polycrystalline metals"
+_INDENTED = "Oliver and Pharr, J. Mater. Res. 7 (1992) 1564, rounded"
+
+
+def _measured(row: tuple[Any, ...], hardness: float, of_hardness: str) -> Material:
+    """Return a row of the source's table, which has no hardness, with that of another source."""
+    return attrs.evolve(Material(*row), source=f"{_SOURCE}; hardness: {of_hardness}", hardness=hardness)
+
+
+_SAPPHIRE = (462.6e9, 0.309, 144.3e9, 41.1e-3, (8e-9, 10e-9), 2.5e-3)
+
+
+def _engineering(
+    name: str,
+    youngs_modulus: float,
+    poissons_ratio: float,
+    hardness: float,
+    source: str,
+    surface_energy: float | None = None,
+) -> Material:
+    return Material(
+        name, youngs_modulus, poissons_ratio, surface_energy=surface_energy, source=source, hardness=hardness
+    )
+
 
 MATERIALS: Final[Mapping[str, Material]] = MappingProxyType(
     {
         row.name: row
         for row in (
-            Material("silicon", 112e9, 0.28, 44e9, 44.1e-3, (2e-9, 3e-9), 2.5e-3, _SOURCE),
-            Material("silica", 73.6e9, 0.17, 31.4e9, 44.1e-3, (3e-9, 5e-9), 2.5e-3, _SOURCE),
-            _SAPPHIRE,
-            attrs.evolve(_SAPPHIRE, name="alumina"),
-            Material("float glass", 64e9, 0.2, 26e9, 83.4e-3, (0.7e-9, 1e-9), None, _SOURCE),
-            Material("zirconia", 205e9, 0.312, 81e9, 45.6e-3, None, 2.5e-3, _SOURCE),
+            _measured(
+                ("silicon", 112e9, 0.28, 44e9, 44.1e-3, (2e-9, 3e-9), 2.5e-3),
+                12e9,
+                "11 to 13 GPa, where it changes its phase (Domnich and Gogotsi, Rev. Adv. Mater. Sci. 3 (2002) 1)",
+            ),
+            _measured(("silica", 73.6e9, 0.17, 31.4e9, 44.1e-3, (3e-9, 5e-9), 2.5e-3), 9e9, _INDENTED),
+            _measured(("sapphire", *_SAPPHIRE), 30e9, _INDENTED),
+            _measured(("alumina", *_SAPPHIRE), 16e9, "Vickers, 12 to 18 GPa of sintered alumina, makers' data"),
+            _measured(("float glass", 64e9, 0.2, 26e9, 83.4e-3, (0.7e-9, 1e-9), None), 5.9e9, _INDENTED),
+            _measured(
+                ("zirconia", 205e9, 0.312, 81e9, 45.6e-3, None, 2.5e-3),
+                12.5e9,
+                "Vickers, 12 to 13.4 GPa of 3Y-TZP, makers' data",
+            ),
+            _engineering("steel 100Cr6", 210e9, 0.3, 7.2e9, "bearing makers' data, AISI 52100 hardened to 61 HRC"),
+            _engineering("steel 316", 193e9, 0.3, 1.6e9, "ASM Handbook 1, AISI 316 annealed; about 155 HV"),
+            _engineering("tungsten carbide", 630e9, 0.22, 15e9, "makers' data, WC with 6 % Co; 1 550 HV"),
+            _engineering("silicon nitride", 310e9, 0.27, 15e9, "makers' data of bearing balls; 1 450 to 1 600 HV"),
+            _engineering("silicon carbide", 410e9, 0.16, 26e9, "makers' data, sintered; 2 500 to 2 800 HV"),
+            _engineering("PTFE", 0.5e9, 0.46, 27e6, "makers' data, E 0.4 to 0.8 GPa, ball 25 to 30 MPa", 19.1e-3),
+            _engineering("PEEK", 4e9, 0.4, 0.25e9, "makers' data, not filled, tensile E at 23 °C"),
+            _engineering("aluminium", 70.3e9, 0.345, 0.25e9, f"{_KAYE_LABY}; annealed, about 25 HV"),
+            _engineering("brass", 100.6e9, 0.35, 1e9, f"{_KAYE_LABY}: 70 Cu 30 Zn; half hard, about 100 HV"),
+            _engineering("copper", 129.8e9, 0.343, 0.5e9, f"{_KAYE_LABY}; annealed, about 50 HV"),
+            _engineering("gold", 78e9, 0.44, 0.25e9, f"{_KAYE_LABY}; annealed, about 25 HV"),
+            _engineering("titanium", 115.7e9, 0.321, 1.5e9, f"{_KAYE_LABY}; commercially pure, about 150 HV"),
+            _engineering("titanium Ti6Al4V", 113.8e9, 0.342, 3.4e9, "ASM Handbook 2, annealed; about 349 HV"),
+            _engineering(
+                "diamond-like carbon",
+                150e9,
+                0.25,
+                15e9,
+                "Robertson, Mater. Sci. Eng. R 37 (2002) 129: hard a-C:H; of a film, the base counts, too",
+            ),
+            _engineering("fused silica", 72.7e9, 0.16, 9e9, f"Corning 7980, data sheet; hardness: {_INDENTED}"),
+            _engineering("BK7", 82e9, 0.206, 6e9, "Schott N-BK7, data sheet; HK 610"),
         )
     }
 )
-"""The built-in materials by name: Table B.1 of Winogrodzka's thesis. Alumina and sapphire are one row of it."""
+"""The built-in materials by name.
+
+The first six are Table B.1 of Winogrodzka's thesis, in which alumina and sapphire are one row, with hardness of other
+sources. The rest are rounded values of the kind that is meant, as its source says; those of a batch differ by some
+per cent in E, and by a quarter in hardness.
+"""
+_BY_KEY = MappingProxyType({_key(name): row for name, row in MATERIALS.items()})
 
 
 def material(name: str) -> Material:
@@ -164,11 +227,11 @@ def material(name: str) -> Material:
     InputError
         An unknown name; the message gives the close matches and all names.
     """
-    key = " ".join(name.lower().replace("_", " ").replace("-", " ").split()) if isinstance(name, str) else ""
-    if key in MATERIALS:
-        return MATERIALS[key]
-    close = difflib.get_close_matches(key, MATERIALS)
-    hint = f"did you mean {' or '.join(map(repr, close))}? " if close else ""
+    key = _key(name) if isinstance(name, str) else ""
+    if key in _BY_KEY:
+        return _BY_KEY[key]
+    close = difflib.get_close_matches(key, _BY_KEY)
+    hint = f"did you mean {' or '.join(repr(_BY_KEY[each].name) for each in close)}? " if close else ""
     raise InputError(
         f"{name!r} is not a built-in material; {hint}expected one of {', '.join(MATERIALS)}; give any other material "
         "as Material(name, youngs_modulus, poissons_ratio)"

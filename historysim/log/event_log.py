@@ -34,6 +34,7 @@ from historysim.log.starts import start_before
 from historysim.memory.binding import DISPLACED
 from historysim.memory.paths import STILL, Goals, paths_to
 from historysim.recording.recorder import DatasetRecorder, Selection, chosen_asperities
+from historysim.replay import Replay
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -201,6 +202,10 @@ class EventLog:
             The log is damaged; the message says which events are sound.
         """
         return self._file.sound().events[start:stop]
+
+    def job(self) -> Replay:
+        """Return the replay of its events, as its head says."""
+        return self._file.head.replay(self.events())
 
     def verify(self) -> Verdict:
         """Check the chain, and say how far the log is sound."""

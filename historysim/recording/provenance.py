@@ -53,6 +53,7 @@ def attributes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrume
         **in_series,
         "friction_law": friction_text(ensemble),
         **({} if ensemble.wear is None else {"wear_law": ensemble.wear.text}),
+        **({} if ensemble.nominal_area is None else {"nominal_area": ensemble.nominal_area}),
         "number_of_asperities": len(ensemble),
         "number_of_events": len(events),
         "event_digest": f"sha256:{digest(events)}",

@@ -15,6 +15,7 @@ from historysim.loads.events import Event
 from historysim.log import inputs
 from historysim.log.event_log import EventLog
 from historysim.log.result import digest_attribute, log_beside
+from historysim.replay import Replay
 
 Answer = TypeVar("Answer")
 
@@ -33,6 +34,8 @@ class Origin:
         The surface, as it stands in the result.
     settings : mapping
         What the head of the log says beside.
+    replay : callable
+        Returns the replay of the events that the history was made by.
     """
 
     ensemble: Ensemble
@@ -40,11 +43,12 @@ class Origin:
     state: Callable[[float], EnsembleState]
     surface: Mapping[str, Any]
     settings: Mapping[str, Any]
+    replay: Callable[[], Replay]
 
     @classmethod
     def of_log(cls, log: EventLog) -> Self:
         """Return that of a log, which goes on from snapshots, while it is open."""
-        return cls(log.ensemble, log.events(), lambda at: log.state(at=at), log.surface, log.settings)
+        return cls(log.ensemble, log.events(), lambda at: log.state(at=at), log.surface, log.settings, log.job)
 
     @classmethod
     def of_result(cls, path: Path) -> Self:
@@ -57,7 +61,9 @@ class Origin:
         """
         head, content = inputs.read(path)
         job = head.replay(content.events)
-        return cls(job.ensemble, content.events, lambda at: job.state(until=at), head.surface, head.settings)
+        return cls(
+            job.ensemble, content.events, lambda at: job.state(until=at), head.surface, head.settings, lambda: job
+        )
 
 
 def ask_origin(history: xr.Dataset, question: Callable[[Origin], Answer]) -> Answer | None:

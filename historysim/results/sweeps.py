@@ -49,25 +49,45 @@ def summary(found: xr.Dataset) -> list[tuple[str, str]]:
     return [*lines, *(("warning", finding.text) for finding in told)]
 
 
-def rows(found: xr.Dataset) -> Iterator[list[object]]:
-    """Yield a sweep as the rows of a table, a header first: a row for each cell, with what was swept and its numbers.
+def rows(found: xr.Dataset, *, steps: bool = True) -> Iterator[list[object]]:
+    """Yield a sweep as the rows of a table, a header first, with what was swept, and the numbers of each cell.
 
-    What has steps or asperities of its own does not fit into a row, and is left out.
+    A row for each cell; where outputs go along ``step``, and ``asperity``, one for each of these, too, with what they
+    are called in columns of their own. Steps that a cell does not have are left out, without ``steps`` all of these.
     """
+    if not steps:
+        found = found.drop_vars([name for name, own in found.variables.items() if {"step", "asperity"} & {*own.dims}])
     swept = _swept(found)
     dims = tuple(dict.fromkeys(str(dim) for name in swept for dim in found[name].dims))
-    names = [*swept, *(str(name) for name, variable in found.data_vars.items() if set(variable.dims) <= set(dims))]
+    own = tuple(dim for dim in ("step", "asperity") if any(dim in values.dims for values in found.data_vars.values()))
+    told = [name for name in ("time", "summit_height", "summit_radius") if name in found.variables and own]
+    names = list(dict.fromkeys([*swept, *told, *(str(name) for name in found.data_vars)]))
     units = [found[name].attrs.get("units", "") for name in names]
-    yield [f"{name} [{unit}]" if unit not in {"", "1"} else name for name, unit in zip(names, units, strict=True)]
-    cells = xr.DataArray(np.zeros([found.sizes[dim] for dim in dims]), dims=dims)
-    full = [found[name].reset_coords(drop=True).broadcast_like(cells) for name in names]
-    columns = [values.transpose(*dims).values.ravel() for values in full]
-    for row in zip(*columns, strict=True):
+    headings = [f"{name} [{unit}]" if unit not in {"", "1"} else name for name, unit in zip(names, units, strict=True)]
+    yield [*headings[: len(swept)], *own, *headings[len(swept) :]]
+    along = list(own)
+    cells = xr.DataArray(np.zeros([found.sizes[dim] for dim in (*dims, *along)]), dims=(*dims, *along))
+    numbers = {dim: xr.DataArray(np.arange(found.sizes[dim]), dims=dim) for dim in along}
+    labels = [found[dim] if dim in found.coords else numbers[dim] for dim in along]
+    values = [*(found[name] for name in swept), *labels, *(found[name] for name in names[len(swept) :])]
+    full = [each.reset_coords(drop=True).broadcast_like(cells).transpose(*dims, *along) for each in values]
+    columns = [each.values.ravel() for each in full]
+    # what goes along steps is NaN where a cell has fewer of them
+    rowwise = [
+        column
+        for column, each in zip(columns, values, strict=True)
+        if set(along) & set(each.dims) and each.dtype.kind == "f" and not set(each.dims) <= set(along)
+    ]
+    there = ~np.all([np.isnan(column) for column in rowwise], axis=0) if rowwise else np.ones(cells.size, dtype=bool)
+    # a cell without any, which has failed, says so
+    each = there.reshape([*(found.sizes[dim] for dim in dims), -1])
+    each[..., 0] |= ~each.any(axis=-1)
+    for row in zip(*(column[there] for column in columns), strict=True):
         yield [value.item() if hasattr(value, "item") else value for value in row]
 
 
 def write(found: xr.Dataset, path: Path) -> None:
-    """Write a sweep as netCDF, or, where the ending is .csv, as a table with a row for each cell.
+    """Write a sweep as netCDF, or, where the ending is .csv, as a table; see `rows`.
 
     Raises
     ------

@@ -13,12 +13,14 @@ from cattrs import Converter
 from historysim.basics.file_kinds import told_kind
 from historysim.basics.files import what_is_there
 from historysim.basics.limits import at_most, most
+from historysim.basics.places import at
 from historysim.basics.wording import shown
 from historysim.errors import InputError
 from historysim.scenario.columns import column_hooks
 from historysim.scenario.friction_course import AnyCourse, course_from_toml
 from historysim.scenario.loading_kinds import AnyLoading, channel_hooks, loading_from_toml
 from historysim.scenario.overriding import text_with_values, with_values
+from historysim.scenario.picture_kinds import Pictures, pictures_from_toml
 from historysim.scenario.schema import schema_converter, table, text
 from historysim.scenario.sections import RECORDS, MaterialEntry, MaterialTable, Sections
 from historysim.scenario.surface_kinds import (
@@ -87,6 +89,12 @@ _PART = r"""[^\s.=\[\]{},#]"""
 """A character of a key, quoted or not."""
 
 
+def pictures_of(document: Mapping[str, Any]) -> Pictures:
+    """Return the pictures of a scenario alone, which a result draws; errors as for `sections_of`."""
+    with at("picture"):
+        return _converter().structure(document.get("picture", []), Pictures)
+
+
 def sections_of(document: Mapping[str, Any]) -> Sections:
     """Return what the tables of a scenario mean; fields that cannot be used are errors of cattrs, see `reported`."""
     return _converter().structure(document, Sections)
@@ -105,6 +113,7 @@ def _converter() -> Converter:
         (AnyCourse | None, course_from_toml),
         (str | tuple[int, ...], _record),
         (dict[str, Any], _table),
+        (Pictures, pictures_from_toml),
     ):
         converter.register_structure_hook_func(partial(eq, kind), partial(hook, converter))
     column_hooks(converter)

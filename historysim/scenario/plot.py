@@ -1,5 +1,6 @@
 """Pictures of whatever has one."""
 
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -31,10 +32,13 @@ if TYPE_CHECKING:
 
 
 def plot(
-    what: "Drawable",
+    what: "Drawable | Sequence[str | Path | xr.Dataset]",
     *,
     picture: str | None = None,
     step: int | str | None = None,
+    steps: "Sequence[int | str] | None" = None,
+    across: str | None = None,
+    labels: "Sequence[str]" = (),
     panels: "Sequence[str] | None" = None,
     adhesion: bool = False,
     asperity: int | None = None,
@@ -50,17 +54,26 @@ def plot(
     Parameters
     ----------
     what : path, xarray.Dataset, Scenario, Surface, Measurement, Loops, LoopTable, Sliding, Comparison, Fit, …
-        Of a history: the friction loop, the loads, and the slip states. Of a scenario or a height map: the surface
-        with its summits. Of a sweep: a number of its cells over what was swept.
+        Of a history: what ``[picture]`` of its scenario says, or else the friction loop, the loads, and the slip
+        states. Of a scenario or a height map: the surface with its summits. Of a sweep: what ``[picture]`` says, or
+        else a number of its cells over what was swept, or their loops over one another. Or several histories, or paths
+        of them: their loops, or tractions, in one picture.
     picture : str, optional
-        Of a history: "history", "loop" (its colour tells how much slips), "slip-map", "contact-map", "distribution" (of
-        summit heights and radii), "traction" (several states of an asperity), "slip-fronts" (of it, step by step) or
-        "stiffness". Of a sweep: which number; by default the preliminary displacement. Of a scenario that replays a
-        file: "record", its channels as they were read beside what conditioning left of them.
+        Of a history: "history", "loop" (its colour tells how much slips), "loops" (plain lines, with named states),
+        "slip-map", "contact-map", "distribution" (of summit heights and radii), "traction" (several states of an
+        asperity), "slip-fronts" (of it, step by step), "stiffness" or "wear". Of a sweep: which number, by default the
+        preliminary displacement; or "loops", where loads and displacements along ``step`` are among its outputs. Of a
+        scenario that replays a file: "record", its channels as they were read beside what conditioning left of them.
     step : int, "partial" or "peak", optional
         Of a history, its contact map or asperity distribution at this step; at that where most can be seen, half of the
         contact area slipping; or at that of the greatest normal load. Negative ones count from the end.
-    panels : sequence of {"loop", "loads", "states", "energy"}, optional
+    steps : sequence of int or str, optional
+        Of "loops" and "traction", the states that are marked or drawn, by step or by the name of a waypoint.
+    across : {"radius", "diameter"}, optional
+        What a traction is drawn over.
+    labels : sequence of str, optional
+        Of "loops" and "traction", what the lines are called.
+    panels : sequence of {"loop", "loads", "states", "energy", "wear"}, optional
         Of the picture "history", what to draw.
     adhesion : bool
         Of a scenario with ``[adhesion]``, the adhesion map with its asperities.
@@ -82,7 +95,9 @@ def plot(
     InputError
         Something that has no picture, a file that cannot be used, or an option that does not fit what is drawn.
     """
-    options = _Options(picture, step, panels, adhesion, asperity, size)
+    options = _Options(picture, step, panels, adhesion, asperity, size, steps, across, tuple(labels))
+    if isinstance(what, list | tuple) and what and all(_is_result(each) for each in what):
+        return _several(what, options)
     if isinstance(what, str | Path):
         with opened(what, form=form, **reading) as found:
             return _drawn(found, str(what), Path(what).name, options)
@@ -101,6 +116,39 @@ class _Options:
     adhesion: bool
     asperity: int | None
     size: tuple[float, float] | None
+    steps: "Sequence[int | str] | None" = None
+    across: str | None = None
+    labels: tuple[str, ...] = ()
+
+    def lines(self) -> dict[str, Any]:
+        """Return the options of the pictures with several lines that were given."""
+        given = {"steps": self.steps, "across": self.across, "labels": self.labels or None}
+        return {name: value for name, value in given.items() if value is not None}
+
+
+def _is_result(what: object) -> bool:
+    import xarray as xr
+
+    return isinstance(what, str | Path | xr.Dataset)
+
+
+def _several(what: "Sequence[Any]", chosen: _Options) -> "Figure":
+    """Draw several histories in one picture."""
+    import xarray as xr
+
+    from historysim.results.plots.pictures import draw_several
+
+    unused = {"step": chosen.step, "panels": chosen.panels, "adhesion": chosen.adhesion or None}
+    if given := [name for name, value in unused.items() if value is not None]:
+        raise InputError(f"{given[0]}: belongs to one file; expected pictures of several: loops or traction")
+    with ExitStack() as open_files:
+        found = []
+        for each in what:
+            history = each if isinstance(each, xr.Dataset) else open_files.enter_context(opened(each))
+            if not isinstance(history, xr.Dataset) or "total_normal_load" not in history:
+                raise InputError(f"{each}: is no result of historysim run; expected results alone, or one other file")
+            found.append(history)
+        return draw_several(found, chosen.picture, asperity=chosen.asperity, size=chosen.size, **chosen.lines())
 
 
 def _drawn(what: Any, name: str, title: str, chosen: _Options) -> "Figure":
@@ -109,11 +157,14 @@ def _drawn(what: Any, name: str, title: str, chosen: _Options) -> "Figure":
     from historysim.measured.measurement import Measurement
     from historysim.surfaces.heights import Surface
 
-    history = isinstance(what, xr.Dataset) and "total_normal_load" in what
+    # the rows of a sweep may be loads, too
+    history = isinstance(what, xr.Dataset) and "total_normal_load" in what and what.attrs.get("content") != "sweep"
     if chosen.step is not None and not history:
         raise InputError(f"step {chosen.step}: {name} has no steps; expected a result of historysim run")
     if chosen.panels is not None and not history:
         raise InputError(f"panels: {name} has none to choose; expected a result of historysim run")
+    if chosen.lines() and not isinstance(what, xr.Dataset):
+        raise InputError(f"{next(iter(chosen.lines()))}: {name} has no such lines; expected a result or a sweep")
     if isinstance(what, Measurement) or (isinstance(what, Scenario) and chosen.picture == "record"):
         return _record(what, title, chosen)
     if chosen.picture is not None and not isinstance(what, xr.Dataset):
@@ -132,7 +183,12 @@ def _drawn(what: Any, name: str, title: str, chosen: _Options) -> "Figure":
 
         return plot_surface(what, title=title, size=chosen.size)
     if isinstance(what, Scenario):
-        return _adhesion(what, chosen) if chosen.adhesion else _ground(what, chosen)
+        if chosen.adhesion:
+            return _adhesion(what, chosen)
+        from historysim.scenario.figure import draw_figure, drawable
+
+        pictures = drawable(what)
+        return draw_figure(what, pictures, chosen.size) if pictures else _ground(what, chosen)
     return _object(what, name, chosen)
 
 
@@ -141,13 +197,46 @@ def _first_quantity(sweep: "xr.Dataset") -> str:
     return "preliminary_displacement" if "preliminary_displacement" in sweep else str(next(iter(sweep.data_vars)))
 
 
+LOOPS = "loops"
+"""The picture of loops over one another."""
+
+
+def _plain(chosen: _Options) -> bool:
+    """Return whether nothing was said of what to draw, so that it is what the scenario says."""
+    given = (chosen.picture, chosen.step, chosen.panels, chosen.asperity)
+    return not chosen.lines() and all(value is None for value in given)
+
+
+def _sweep(what: "xr.Dataset", chosen: _Options) -> "Figure":
+    from historysim.results.plots.together import LOOP, LoopMarks, plot_together
+
+    loops = all(name in what and "step" in what[name].dims for name in LOOP)
+    numbers = [name for name in what.data_vars if not {"step", "asperity"} & set(what[name].dims)]
+    if chosen.picture == LOOPS or (chosen.picture is None and loops and not numbers):
+        options = chosen.lines()
+        if "across" in options:
+            raise InputError("across: belongs to the picture traction of a result; expected steps or labels here")
+        marks = LoopMarks(steps=options.pop("steps", None))
+        return plot_together(what, options.pop("labels", ()), marks=marks, size=chosen.size)
+    if chosen.lines():
+        raise InputError(f"{next(iter(chosen.lines()))}: belongs to the picture {LOOPS} of a sweep; expected it")
+    from historysim.results.plots.swept import plot_swept
+
+    return plot_swept(what, chosen.picture or _first_quantity(what), size=chosen.size)
+
+
 def _dataset(what: "xr.Dataset", name: str, chosen: _Options) -> "Figure":
+    if _plain(chosen):
+        from historysim.scenario.figure import draw_figure, drawable
+
+        if pictures := drawable(what):
+            return draw_figure(what, pictures, chosen.size)
+    if what.attrs.get("content") == "sweep":
+        return _sweep(what, chosen)
     if "total_normal_load" in what:
         return _history(what, chosen)
-    if what.attrs.get("content") == "sweep":
-        from historysim.results.plots.swept import plot_swept
-
-        return plot_swept(what, chosen.picture or _first_quantity(what), size=chosen.size)
+    if chosen.lines():
+        raise InputError(f"{next(iter(chosen.lines()))}: {name} has no such lines; expected a result or a sweep")
     if chosen.picture is not None:
         raise InputError(f"picture {chosen.picture}: {name} has one picture only; expected a result or a sweep")
     if "summit_height" in what:
@@ -175,6 +264,7 @@ def _history(history: "xr.Dataset", chosen: _Options) -> "Figure":
         asperity=chosen.asperity,
         panels=chosen.panels,
         size=chosen.size,
+        **chosen.lines(),
     )
 
 

@@ -4,6 +4,7 @@ Numbers are SI; texts may carry units. Relative paths are relative to the scenar
 build the same objects that a program would: an ``Ensemble`` and a list of events.
 """
 
+import math
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -19,6 +20,7 @@ from historysim.basics.wording import counted, shown
 from historysim.errors import InputError
 from historysim.loads.events import Event, NormalDisplacement, NormalLoad
 from historysim.loads.events import misfit as event_misfit
+from historysim.recording import named_states
 from historysim.scenario.document import read_sections, sections_of
 from historysim.scenario.files import files_of
 from historysim.scenario.loading_kinds import MeasuredLoading
@@ -33,6 +35,7 @@ if TYPE_CHECKING:
     from historysim.asperities.laws import FrictionLaw
     from historysim.measured.measurement import Measurement
     from historysim.replay import Replay
+    from historysim.surfaces.summits import Summits
 
 
 @attrs.frozen
@@ -80,8 +83,8 @@ class Scenario:
 
     @property
     def metadata(self) -> dict[str, str]:
-        """Who made the data, what for, and under which licence: attributes of what is written (ACDD)."""
-        return self.sections.metadata.attributes()
+        """Who made the data, what for, under which licence (ACDD), and named states: attributes of what is written."""
+        return self.sections.metadata.attributes() | named_states.written(self.sections.loading.names)
 
     @property
     def seeds(self) -> list[int]:
@@ -163,22 +166,27 @@ class Scenario:
         return ensemble
 
     def solved(self, ground: Ground) -> Ground:
-        """Solve the normal contact of a map whose asperities press on one another, up to the largest load.
+        """Return the ground as it is loaded, with what depends on the largest load.
 
-        Any other ground is returned as it is.
+        That is the normal contact of a map whose asperities press on one another, and the nominal area of one that lies
+        on a ball: that of the smooth ball under that load, after Hertz. Any other ground is returned as it is.
 
         Raises
         ------
         InputError
             A map that cannot be solved, or nothing ever touches.
         """
-        if not ground.interacts or ground.solutions is not None or ground.surface is None:
+        if ground.solutions is not None or not (ground.interacts or ground.ball_radius):
             return ground
-        from historysim.interaction.solutions import NormalSolutions
-
         events, modulus = self.events(), self.sections.materials.pair().contact_modulus
         loads = [event.value for event in events if isinstance(event, NormalLoad)]
         approaches = [event.value for event in events if isinstance(event, NormalDisplacement)]
+        if ground.ball_radius:
+            ground = attrs.evolve(ground, summits=_on_ball(ground, max([*loads, 0.0]) / modulus, approaches))
+        if not ground.interacts or ground.surface is None:
+            return ground
+        from historysim.interaction.solutions import NormalSolutions
+
         with reported(self.path.name), at("surface", "interaction"):
             found = NormalSolutions.of(
                 ground.surface,
@@ -354,6 +362,16 @@ class Scenario:
                 asperities = counted(count, "asperity", "asperities")
                 problem = f"{shown(index)}; expected an index from 0 to {count - 1}, since the surface has {asperities}"
                 raise misfit(problem, "record", "asperities", position)
+
+
+def _on_ball(ground: Ground, load: float, approaches: Sequence[float]) -> "Summits | None":
+    """Return the summits on the area of the smooth ball: by Hertz under a load over E* [m²], or at approaches [m]."""
+    from historysim.contact import hertz
+
+    radius = ground.ball_radius or 0.0
+    approach = float(hertz.approach(load, summit_radius=radius, contact_modulus=1.0))
+    area = math.pi * radius * max([approach, *approaches])
+    return ground.summits.on_area(area) if ground.summits is not None and area > 0 else ground.summits
 
 
 def load(path: str | os.PathLike[str], values: Mapping[str, Any] | None = None) -> Scenario:

@@ -75,7 +75,16 @@ def _number(value: object, unit: str) -> float:
     return quantity(value, unit)
 
 
-def _array(value: object, structure: Callable[[Any], T]) -> tuple[T, ...]:
+def array_of(value: object, structure: Callable[[Any], T]) -> tuple[T, ...]:
+    """Return the items of a TOML array, each structured; messages carry their places.
+
+    Raises
+    ------
+    InputError
+        No array.
+    IterableValidationError
+        Items that cannot be used.
+    """
     if not isinstance(value, list):
         raise InputError(f"{shown(value)}; expected an array [ … ]")
     items, errors = [], []
@@ -100,7 +109,7 @@ def _quantity_hook(kind: object) -> Callable[[object, object], float | tuple[flo
 
     def structure(value: object, _: object) -> float | tuple[float, ...]:
         if get_origin(plain) is tuple or (one_or_many and isinstance(value, list)):
-            return _array(value, lambda item: _number(item, quantity.unit))
+            return array_of(value, lambda item: _number(item, quantity.unit))
         return _number(value, quantity.unit)
 
     return structure
@@ -112,7 +121,7 @@ def _is_array(kind: object) -> bool:
 
 def _array_hook(kind: object, converter: Converter) -> Callable[[object, object], tuple[object, ...]]:
     of = get_args(kind)[0]
-    return lambda value, _: _array(value, lambda item: converter.structure(item, of))
+    return lambda value, _: array_of(value, lambda item: converter.structure(item, of))
 
 
 def table_hook(cls: type, converter: Converter, **fields: Any) -> Callable[[object, object], object]:

@@ -10,6 +10,7 @@ from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
 from historysim.scenario.law_sections import FrictionSection, WearSection
 from historysim.scenario.loading_kinds import AnyLoading
+from historysim.scenario.picture_kinds import Pictures
 from historysim.scenario.schema import Force, Length, Number, Pressure, Stiffness, SurfaceEnergy, given
 from historysim.scenario.surface_kinds import SurfaceKind
 
@@ -242,4 +243,5 @@ class Sections:
     metadata: MetadataSection = MetadataSection()
     sweep: SweepSection | None = None
     design: DesignSection | None = None
+    picture: Pictures = ()
     title: str = ""

@@ -1,6 +1,5 @@
 """One cell of a sweep: a scenario at a point, replayed, and what is asked of its history."""
 
-import functools
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -9,13 +8,11 @@ import numpy as np
 
 from historysim.errors import InputError
 from historysim.recording.changes import Changes
-from historysim.scenario.document import parsed, sections_of
 from historysim.scenario.files import files_of
-from historysim.scenario.overriding import with_values
+from historysim.scenario.points import at_point
 from historysim.scenario.scenario import Scenario
-from historysim.scenario.schema import reported
 from historysim.studies.inputs import stamp
-from historysim.studies.outputs import SUMMARIES, asks_for_each, chosen_outputs
+from historysim.studies.outputs import OF_ALL_SUMMITS, SUMMARIES, asks_for_each, chosen_outputs
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,12 +51,18 @@ def cell(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str] = 
     import xarray as xr
 
     outputs = chosen_outputs(outputs)
-    history = _history(at_point(scenario, point), each=asks_for_each(outputs))
+    loaded = at_point(scenario, point)
+    history = _history(loaded, each=asks_for_each(outputs))
     told: dict[str, Any] = {}
     rows = []
     for name in outputs:
         if name in SUMMARIES:
             summary = SUMMARIES[name]
+            if name in OF_ALL_SUMMITS and history.sizes.get("asperity") != int(history.attrs["number_of_asperities"]):
+                raise InputError(
+                    f"{name}: not all summits are recorded beside rows of each asperity; expected "
+                    'record.asperities = "all", or it in a sweep without these rows'
+                )
             told[name] = xr.Variable((), float(summary.of(history)), _attributes(summary.units, summary.long_name))
         elif name in history:
             rows.append(name)
@@ -78,28 +81,6 @@ def _where(name: str) -> str:
 
 def _attributes(units: str, long_name: str) -> dict[str, str]:
     return {"long_name": long_name, "units": units}
-
-
-def at_point(scenario: Scenario, point: Mapping[str, Any]) -> Scenario:
-    """Return a scenario with the values of a point; it keeps the text of the scenario as it was.
-
-    Raises
-    ------
-    InputError
-        Fields that cannot be used, each with its key.
-    """
-    with reported(scenario.path.name):
-        return Scenario(scenario.path, scenario.text, sections_of(with_values(document_of(scenario), point)))
-
-
-def document_of(scenario: Scenario) -> dict[str, Any]:
-    """Return what stands in a scenario, to be read only."""
-    return _document(scenario.text)
-
-
-@functools.lru_cache(maxsize=1)
-def _document(text: str) -> dict[str, Any]:
-    return parsed(text)
 
 
 def _history(loaded: Scenario, *, each: bool) -> "xr.Dataset":

@@ -19,9 +19,10 @@ from historysim.errors import HistorySimError, InputError
 from historysim.recording.provenance import CONVENTIONS, KEYWORDS, made_with
 from historysim.results.sweeps import CONTENT
 from historysim.scenario.grid import Grid, Point, grid_of, variable_name
+from historysim.scenario.points import at_point
 from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import reported
-from historysim.studies.cell import at_point, cell
+from historysim.studies.cell import cell
 from historysim.studies.gathering import FAILURE, swept_coordinates, unit_of
 from historysim.studies.outputs import SUMMARIES
 from historysim.studies.workers import AHEAD, executor_for, outcomes

@@ -13,10 +13,13 @@ from historysim.basics.files import is_file, replacing
 from historysim.basics.notices import Teller, silent
 from historysim.basics.progress import progress_bar
 from historysim.errors import InputError
+from historysim.scenario.figure import draw_figure, drawable
 from historysim.scenario.scenario import Scenario, load
 from historysim.studies.workers import executor_for, outcomes
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from historysim.results.report.page import Section
 
 TITLE = "Gallery of scenarios"
@@ -25,6 +28,8 @@ EXAMPLE = "# historysim gallery: example"
 """The line of a script that says that it may be carried out."""
 CALCULATED = "calculated"
 """The function of a script that returns a Dataset to be drawn."""
+DRAWN, ROWS = "drawn", "rows"
+"""Functions of a script that take it, and return a figure or several, and the rows of a table."""
 
 
 @attrs.frozen
@@ -53,8 +58,11 @@ def gallery(
 ) -> str:
     """Return the pictures of all scenarios in a folder, and in those below it, as one self-contained HTML page.
 
-    Scenarios are run or, where they have ``[sweep]``, swept. What fails is named on the page, with its reason, and does
-    not sink the rest. Hidden files and folders are left out.
+    Scenarios are run or, where they have ``[sweep]``, swept, and drawn as their ``[picture]`` says, where there is one.
+    Scripts, which stand beside them, are carried out: their function ``calculated`` returns a Dataset, of which every
+    quantity is drawn, or what their function ``drawn`` makes of it, a figure or several; what their function ``rows``
+    makes of it, if there is one, is a table, its first row the heading. What fails is named on the page, with its
+    reason, and does not sink the rest. Hidden files and folders are left out.
 
     Parameters
     ----------
@@ -148,13 +156,23 @@ def _shown(task: tuple[Path, Path]) -> Entry:
 def _script(path: Path) -> tuple[str, list[str], list[str]]:
     """Return title, text and pictures of a script."""
     from historysim.results.report.others import sweep_pictures
+    from historysim.results.report.page import picture, table
 
     text = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or path.name
     title, *texts = _paragraphs(text.splitlines())
-    calculated = runpy.run_path(str(path)).get(CALCULATED)
-    if calculated is None:
+    functions = runpy.run_path(str(path))
+    if functions.get(CALCULATED) is None:
         raise InputError(f"has no function {CALCULATED}; expected one that returns a Dataset")
-    return title, texts, sweep_pictures(calculated())
+    found = functions[CALCULATED]()
+    if DRAWN in functions:
+        made = functions[DRAWN](found)
+        parts = [picture(each, title) for each in (made if isinstance(made, list | tuple) else [made])]
+    else:
+        parts = sweep_pictures(found)
+    if ROWS in functions:
+        heading, *rows = functions[ROWS](found)
+        parts.append(table(rows, heading))
+    return title, texts, parts
 
 
 def _scenario(path: Path) -> tuple[str, list[str], list[str]]:
@@ -163,8 +181,12 @@ def _scenario(path: Path) -> tuple[str, list[str], list[str]]:
     from historysim.studies.sweep import sweep
 
     scenario = load(path)
-    drawn = _adhesion(scenario)
-    drawn += sweep_pictures(sweep(scenario)) if scenario.sections.sweep is not None else _run(scenario)
+    drawn = _adhesion(scenario) + _figure(scenario)
+    if scenario.sections.sweep is None:
+        drawn += _run(scenario)
+    elif not scenario.sections.picture or len(drawable(scenario)) < len(scenario.sections.picture):
+        found = sweep(scenario)
+        drawn += _figure(found) or sweep_pictures(found)
     return scenario.title or path.stem, _paragraphs(_head(scenario.text)), drawn
 
 
@@ -177,12 +199,25 @@ def _adhesion(scenario: Scenario) -> list[str]:
     return [picture(plot(scenario, adhesion=True), "Its asperities on the adhesion map.")]
 
 
+def _figure(what: "Scenario | xr.Dataset") -> list[str]:
+    """Return the figure that ``[picture]`` says, as far as this has what it shows."""
+    from historysim.results.report.page import picture
+
+    pictures = drawable(what)
+    if not pictures:
+        return []
+    title = what.title if isinstance(what, Scenario) else str(what.attrs.get("title", ""))
+    return [picture(draw_figure(what, pictures), title)]
+
+
 def _run(scenario: Scenario) -> list[str]:
     from historysim.results.report.history import history_pictures
     from historysim.scenario.run import run
 
     # the surface stands in a file beside the history
     with tempfile.TemporaryDirectory() as folder, run(scenario, Path(folder) / "result.nc") as history:
+        if drawn := _figure(history):
+            return drawn
         if history.sizes["step"] == 1:
             # it has no course
             return []

@@ -17,9 +17,9 @@ from historysim.recording.validity import ATTRIBUTE
 from historysim.results.sweeps import CONTENT
 from historysim.scenario.grid import Grid, variable_name
 from historysim.scenario.overriding import place_of
+from historysim.scenario.points import at_point
 from historysim.scenario.scenario import Scenario
 from historysim.scenario.schema import Quantity, reported
-from historysim.studies.cell import at_point
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -1,5 +1,6 @@
 """What a cell of a sweep gives: numbers that sum a history up, its totals, or its rows of each asperity."""
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
 
@@ -42,6 +43,17 @@ def _approach(history: "xr.Dataset") -> float:
     heights = history["present_summit_height" if "present_summit_height" in history else "summit_height"]
     highest = heights.transpose(..., "asperity").values.max(axis=-1, initial=-np.inf)
     return float((highest - history["separation"].values).max(initial=0.0))
+
+
+def _deviation(values: "xr.DataArray") -> float:
+    return float(values.values.std(ddof=1)) if values.size > 1 else math.nan
+
+
+def _initial_stiffness(peak: "xr.Dataset") -> float:
+    """Return Σ 8 G* a of the asperities that touch."""
+    depth = np.maximum(peak["summit_height"].values - peak["separation"].values, 0.0)
+    radius = np.sqrt(peak["summit_radius"].values * depth)
+    return float(8 * peak.attrs["shear_modulus"] * radius.sum())
 
 
 def _first(history: "xr.Dataset") -> int:
@@ -95,10 +107,29 @@ SUMMARIES = {
         "greatest mean pressure over the real contact area",
         lambda h: analysis.total_mean_pressure(h).values.max(),
     ),
+    "peak_nominal_pressure": Summary(
+        "Pa", "greatest normal load over the nominal area", lambda h: analysis.nominal_pressure(h).values.max()
+    ),
+    "initial_stiffness": Summary(
+        "N m-1",
+        "tangential stiffness at the greatest normal load, before anything slips",
+        lambda h: _initial_stiffness(_at_peak(h)),
+    ),
+    "mean_summit_height": Summary("m", "mean height of all summits", lambda h: h["summit_height"].values.mean()),
+    "mean_summit_radius": Summary("m", "mean radius of all summits", lambda h: h["summit_radius"].values.mean()),
+    "summit_height_deviation": Summary(
+        "m", "standard deviation of the heights of all summits", lambda h: _deviation(h["summit_height"])
+    ),
+    "summit_radius_deviation": Summary(
+        "m", "standard deviation of the radii of all summits", lambda h: _deviation(h["summit_radius"])
+    ),
+    "summit_count": Summary("1", "number of all summits", lambda h: h.sizes["asperity"]),
 }
 """Numbers that sum a history up, by name."""
 
-UNASKED = tuple(name for name in SUMMARIES if name not in {"presliding_work", "peak_mean_pressure"})
+OF_ALL_SUMMITS = frozenset(name for name in SUMMARIES if "summit_" in name)
+"""Those that are of all summits, whether they touch or not."""
+UNASKED = tuple(SUMMARIES)[: tuple(SUMMARIES).index("presliding_work")]
 """What a sweep gives where nothing is asked for: all that any contact has, also one of patches, or without areas."""
 
 ROWS = frozenset(

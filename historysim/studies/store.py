@@ -27,8 +27,8 @@ from historysim.basics.system import lock_byte
 from historysim.recording.provenance import made_with
 from historysim.scenario.files import files_of
 from historysim.scenario.overriding import with_values
+from historysim.scenario.points import document_of
 from historysim.scenario.scenario import Scenario
-from historysim.studies.cell import document_of
 from historysim.studies.inputs import content_digest
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ ENDING = ".cell"
 DAMAGE = (ValueError, KeyError, EOFError, TypeError, NotImplementedError, RuntimeError, zipfile.BadZipFile, zlib.error)
 """What reading a damaged cell raises: of its parts, of the archive, and of forms of it that Python does not know."""
 HEADER = "header"
-SAYS_NOTHING = ("title", "sweep", "design", "fit", "metadata")
+SAYS_NOTHING = ("title", "sweep", "design", "fit", "metadata", "picture")
 """Sections that do not change what comes out of a cell."""
 
 

@@ -253,6 +253,32 @@ class Surface(FrozenArrays):
             mean + deviation * (wanted / math.sqrt(np.nanmean(deviation**2))), self.pixel_size, self.periodic
         )
 
+    def on_ball(self, radius: float) -> Self:
+        """Return the surface as the roughness of a ball of this radius [m], whose highest point is its centre.
+
+        The heights of the ball, √(R² - r²) - R at the distance r from the centre, are added; what comes out does not
+        repeat. A parabola would differ by r⁴/8R³: at R = 2.5 mm and r = 128 µm by 2 nm of 3.3 µm.
+
+        Raises
+        ------
+        InputError
+            A radius that is not > 0, or a ball that is smaller than the surface.
+        """
+        ball = scalar("radius", radius, above=0)
+        x, y = (
+            (np.arange(points) - (points - 1) / 2) * pixel
+            for points, pixel in zip(self.shape, self.pixel_size, strict=True)
+        )
+        square = x[:, np.newaxis] ** 2 + y**2
+        if square.max() >= ball**2:
+            raise InputError(
+                f"radius is {ball:g} m; expected more than {math.sqrt(square.max()):g} m, half the diagonal of the "
+                "surface, which lies on the ball"
+            )
+        # R - √(R² - r²) without the difference of two large numbers
+        drop = square / (ball + np.sqrt(ball**2 - square))
+        return type(self)(self.heights - drop, self.pixel_size)
+
     def mirrored(self) -> Self:
         """Return the surface with x reversed, as it is seen from behind."""
         return type(self)(self.heights[::-1], self.pixel_size, self.periodic)

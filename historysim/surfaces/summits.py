@@ -67,6 +67,10 @@ class Summits(FrozenArrays):
         """Return the same summits at other heights [m]."""
         return type(self)(height, self.radius, self.x, self.y, nominal_area=self.nominal_area)
 
+    def on_area(self, nominal_area: float) -> Self:
+        """Return the same summits on another nominal area [m²]."""
+        return type(self)(self.height, self.radius, self.x, self.y, nominal_area=nominal_area)
+
     def __len__(self) -> int:
         """Return the number of summits."""
         return self.height.size

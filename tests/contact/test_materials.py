@@ -20,9 +20,36 @@ TABLE = {
 }
 
 
+ASKED_FIRST = (
+    "steel 100Cr6",
+    "steel 316",
+    "tungsten carbide",
+    "silicon nitride",
+    "silicon carbide",
+    "PTFE",
+    "PEEK",
+    "aluminium",
+    "brass",
+    "titanium",
+    "diamond-like carbon",
+    "fused silica",
+    "BK7",
+)
+
+
 def test_the_table_holds_these_materials():
-    assert set(MATERIALS) == set(TABLE)
-    assert all(row.name == name for name, row in MATERIALS.items())
+    assert set(MATERIALS) >= {*TABLE, *ASKED_FIRST}
+    for name, row in MATERIALS.items():
+        assert row.name == name
+        assert material(name.upper()) is row
+        assert row.source
+        # an onset of yield is looked for everywhere; no hardness is beyond the modulus of a lattice, about E/10
+        assert row.youngs_modulus / 500 < row.hardness < row.youngs_modulus / 7
+
+
+def test_hardness_of_a_pair_is_that_of_the_softer_one():
+    assert MaterialPair(material("silicon"), material("float glass")).hardness == pytest.approx(5.9e9)
+    assert MaterialPair(material("alumina"), material("zirconia")).hardness == pytest.approx(12.5e9)
 
 
 @pytest.mark.parametrize("name", TABLE)
@@ -46,7 +73,10 @@ def test_a_name_may_be_written_in_these_ways(name):
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("silicone", r"'silicone' is not a built-in material; did you mean 'silicon' or 'silica'\?"),
+        (
+            "silicone",
+            r"'silicone' is not a built-in material; did you mean 'silicon' or 'silica' or 'silicon nitride'\?",
+        ),
         ("unobtainium", "expected one of silicon, silica, sapphire, alumina, float glass, zirconia"),
         (None, "None is not a built-in material"),
         (["silicon"], "is not a built-in material"),

@@ -48,12 +48,39 @@ def test_texts_are_characters_for_any_tool_and_the_numbers_stay(found, tmp_path)
 
 
 def test_a_table_has_a_row_for_each_cell(found, tmp_path):
-    write(found, tmp_path / "sweep.csv")
+    write(found.drop_vars("time"), tmp_path / "sweep.csv")
     with (tmp_path / "sweep.csv").open(encoding="utf-8", newline="") as stream:
         lines = list(csv.reader(stream))
     assert lines[0] == ["first", "load [N]", "drift [m]", "failure"]
     assert lines[1:4] == [["a", "0.01", "1e-09", ""], ["a", "0.02", "2e-09", ""], ["a", "0.03", "nan", "µ"]]
-    assert len(lines) == len(list(rows(found))) == 7
+    assert len(lines) == len(list(rows(found, steps=False))) == 7
+
+
+def test_a_table_has_a_row_for_each_step_and_asperity(found, tmp_path):
+    """Steps that a cell does not have are left out; one that has failed keeps one row, with the reason."""
+    load = np.full((2, 3, 2, 2), np.nan)
+    load[0, 0] = [[1.0, 2.0], [3.0, 4.0]]
+    load[0, 1, 0] = [5.0, 6.0]
+    load[1] = 7.0
+    own = found.drop_vars("time").assign(normal_load=(("first", "load", "step", "asperity"), load, {"units": "N"}))
+    own = own.assign_coords(time=("step", [0.0, 0.5], {"units": "s"}), asperity=("asperity", [3, 8]))
+    write(own, tmp_path / "sweep.csv")
+    with (tmp_path / "sweep.csv").open(encoding="utf-8", newline="") as stream:
+        heading, *lines = list(csv.reader(stream))
+    names = ["first", "load [N]", "step", "asperity", "time [s]", "drift [m]", "failure", "normal_load [N]"]
+    assert heading == names
+    assert lines[:4] == [
+        ["a", "0.01", "0", "3", "0.0", "1e-09", "", "1.0"],
+        ["a", "0.01", "0", "8", "0.0", "1e-09", "", "2.0"],
+        ["a", "0.01", "1", "3", "0.5", "1e-09", "", "3.0"],
+        ["a", "0.01", "1", "8", "0.5", "1e-09", "", "4.0"],
+    ]
+    assert [line[3:] for line in lines[4:7]] == [
+        ["3", "0.0", "2e-09", "", "5.0"],
+        ["8", "0.0", "2e-09", "", "6.0"],
+        ["3", "0.0", "nan", "µ", "nan"],
+    ]
+    assert len(lines) == 4 + 2 + 1 + 3 * 4
 
 
 def test_it_is_told_in_a_few_lines(found):

@@ -186,7 +186,7 @@ def test_the_sections_are_of_every_kind_and_have_every_key():
         }
         # two belong to files that know their distances or channels, the others to all files of numbers; what prepares a
         # map is tested by itself
-        preparing = {*PREPARATION, "degree"}
+        preparing = {*PREPARATION, "degree", "ball_radius"}
         assert {field.name for field in attrs.fields(kind)} - keys <= {"lateral_unit", "channel"} | FORMAT | preparing
 
 
@@ -997,3 +997,59 @@ def test_what_does_not_fit_a_normal_curve_is_refused(tmp_path, change, message):
 def test_a_curve_that_softens_names_the_surface(tmp_path):
     with pytest.raises(hs.InputError, match=r"s\.toml: surface: the total load is not convex"):
         hs.run(indented(tmp_path, load=lambda approach: approach**0.5))
+
+
+ON_A_BALL = """
+[materials]
+first = "silicon"
+second = "float glass"
+
+[surface]
+kind = "random"
+shape = [64, 64]
+pixel_size = "1 µm"
+rms_height = "1 nm"
+autocorrelation_length = "20 µm"
+seed = 1
+ball_radius = "2.5 mm"
+
+[friction]
+coefficient = 0.2
+
+[loading]
+hold = true
+waypoints = [{ time = 0, normal_load = "50 mN" }]
+"""
+
+
+def test_the_nominal_area_of_a_rough_ball_is_that_of_the_ball(tmp_path):
+    """50 mN on silicon of 2.5 mm on glass: a = 12.962 µm by Hertz, 94.7 MPa."""
+    (tmp_path / "ball.toml").write_text(ON_A_BALL, encoding="utf-8")
+    with hs.run(tmp_path / "ball.toml", tmp_path / "ball.nc") as history:
+        assert history.contact.nominal_pressure().values == pytest.approx([94.7e6], abs=0.05e6)
+    by_approach = {"loading.waypoints[0].normal_load": "0 N"}
+    assert hs.load(tmp_path / "ball.toml", by_approach).ground().summits.nominal_area == pytest.approx(64**2 * 1e-12)
+
+
+def test_with_full_interaction_a_ball_that_is_hardly_rough_is_a_hertz_contact(tmp_path):
+    (tmp_path / "ball.toml").write_text(ON_A_BALL, encoding="utf-8")
+    values = {"surface.interaction": "full", "surface.rms_height": "0.01 nm"}
+    history = hs.run(hs.load(tmp_path / "ball.toml", values))
+    # the edge is known to a pixel
+    radius = np.sqrt(history.real_contact_area.values[0] / np.pi)
+    assert radius == pytest.approx(12.962e-6, abs=0.5e-6)
+
+
+def test_a_random_map_may_be_cut_out_of_a_larger_one(tmp_path):
+    (tmp_path / "ball.toml").write_text(ON_A_BALL, encoding="utf-8")
+    values = {"surface.ball_radius": "1 m", "surface.crop_x": ["0 µm", "31 µm"], "surface.rms_height": "1 µm"}
+    cut = hs.load(tmp_path / "ball.toml", values).ground().surface
+    whole = hs.random_surface((64, 64), 1e-6, 1e-6, 20e-6, seed=1)
+    assert cut.shape == (32, 64)
+    # heights are as they fall, not centred anew
+    assert cut.heights.mean() == pytest.approx(whole.heights[:32].mean(), abs=1e-9)
+    assert abs(cut.heights.mean()) > 1e-8
+    message = "surface.first.ball_radius: belongs to the surface as a whole"
+    twice = {"surface": {"kind": "sum", "first": {"kind": "random", "ball_radius": 1}, "second": {"kind": "random"}}}
+    with pytest.raises(InputError, match=message):
+        hs.load(tmp_path / "ball.toml", twice)

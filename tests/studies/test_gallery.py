@@ -128,3 +128,36 @@ def test_a_folder_without_scenarios_is_refused(tmp_path, monkeypatch):
     done = CliRunner().invoke(main, ["gallery", "-o", "page.pdf"])
     assert done.exit_code == 2
     assert "expected .html" in done.output
+
+
+DRAWN = (
+    SCRIPT
+    + """
+
+def drawn(found):
+    import historysim as hs
+
+    return [hs.plot_swept(found, "square"), hs.plot_swept(found, "square", fit="power")]
+
+
+def rows(found):
+    return [["length", "square"], *([str(x), str(y)] for x, y in zip(found.length.values, found.square.values))]
+"""
+)
+PICTURE = """
+[[picture]]
+kind = "curve"
+quantity = "preliminary_displacement"
+"""
+
+
+def test_pictures_and_tables_of_their_own(tmp_path):
+    (tmp_path / "1_script.py").write_text(DRAWN, encoding="utf-8")
+    (tmp_path / "2_sweep.toml").write_text(SWEPT + PICTURE, encoding="utf-8")
+    (tmp_path / "3_run.toml").write_text(BALL + '[picture]\nkind = "loops"\nloads = true\n', encoding="utf-8")
+    told = []
+    found = sections(hs.gallery(tmp_path, tell=told.append))
+    assert told == []
+    assert [body.count("data:image/png;base64,") for body in found.values()] == [2, 1, 1]
+    assert re.search(r"<th[^>]*>length</th>", found["1_script.py"])
+    assert "4.0" in found["1_script.py"]

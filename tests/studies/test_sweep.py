@@ -15,6 +15,7 @@ import xarray as xr
 from swept import BALL, ROUGH, displacement
 
 import historysim as hs
+from historysim.errors import InputError
 from historysim.results import analysis
 from historysim.scenario.grid import grid_of
 from historysim.studies import sweep as sweeping
@@ -146,15 +147,18 @@ def test_what_evolves_is_what_a_run_of_its_scenario_gives(ball, name):
     """Every number of every cell is that of its own run, and what is swept changes some."""
     text, over = EVOLVING[name]
     ball.write_text(text, encoding="utf-8")
-    found = hs.sweep(ball, over, outputs=tuple(SUMMARIES))
+    # a ball alone has no nominal area
+    outputs = tuple(name for name in SUMMARIES if name != "peak_nominal_pressure")
+    found = hs.sweep(ball, over, outputs=outputs)
     assert "failure" not in found
     for index, point in enumerate(grid_of(over).points()):
         history = hs.run(hs.load(ball, point))
         where = np.unravel_index(index, tuple(found.sizes.values()))
-        for output, summary in SUMMARIES.items():
-            assert found[output].values[where] == summary.of(history), output
+        for output in outputs:
+            expected = SUMMARIES[output].of(history)
+            assert np.array_equal(found[output].values[where], expected, equal_nan=True), output
     for dim in found.sizes:
-        assert any((found[output].diff(dim) != 0).any() for output in SUMMARIES)
+        assert any((found[output].diff(dim) != 0).any() for output in outputs)
 
 
 def test_what_some_surfaces_tell_is_missing_for_others(ball):
@@ -426,3 +430,30 @@ def test_mpi_computes_a_sweep(rough, tmp_path):
     assert (found.failure != "").values.tolist() == [[False, True, False]] * 2
     assert found.identical(hs.sweep(rough, over))
     assert len(list((tmp_path / "cells").glob("*.cell"))) == 4
+
+
+def test_numbers_of_all_summits_and_of_the_nominal_area(rough):
+    outputs = [
+        "mean_summit_radius",
+        "summit_height_deviation",
+        "summit_count",
+        "peak_nominal_pressure",
+        "initial_stiffness",
+    ]
+    found = hs.sweep(rough, {"surface.seed": [1, 2]}, outputs=outputs)
+    for row, seed in enumerate((1, 2)):
+        ground = hs.load(rough, {"surface.seed": seed}).ground()
+        assert float(found.mean_summit_radius[row]) == pytest.approx(ground.summits.radius.mean(), rel=1e-12)
+        assert float(found.summit_height_deviation[row]) == pytest.approx(ground.summits.height.std(ddof=1), rel=1e-12)
+        assert int(found.summit_count[row]) == len(ground.summits)
+        history = hs.run(hs.load(rough, {"surface.seed": seed}))
+        load = float(history.total_normal_load.max())
+        assert float(found.peak_nominal_pressure[row]) == pytest.approx(load / ground.surface.nominal_area, rel=1e-12)
+        peak = history.isel(step=int(history.total_normal_load.values.argmax()))
+        area = 8 * history.attrs["shear_modulus"] * float(peak.contact_radius.sum())
+        assert float(found.initial_stiffness[row]) == pytest.approx(area, rel=1e-9)
+    # rows of those that touch say nothing of the others
+    both = hs.sweep(rough, {"surface.seed": [1, 2]}, outputs=["summit_count", "total_normal_load"])
+    assert "failure" not in both
+    with pytest.raises(InputError, match="summit_count: not all summits are recorded beside rows of each asperity"):
+        hs.sweep(rough, {"surface.seed": [1, 2]}, outputs=["summit_count", "normal_load"])

@@ -616,3 +616,28 @@ def test_a_surface_on_finer_and_coarser_points_is_the_same_wave():
 def test_a_resolution_that_cannot_be_is_refused(pixel_size):
     with pytest.raises(InputError, match="pixel_size"):
         Surface(np.ones((10, 10)), 1.0).at_resolution(pixel_size)
+
+
+# --- on a ball --------------------------------------------------------------------------------------------------
+
+
+def test_roughness_on_a_ball_is_the_sum_of_both():
+    flat = Surface(rough((9, 6)), (1.0, 2.0), periodic=True)
+    ball = flat.on_ball(50.0)
+    x, y = np.arange(9) - 4.0, 2.0 * (np.arange(6) - 2.5)
+    form = np.array([[math.sqrt(50.0**2 - a**2 - b**2) - 50.0 for b in y] for a in x])
+    assert ball.heights == pytest.approx(flat.heights + form, abs=1e-12)
+    assert not ball.periodic
+    # what is taken off again is the ball
+    assert Surface(np.zeros((9, 6)), (1.0, 2.0)).on_ball(50.0).form("sphere").radius == pytest.approx(50.0, rel=1e-9)
+
+
+def test_small_drops_keep_their_digits():
+    ball = Surface(np.zeros((3, 1)), 1e-9).on_ball(1e-3)
+    assert ball.heights[:, 0] == pytest.approx([-5e-16, 0, -5e-16], rel=1e-9)
+
+
+@pytest.mark.parametrize(("radius", "message"), [(0, "radius is 0"), (4.0, "half the diagonal")])
+def test_a_ball_that_the_surface_does_not_fit_on_is_refused(radius, message):
+    with pytest.raises(InputError, match=message):
+        Surface(np.zeros((9, 6)), 1.0).on_ball(radius)

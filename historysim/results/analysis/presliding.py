@@ -11,6 +11,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
+from historysim.basics.arguments import scalar
 from historysim.results.analysis.recorded import (
     CHANGING_HEIGHT,
     check_all_recorded,
@@ -93,6 +94,59 @@ def preliminary_displacements(history: "xr.Dataset") -> "xr.Dataset":
         },
         coords={"time": history["time"]},
     )
+
+
+def first_loading(history: "xr.Dataset", normal_load: float, points: int = 101) -> tuple[Floats, Floats]:
+    """Return the curve of first loading at a normal load, from rest until the last asperity slides.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        As for `preliminary_displacement`; the asperities are those of its first step, with the friction that they have
+        there. A load that more asperities would carry than are recorded needs ``record = "all"``.
+    normal_load : float
+        N [N], > 0.
+    points : int
+        Of the curve.
+
+    Returns
+    -------
+    displacement, load : array (points,)
+        u [m] and F(u) [N].
+
+    Raises
+    ------
+    InputError
+        As for `preliminary_displacement`, or a load that is no number greater than 0.
+    """
+    wanted = scalar("normal_load", normal_load, above=0)
+    check_recorded(history, "summit_radius")
+    check_all_recorded(history)
+    ratio, modulus = displacement_ratio(history), float(history.attrs["contact_modulus"])
+    height, radius = (shape_of(history, f"summit_{name}", 0) for name in ("height", "radius"))
+    coefficient = np.broadcast_to(present_friction(history).of(0), height.shape)
+
+    def loads(depth: float) -> Floats:
+        found: Floats = 4 / 3 * modulus * np.sqrt(radius) * np.maximum(height - height.max() + depth, 0) ** 1.5
+        return found
+
+    depth = _root(lambda depth: float(loads(depth).sum()), wanted)
+    virgin = _Virgin(coefficient * loads(depth), ratio * coefficient * np.maximum(height - height.max() + depth, 0))
+    holds = virgin.limit > 0
+    # dense where the curve bends most, at its end
+    u = float(virgin.reach.max(initial=0.0)) * (1 - np.linspace(1, 0, points) ** 2)
+    left = np.sqrt(np.clip(1 - u[:, np.newaxis] / virgin.reach[holds], 0.0, None))
+    return u, (virgin.limit[holds] * (1 - left**3)).sum(axis=1)
+
+
+def _root(load_at: Callable[[float], float], wanted: float) -> float:
+    """Return the approach at which a load that rises from 0 is reached: bisection."""
+    low, high = 0.0, 1e-12
+    while load_at(high) < wanted:
+        low, high = high, 2 * high
+    while (middle := (low + high) / 2) not in {low, high}:
+        low, high = (middle, high) if load_at(middle) < wanted else (low, middle)
+    return high
 
 
 def presliding_work(history: "xr.Dataset") -> "xr.DataArray":

@@ -125,7 +125,7 @@ def nominal_pressure(history: "xr.Dataset", nominal_area: float | None = None) -
     ----------
     history : xarray.Dataset
     nominal_area : float, optional
-        [m²]; by default what the file of the history says of its surface.
+        [m²]; by default what the history says of its surface.
 
     Returns
     -------
@@ -135,7 +135,7 @@ def nominal_pressure(history: "xr.Dataset", nominal_area: float | None = None) -
     Raises
     ------
     InputError
-        An area that is not positive, or none where the history does not come from a file that says it.
+        An area that is not positive, or none where the history does not say it.
     """
     check_recorded(history)
     area = _nominal_area(history) if nominal_area is None else scalar("nominal_area", nominal_area, above=0)
@@ -146,8 +146,11 @@ def nominal_pressure(history: "xr.Dataset", nominal_area: float | None = None) -
 def _nominal_area(history: "xr.Dataset") -> float:
     import xarray as xr
 
+    if "nominal_area" in history.attrs:
+        return float(history.attrs["nominal_area"])
     source = history.encoding.get("source")
     if source:
+        # results of earlier versions tell it with the surface
         try:
             with xr.open_dataset(source, engine="netcdf4", group=SURFACE_GROUP) as surface:
                 if "nominal_area" in surface.attrs:

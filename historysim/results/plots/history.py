@@ -14,12 +14,13 @@ from historysim.results.plots.loop import draw_loop
 from historysim.results.plots.paper import COLUMN, PAGE, Size, new_figure
 from historysim.results.plots.slip_map import draw_slip_map
 from historysim.results.plots.style import FAINT, INK, plain_title, scaled
+from historysim.results.plots.wear import check_worn, draw_wear
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-PANELS = ("loop", "loads", "states", "energy")
+PANELS = ("loop", "loads", "states", "energy", "wear")
 
 
 def plot_history(history: xr.Dataset, *, panels: Sequence[str] | None = None, size: Size | None = None) -> "Figure":
@@ -28,9 +29,9 @@ def plot_history(history: xr.Dataset, *, panels: Sequence[str] | None = None, si
     Parameters
     ----------
     history : xarray.Dataset
-        A history. One without asperities gets its dissipated energy in place of the map of slip state. Long
-        histories are thinned to what a page can show.
-    panels : sequence of {"loop", "loads", "states", "energy"}, optional
+        A history. One without asperities gets its dissipated energy in place of the map of slip state; one whose
+        asperities wear their worn volume, too. Long histories are thinned to what a page can show.
+    panels : sequence of {"loop", "loads", "states", "energy", "wear"}, optional
         What to draw instead, in this order, one below the other.
     size : (float, float), optional
         Width and height [mm].
@@ -50,8 +51,10 @@ def plot_history(history: xr.Dataset, *, panels: Sequence[str] | None = None, si
         return _chosen(history, thin, panels, size)
     rows = history.sizes.get("asperity", 0) if "slip_state" in history else 0
     map_height = 1.5 if rows == 0 else 0.45 + 1.65 * min(rows / 12, 1)
-    with new_figure(size, (PAGE, 99.0 + 25.4 * map_height)) as figure:
-        grid = figure.add_gridspec(3, 2, width_ratios=(1, 1), height_ratios=(1.1, 1.9, map_height))
+    worn = [1.3] if "worn_volume" in history else []
+    with new_figure(size, (PAGE, 99.0 + 25.4 * (map_height + sum(worn)))) as figure:
+        ratios = (1.1, 1.9, map_height, *worn)
+        grid = figure.add_gridspec(len(ratios), 2, width_ratios=(1, 1), height_ratios=ratios)
         normal_axes = figure.add_subplot(grid[0, 1])
         draw_loop(figure.add_subplot(grid[:2, 0]), thin, "colour: time, as on the right")
         _draw_loads(normal_axes, figure.add_subplot(grid[1, 1], sharex=normal_axes), thin)
@@ -60,6 +63,8 @@ def plot_history(history: xr.Dataset, *, panels: Sequence[str] | None = None, si
             draw_slip_map(last, history)
         else:
             _draw_energy(last, thin)
+        if worn:
+            draw_wear(figure.add_subplot(grid[3, :]), history)
         if title := history.attrs.get("title"):
             figure.suptitle(plain_title(str(title)), x=0.01, ha="left", fontsize=9.5)
     return figure
@@ -72,10 +77,13 @@ def _chosen(history: xr.Dataset, thin: xr.Dataset, panels: Sequence[str], size: 
         raise InputError(f"panels is {panels!r}; expected some of {', '.join(PANELS)}")
     if "states" in panels:
         check_recorded(history, "slip_state")
+    if "wear" in panels:
+        check_worn(history)
     draw: dict[str, Callable[[Axes], None]] = {
         "loop": lambda axes: draw_loop(axes, thin),
         "states": lambda axes: draw_slip_map(axes, history),
         "energy": lambda axes: _draw_energy(axes, thin),
+        "wear": lambda axes: draw_wear(axes, history),
     }
     width = PAGE if "states" in panels else COLUMN
     with new_figure(size, (width, 70.0 * len(panels))) as figure:

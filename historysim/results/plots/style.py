@@ -3,6 +3,7 @@
 Colours are told apart by readers with any colour vision and in grey print: lightness rises from stick to slip.
 """
 
+import re
 import textwrap
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +14,7 @@ from historysim.basics.units import prefixed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
 Floats = npt.NDArray[np.float64]
 
@@ -41,18 +42,41 @@ STYLE: dict[Any, Any] = {
 }
 
 
+FEW_DECADES = 30.0
+"""Greatest over smallest number of a logarithmic axis up to which 2 and 5 have ticks with numbers, too."""
+WIDEST_NAME = 34
+"""Characters of a name below a picture from which on there is one column of names."""
+
+
 def scaled(values: Floats, unit: str) -> tuple[Floats, str]:
     """Return values times the factor of a readable SI prefix, and the unit with that prefix."""
     factor, prefix = prefixed(np.nanmax(np.abs(values), initial=0.0))
     return values * factor, prefix + unit
 
 
-def plain_title(title: str) -> str:
-    """Return a title that fits the width of a figure, with no mathematics between dollar signs."""
-    return textwrap.shorten(title, 110, placeholder=" …").replace("$", r"\$")
+def by_factors(axis: Any) -> None:
+    """Make an axis logarithmic, with plain numbers: 0.4, and not 4 × 10⁻¹."""
+    from matplotlib.ticker import FuncFormatter, LogLocator
+
+    (axis.axes.set_xscale if axis.axis_name == "x" else axis.axes.set_yscale)("log")
+    low, high = axis.get_data_interval()
+    few = high < FEW_DECADES * low
+    axis.set_major_locator(LogLocator(subs=(1, 2, 5) if few else (1,)))
+    axis.set_minor_formatter("")
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 
 
-def legend_below(figure: "Figure", *axes: "Axes", extra: str = "", columns: int = 4, **options: Any) -> None:
+def plain_title(title: str, width: int = 110, lines: int = 1) -> str:
+    """Return a title on so many lines at most, that fit the width, with no mathematics between dollar signs."""
+    # a number and its unit stay together
+    whole = re.sub(r"(?<=\d) (?=[nµm]?[mN]\b|[kMG]?Pa\b)", "\N{NO-BREAK SPACE}", title)
+    parts = textwrap.wrap(whole, width, max_lines=lines, placeholder=" …")
+    return "\n".join(parts).replace("$", r"\$")
+
+
+def legend_below(
+    figure: "Figure | SubFigure", *axes: "Axes", extra: str = "", columns: int = 4, **options: Any
+) -> None:
     """Name what is drawn in some axes below the figure, each name once, where no data can lie."""
     named: dict[str, Any] = {}
     for each in axes:
@@ -66,7 +90,7 @@ def legend_below(figure: "Figure", *axes: "Axes", extra: str = "", columns: int 
         named.values(),
         named.keys(),
         loc="outside lower left",
-        ncols=columns,
+        ncols=1 if max(map(len, named), default=0) > WIDEST_NAME else columns,
         columnspacing=2.0,
         handlelength=1.6,
         **options,

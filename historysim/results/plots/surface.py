@@ -16,7 +16,7 @@ from historysim.recording import surface_group
 from historysim.results.analysis.recorded import shape_of
 from historysim.results.analysis.shares import telling_step
 from historysim.results.plots.paper import COLUMN, PAGE, Size, new_figure
-from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, STATES, plain_title
+from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, STATES, by_factors, plain_title
 from historysim.surfaces.heights import Surface
 
 if TYPE_CHECKING:
@@ -351,7 +351,7 @@ def draw_distribution(axes: "Axes", surface: xr.Dataset, state: States, contact:
         axes.text(0.5, 0.5, "no summits", transform=axes.transAxes, ha="center", color=FAINT)
     # radii of rough surfaces reach over decades
     elif radii.max() > 20 * radii.min():
-        axes.set_yscale("log")
+        by_factors(axes.yaxis)
     elif np.ptp(radii) <= 1e-12 * radii.max():
         axes.set_ylim(0, 2 * radii.max() * up)
     axes.set(

@@ -1,40 +1,31 @@
 """Picture of a quantity over what was swept, with its spread over the rest, such as seeds."""
 
-import math
-from collections.abc import Hashable
+from collections.abc import Hashable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from historysim.basics.units import prefixed
 from historysim.errors import InputError
+from historysim.results.plots.lines import LINES
 from historysim.results.plots.paper import COLUMN, Size, new_figure
-from historysim.results.plots.style import INK, STATE_COLOURS
+from historysim.results.plots.style import FAINT, INK, by_factors, plain_title
+from historysim.results.plots.swept_cells import cell_label, selected
+from historysim.results.plots.words import member_text, name_of, readable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
 Floats = npt.NDArray[np.float64]
 
 SPREADS = ("deviation", "quantiles", "none")
+FITS = ("straight", "power")
 QUANTILES = (0.1, 0.9)
 WIDE = 30.0
 """Greatest over smallest number of an axis, from which on it may be logarithmic."""
-OF_A_SCENARIO = " of the scenario"
-"""How the name of a swept key ends."""
-MOST_LINES = 6
-LINES = (
-    (STATE_COLOURS[1], "-", "o"),
-    (STATE_COLOURS[2], "--", "s"),
-    ("#4aa8e0", "-.", "^"),
-    ("#7a7a7a", ":", "D"),
-    ("#b08a1e", (0, (5, 1, 1, 1, 1, 1)), "v"),
-    (INK, (0, (1, 2)), "P"),
-)
-"""Colour, dashes and marker of each line: told apart in grey print, too."""
+MOST_LINES = len(LINES)
 
 
 def plot_swept(
@@ -44,9 +35,15 @@ def plot_swept(
     *,
     each: str | None = None,
     spread: str = "deviation",
+    fit: str | None = None,
+    logarithmic: bool | None = None,
+    labels: Sequence[str] = (),
+    where: Mapping[str, Any] | None = None,
+    ends: Mapping[str, tuple[str, str]] | None = None,
+    title: str = "",
     size: Size | None = None,
 ) -> "Figure":
-    """Draw a quantity of a sweep over a swept one.
+    """Draw a quantity of a sweep over a swept one, or over another quantity.
 
     Parameters
     ----------
@@ -56,12 +53,26 @@ def plot_swept(
         The variable to draw.
     over : str, optional
         The dimension along the axis; by default the first with numbers that are not those of seeds, or else the
-        longest. Where its values repeat, or are those of seeds, points are not joined.
+        longest. Where its values repeat, or are those of seeds, points are not joined. Or another number of the
+        sweep, such as ``peak_nominal_pressure``: each point then stands at its mean over the rest.
     each : str, optional
-        A dimension whose members are lines of their own; by default the next one, where it has at most 6.
+        A dimension whose members are lines of their own; by default the next one, where it has at most 8.
     spread : {"deviation", "quantiles", "none"}
         Over all other dimensions, such as seeds, the mean is drawn with error bars of one standard deviation, or the
         median with a band from the 10 to the 90 % quantile, or the mean alone.
+    fit : {"straight", "power"}, optional
+        A line through the means of each, by least squares: straight, with its R², or a power law, with its exponent.
+    logarithmic : bool, optional
+        Both axes, or neither; by default the axis of what was swept where its values are spaced by factors.
+    labels : sequence of str, optional
+        What the lines are called.
+    where : dict, optional
+        Only the cells with these values of swept keys: ``{"materials.first": "silicon"}``.
+    ends : dict, optional
+        For ``"x"``, ``"y"`` or both, two variables that tell the lower and upper end of error bars, in place of the
+        spread.
+    title : str, optional
+        A heading.
     size : (float, float), optional
         Width and height [mm].
 
@@ -73,93 +84,179 @@ def plot_swept(
     Raises
     ------
     InputError
-        Names that the sweep does not have, a quantity that is no number, more lines than can be told apart, or another
-        spread.
+        Names that the sweep does not have, a quantity that is no number, more lines than can be told apart, labels that
+        do not fit them, or another spread or fit.
     """
-    values, over, each = _chosen(sweep, quantity, over, each)
-    if spread not in SPREADS:
-        raise InputError(f"spread is {spread!r}; expected one of {', '.join(SPREADS)}")
-    rest = [name for name in values.dims if name not in {over, each}]
-    along, label, ticks = _axis(sweep, over)
-    # as they were written they may go to and fro
-    ascending = np.argsort(along, kind="stable")
-    along = along[ascending]
-    joined = "seed" not in over and bool((np.diff(along) > 0).all())
-    factor, unit = _unit(values)
-    members: list[Any] = [None] if each is None else list(range(sweep.sizes[each]))
-    with new_figure(size, (COLUMN, 70.0)) as figure:
-        axes = figure.add_subplot()
-        for member, line in zip(members, LINES, strict=False):
-            part = values if member is None else values.isel({each: member})
-            order = [over, *rest]
-            numbers = part.transpose(*order).values.reshape(along.size, -1)[ascending] * factor
-            label_of_it = "" if member is None else _member(sweep, str(each), member)
-            _draw(axes, along, numbers, spread, line if joined else (line[0], "none", line[2]), label_of_it)
-        if ticks:
-            axes.set_xticks(along, ticks)
-        elif _spaced_by_factors(along):
-            axes.set_xscale("log")
-            axes.xaxis.set_major_formatter("{x:g}")
-        axes.set(xlabel=label, ylabel=f"{quantity.replace('_', ' ')}{unit}")
-        axes.margins(0.06, 0.08)
-        if each is not None:
-            # beside the axes: inside, it might lie on a line
-            figure.legend(title=_name(sweep, str(each)), loc="outside lower center", ncols=min(len(members), 3))
-        axes.set_title(_caption(sweep, values, rest, spread), fontsize=7, fontweight="normal")
+    options = {"each": each, "spread": spread, "fit": fit, "logarithmic": logarithmic, "labels": labels, "ends": ends}
+    with new_figure(size, (COLUMN, 75.0 if title else 70.0)) as figure:
+        draw_swept(figure, selected(sweep, where), quantity, over, **options)  # type: ignore[arg-type] # one each
+        if title:
+            figure.suptitle(plain_title(title, 54, 2), x=0.01, ha="left", fontsize=8.5)
     return figure
+
+
+def draw_swept(
+    figure: "Figure | SubFigure",
+    sweep: xr.Dataset,
+    quantity: str,
+    over: str | None = None,
+    *,
+    each: str | None = None,
+    spread: str = "deviation",
+    fit: str | None = None,
+    logarithmic: bool | None = None,
+    labels: Sequence[str] = (),
+    ends: Mapping[str, tuple[str, str]] | None = None,
+    title: str = "",
+) -> None:
+    """Draw a quantity into a figure, or into a part of one; parameters and errors as for `plot_swept`."""
+    values, along_name, points, each = _chosen(sweep, quantity, over, each)
+    for name, value, known in (("spread", spread, SPREADS), ("fit", fit, (None, *FITS))):
+        if value not in known:
+            raise InputError(f"{name} is {value!r}; expected one of {', '.join(filter(None, known))}")
+    rest = [name for name in values.dims if name not in {points, each}]
+    factor, unit = readable(values)
+    members: list[Any] = [None] if each is None else list(range(sweep.sizes[each]))
+    if labels and len(labels) != len(members):
+        raise InputError(f"labels has {len(labels)}; expected one for each of {len(members)} lines")
+    axes = figure.add_subplot()
+    places = []
+    for number, (member, line) in enumerate(zip(members, LINES, strict=False)):
+        own = sweep if member is None else sweep.isel({each: member})
+        along, ticks, joined = _along(own, along_name, points)
+        # as they were written they may go to and fro
+        ascending = np.argsort(along, kind="stable")
+        along = along[ascending]
+        joined = joined and bool((np.diff(along) > 0).all())
+
+        def column(name: str, times: float, own: xr.Dataset = own, order: Any = ascending) -> Floats:
+            part = own[name].transpose(points, *[dim for dim in own[name].dims if dim != points])
+            found: Floats = part.values.reshape(part.shape[0], -1)[order] * times
+            return found
+
+        numbers = column(quantity, factor)
+        label = labels[number] if labels else "" if member is None else _member(sweep, str(each), member)
+        given = {}
+        for axis, names in (ends or {}).items():
+            times = factor if axis == "y" else _factor(sweep, along_name)
+            low, high = (np.nanmean(column(name, times), axis=1) for name in names)
+            middle = np.nanmean(numbers, axis=1) if axis == "y" else along
+            given[f"{axis}err"] = np.maximum([middle - low, high - middle], 0.0)
+        # lines may lie on one another: those below are the larger ones
+        size = max(5.0 - 0.6 * number, 2.0) if len(members) > 1 else 3.5
+        looks = (line[0], line[1] if joined else "none", line[2], size)
+        _draw(axes, along, numbers, "none" if "y" in (ends or {}) else spread, looks, label, given)
+        if fit is not None:
+            _fitted(axes, along, numbers, fit, line[0])
+        places.append(along)
+    _scales(axes, np.concatenate(places), ticks, logarithmic)
+    axes.set(xlabel=_label(sweep, along_name), ylabel=name_of(sweep, quantity) + (f" ({unit})" if unit else ""))
+    axes.margins(0.06, 0.08)
+    handles = axes.get_legend_handles_labels()[1]
+    if handles:
+        # beside the axes: inside, it might lie on a line
+        figure.legend(title=_heading(sweep, each, labels), loc="outside lower center", ncols=_columns(handles))
+    caption = _caption(sweep, values, rest, spread) if not ends else ""
+    if title:
+        axes.set_title(title, pad=6 + 9 * bool(caption))
+        above: dict[str, Any] = {"xytext": (0, 4), "textcoords": "offset points", "fontsize": 7, "color": FAINT}
+        axes.annotate(caption, (0, 1), xycoords="axes fraction", **above)
+    else:
+        axes.set_title(caption, fontsize=7, fontweight="normal")
 
 
 def _chosen(
     sweep: xr.Dataset, quantity: str, over: str | None, each: str | None
-) -> tuple[xr.DataArray, str, str | None]:
+) -> tuple[xr.DataArray, str, str, str | None]:
+    """Return the values, what they are drawn over, the dimension of the points, and that of the lines."""
     if quantity not in sweep.data_vars or sweep[quantity].dtype.kind not in "fiu" or not sweep[quantity].dims:
         known = [str(name) for name, values in sweep.data_vars.items() if values.dtype.kind in "fiu" and values.dims]
         raise InputError(f"quantity is {quantity!r}; expected one of {', '.join(known)}")
     values = sweep[quantity]
     # seeds repeat, and are no quantity to draw over
     free = [str(name) for name in values.dims if "seed" not in str(name)]
-    if over is None:
-        names = [name for name in free if name != each] or [str(name) for name in values.dims if name != each]
-        over = next((name for name in names if _numbers(sweep, name)), None)
-        over = over or max(names, key=lambda name: sweep.sizes[name], default="")
-    for name in filter(None, (over, each)):
-        if name not in values.dims:
-            raise InputError(
-                f"{quantity} does not go over {name!r}; expected one of {', '.join(map(str, values.dims))}"
-            )
-    if over == each:
+    names = [name for name in free if name != each] or [str(name) for name in values.dims if name != each]
+    points = next((name for name in names if _numbers(sweep, name)), None)
+    points = points or max(names, key=lambda name: sweep.sizes[name], default="")
+    if over is not None and over not in values.dims and over not in _numbers_of(sweep, values):
+        known = [*map(str, values.dims), *_numbers_of(sweep, values)]
+        raise InputError(f"{quantity} does not go over {over!r}; expected one of {', '.join(known)}")
+    if over in values.dims:
+        points = str(over)
+    elif over is not None and sweep[over].ndim == 1:
+        # along one dimension it says which one the points go through
+        points = str(sweep[over].dims[0])
+    if each is not None and each not in values.dims:
+        raise InputError(f"{quantity} does not go over {each!r}; expected one of {', '.join(map(str, values.dims))}")
+    if points == each:
         raise InputError(f"each is {each!r}, which is on the axis already; expected another dimension")
     if each is None:
-        each = next((name for name in free if name != over and 1 < sweep.sizes[name] <= MOST_LINES), None)
+        each = next((name for name in free if name != points and 1 < sweep.sizes[name] <= MOST_LINES), None)
     elif sweep.sizes[each] > MOST_LINES:
         raise InputError(f"each is {each!r} with {sweep.sizes[each]} members; expected at most {MOST_LINES} lines")
-    return values, over, each
+    return values, over or points, points, each
+
+
+def _heading(sweep: xr.Dataset, each: str | None, labels: Sequence[str]) -> str | None:
+    """Return what stands above the names of lines: what they are numbers of."""
+    if each is None or labels or "seed" in each or not _numbers(sweep, each):
+        return None
+    return name_of(sweep, each)
+
+
+def _columns(names: Sequence[str]) -> int:
+    """Return in how many columns names fit below a picture."""
+    longest = max(map(len, names))
+    return min(len(names), 3 if longest <= 13 else 2 if longest <= 24 else 1)
+
+
+def _numbers_of(sweep: xr.Dataset, values: xr.DataArray) -> list[str]:
+    """Return the other numbers of a sweep that values may be drawn over: with dimensions that these have, too."""
+    return [
+        str(name)
+        for name, other in {**sweep.data_vars, **sweep.coords}.items()
+        if other.dtype.kind in "fiu" and other.dims and set(other.dims) <= set(values.dims) and name != values.name
+    ]
 
 
 def _numbers(sweep: xr.Dataset, name: Hashable) -> bool:
     return name not in sweep.coords or sweep[name].dtype.kind in "fiu"
 
 
-def _axis(sweep: xr.Dataset, over: str) -> tuple[Floats, str, list[str]]:
-    """Return where the members of a dimension stand on the axis, its label, and their names where they are texts."""
-    label = _name(sweep, over)
-    if over in sweep.coords and _numbers(sweep, over):
-        factor, unit = _unit(sweep[over])
-        return sweep[over].values * factor, f"{label}{unit}", []
-    names = [str(value) for value in sweep[over].values] if over in sweep.coords else []
-    return np.arange(sweep.sizes[over], dtype=np.float64), label, names
+def _factor(sweep: xr.Dataset, name: str) -> float:
+    return readable(sweep[name])[0] if name in sweep and _numbers(sweep, name) else 1.0
 
 
-def _name(sweep: xr.Dataset, dimension: str) -> str:
-    """Return what a dimension is called in a picture: of a key of a scenario the last part, or two if that is short."""
-    if dimension not in sweep.coords:
-        return dimension.replace("_", " ")
-    told = str(sweep[dimension].attrs.get("long_name", ""))
-    key = told.removesuffix(OF_A_SCENARIO) if told.endswith(OF_A_SCENARIO) else dimension
-    *before, last = key.split(".")
-    if before and "_" not in last and "[" not in before[-1]:
-        last = f"{before[-1]} {last}"
-    return last.replace("_", " ")
+def _label(sweep: xr.Dataset, name: str) -> str:
+    unit = readable(sweep[name])[1] if name in sweep and _numbers(sweep, name) else ""
+    return name_of(sweep, name) + (f" ({unit})" if unit else "")
+
+
+def _along(sweep: xr.Dataset, name: str, points: str) -> tuple[Floats, list[str], bool]:
+    """Return where points stand on the axis, their names where they are texts, and whether lines may join them."""
+    if name in sweep and (name != points or _numbers(sweep, name)):
+        values = sweep[name]
+        rest = [dim for dim in values.dims if dim != points]
+        middle = values.astype(float).mean(rest).values if rest else values.values.astype(float)
+        return middle * _factor(sweep, name), [], "seed" not in name
+    names = [str(value) for value in sweep[points].values] if points in sweep.coords else []
+    return np.arange(sweep.sizes[points], dtype=np.float64), names, "seed" not in points
+
+
+def _scales(axes: "Axes", along: Floats, ticks: Sequence[str], logarithmic: bool | None) -> None:
+    if ticks:
+        axes.set_xticks(np.unique(along), ticks)
+        return
+    own = np.unique(along)
+    if logarithmic:
+        for axis in (axes.xaxis, axes.yaxis):
+            by_factors(axis)
+    elif logarithmic is None and _spaced_by_factors(own):
+        by_factors(axes.xaxis)
+    elif logarithmic is None and own.size > 3 and own[0] == 0 and _spaced_by_factors(own[1:]):
+        # a zero beside values that go by factors is told apart from the least of them
+        axes.set_xscale("symlog", linthresh=own[1])
+        axes.set_xticks(own, [f"{value:g}" for value in own])
 
 
 def _spaced_by_factors(along: Floats) -> bool:
@@ -170,36 +267,25 @@ def _spaced_by_factors(along: Floats) -> bool:
     return bool(factors.max() < 4 * max(factors.min(), 1e-12))
 
 
-def _unit(values: xr.DataArray) -> tuple[float, str]:
-    """Return the factor of a readable prefix, and the unit in brackets."""
-    unit = str(values.attrs.get("units", ""))
-    if unit in {"", "1"}:
-        return 1.0, ""
-    greatest = float(np.nanmax(np.abs(values.values), initial=0.0))
-    if unit == "m2":
-        # the prefix is squared with the metre
-        factor, prefix = prefixed(math.sqrt(greatest))
-        return factor**2, f" ({prefix}m²)"
-    # other prefixes of squares and cubes would be misread; behind the first part of a unit they do not count
-    if any(character.isdigit() for character in unit.split(maxsplit=1)[0]):
-        return 1.0, f" ({unit.replace('2', '²').replace('3', '³')})"
-    factor, prefix = prefixed(greatest)
-    return factor, f" ({prefix}{unit.replace(' m-1', '/m')})"
-
-
 def _member(sweep: xr.Dataset, each: str, member: int) -> str:
     if each not in sweep.coords:
         return str(member)
-    value = sweep[each].values[member]
-    if not _numbers(sweep, each):
-        return str(value)
-    factor, unit = _unit(sweep[each])
-    return f"{value * factor:.4g}{unit.replace('(', '').replace(')', '')}"
+    if "seed" in each:
+        return cell_label(sweep, each, member)
+    return member_text(sweep, each, member)
 
 
-def _draw(axes: "Axes", along: Floats, numbers: Floats, spread: str, line: tuple[Any, ...], label: str) -> None:
-    colour, dashes, marker = line
-    looks: dict[str, Any] = {"color": colour, "linestyle": dashes, "marker": marker, "ms": 3.5, "linewidth": 1.0}
+def _draw(
+    axes: "Axes",
+    along: Floats,
+    numbers: Floats,
+    spread: str,
+    line: tuple[Any, ...],
+    label: str,
+    given: Mapping[str, Floats],
+) -> None:
+    colour, dashes, marker, markersize = line
+    looks: dict[str, Any] = {"color": colour, "linestyle": dashes, "marker": marker, "ms": markersize, "linewidth": 1.0}
     # cells that have failed are gaps
     there = np.isfinite(numbers).any(axis=1)
     along, numbers = along[there], numbers[there]
@@ -212,22 +298,132 @@ def _draw(axes: "Axes", along: Floats, numbers: Floats, spread: str, line: tuple
         return
     mean = np.nanmean(numbers, axis=1)
     count = np.isfinite(numbers).sum(axis=1)
-    deviation = None
+    bars: dict[str, Any] = {name: values[:, there] for name, values in given.items()}
     if spread == "deviation" and (count > 1).any():
         # of one cell there is no deviation
         square = np.nansum((numbers - mean[:, np.newaxis]) ** 2, axis=1)
-        deviation = np.where(count > 1, np.sqrt(square / np.maximum(count - 1, 1)), np.nan)
-    axes.errorbar(along, mean, yerr=deviation, capsize=2, elinewidth=0.8, label=label, **looks)
+        bars["yerr"] = np.where(count > 1, np.sqrt(square / np.maximum(count - 1, 1)), np.nan)
+    axes.errorbar(along, mean, **({"yerr": None} | bars), capsize=2, elinewidth=0.8, label=label or None, **looks)
+
+
+def _fitted(axes: "Axes", along: Floats, numbers: Floats, fit: str, colour: Any) -> None:
+    """Draw a straight line or a power law through means, by least squares, and tell R² or the exponent."""
+    mean = np.nanmean(numbers, axis=1)
+    there = np.isfinite(mean) & ((along > 0) & (mean > 0) if fit == "power" else True)
+    if there.sum() < 2:
+        return
+    x, y = along[there], mean[there]
+    dashes: dict[str, Any] = {"color": colour, "linewidth": 0.7, "linestyle": (0, (1, 1.5)), "zorder": 1}
+    if fit == "power":
+        exponent, constant = np.polyfit(np.log(x), np.log(y), 1)
+        fine = np.geomspace(x.min(), x.max(), 60)
+        axes.plot(fine, np.exp(constant) * fine**exponent, label=f"exponent {exponent:.2f}", **dashes)
+        return
+    slope, offset = np.polyfit(x, y, 1)
+    share = np.corrcoef(x, y)[0, 1] ** 2
+    ends = np.array([x.min(), x.max()])
+    axes.plot(ends, slope * ends + offset, label=f"straight line, $R^2$ = {share:.3f}", **dashes)
+
+
+def plot_bars(
+    sweep: xr.Dataset,
+    quantity: str,
+    groups: Mapping[str, Sequence[str]],
+    *,
+    title: str = "",
+    size: Size | None = None,
+) -> "Figure":
+    """Draw a number of a few cells as bars in groups, with the difference between the bars of each group.
+
+    Parameters
+    ----------
+    sweep : xarray.Dataset
+        Whose ``quantity`` goes over one dimension besides seeds; error bars are the standard deviation over these.
+    quantity : str
+    groups : dict
+        The names of the groups, each with those of its bars: one for each cell, in their order.
+    title : str, optional
+        A heading.
+    size : (float, float), optional
+        Width and height [mm].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A figure 90 mm wide, or of that size.
+
+    Raises
+    ------
+    InputError
+        A quantity that the sweep does not have, or groups that do not fit its cells.
+    """
+    with new_figure(size, (COLUMN, 75.0)) as figure:
+        draw_bars(figure, sweep, quantity, groups)
+        if title:
+            figure.suptitle(plain_title(title, 54, 2), x=0.01, ha="left", fontsize=8.5)
+    return figure
+
+
+def draw_bars(
+    figure: "Figure | SubFigure", sweep: xr.Dataset, quantity: str, groups: Mapping[str, Sequence[str]], title: str = ""
+) -> None:
+    """Draw bars into a figure, or into a part of one; parameters and errors as for `plot_bars`."""
+    if quantity not in sweep.data_vars or sweep[quantity].dtype.kind != "f":
+        raise InputError(f"quantity is {quantity!r}; expected one of {', '.join(map(str, sweep.data_vars))}")
+    values = sweep[quantity]
+    dims = [str(dim) for dim in values.dims if "seed" not in str(dim)]
+    cells = sweep.sizes[dims[0]] if len(dims) == 1 else 0
+    wanted = sum(map(len, groups.values()))
+    if cells != wanted:
+        raise InputError(
+            f"groups have {wanted} bars; expected one for each cell of one dimension besides seeds, of which there are "
+            f"{', '.join(f'{sweep.sizes[dim]} along {dim}' for dim in dims) or 'none'}"
+        )
+    factor, unit = readable(values)
+    numbers = values.transpose(dims[0], ...).values.reshape(cells, -1) * factor
+    mean = np.nanmean(numbers, axis=1)
+    # cells that have failed are left out; of one there is no deviation
+    several = np.isfinite(numbers).sum(axis=1) > 1
+    deviation = np.zeros(cells)
+    deviation[several] = np.nanstd(numbers[several], axis=1, ddof=1)
+    kinds = list(dict.fromkeys(name for names in groups.values() for name in names))
+    axes = figure.add_subplot()
+    width, first = 0.8 / len(kinds), 0
+    for place, (group, names) in enumerate(groups.items()):
+        own = slice(first, first + len(names))
+        lefts = place + (np.array([kinds.index(name) for name in names]) - (len(kinds) - 1) / 2) * width
+        for name, left, height, bar in zip(names, lefts, mean[own], deviation[own], strict=True):
+            colour = LINES[kinds.index(name)][0]
+            axes.bar(left, height, 0.92 * width, color=colour, alpha=0.85, label=name if place == 0 else None)
+            if bar:
+                axes.errorbar(left, height, yerr=bar, color=FAINT, capsize=2, elinewidth=0.8)
+            axes.annotate(f"{height:.3g}", (left, 0), (0, 2), textcoords="offset points", ha="center", color="white")
+        if len(names) == 2:
+            low, high = mean[own]
+            top = (mean + deviation).max() * 1.06
+            axes.annotate("", (lefts[0], top), (lefts[1], top), arrowprops={"arrowstyle": "|-|", "mutation_scale": 2.5})
+            told = f"{group}: drift {abs(high - low):.2g} {unit}"
+            axes.annotate(told, (place, top), (0, 4), textcoords="offset points", ha="center", color=INK)
+        first += len(names)
+    axes.set_xticks(range(len(groups)), list(groups))
+    axes.set(ylabel=f"{name_of(sweep, quantity)} ({unit})", ylim=(0, (mean + deviation).max() * 1.2))
+    if title:
+        axes.set_title(title)
+    seeds = numbers.shape[1]
+    if seeds > 1:
+        axes.set_title(f"mean ± standard deviation of {seeds} surfaces", loc="right", fontsize=6.5, fontweight="normal")
+    figure.legend(loc="outside lower center", ncols=_columns(kinds))
 
 
 def _caption(sweep: xr.Dataset, values: xr.DataArray, rest: list[Hashable], spread: str) -> str:
     cells = int(np.prod([values.sizes[name] for name in rest]))
     if cells == 1 or not rest:
         return ""
-    over = ", ".join(_name(sweep, str(name)) for name in rest)
+    over = ", ".join(name_of(sweep, str(name), symbol=False) for name in rest)
+    of = f"of {cells} surfaces" if all("seed" in str(name) for name in rest) else f"over {cells} cells ({over})"
     told = {
         "deviation": "mean ± standard deviation",
         "quantiles": f"median, {100 * QUANTILES[0]:.0f} to {100 * QUANTILES[1]:.0f} %",
         "none": "mean",
     }
-    return f"{told[spread]} over {cells} cells ({over})"
+    return f"{told[spread]} {of}"

@@ -9,15 +9,18 @@ import xarray as xr
 
 from historysim.basics.units import prefixed, quantity_text
 from historysim.errors import InputError
+from historysim.recording.named_states import named_states, state_label, step_of
 from historysim.results import rebuilt
 from historysim.results.analysis.recorded import GROSS_SLIP, check_any, check_recorded, column_of
 from historysim.results.analysis.shares import telling_step
 from historysim.results.plots.along_path import line_colours, swings
 from historysim.results.plots.paper import COLUMN, Size, new_figure
-from historysim.results.plots.style import FAINT, STATE_COLOURS, legend_below, scaled
+from historysim.results.plots.style import FAINT, STATE_COLOURS, legend_below, plain_title
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
+
+Floats = npt.NDArray[np.float64]
 
 STATES_IN_ONE, MOST_IN_ONE = 5, 10
 LINES, MOST_LINES = 24, 200
@@ -27,19 +30,38 @@ HIGHEST, CLOSEST = 1.6, 0.9
 
 
 def plot_traction(
-    history: xr.Dataset, asperity: int | None = None, steps: Sequence[int] | None = None, *, size: Size | None = None
+    history: "xr.Dataset | Sequence[xr.Dataset]",
+    asperity: int | None = None,
+    steps: Sequence[int | str] | None = None,
+    *,
+    across: str = "radius",
+    limit: bool = True,
+    fronts: bool = False,
+    change_from: int | str | None = None,
+    labels: Sequence[str] = (),
+    size: Size | None = None,
 ) -> "Figure":
-    """Draw the traction of an asperity over its radius at several steps, and the friction limit of the last one.
+    """Draw the traction of an asperity over its radius, or its diameter, at several steps, with the friction limits.
 
     Parameters
     ----------
-    history : xarray.Dataset
-        A history with asperities; see `historysim.results.rebuilt`.
+    history : xarray.Dataset or sequence of them
+        A history with asperities, or several, drawn one after the other; see `historysim.results.rebuilt`.
     asperity : int, optional
         Its label; by default that of the asperity that carries most where the contact map shows most (`telling_step`).
-    steps : sequence of int, optional
-        Up to 10 positions of steps; by default 5 of the swing of the displacement around that step, from its
-        beginning to where the asperity slides.
+    steps : sequence of int or str, optional
+        Up to 10 states, by step or by the name of a waypoint; by default all named ones, or where none has a name 5 of
+        the swing of the displacement around the telling step, from its beginning to where the asperity slides.
+    across : {"radius", "diameter"}
+        From 0 to a, or from -a to a.
+    limit : bool
+        Draw ±μp of each state, once where states have the same.
+    fronts : bool
+        Mark on the axis where the slip of each state ends: its stick radius.
+    change_from : int or str, optional
+        A state; how the traction of each later one differs from its is drawn, too, as thin dashed lines.
+    labels : sequence of str, optional
+        What the lines are called; by default the names of the states, or steps and times.
     size : (float, float), optional
         Width and height [mm].
 
@@ -54,34 +76,121 @@ def plot_traction(
         A step or an asperity that the history does not have, more steps than can be told apart, or as for
         `historysim.results.rebuilt.asperity_at`.
     """
-    asperity, chosen = _chosen(history, asperity, steps, STATES_IN_ONE)
-    if len(chosen) > MOST_IN_ONE:
-        raise InputError(f"steps has {len(chosen)} steps; expected at most {MOST_IN_ONE}, which can be told apart")
-    found = rebuilt.profiles(history, asperity, chosen, POINTS)
-    radius, radius_unit = scaled(found["radius"].values, "m")
-    factor, prefix = prefixed(float(found["friction_limit"].values.max(initial=0.0)))
-    with new_figure(size, (COLUMN, 80.0)) as figure:
-        axes = figure.add_subplot()
-        axes.axhline(0, color=FAINT, linewidth=0.4, zorder=0)
-        limit = found["friction_limit"].values[-1] * factor
-        axes.plot(radius, limit, color=FAINT, linewidth=0.8, linestyle="--", label=r"$\pm\mu p$")
-        axes.plot(radius, -limit, color=FAINT, linewidth=0.8, linestyle="--")
-        shades = line_colours()(np.linspace(0, 1, len(chosen)))
-        for row, (colour, step) in enumerate(zip(shades, found["step"].values, strict=True)):
-            label = f"step {step}, {found['time'].values[row]:.4g} s"
-            axes.plot(radius, found["traction"].values[row] * factor, color=colour, linewidth=1.2, label=label)
-        axes.set_xlim(0, radius[-1] or 1.0)
-        axes.set(
-            title=f"Traction of asperity {asperity}",
-            xlabel=f"radius $r$ ({radius_unit})",
-            ylabel=rf"traction $\tau$ ({prefix}Pa)",
+    several = [history] if isinstance(history, xr.Dataset) else list(history)
+    with new_figure(size, (COLUMN, 85.0)) as figure:
+        draw_traction(
+            figure,
+            several,
+            asperity,
+            steps,
+            across=across,
+            limit=limit,
+            fronts=fronts,
+            change_from=change_from,
+            labels=labels,
         )
-        legend_below(figure, axes, columns=2)
+        if len(several) == 1 and (title := several[0].attrs.get("title")):
+            figure.suptitle(plain_title(str(title), 54, 2), x=0.01, ha="left", fontsize=8.5)
     return figure
 
 
+ACROSS = ("radius", "diameter")
+
+
+def draw_traction(
+    figure: "Figure | SubFigure",
+    histories: Sequence[xr.Dataset],
+    asperity: int | None = None,
+    steps: Sequence[int | str] | None = None,
+    *,
+    across: str = "radius",
+    limit: bool = True,
+    fronts: bool = False,
+    change_from: int | str | None = None,
+    labels: Sequence[str] = (),
+    title: str = "",
+) -> None:
+    """Draw tractions into a figure, or into a part of one; parameters and errors as for `plot_traction`."""
+    if across not in ACROSS:
+        raise InputError(f"across is {across!r}; expected one of {', '.join(ACROSS)}")
+    parts, names, asperities, before = list[xr.Dataset](), list[str](), list[int](), list[xr.Dataset | None]()
+    for history in histories:
+        own, chosen = _chosen(history, asperity, steps, STATES_IN_ONE)
+        found = rebuilt.profiles(history, own, chosen, POINTS)
+        asperities.append(own)
+        start = None if change_from is None else step_of(history, change_from)
+        base = None if start is None else rebuilt.profiles(history, own, [start], POINTS).isel(step=0)
+        before += [base if start is not None and step > start else None for step in chosen]
+        parts += [found.isel(step=row) for row in range(len(chosen))]
+        whose = f"{history.attrs.get('title', '')}, " if len(histories) > 1 else ""
+        names += [whose + state_label(history, int(step)) for step in found["step"].values]
+    if len(parts) > MOST_IN_ONE:
+        raise InputError(f"steps has {len(parts)} steps; expected at most {MOST_IN_ONE}, which can be told apart")
+    if labels and len(labels) != len(parts):
+        raise InputError(f"labels has {len(labels)}; expected one for each of {len(parts)} states")
+    most = max(float(part["friction_limit"].max()) for part in parts)
+    factor, prefix = prefixed(most)
+    along, unit = prefixed(max(float(part["radius"][-1]) for part in parts))
+    axes = figure.add_subplot()
+    axes.axhline(0, color=FAINT, linewidth=0.4, zorder=0)
+    shades = line_colours()(np.linspace(0, 1, len(parts)))
+    drawn: list[tuple[float, float]] = []
+    changes = r"change from " + str(change_from)
+    for colour, name, part, base in zip(shades, labels or names, parts, before, strict=True):
+        # a traction ends at the edge of the contact; what lies beyond is no part of it
+        edge = float(part["contact_radius"])
+        radius = _both_sides(np.append(np.minimum(part["radius"].values, edge), edge) * along, across, odd=True)
+        bound = _both_sides(_to_edge(part, "friction_limit") * factor, across)
+        ends = (edge, float(bound.max()))
+        if limit and not any(np.allclose(ends, other, rtol=1e-9) for other in drawn):
+            dashes: dict[str, Any] = {"color": FAINT, "linewidth": 0.8, "linestyle": "--", "zorder": 1}
+            axes.plot(radius, bound, label=None if drawn else r"$\pm\mu p$", **dashes)
+            axes.plot(radius, -bound, **dashes)
+            drawn.append(ends)
+        traction = _both_sides(_to_edge(part, "traction") * factor, across)
+        axes.plot(radius, traction, color=colour, linewidth=1.2, label=name)
+        if base is not None:
+            # both contacts are as large where the normal load is held; elsewhere the radii differ
+            there = np.interp(part["radius"].values, base["radius"].values, base["traction"].values, right=0.0)
+            change = traction - _both_sides(np.append(there, 0.0) * factor, across)
+            thin: dict[str, Any] = {"color": colour, "linewidth": 0.8, "linestyle": (0, (3, 1.5))}
+            axes.plot(radius, change, label=changes, **thin)
+        stick = float(part["stick_radius"]) * along
+        if fronts and stick > 0:
+            for side in (stick, -stick) if across == "diameter" else (stick,):
+                axes.plot([side], [0], "|", color=colour, ms=9, mew=1.6, zorder=4)
+    end = max(float(part["radius"][-1]) for part in parts) * along or 1.0
+    axes.set_xlim(-end if across == "diameter" else 0, end)
+    alone = all(history.sizes["asperity"] == 1 for history in histories)
+    axes.set(
+        title=title or ("" if alone else f"Traction of asperity {asperities[0]}"),
+        xlabel=rf"{'distance from the centre' if across == 'diameter' else 'radius'} $r$ ({unit}m)",
+        ylabel=rf"traction $\tau$ ({prefix}Pa)",
+    )
+    longest = max(map(len, [*(labels or names), changes if change_from is not None else ""]))
+    legend_below(figure, axes, columns=2 if longest > 10 else 4)
+
+
+def _to_edge(part: xr.Dataset, name: str) -> Floats:
+    """Return a profile with one more point, the edge, where it is 0; what is beyond the edge lies there."""
+    values = np.where(part["radius"].values < float(part["contact_radius"]), part[name].values, 0.0)
+    return np.append(values, 0.0)
+
+
+def _both_sides(values: Floats, across: str, *, odd: bool = False) -> Floats:
+    """Return values along the radius, or mirrored along the diameter; a radius itself is negative there."""
+    if across == "radius":
+        return values
+    mirrored = values[:0:-1]
+    return np.concatenate([-mirrored if odd else mirrored, values])
+
+
 def plot_slip_fronts(
-    history: xr.Dataset, asperity: int | None = None, steps: Sequence[int] | None = None, *, size: Size | None = None
+    history: xr.Dataset,
+    asperity: int | None = None,
+    steps: Sequence[int | str] | None = None,
+    *,
+    size: Size | None = None,
 ) -> "Figure":
     """Draw the traction across an asperity step by step, each line above the one before, with the fronts of its slip.
 
@@ -89,8 +198,8 @@ def plot_slip_fronts(
     ----------
     history, asperity
         As for `plot_traction`.
-    steps : sequence of int, optional
-        Up to 200 positions of steps; by default 24 of the swing as in `plot_traction`.
+    steps : sequence of int or str, optional
+        Up to 200 states, by step or name; by default 24 of the swing as in `plot_traction`.
     size : (float, float), optional
         Width and height [mm].
 
@@ -137,7 +246,7 @@ def plot_slip_fronts(
 
 
 def _chosen(
-    history: xr.Dataset, asperity: int | None, steps: Sequence[int] | None, count: int
+    history: xr.Dataset, asperity: int | None, steps: Sequence[int | str] | None, count: int
 ) -> tuple[int, list[int]]:
     """Return the asperity and the steps to draw, where they are not said."""
     check_recorded(history, "slip_state", "normal_load", "contact_radius")
@@ -149,7 +258,11 @@ def _chosen(
         heaviest = int(history["normal_load"].isel(step=telling).values.argmax())
         asperity = int(history["asperity"].values[heaviest])
     column = column_of(asperity, history)
-    return asperity, list(steps) if steps is not None else _of_swing(history, column, telling, count)
+    if steps is None and 0 < len(named_states(history)) <= MOST_IN_ONE and count == STATES_IN_ONE:
+        steps = list(named_states(history))
+    if steps is not None:
+        return asperity, [step_of(history, step) for step in steps]
+    return asperity, _of_swing(history, column, telling, count)
 
 
 def _of_swing(history: xr.Dataset, column: int, telling: int, count: int) -> list[int]:

@@ -104,7 +104,7 @@ def sweep_page(sweep: xr.Dataset) -> str:
     lines = sweeps.summary(sweep)
     warnings = [paragraph(text, "warning") for label, text in lines if label == "warning"]
     held = paragraph("All assumptions that are checked hold in every cell.")
-    heading, *rows = ([str(value) for value in row] for row in sweeps.rows(sweep))
+    heading, *rows = ([str(value) for value in row] for row in sweeps.rows(sweep, steps=False))
     shown = table([_short(row) for row in rows[:MOST_ROWS]], heading)
     listed = [shown] if len(rows) <= MOST_ROWS else [shown, paragraph(_left_out(len(rows)), "note")]
     pictures = sweep_pictures(sweep)

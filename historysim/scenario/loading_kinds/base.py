@@ -34,3 +34,8 @@ class Loading:
         """Check the substeps."""
         if not 1 <= self.substeps <= most("STEPS"):
             raise misfit(f"{shown(self.substeps)}; expected an integer from 1 on, {at_most('STEPS')}", "substeps")
+
+    @property
+    def names(self) -> dict[str, float]:
+        """The times [s] of waypoints that have a name."""
+        return {}

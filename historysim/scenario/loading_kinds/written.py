@@ -41,6 +41,7 @@ class Waypoint:
     friction_ramp: Numbers | None = None
     geometry: GeometryTable | None = None
     asperities: tuple[int, ...] | None = None
+    name: str | None = None
 
     def __attrs_post_init__(self) -> None:
         """Check that it has one time, and something to reach."""
@@ -152,6 +153,24 @@ class Waypoints(Written):
 
     waypoints: tuple[Waypoint, ...]
 
+    def __attrs_post_init__(self) -> None:
+        """Check that names are told apart."""
+        super().__attrs_post_init__()
+        names = [waypoint.name for waypoint in self.waypoints]
+        for index, name in enumerate(names):
+            if name is not None and name in names[:index]:
+                raise misfit(f"{shown(name)} came before; expected a name of its own", "waypoints", index, "name")
+
+    @property
+    def names(self) -> dict[str, float]:
+        """The times [s] of waypoints that have a name."""
+        time, found = 0.0, dict[str, float]()
+        for waypoint in self.waypoints:
+            time = time + (waypoint.after or 0.0) if waypoint.time is None else waypoint.time
+            if waypoint.name is not None:
+                found[waypoint.name] = time
+        return found
+
     def events(self, folder: Path, tell: Teller = silent) -> list[Event]:  # noqa: ARG002 - they are in the scenario
         """Return the events, and tell where a channel runs on unnamed."""
         line = _Timeline(self.hold)
@@ -215,6 +234,9 @@ class Block:
             if waypoint.after is None:
                 problem = "a block runs at its place among the others; expected after instead"
                 raise misfit(problem, "waypoints", index, "time")
+            if waypoint.name is not None:
+                problem = "a block may run several times; expected names in loading.waypoints alone"
+                raise misfit(problem, "waypoints", index, "name")
         if self.repeat < 1:
             raise misfit(f"{shown(self.repeat)}; expected an integer of 1 or more", "repeat")
 

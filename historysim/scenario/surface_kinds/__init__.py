@@ -83,7 +83,7 @@ def surface_from_toml(converter: Converter, value: object, _: object) -> Surface
 
 def map_from_toml(converter: Converter, value: object, _: object) -> MapKind:
     """Return a surface that has to be a height map; errors as for `surface_from_toml`."""
-    for key in ("rule", "prune"):
+    for key in ("rule", "prune", "ball_radius"):
         if key in table(value):
             raise misfit("belongs to the surface as a whole; expected it beside first and second", key)
     surface: MapKind = _structured(converter, value, MAPS)

@@ -40,6 +40,8 @@ class Ground:
         Those of the map, once they are there.
     curve : Curve, optional
         The contact itself, where it is known already.
+    ball_radius : float, optional
+        Radius of the ball that the map lies on [m]: the nominal area is then that of its contact.
     """
 
     summits: "Summits | None"
@@ -49,6 +51,7 @@ class Ground:
     interacts: bool = False
     solutions: "NormalSolutions | None" = None
     curve: Curve | None = None
+    ball_radius: float | None = None
 
 
 class SurfaceKind(Protocol):

@@ -52,6 +52,7 @@ class HeightMap(abc.ABC):
     robust: bool = False
     resolution: Lengths | None = None
     prune: bool | float | None = None
+    ball_radius: Length | None = None
 
     @abc.abstractmethod
     def surface(self, folder: Path) -> "Surface":
@@ -97,6 +98,9 @@ class HeightMap(abc.ABC):
 
         with representable():
             surface, notices = self.noticed(folder)
+            if self.ball_radius is not None:
+                with at("ball_radius"):
+                    surface = surface.on_ball(self.ball_radius)
             summits = self._summits(surface)
         if not len(summits):
             points = " × ".join(map(str, surface.shape))
@@ -104,7 +108,18 @@ class HeightMap(abc.ABC):
                 f"the {self.rule}-point rule finds no summit among {points} points; expected a point with lower ones "
                 "all around, none of them missing or beyond the border"
             )
-        return Ground(summits, surface, notices=notices)
+        return Ground(summits, surface, notices=notices, ball_radius=self.ball_radius)
+
+
+def _cropped(
+    surface: "Surface", x: "float | tuple[float, ...] | None", y: "float | tuple[float, ...] | None"
+) -> "Surface":
+    """Return the points of a map between two positions along x and along y, their heights as they are."""
+    for key, ends in (("x", x), ("y", y)):
+        if ends is not None:
+            with at(f"crop_{key}"):
+                surface = surface.cropped(**{key: ends})
+    return surface
 
 
 @attrs.frozen(kw_only=True)
@@ -119,6 +134,8 @@ class RandomMap(HeightMap):
     autocorrelation: str = "exponential"
     skewness: Number = 0.0
     kurtosis: Number = 3.0
+    crop_x: Lengths | None = None
+    crop_y: Lengths | None = None
 
     def surface(self, folder: Path) -> "Surface":  # noqa: ARG002 - it needs no file
         """Return the map."""
@@ -134,7 +151,7 @@ class RandomMap(HeightMap):
             skewness=self.skewness,
             kurtosis=self.kurtosis,
         )
-        return self.filtered(made)
+        return self.filtered(_cropped(made, self.crop_x, self.crop_y))
 
 
 @attrs.frozen(kw_only=True)
@@ -171,13 +188,7 @@ class MeasuredMap(HeightMap):
         from historysim.surfaces.outliers import outliers, spikes
         from historysim.surfaces.quantisation import quantisation_notice
 
-        measured = self._read(folder)
-        if self.crop_x is not None:
-            with at("crop_x"):
-                measured = measured.cropped(x=self.crop_x)
-        if self.crop_y is not None:
-            with at("crop_y"):
-                measured = measured.cropped(y=self.crop_y)
+        measured = _cropped(self._read(folder), self.crop_x, self.crop_y)
         coarse = quantisation_notice(measured) if self.s_filter is None else None
         notices = [f"{self.file}: {coarse}"] if coarse else []
         if self.spikes is not None:

@@ -48,7 +48,7 @@ def radius_load_friction(
 
     Notes
     -----
-    Winogrodzka, section 6.2.1, Figs. 6.5 (friction), 6.6 (load) and 6.7 (radius).
+    Winogrodzka, section 6.2.1, Figs. 6.5 (radius), 6.6 (load) and 6.7 (friction).
     """
     values = {
         "surface.radius": radius,

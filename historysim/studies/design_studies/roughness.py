@@ -71,7 +71,7 @@ def roughness(
 
     Notes
     -----
-    Winogrodzka, Figs. 5.9 to 5.12, 6.15 and 6.16. Summits are found by the 9-point rule.
+    Winogrodzka, Figs. 5.9 to 5.13, 6.9 and 6.10. Summits are found by the 9-point rule.
     """
     values = {
         "surface.rms_height": rms_height,

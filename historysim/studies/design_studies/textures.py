@@ -74,7 +74,7 @@ def equal_asperities(
 
     Notes
     -----
-    Winogrodzka, section 6.2.1, Figs. 6.1 and 6.4, with the load per contact F/n.
+    Winogrodzka, section 6.2.1, Fig. 6.4, with the load per contact F/n.
     """
     as_given: Any = count
     if not is_several(as_given):
@@ -143,7 +143,7 @@ def texture_tolerances(
 
     Notes
     -----
-    Winogrodzka, section 6.2.1, Fig. 6.17.
+    Winogrodzka, sections 6.2 and 7.3: equal radii and heights are asked for.
     """
     values = {
         "surface.height_scatter": height_scatter,
@@ -205,7 +205,7 @@ def one_large_asperity(
 
     Notes
     -----
-    Winogrodzka, section 6.2.1, Figs. 6.9 and 6.10.
+    Winogrodzka, section 6.2.1, Fig. 6.2 b.
     """
     if standing not in STANDING:
         raise InputError(f"one_large_asperity: standing is {standing!r}; {nearest(str(standing), STANDING)}")

@@ -322,3 +322,29 @@ def test_totals_alone_do_not_suffice(events, question):
         question(totals)
     with pytest.raises(InputError, match="is no history"):
         question(totals[["separation"]])
+
+
+def test_first_loading_is_the_sum_of_cattaneos_curves():
+    """Three unlike summits: T = Σ μN [1 - (1 - u/θμδ)^(3/2)] at the approach under the load."""
+    from scipy import optimize
+
+    from historysim.results.analysis.presliding import first_loading
+
+    height, radius = np.array([0.0, -2e-8, -5e-8]), np.array([1e-4, 2e-4, 1e-4])
+    friction = np.array([0.1, 0.3, 0.2])
+    pair = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=12e9)
+    ensemble = hs.Ensemble(pair, height, radius, friction=friction)
+    history = hs.replay(ensemble, [hs.NormalLoad(0.0, 1e-2)], record="all")
+
+    def loads(depth):
+        return 4 / 3 * 40e9 * np.sqrt(radius) * np.maximum(height + depth, 0) ** 1.5
+
+    for load in (1e-4, 3e-3):
+        depth = optimize.brentq(lambda d, load=load: loads(d).sum() - load, 0, 1e-5, xtol=1e-22)
+        reach = 40e9 / (4 * 12e9) * friction * np.maximum(height + depth, 1e-300)
+        u, t = first_loading(history, load, points=31)
+        expected = friction * loads(depth) * (1 - np.clip(1 - u[:, np.newaxis] / reach, 0, None) ** 1.5)
+        assert u[-1] == pytest.approx(reach.max(), rel=1e-9)
+        assert t == pytest.approx(expected.sum(axis=1), rel=1e-9, abs=1e-15)
+    with pytest.raises(InputError, match="normal_load"):
+        first_loading(history, 0.0)

@@ -25,7 +25,11 @@ def history():
     return hs.replay(ENSEMBLE, events, substeps=12)
 
 
-@pytest.mark.parametrize("picture", PICTURES)
+# of what wears alone
+OF_ANY = tuple(name for name in PICTURES if name != "wear")
+
+
+@pytest.mark.parametrize("picture", OF_ANY)
 def test_every_picture_is_drawn_in_a_size_and_changes_nothing(history, picture):
     settings, before = dict(mpl.rcParams), history.copy(deep=True)
     figure = hs.plot(history, picture=picture, size=(120, 100))
@@ -69,8 +73,9 @@ def test_tractions_are_those_of_the_asperity_at_each_step(history):
     expected = rebuilt.profiles(history, 1, [3, 8, -1], 401)
     for row, step in enumerate((3, 8, 36)):
         line = lines[f"step {step}, {expected.time.values[row]:.4g} s"]
-        assert line.get_ydata() == pytest.approx(expected.traction.values[row] * 1e-6)
-    assert lines[r"$\pm\mu p$"].get_ydata() == pytest.approx(expected.friction_limit.values[-1] * 1e-6)
+        # and where the contact ends
+        assert line.get_ydata() == pytest.approx(np.append(expected.traction.values[row], 0.0) * 1e-6)
+    assert lines[r"$\pm\mu p$"].get_ydata() == pytest.approx(np.append(expected.friction_limit.values[-1], 0) * 1e-6)
 
 
 def test_where_nothing_is_said_a_swing_is_drawn_until_the_asperity_slides(history):
@@ -133,7 +138,7 @@ def test_the_contact_map_shows_partial_slip_by_itself(history):
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        ({"picture": "lop"}, "picture is 'lop'; expected one of history, loop, slip-map"),
+        ({"picture": "lop"}, "picture is 'lop'; expected one of history, loop, loops, slip-map"),
         (
             {"picture": "loop", "step": 3},
             "step 3: the picture loop takes none; expected with contact-map",
@@ -180,5 +185,5 @@ def test_patches_say_what_they_do_not_have():
 
 def test_single_steps_can_be_drawn():
     history = hs.replay(ENSEMBLE, [hs.NormalLoad(0.0, 4e-3)])
-    for picture in PICTURES:
+    for picture in OF_ANY:
         hs.plot(history, picture=picture).draw_without_rendering()

@@ -27,9 +27,9 @@ SWEEP = xr.Dataset(
 def test_means_and_deviations_over_seeds():
     figure = hs.plot_swept(SWEEP, "drift")
     (axes,) = figure.axes
-    assert axes.get_xlabel() == "rms height (nm)"
+    assert axes.get_xlabel() == "rms roughness $R_q$ (nm)"
     assert axes.get_ylabel() == "drift (nm)"
-    assert figure.legends[0].get_title().get_text() == "friction"
+    assert figure.legends[0].get_title().get_text() == r"friction coefficient $\mu$"
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["0.1", "0.2"]
     for number, bars in enumerate(axes.containers):
         line, _, (stems,) = bars.lines
@@ -38,7 +38,7 @@ def test_means_and_deviations_over_seeds():
         assert line.get_ydata() == pytest.approx([row.mean() for row in own])
         halves = [np.ptp(segment[:, 1]) / 2 for segment in stems.get_segments()]
         assert halves == pytest.approx([row.std(ddof=1) for row in own])
-    assert "over 5 cells (seed)" in axes.get_title(loc="left")
+    assert "of 5 surfaces" in axes.get_title(loc="left")
 
 
 def test_keys_are_called_by_what_tells_them_and_wide_ranges_are_logarithmic():
@@ -47,7 +47,7 @@ def test_keys_are_called_by_what_tells_them_and_wide_ranges_are_logarithmic():
     area = xr.DataArray([2e-12, 5e-12, 9e-12, 16e-12], dims=load, attrs={"units": "m2"})
     sweep = xr.Dataset({"area": area}, {load: (load, [1e-3, 5e-3, 20e-3, 90e-3], told)})
     (axes,) = hs.plot_swept(sweep, "area").axes
-    assert axes.get_xlabel() == "normal load (mN)"
+    assert axes.get_xlabel() == "normal load $N$ (mN)"
     assert axes.get_ylabel() == "area (µm²)"
     assert axes.get_lines()[0].get_ydata() == pytest.approx([2, 5, 9, 16])
     assert axes.get_xscale() == "log"
@@ -60,7 +60,7 @@ def test_keys_are_called_by_what_tells_them_and_wide_ranges_are_logarithmic():
         {"materials_first": ("materials_first", ["a", "b"], {"long_name": "materials.first of the scenario"})},
     )
     (axes,) = hs.plot_swept(first, "area").axes
-    assert axes.get_xlabel() == "materials first"
+    assert axes.get_xlabel() == "material"
 
 
 def test_a_band_of_quantiles():
@@ -85,7 +85,7 @@ def test_among_names_the_longest_dimension_is_the_axis():
         {"scaling": ["similar", "kept"], "count": ["[1, 1]", "[2, 2]", "[4, 4]"]},
     )
     figure = hs.plot_swept(values, "drift")
-    assert figure.axes[0].get_xlabel() == "count"
+    assert figure.axes[0].get_xlabel() == "number of asperities $n$"
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["similar", "kept"]
 
 
@@ -129,6 +129,75 @@ def test_what_does_not_fit_is_refused(options, told):
 
 
 def test_more_lines_than_can_be_told_apart_are_refused():
-    many = xr.Dataset({"drift": (("a", "b"), np.ones((3, 7)))}, {"a": range(3), "b": range(7)})
-    with pytest.raises(InputError, match="with 7 members; expected at most 6 lines"):
+    many = xr.Dataset({"drift": (("a", "b"), np.ones((3, 9)))}, {"a": range(3), "b": range(9)})
+    with pytest.raises(InputError, match="with 9 members; expected at most 8 lines"):
         hs.plot_swept(many, "drift", "a", each="b")
+
+
+POWER = xr.Dataset(
+    {
+        "drift": (("load", "seed"), np.outer(np.array([1.0, 2.0, 4.0, 8.0]) ** 0.5, [0.9, 1.1]) * 1e-9, {"units": "m"}),
+        "pressure": (("load", "seed"), np.outer([1.0, 2.0, 4.0, 8.0], [1.0, 1.0]) * 1e6, {"units": "Pa"}),
+        "low": (("load", "seed"), np.full((4, 2), 0.5e-9), {"units": "m"}),
+        "high": (("load", "seed"), np.full((4, 2), 4e-9), {"units": "m"}),
+    },
+    {"load": ("load", [1e-3, 2e-3, 4e-3, 8e-3], {"units": "N", "long_name": "load of the piece"}), "seed": [1, 2]},
+)
+
+
+def test_one_number_over_another_with_a_fit():
+    (axes,) = hs.plot_swept(POWER, "drift", "pressure", fit="power", logarithmic=True).axes
+    assert axes.get_xlabel() == "pressure (MPa)"
+    assert axes.containers[0].lines[0].get_xdata() == pytest.approx([1, 2, 4, 8])
+    assert "exponent 0.50" in {line.get_label() for line in axes.get_lines()}
+    assert axes.get_yscale() == "log"
+    axes.figure.draw_without_rendering()
+    assert {"1", "2"} <= {label.get_text() for label in axes.get_xticklabels()}
+    (straight,) = hs.plot_swept(POWER, "drift", fit="straight").axes
+    share = np.corrcoef([1, 2, 4, 8], np.array([1.0, 2.0, 4.0, 8.0]) ** 0.5)[0, 1] ** 2
+    assert f"straight line, $R^2$ = {share:.3f}" in {line.get_label() for line in straight.get_lines()}
+    assert straight.get_xlabel() == "load of the piece (mN)"
+
+
+def test_bars_from_one_number_to_another():
+    (axes,) = hs.plot_swept(POWER, "drift", "load", ends={"y": ("low", "high")}).axes
+    _, _, (stems,) = axes.containers[0].lines
+    assert np.array([segment[:, 1] for segment in stems.get_segments()]) == pytest.approx(np.tile([0.5, 4.0], (4, 1)))
+    # what is told in another way has no caption of its own
+    assert axes.get_title(loc="left") == ""
+
+
+def test_a_zero_beside_factors_is_told_apart_from_the_least():
+    values = xr.Dataset({"drift": ("scatter", [1.0, 2.0, 3.0, 4.0])}, {"scatter": ("scatter", [0, 1e-9, 1e-8, 1e-7])})
+    values.scatter.attrs["units"] = "m"
+    (axes,) = hs.plot_swept(values, "drift").axes
+    places = axes.transData.transform([(tick, 0) for tick in axes.get_xticks()])[:, 0]
+    assert [label.get_text() for label in axes.get_xticklabels()] == ["0", "1", "10", "100"]
+    assert np.diff(places).min() > 10
+
+
+def test_cells_are_chosen_and_called():
+    figure = hs.plot_swept(SWEEP, "drift", where={"friction": 0.2}, title="One")
+    assert figure.get_suptitle() == "One"
+    assert not figure.legends
+    named = hs.plot_swept(SWEEP, "drift", labels=["dry", "oiled"])
+    assert [text.get_text() for text in named.legends[0].get_texts()] == ["dry", "oiled"]
+    with pytest.raises(InputError, match="labels has 1; expected one for each of 2 lines"):
+        hs.plot_swept(SWEEP, "drift", labels=["dry"])
+    with pytest.raises(InputError, match="fit is 'cubic'; expected one of straight, power"):
+        hs.plot_swept(SWEEP, "drift", fit="cubic")
+
+
+def test_bars_in_groups_tell_the_difference():
+    values = SWEEP.sel(friction=0.1).drop_vars(["count", "name"])
+    figure = hs.plot_bars(values, "drift", {"a": ["low", "high"], "b": ["low"]}, title="Bars")
+    (axes,) = figure.axes
+    mean = [np.nanmean(row) * 1e9 for row in VALUES[:, 0]]
+    heights = [bar.get_height() for container in axes.containers if hasattr(container, "patches") for bar in container]
+    assert heights == pytest.approx(mean)
+    assert f"a: drift {abs(mean[1] - mean[0]):.2g} nm" in [text.get_text() for text in axes.texts]
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["low", "high"]
+    with pytest.raises(InputError, match=r"groups have 2 bars; expected one for each cell .* 3 along rms_height"):
+        hs.plot_bars(values, "drift", {"a": ["low", "high"]})
+    with pytest.raises(InputError, match="quantity is 'height'"):
+        hs.plot_bars(values, "height", {"a": ["low"]})

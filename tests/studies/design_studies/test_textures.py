@@ -35,7 +35,7 @@ def test_equal_asperities_under_both_laws():
     assert alone.preliminary_displacement == similar.preliminary_displacement[-1]
     # it is a sweep like any other, also to be shown and drawn, and its scenario makes it again
     assert dict(hs.show(found))["cells"] == "8"
-    assert hs.plot(found).axes[0].get_xlabel() == "asperity count"
+    assert hs.plot(found).axes[0].get_xlabel() == "number of asperities"
 
 
 def test_the_scenario_of_a_study_makes_it_again(tmp_path):

@@ -1,0 +1,61 @@
+"""Figs. 5.21 and 5.26: preliminary displacement of each level of a run without release, zirconia and alumina on glass.
+
+The runs are those of fig_5_21_rising_loads.toml (50, 70, 90 mN) and fig_5_26_falling_loads.toml (90, 70, 50 mN). δ of a
+load has no memory: whatever came before, it is that of Fig. 5.17, .9 and .8 nm more at 90 than at 50 mN.
+"""
+
+# historysim gallery: example
+
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+import historysim as hs
+from historysim.results import analysis
+
+RUNS = {"rises": "fig_5_21_rising_loads.toml", "falls": "fig_5_26_falling_loads.toml"}
+BALLS = {"ZrO₂": ("zirconia", "24 nm", 0.17), "Al₂O₃": ("alumina", "21 nm", 0.16)}
+LOADS = np.array([50e-3, 70e-3, 90e-3])
+
+
+def calculated(seeds: int = 4) -> xr.Dataset:
+    """Return δ [m] at the end of each level, over run, ball, normal load [N] and seed."""
+    values = np.empty((len(RUNS), len(BALLS), LOADS.size, seeds))
+    for run, file in enumerate(RUNS.values()):
+        for row, (material, roughness, friction) in enumerate(BALLS.values()):
+            for seed in range(1, seeds + 1):
+                settings = {"materials.first": material, "surface.rms_height": roughness, "surface.seed": seed}
+                settings |= {"friction.coefficient": friction, "loading.substeps": 1}
+                history = hs.run(hs.load(Path(__file__).with_name(file), settings))
+                found = analysis.preliminary_displacement(history).values
+                ends = [found[np.isclose(history.total_normal_load, load)][-1] for load in LOADS]
+                values[run, row, :, seed - 1] = ends
+    return xr.Dataset(
+        {"preliminary_displacement": (("run", "ball", "normal_load", "seed"), values, {"units": "m"})},
+        {
+            "run": list(RUNS),
+            "ball": list(BALLS),
+            "normal_load": ("normal_load", LOADS, {"units": "N"}),
+            "seed": np.arange(1, seeds + 1),
+        },
+    )
+
+
+def drawn(found: xr.Dataset) -> list[object]:
+    """Return both figures."""
+    return [
+        hs.plot_swept(
+            found.sel(run=run),
+            "preliminary_displacement",
+            "normal_load",
+            each="ball",
+            title=f"Fig. {number}: preliminary displacement of each level, the load {run} without release",
+        )
+        for number, run in (("5.21", "rises"), ("5.26", "falls"))
+    ]
+
+
+if __name__ == "__main__":
+    for run, own in calculated().preliminary_displacement.mean("seed").groupby("run", squeeze=False):
+        print(run, (own.squeeze("run").to_pandas() * 1e9).round(2), sep="\n")

@@ -1,0 +1,44 @@
+"""Fig. 6.5: drift over the relative change of radius, ΔR = (R₂ - R₁)/R₁.
+
+R₁ is .1 µm times 1, 10 and 100; 10 mN, μ = .5 (told). Forward with R₁, back with R₂ (from .1 to 3 µm times the
+factor): the drift is the difference of the preliminary displacements, 123, 57 and 26.5 nm at ΔR = 29. The source has
+less than 20 nm at × 100, which holds up to ΔR = 7.6.
+"""
+
+# historysim gallery: example
+
+import numpy as np
+import xarray as xr
+
+import historysim as hs
+
+FACTORS = (1, 10, 100)
+CHANGES = np.array([0.0, 0.5, 1, 2, 4, 6, 9, 14, 19, 24, 29])
+LEAST = 0.1e-6
+
+
+def calculated() -> xr.Dataset:
+    """Return the drift [m] over factor and relative change of the radius."""
+    pair = hs.MaterialPair(hs.material("alumina"), hs.material("zirconia"))
+    drift = []
+    for factor in FACTORS:
+        radii = LEAST * factor * (1 + CHANGES)
+        found = hs.design_studies.radius_load_friction(pair, radius=radii, normal_load="10 mN", friction=0.5)
+        drift.append(hs.drift_along(found, "surface_radius").values.ravel())
+    return xr.Dataset(
+        {"drift": (("start", "change"), drift, {"units": "m", "long_name": "drift"})},
+        {
+            "start": [f"$R_1$ = {LEAST * factor * 1e6:g} µm" for factor in FACTORS],
+            "change": ("change", CHANGES, {"long_name": r"relative change of the radius $\Delta R$"}),
+        },
+    )
+
+
+def drawn(found: xr.Dataset) -> object:
+    """Return the figure."""
+    title = "Fig. 6.5: drift over relative change of radius, alumina on zirconia, 10 mN"
+    return hs.plot_swept(found, "drift", "change", each="start", logarithmic=False, title=title)
+
+
+if __name__ == "__main__":
+    print((calculated().drift.to_pandas().T * 1e9).round(1))

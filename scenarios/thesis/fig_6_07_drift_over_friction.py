@@ -1,0 +1,44 @@
+"""Fig. 6.7: drift over the change of the friction coefficient.
+
+By .1 to .25 from μ = .2, .7 and .9, and from .9 down; R = .5 µm, 10 mN (told). Linear, and the same from any start:
+21.21 nm for each .1, 53.0 at .25. From .9 down to .2 it is 148.5 nm.
+"""
+
+# historysim gallery: example
+
+import numpy as np
+import xarray as xr
+
+import historysim as hs
+
+CHANGES = np.array([0.0, 0.1, 0.15, 0.2, 0.25])
+STARTS = {"from 0.2": (0.2, 1), "from 0.7": (0.7, 1), "from 0.9": (0.9, 1), "from 0.9 down": (0.9, -1)}
+
+
+def calculated() -> xr.Dataset:
+    """Return the drift [m] over start and change of μ."""
+    pair = hs.MaterialPair(hs.material("alumina"), hs.material("zirconia"))
+    drift = []
+    for first, sign in STARTS.values():
+        coefficients = first + sign * CHANGES
+        found = hs.design_studies.radius_load_friction(
+            pair, radius="0.5 µm", normal_load="10 mN", friction=coefficients
+        )
+        drift.append(hs.drift_along(found, "friction_coefficient").values.ravel())
+    return xr.Dataset(
+        {"drift": (("start", "change"), drift, {"units": "m", "long_name": "drift"})},
+        {
+            "start": list(STARTS),
+            "change": ("change", CHANGES, {"long_name": r"difference of the coefficient $|\Delta\mu|$"}),
+        },
+    )
+
+
+def drawn(found: xr.Dataset) -> object:
+    """Return the figure."""
+    title = "Fig. 6.7: drift over the difference of the friction coefficient, alumina on zirconia, 10 mN"
+    return hs.plot_swept(found, "drift", "change", each="start", title=title)
+
+
+if __name__ == "__main__":
+    print((calculated().drift.to_pandas().T * 1e9).round(2))

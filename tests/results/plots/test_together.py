@@ -1,0 +1,162 @@
+"""Friction loops of several histories or cells in one picture, and what is marked on them."""
+
+import numpy as np
+import pytest
+
+import historysim as hs
+from historysim.errors import InputError
+from historysim.results.plots.lines import MOST_LINES
+from historysim.results.plots.swept_cells import cells_of, selected
+from historysim.results.plots.together import LOOP
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=10e9)
+BALL = """
+title = "A ball"
+
+[materials]
+contact_modulus = 40e9
+shear_modulus = 10e9
+
+[surface]
+kind = "sphere"
+radius = "1 mm"
+
+[friction]
+coefficient = 0.2
+
+[loading]
+hold = true
+substeps = 40
+waypoints = [
+    { time = 0, normal_load = "50 mN" },
+    { after = "1 s", tangential_displacement = "60 nm", name = "A" },
+    { after = "1 s", tangential_displacement = "-60 nm", name = "B" },
+    { after = "1 s", tangential_displacement = "60 nm" },
+]
+
+[sweep]
+outputs = ["total_tangential_load", "tangential_displacement", "preliminary_displacement", "presliding_work"]
+
+[sweep.over]
+friction.coefficient = [0.1, 0.2]
+"loading.waypoints[0].normal_load" = ["20 mN", "50 mN"]
+"""
+DELTA = 40e9 / (4 * 10e9) * (9 * 0.05**2 / (16 * 1e-3 * 40e9**2)) ** (1 / 3)
+"""θ δ of the ball at 50 mN [m]."""
+
+
+@pytest.fixture
+def ball(tmp_path):
+    path = tmp_path / "ball.toml"
+    path.write_text(BALL, encoding="utf-8")
+    return path
+
+
+def drawn(figure):
+    return {str(line.get_label()): line for line in figure.axes[0].get_lines()}
+
+
+def test_each_cell_is_a_line_with_what_was_swept_as_its_name(ball):
+    found = hs.sweep(ball)
+    figure = hs.plot_together(found)
+    lines = drawn(figure)
+    names = [f"$\\mu$ = {mu}, $N$ = {load} mN" for mu in (0.1, 0.2) for load in (20, 50)]
+    assert list(lines)[-4:] == names
+    assert lines[names[3]].get_ydata().max() == pytest.approx(0.2 * 50)
+    assert lines[names[0]].get_xdata().max() == pytest.approx(60)
+    few = hs.plot_together(found, ("less", "more"), where={"friction.coefficient": 0.1})
+    assert list(drawn(few))[-2:] == ["less", "more"]
+    # without a picture that is asked for, loops alone are drawn so
+    alone = found[list(LOOP)]
+    assert len(drawn(hs.plot(alone))) == len(drawn(hs.plot(found, picture="loops")))
+
+
+def test_several_results_are_drawn_with_their_titles(ball, tmp_path):
+    for number, load in ((1, "20 mN"), (2, "50 mN")):
+        values = {"loading.waypoints[0].normal_load": load, "title": f"Run {number}"}
+        hs.run(hs.load(ball, values), tmp_path / f"{number}.nc").close()
+    figure = hs.plot([tmp_path / "1.nc", str(tmp_path / "2.nc")])
+    lines = drawn(figure)
+    assert {"Run 1", "Run 2"} <= set(lines)
+    assert lines["Run 2"].get_ydata().max() == pytest.approx(10)
+    hs.run(hs.load(ball, {"title": "Run 1"}), tmp_path / "3.nc").close()
+    assert {"1.nc", "3.nc"} <= set(drawn(hs.plot([tmp_path / "1.nc", tmp_path / "3.nc"])))
+    assert "less" in drawn(hs.plot([tmp_path / "1.nc", tmp_path / "2.nc"], labels=["less", "more"]))
+
+
+def test_a_run_of_few_steps_is_smooth_if_its_file_tells_the_events(ball, tmp_path):
+    coarse = hs.load(ball, {"loading.substeps": 1})
+    with hs.run(coarse, tmp_path / "coarse.nc") as history:
+        assert history.sizes["step"] == 4
+        lines = [line for line in hs.plot_together(history).axes[0].get_lines() if np.size(line.get_xdata()) > 10]
+        assert lines[0].get_xdata().size > 200
+        # on the way out it is first loading (Mindlin)
+        u, t = lines[0].get_xdata()[:80] * 1e-9, lines[0].get_ydata()[:80] * 1e-3
+        expected = 0.01 * (1 - (1 - np.minimum(u / (0.2 * DELTA), 1)) ** 1.5)
+        assert t == pytest.approx(expected, abs=1e-9)
+        part = hs.plot_together(history.isel(step=slice(2))).axes[0].get_lines()
+        assert max(np.size(line.get_xdata()) for line in part) == 2
+    in_memory = hs.run(coarse)
+    assert max(np.size(line.get_xdata()) for line in hs.plot_together(in_memory).axes[0].get_lines()) == 4
+
+
+def test_named_states_are_marked_and_chosen(ball):
+    history = hs.run(ball)
+    assert {text.get_text() for text in hs.plot_together(history).axes[0].texts} == {"A", "B"}
+    one = hs.plot(history, picture="loops", steps=["B", "20"])
+    assert {text.get_text() for text in one.axes[0].texts} == {"B", "step 20, 0.5 s"}
+    with pytest.raises(InputError, match=r"'C' is no state of the history; .*A"):
+        hs.plot(history, picture="loops", steps=["C"])
+    with pytest.raises(InputError, match="step 500: the history has 121 steps"):
+        hs.plot(history, picture="loops", steps=[500])
+
+
+def test_the_work_is_the_closed_loop_and_drift_the_difference(ball):
+    found = hs.sweep(ball)
+    figure = hs.plot_together(found, where={"friction.coefficient": 0.2}, marks=hs.LoopMarks(work=True, drift=True))
+    axes = figure.axes[0]
+    x, y = axes.patches[1].get_xy().T
+    area = 0.5 * abs(np.dot(x, np.roll(y, 1)) - np.dot(y, np.roll(x, 1))) * 1e-12
+    reach = 0.2 * DELTA
+    assert area == pytest.approx(0.8 * 0.01 * reach, rel=0.01)
+    assert np.abs(x).max() * 1e-9 == pytest.approx(reach, rel=1e-9)
+    drift = reach * (1 - 0.4 ** (2 / 3)) * 1e9
+    assert f"drift {drift:.3g} nm" in {text.get_text() for text in axes.texts}
+    bare = found[list(LOOP)]
+    with pytest.raises(InputError, match="preliminary displacement of the loops is not known"):
+        hs.plot_together(bare, marks=hs.LoopMarks(work=True))
+    with pytest.raises(InputError, match="drift: expected two loops"):
+        hs.plot_together(bare, marks=hs.LoopMarks(drift=True))
+    still = hs.sweep(hs.load(ball, {"loading.waypoints[1].tangential_displacement": "1 nm"}).path, outputs=[*LOOP])
+    assert still.sizes["step"] == 121
+
+
+def test_loads_and_first_loading_stand_beside(ball):
+    history = hs.run(ball)
+    figure = hs.plot_together(history, marks=hs.LoopMarks(loads=True, first_loading=[0.05]))
+    _, upper, lower = figure.axes
+    assert [tick.get_text() for tick in lower.get_xticklabels()] == ["A", "B"]
+    assert upper.get_lines()[0].get_ydata() == pytest.approx(np.full(121, 50))
+    first = drawn(figure)["first loading, 50 mN"]
+    assert first.get_xdata()[-1] * 1e-9 == pytest.approx(0.2 * DELTA, rel=1e-9)
+    assert first.get_ydata()[-1] == pytest.approx(10, rel=1e-9)
+    with pytest.raises(InputError, match="loads: there is no total_normal_load"):
+        hs.plot_together(hs.sweep(ball), marks=hs.LoopMarks(loads=True))
+    with pytest.raises(InputError, match="drive: there is no drive_displacement"):
+        hs.plot_together(history, marks=hs.LoopMarks(drive=True))
+
+
+def test_what_is_no_loop_is_refused(ball):
+    found = hs.sweep(ball)
+    with pytest.raises(InputError, match="there is no total_tangential_load along step"):
+        hs.plot_together(found[["preliminary_displacement"]])
+    with pytest.raises(InputError, match="labels has 1; expected one for each of 4 lines"):
+        hs.plot_together(found, ["one"])
+    many = hs.sweep(ball, {"friction.coefficient": [0.1 + 0.01 * n for n in range(MOST_LINES + 1)]}, outputs=LOOP)
+    with pytest.raises(InputError, match=f"{MOST_LINES + 1} lines in one picture; expected 1 to {MOST_LINES}"):
+        hs.plot_together(many)
+    with pytest.raises(InputError, match=r"where: 'friction' was not swept; .*friction\.coefficient"):
+        selected(found, {"friction": 0.1})
+    with pytest.raises(InputError, match=r"where: friction.coefficient has no value 0.3; expected one of 0.1, 0.2"):
+        selected(found, {"friction.coefficient": 0.3})
+    assert len(cells_of(selected(found, {"loading.waypoints[0].normal_load": ["20 mN", "50 mN"]}), LOOP)) == 4

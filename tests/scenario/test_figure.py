@@ -1,0 +1,224 @@
+"""[picture] of a scenario: its keys, what they draw of a result, a sweep or a surface, and the command."""
+
+import re
+
+import pytest
+from click.testing import CliRunner
+
+import historysim as hs
+from historysim.cli import main
+from historysim.errors import InputError
+from historysim.recording.named_states import named_states
+from historysim.results import sweeps
+from historysim.scenario.figure import draw_figure, drawable
+
+BALL = """
+title = "Fig. 1: a ball"
+
+[materials]
+contact_modulus = 40e9
+shear_modulus = 10e9
+
+[surface]
+kind = "sphere"
+radius = "1 mm"
+
+[friction]
+coefficient = 0.2
+
+[loading]
+hold = true
+substeps = 10
+waypoints = [
+    { time = 0, normal_load = "50 mN" },
+    { after = "1 s", tangential_load = "5 mN", name = "K" },
+    { after = "1 s", tangential_load = "-5 mN", name = "L" },
+]
+"""
+TWO = """
+[[picture]]
+kind = "loops"
+title = "a"
+
+[[picture]]
+kind = "traction"
+title = "b"
+across = "diameter"
+"""
+SWEPT = """
+[sweep]
+outputs = ["preliminary_displacement", "total_tangential_load", "tangential_displacement"]
+
+[sweep.over]
+friction.coefficient = [0.1, 0.2, 0.4]
+
+[[picture]]
+kind = "curve"
+quantity = "preliminary_displacement"
+fit = "power"
+logarithmic = true
+
+[[picture]]
+kind = "bars"
+quantity = "preliminary_displacement"
+groups = { low = ["0.1"], high = ["0.2", "0.4"] }
+
+[[picture]]
+kind = "loops"
+where = { "friction.coefficient" = [0.1, 0.4] }
+"""
+ROUGH = """
+[[picture]]
+kind = "map"
+
+[[picture]]
+kind = "summits"
+
+[sweep]
+[sweep.over]
+surface.seed = [1, 2]
+"""
+
+
+@pytest.fixture
+def write(tmp_path):
+    def written(text):
+        path = tmp_path / "s.toml"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return written
+
+
+def test_a_run_has_its_panels_side_by_side(write, tmp_path):
+    path = write(BALL + TWO)
+    with hs.run(path, tmp_path / "s.nc") as history:
+        assert named_states(history) == {"K": 10, "L": 20}
+        figure = hs.plot(history)
+        assert [axes.get_title(loc="left") for axes in figure.axes] == ["a", "b"]
+        assert figure.get_suptitle() == "Fig. 1: a ball"
+        x = figure.axes[1].get_lines()[-1].get_xdata()
+        assert x[0] == -x[-1]
+        # a picture that is asked for is drawn in its place
+        assert len(hs.plot(history, picture="stiffness").axes) >= 1
+        assert hs.plot(history, picture="traction", steps=["K"]).axes[0].get_lines()[-1].get_label() == "K"
+    again = hs.plot(tmp_path / "s.nc", size=(150, 80))
+    assert again.get_size_inches() * 25.4 == pytest.approx([150, 80])
+    (loops,) = (picture for picture in drawable(hs.run(path)) if picture.title == "a")
+    assert len(draw_figure(hs.run(path), [loops]).axes) == 1
+
+
+def test_a_sweep_has_curves_bars_and_loops(write):
+    found = hs.sweep(write(BALL + SWEPT))
+    curve, bars, loops = hs.plot(found).axes
+    # δ ∝ μ
+    assert any(str(line.get_label()) == "exponent 1.00" for line in curve.get_lines())
+    assert curve.get_xlabel() == r"friction coefficient $\mu$"
+    assert [tick.get_text() for tick in bars.get_xticklabels()] == ["low", "high"]
+    difference = float(found.preliminary_displacement[2] - found.preliminary_displacement[1]) * 1e9
+    assert any(text.get_text() == f"high: drift {difference:.2g} nm" for text in bars.texts)
+    assert [str(line.get_label()) for line in loops.get_lines()][-2:] == [r"$\mu$ = 0.1", r"$\mu$ = 0.4"]
+    # one run of it has none of these but its loop
+    assert len(hs.plot(hs.run(hs.load(write(BALL + SWEPT.replace("[0.1, 0.4]", "0.1"))))).axes) == 1
+
+
+def test_surfaces_need_no_run(write):
+    text = BALL.replace(
+        'kind = "sphere"\nradius = "1 mm"',
+        """kind = "random"
+shape = [32, 32]
+pixel_size = "1 µm"
+rms_height = "0.1 µm"
+autocorrelation_length = "5 µm"
+seed = 1""",
+    )
+    figure = hs.plot(hs.load(write(text + ROUGH)))
+    names = [text.get_text() for part in figure.subfigs for legend in part.legends for text in legend.get_texts()]
+    assert names[0].startswith("surface 1: ")
+    assert names[1].startswith("surface 2: ")
+    with pytest.raises(InputError, match="picture: the surface is no height map"):
+        hs.plot(hs.load(write(BALL + '[picture]\nkind = "map"\n')))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('[picture]\nkind = "lops"\n', "picture.kind: the text 'lops'; did you mean 'loops'"),
+        ("[picture]\nwork = true\n", "picture.kind: missing; expected one of loops, traction"),
+        ('[[picture]]\nkind = "loops"\nacross = "radius"\n', r"picture\[0\].across: unknown key"),
+        ('[[picture]]\nkind = "loops"\n[[picture]]\nkind = "curve"\n', r"picture\[1\].quantity: missing"),
+        (
+            '[picture]\nkind = "bars"\nquantity = "drift"\ngroups = { a = "b" }\n',
+            "picture.groups.a: the text 'b'; expected an array",
+        ),
+        ("picture = 3\n", "picture: 3; expected a table"),
+    ],
+)
+def test_what_is_no_picture_is_told_with_its_place(write, text, message):
+    whole = text + BALL if text.startswith("picture") else BALL + text
+    with pytest.raises(InputError, match=message):
+        hs.load(write(whole))
+
+
+@pytest.mark.parametrize(
+    ("waypoints", "message"),
+    [
+        (
+            '{ time = 0, normal_load = 1, name = "K" }, { after = 1, normal_load = 2, name = "K" }',
+            r"waypoints\[1\].name: the text 'K' came",
+        ),
+        ('{ time = 0, normal_load = 1, name = " " }', r"waypoints\[0\].name: the text ' '; expected a text"),
+    ],
+)
+def test_names_of_waypoints_are_told_apart(write, waypoints, message):
+    before = BALL[: BALL.index("waypoints")]
+    with pytest.raises(InputError, match=message):
+        hs.load(write(f"{before}waypoints = [{waypoints}]\n"))
+
+
+def test_blocks_have_no_names(write):
+    before = BALL[: BALL.index("substeps")]
+    block = '[[loading.blocks]]\nwaypoints = [{ after = 1, normal_load = 1, name = "K" }]\n'
+    with pytest.raises(InputError, match=r"blocks\[0\].waypoints\[0\].name: a block may run several times"):
+        hs.load(write(before + block))
+
+
+def test_from_the_shell(write, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = write(BALL + TWO)
+    call = CliRunner().invoke
+    assert call(main, ["run", str(path), "-o", "a.nc", "--plot", "-q"]).exit_code == 0
+    assert (tmp_path / "a.png").exists()
+    assert call(main, ["run", str(path), "-o", "b.nc", "-q"]).exit_code == 0
+    for arguments in (
+        ["a.nc", "b.nc"],
+        ["a.nc", "b.nc", "--labels", "one,two"],
+        ["a.nc", "b.nc", "--picture", "traction", "--steps", "K,-1", "--across", "diameter"],
+        ["a.nc", "--picture", "loops", "--steps", "K"],
+    ):
+        done = call(main, ["plot", *arguments, "-o", "p.png"])
+        assert done.exit_code == 0, done.output
+    for arguments, message in (
+        (["a.nc", str(path)], "is no result of historysim run; expected results alone"),
+        (["a.nc", "b.nc", "--picture", "energy"], "of several results expected one of loops, traction"),
+        (["a.nc", "b.nc", "--step", "3"], "step: belongs to one file"),
+        (["a.nc", "b.nc", "--set", "friction.coefficient=1"], "--set: belongs to one scenario"),
+        (["a.nc", "--picture", "slip-map", "--steps", "K"], "takes none; expected with loops, traction, slip-fronts"),
+        (["a.nc", "--picture", "traction", "--steps", "K,,L"], "--steps 'K,,L': expected texts with a comma"),
+        (["a.nc", "--picture", "traction", "--labels", "one"], "labels has 1; expected one for each of 2 states"),
+        ([str(path), "--steps", "K"], "steps: .* has no such lines"),
+        (["a.nc", "b.nc", "-o", "a.nc"], "would overwrite what it is made from"),
+        (["a.nc", "b.nc", "-o", "p.gif"], "a moving picture"),
+    ):
+        target = [] if "-o" in arguments else ["-o", "p.png"]
+        done = call(main, ["plot", *arguments, *target])
+        assert done.exit_code == 2, arguments
+        assert re.search(message, done.output), done.output
+
+
+def test_loops_of_a_sweep_leave_as_a_table(write):
+    found = hs.sweep(write(BALL + SWEPT))
+    heading, *rows = sweeps.rows(found)
+    assert heading[:2] == ["friction_coefficient", "step"]
+    assert len(rows) == 3 * 21
+    assert rows[21][:2] == [0.2, 0]
