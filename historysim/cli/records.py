@@ -48,7 +48,10 @@ def columns(file: Path, layout: "Format") -> None:
 @click.option("--skip", default=0, show_default=True, help="Loops at the start to leave out.")
 @click.option(
     "--dead-band",
-    help='Swings below which there is no reversal, as "5 nm". [default: the scenario\'s; else 5 % of the range]',
+    help=(
+        'Swings below which there is no reversal, as "5 nm". '
+        "[default: the scenario's; else 5 % of the range, or six deviations of the noise]"
+    ),
 )
 @click.option("--skip-per-level", default=0, help="Loops to leave out at the start of each series at one normal load.")
 @click.option(

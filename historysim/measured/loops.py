@@ -44,6 +44,7 @@ from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.measured.definitions import Definitions
 from historysim.measured.loop_table import Along, LoopTable, Quantity, same_amplitude, same_load
+from historysim.measured.noise import REVERSAL
 from historysim.measured.preliminary import reversal_factor, zero_load_factor
 from historysim.measured.range_pairs import range_pairs
 from historysim.measured.statistics import LoopStatistics
@@ -86,6 +87,8 @@ LOOP_QUANTITIES = {
 CONTENT = "friction loops"
 """What the attribute ``content`` of a file of loops says, by which such a file is known."""
 
+STROKE_OVER_NOISE = 40.0
+"""Stroke over the noise of the displacement up to which a note tells that noise decides."""
 NARROW = 0.05
 """Energy of a loop over the rectangle around it, 4TU, below which it is a spring's: .2 where a sphere just slides, by
 Cattaneo and Mindlin (8 times the area under 1 - (1 - u)^(3/2), less 4), and more beyond."""
@@ -170,6 +173,8 @@ class Loops:
         Of an instrument in series whose drive the displacement is that of [N/m]; inf for that of the contact.
     remarks : tuple of (label, text)
         What was done to the record before.
+    displacement_noise : float
+        Standard deviation of the noise of the displacement, 0 where it is not known [m].
     """
 
     trace: Trace = attrs.field(repr=False)
@@ -195,6 +200,7 @@ class Loops:
     told: tuple[str, ...] = ()
     lateral_stiffness: float = math.inf
     remarks: tuple[tuple[str, str], ...] = ()
+    displacement_noise: float = 0.0
 
     def __len__(self) -> int:
         """Return the number of loops."""
@@ -324,7 +330,7 @@ class Loops:
     @property
     def notes(self) -> tuple[str, ...]:
         """What was left out, and what the samples are too few to tell, with the mend."""
-        told = *self.told, *self._rising_notes(), *self._narrow_notes()
+        told = *self._noise_notes(), *self.told, *self._rising_notes(), *self._narrow_notes()
         unknown = int(
             (np.isnan(self.tangential_stiffness) & ~self.left_out_branches & ~self.stepped_branches).any(axis=1).sum()
         )
@@ -334,6 +340,25 @@ class Loops:
         needed = f"the first part of a branch, {self.definitions.initial}, needs two samples or more that rise"
         mend = "record more often (substeps of a simulation), or take a longer first part"
         return (*told, f"{missing}: {needed}; {mend}")
+
+    def _noise_notes(self) -> list[str]:
+        noise = self.displacement_noise
+        stroke = 2 * float(np.median(self.amplitude[self.large]))
+        if not noise or (stroke > STROKE_OVER_NOISE * noise and self.dead_band >= REVERSAL * noise):
+            return []
+        of = quantity_text(noise, "m", 2)
+        if self.dead_band < REVERSAL * noise:
+            told = (
+                f"the dead band is {self.dead_band / noise:.2g} deviations of the noise of the displacement, {of}: "
+                "noise may be taken for reversals"
+            )
+            return [f"{told}; six of them, {quantity_text(REVERSAL * noise, 'm', 2)}, or more are safe"]
+        told = (
+            f"strokes of {quantity_text(stroke, 'm', 3)} are {stroke / noise:.2g} deviations of the noise of the "
+            f"displacement, {of}: noise decides where branches begin and end, and what is read off near reversals; "
+            "low_pass or median at this channel take noise off, and longer strokes stand above it"
+        )
+        return [told]
 
     def _rising_notes(self) -> list[str]:
         rising = self.rising_branches & self.large[:, None]

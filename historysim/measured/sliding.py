@@ -24,7 +24,7 @@ from historysim.basics.display import html_table
 from historysim.basics.units import duration_text, quantity_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
-from historysim.measured.observation import noise_of
+from historysim.measured.noise import noise_of
 from historysim.measured.power_law import CONFIDENCE
 from historysim.measured.reduction import channel, check_order, loop_dead_band, turning_points
 

@@ -17,7 +17,14 @@ from historysim.measured.definitions import DEFAULT, Definitions, FirstLoad, Las
 from historysim.measured.load_steps import at_one_load
 from historysim.measured.loops import BRANCH_QUANTITIES, OF_SLIDING, Loops, NoLoopError, Trace
 from historysim.measured.preliminary import virgin_displacement
-from historysim.measured.reduction import channel, check_order, loop_dead_band, turning_points
+from historysim.measured.reduction import (
+    channel,
+    check_moves,
+    check_order,
+    estimated_noise,
+    loop_dead_band,
+    turning_points,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -73,6 +80,7 @@ def loops_of_history(
         skip=skip,
         skip_per_level=skip_per_level,
         definitions=definitions,
+        displacement_noise=0.0,
     )
 
 
@@ -92,23 +100,24 @@ def loops_of_measurement(
     measurement : Measurement
         With tangential displacement and tangential load; with the normal load, friction coefficients are known too.
     dead_band : float, optional
-        As for `loops_of_channels`; by default what the measurement says of its tangential displacement, else 5 % of
-        the range.
+        As for `loops_of_channels`; by default what the measurement says of its tangential displacement.
     skip, skip_per_level, definitions, lateral_stiffness
         As for `loops_of_channels`.
 
     Raises
     ------
     InputError
-        As for `loops_of_channels`, or a channel that was not measured.
+        As for `loops_of_channels`, or a channel that was not measured, or a displacement that rests.
     """
     check_order(measurement.time, measurement.place)
+    dead_band = measurement.dead_band.get("tangential_displacement") if dead_band is None else dead_band
+    check_moves(measurement["tangential_displacement"], dead_band)
     loops = loops_of_channels(
         measurement.time,
         measurement["tangential_displacement"],
         measurement["tangential_load"],
         measurement.get("normal_load"),
-        dead_band=measurement.dead_band.get("tangential_displacement") if dead_band is None else dead_band,
+        dead_band=dead_band,
         skip=skip,
         skip_per_level=skip_per_level,
         definitions=definitions,
@@ -128,6 +137,7 @@ def loops_of_channels(
     skip_per_level: int = 0,
     definitions: Definitions = DEFAULT,
     lateral_stiffness: float = math.inf,
+    displacement_noise: float | None = None,
 ) -> Loops:
     """Return the friction loops of the channels of a record.
 
@@ -149,7 +159,7 @@ def loops_of_channels(
         N [N].
     dead_band : float, optional
         The smallest swing of U that counts as a reversal [m], 0 or more: a few times its noise, and well below its
-        amplitude; by default 5 % of the range of U. See `turning_points`.
+        amplitude; by default 5 % of the range of U, or six deviations of its noise. See `turning_points`.
     skip : int
         How many loops at the start are left out.
     skip_per_level : int
@@ -158,6 +168,8 @@ def loops_of_channels(
     lateral_stiffness : float
         Of an instrument, in series with the contact, whose drive the displacement is that of [N/m]. It is taken off for
         the virgin displacement alone.
+    displacement_noise : float, optional
+        Standard deviation of the noise of U [m], 0 for a simulated record; estimated by default.
 
     Returns
     -------
@@ -175,7 +187,8 @@ def loops_of_channels(
     if not isinstance(definitions, Definitions):
         raise InputError(f"definitions is {definitions!r}; expected Definitions(...)")
     moved, load = trace.displacement, trace.tangential_load
-    band = loop_dead_band(moved, dead_band)
+    noise = estimated_noise(moved, displacement_noise)
+    band = loop_dead_band(moved, dead_band, noise)
     ends, lone = _loop_ends(moved, band)
     pieces = _left_out(ends, moved.size)
     number = _kept_loops(len(ends), skip, band)
@@ -213,6 +226,7 @@ def loops_of_channels(
         rising_branches=rising & ~left_out,
         told=steady.told,
         lateral_stiffness=lateral_stiffness,
+        displacement_noise=noise,
     )
     return loops.without_first(check_skip(skip_per_level, "skip_per_level"))
 
