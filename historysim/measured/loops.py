@@ -337,7 +337,7 @@ class Loops:
         """What was left out, and what the samples are too few to tell, with the mend."""
         told = (
             *self._noise_notes(),
-            *(what_it_looks_like(self) if self.displacement_noise else ()),
+            *self.faults,
             *self._drift_notes(),
             *self.told,
             *self._rising_notes(),
@@ -352,6 +352,11 @@ class Loops:
         needed = f"the first part of a branch, {self.definitions.initial}, needs two samples or more that rise"
         mend = "record more often (substeps of a simulation), or take a longer first part"
         return (*told, f"{missing}: {needed}; {mend}")
+
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """What the record looks like, where something of the instrument changes what is read off; with the mend."""
+        return tuple(what_it_looks_like(self)) if self.displacement_noise else ()
 
     def _noise_notes(self) -> list[str]:
         noise = self.displacement_noise

@@ -15,6 +15,7 @@ from historysim.basics.files import replacing
 from historysim.basics.places import at
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
+from historysim.scenario.compare import sticking_stiffness
 from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import reported
 from historysim.scenario.sections import FitSection
@@ -198,8 +199,9 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
         # how many walks it takes is not known before
         with tqdm(desc="fitting", unit=" walks", delay=2, disable=None if progress else True) as bar:
             found = fit_parameters(model, start, observation, walked=bar.update)
-    _, instrument = model(found.values)
-    return Fit(scenario, found, Comparison.of(observation, found.passage, instrument))
+    ensemble, instrument = model(found.values)
+    stiffness = sticking_stiffness(ensemble, observation)
+    return Fit(scenario, found, Comparison.of(observation, found.passage, instrument, stiffness))
 
 
 def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: Path) -> str:
