@@ -5,8 +5,8 @@ Each is told from the samples alone, and only where it stands clear of the noise
 
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
+import attrs
 import numpy as np
 import numpy.typing as npt
 
@@ -15,9 +15,6 @@ from historysim.basics.wording import counted
 from historysim.measured import scatter
 from historysim.measured.noise import FEWEST_SAMPLES, noise_of
 from historysim.measured.power_law import CONFIDENCE
-
-if TYPE_CHECKING:
-    from historysim.measured.loops import Loops
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -36,15 +33,45 @@ DROP = 0.1
 DROPS = 2
 
 
-def what_it_looks_like(loops: "Loops") -> list[str]:
+@attrs.frozen(eq=False)
+class Strokes:
+    """A record and its strokes.
+
+    Attributes
+    ----------
+    time, displacement, tangential_load : array (sample)
+        [s, m, N].
+    ends : array of int (loop, 3)
+        The samples at which each loop begins, turns back, and ends.
+    friction_force : array (loop, direction)
+        [N], of the forward and of the backward branch; NaN where it is not known.
+    noise : float
+        Standard deviation of the noise of the displacement [m].
+    """
+
+    time: Floats
+    displacement: Floats
+    tangential_load: Floats
+    ends: Integers
+    friction_force: Floats
+    noise: float
+
+
+def what_it_looks_like(strokes: Strokes) -> list[str]:
     """Return what the record of some loops looks like, a text for each fault; none for a record of few samples."""
-    if loops.trace.time.size < FEWEST_SAMPLES:
+    if strokes.time.size < FEWEST_SAMPLES:
         return []
-    return [*_clipped(loops), *_spikes(loops), *_of_the_zero(loops), *_lost_motion(loops), *_stick_slip(loops)]
+    return [
+        *_clipped(strokes),
+        *_spikes(strokes),
+        *_of_the_zero(strokes),
+        *_lost_motion(strokes),
+        *_stick_slip(strokes),
+    ]
 
 
-def _clipped(loops: "Loops") -> Iterator[str]:
-    load = loops.trace.tangential_load
+def _clipped(strokes: Strokes) -> Iterator[str]:
+    load = strokes.tangential_load
     for name, extreme in (("greatest", load.max()), ("least", load.min())):
         at = load == extreme
         edges = np.flatnonzero(np.diff(np.concatenate([[0], at.astype(np.int8), [0]])))
@@ -58,8 +85,8 @@ def _clipped(loops: "Loops") -> Iterator[str]:
         )
 
 
-def _spikes(loops: "Loops") -> Iterator[str]:
-    channels = {"tangential load": loops.trace.tangential_load, "displacement": loops.trace.displacement}
+def _spikes(strokes: Strokes) -> Iterator[str]:
+    channels = {"tangential load": strokes.tangential_load, "displacement": strokes.displacement}
     for name, values in channels.items():
         steps = np.diff(values)
         up, down = steps[:-1], -steps[1:]
@@ -74,8 +101,8 @@ def _spikes(loops: "Loops") -> Iterator[str]:
             )
 
 
-def _of_the_zero(loops: "Loops") -> Iterator[str]:
-    forward, backward = loops.friction_force[loops.large].T
+def _of_the_zero(strokes: Strokes) -> Iterator[str]:
+    forward, backward = strokes.friction_force.T
     known = np.isfinite(forward) & np.isfinite(backward)
     if np.count_nonzero(known) < scatter.FEWEST_LOOPS:
         return
@@ -98,23 +125,18 @@ def _of_the_zero(loops: "Loops") -> Iterator[str]:
         )
 
 
-def _branches(loops: "Loops") -> Iterator[tuple[Floats, Floats, Floats]]:
+def _branches(strokes: Strokes) -> Iterator[tuple[Floats, Floats, Floats]]:
     """Yield time, displacement from the reversal and load of each branch, in its own direction."""
-    trace = loops.trace
-    for ends, left_out in zip(loops.ends[loops.large], loops.left_out_branches[loops.large], strict=True):
-        if left_out.any():
-            continue
-        for first, last in pairwise(ends):
-            sign = 1.0 if trace.displacement[last] > trace.displacement[first] else -1.0
-            part = slice(first, last + 1)
-            moved = sign * (trace.displacement[part] - trace.displacement[first])
-            yield trace.time[part], moved, sign * trace.tangential_load[part]
+    moved, load = strokes.displacement, strokes.tangential_load
+    for first, last in [branch for ends in strokes.ends for branch in pairwise(ends)]:
+        sign, part = (1.0 if moved[last] > moved[first] else -1.0), slice(first, last + 1)
+        yield strokes.time[part], sign * (moved[part] - moved[first]), sign * load[part]
 
 
-def _lost_motion(loops: "Loops") -> Iterator[str]:
+def _lost_motion(strokes: Strokes) -> Iterator[str]:
     """Tell displacement without load, at zero load or behind a reversal, from what the stiffness beside it takes."""
     ratios: dict[str, list[tuple[float, float, float]]] = {"zero": [], "reversal": []}
-    for time, unsorted, loads in _branches(loops):
+    for time, unsorted, loads in _branches(strokes):
         order = np.argsort(unsorted, kind="stable")
         moved, load = unsorted[order], loads[order]
         force = float(np.mean(load[moved >= 0.75 * moved[-1]]))
@@ -135,8 +157,8 @@ def _lost_motion(loops: "Loops") -> Iterator[str]:
         if len(found) < scatter.FEWEST_LOOPS:
             continue
         width, beside, speed = np.median(np.array(found), axis=0)
-        stroke = 2 * float(np.median(loops.amplitude[loops.large]))
-        if width < max(LOST * stroke, TIMES * beside, SPIKE * loops.displacement_noise):
+        stroke = float(np.median(np.abs(np.diff(strokes.displacement[strokes.ends], axis=1))))
+        if width < max(LOST * stroke, TIMES * beside, SPIKE * strokes.noise):
             continue
         of = quantity_text(float(width), "m", 2)
         if place == "zero":
@@ -153,10 +175,10 @@ def _lost_motion(loops: "Loops") -> Iterator[str]:
             )
 
 
-def _stick_slip(loops: "Loops") -> Iterator[str]:
+def _stick_slip(strokes: Strokes) -> Iterator[str]:
     drops, branches, largest = 0, 0, 0.0
-    noise = noise_of(loops.trace.tangential_load)
-    for _, moved, load in _branches(loops):
+    noise = noise_of(strokes.tangential_load)
+    for _, moved, load in _branches(strokes):
         slides = load[moved >= 0.5 * moved[-1]]
         if slides.size < FEWEST_SAMPLES:
             continue

@@ -43,7 +43,7 @@ from historysim.basics.units import prefixed, quantity_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.measured.definitions import Definitions
-from historysim.measured.looks import what_it_looks_like
+from historysim.measured.looks import Strokes, what_it_looks_like
 from historysim.measured.loop_table import Along, LoopTable, Quantity, same_amplitude, same_load
 from historysim.measured.noise import REVERSAL
 from historysim.measured.power_law import CONFIDENCE
@@ -356,7 +356,22 @@ class Loops:
     @property
     def faults(self) -> tuple[str, ...]:
         """What the record looks like, where something of the instrument changes what is read off; with the mend."""
-        return tuple(what_it_looks_like(self)) if self.displacement_noise else ()
+        if not self.displacement_noise:
+            return ()
+        chosen = self.large & ~self.left_out_branches.any(axis=1)
+        trace = self.trace
+        return tuple(
+            what_it_looks_like(
+                Strokes(
+                    trace.time,
+                    trace.displacement,
+                    trace.tangential_load,
+                    self.ends[chosen],
+                    self.friction_force[chosen],
+                    self.displacement_noise,
+                )
+            )
+        )
 
     def _noise_notes(self) -> list[str]:
         noise = self.displacement_noise

@@ -220,6 +220,8 @@ def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: P
             _put(document["surface"], "height_scale", parameter, scaled_by)
         else:
             _put_moduli(document, scenario, parameter)
+    if "run" in document["loading"]:
+        document["loading"]["run"] = scenario.sections.loading.run  # type: ignore[attr-defined]
     before, after = scenario.path.parent.absolute(), output.parent.absolute()
     if before != after:
         _move_files(document, before, after)
