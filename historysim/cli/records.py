@@ -125,7 +125,12 @@ def loops(
     )
     measured = file.suffix == ".toml"
     record = _loaded(file, values, *targets) if measured else scenario_or_file(file, values)
-    options = {"dead_band": band, "skip": skip, "skip_per_level": skip_per_level, "definitions": definitions}
+    options: dict[str, Any] = {
+        "dead_band": band,
+        "skip": skip,
+        "skip_per_level": skip_per_level,
+        "definitions": definitions,
+    }
     if _is_each(record):
         _check_no_output(targets)
         from historysim.scenario.runs import each_run, loop_rows
@@ -269,7 +274,7 @@ def fit(scenario: Path, output: Path | None, picture: Path | None, values: dict[
 
 def _is_each(record: "Scenario | Path") -> "TypeGuard[Scenario]":
     """Return whether each run of a scenario's file is asked for."""
-    return not isinstance(record, Path) and getattr(record.sections.loading, "run", None) == "each"
+    return not isinstance(record, Path) and record.run == "each"
 
 
 def _check_no_output(targets: list[Path]) -> None:

@@ -135,11 +135,11 @@ class Comparison:
         mend = "fit lateral_stiffness" + (
             f', with [instrument] lateral_stiffness = "{series}" to start from' if self.instrument.rigid else ""
         )
-        told = (
+        note = (
             f"the record is softer at reversals than the model, {quantity_text(found, 'N/m', 3)} against "
             f"{quantity_text(whole, 'N/m', 3)}: looks like a compliance in series of {series}; {mend}"
         )
-        return [told]
+        return [note]
 
     def _loads(self) -> list[tuple[str, str]]:
         """Return a line on the normal loads, where there are several."""

@@ -221,7 +221,7 @@ def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: P
         else:
             _put_moduli(document, scenario, parameter)
     if "run" in document["loading"]:
-        document["loading"]["run"] = scenario.sections.loading.run  # type: ignore[attr-defined]
+        document["loading"]["run"] = scenario.run
     before, after = scenario.path.parent.absolute(), output.parent.absolute()
     if before != after:
         _move_files(document, before, after)

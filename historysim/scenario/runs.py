@@ -51,7 +51,9 @@ def each_run(scenario: Scenario, find: Callable[[Scenario], Found]) -> "list[Run
     """
     runs: list[Run[Found]] = []
     for each in scenario.runs():
-        number = int(each.sections.loading.run)  # type: ignore[attr-defined]
+        number = each.run
+        if not isinstance(number, int):
+            raise InputError(f'{scenario.path.name}: loading.run: {number!r}; expected "each", for a row of each run')
         try:
             runs.append(Run(number, each, find(each)))
         except InputError as error:

@@ -249,6 +249,12 @@ class Scenario:
         with reported(self.path.name):
             return loading.measurement(self.path.parent)
 
+    @property
+    def run(self) -> int | str | None:
+        """Which run of its file is read, or ``"each"``; None where that is not said."""
+        loading = self.sections.loading
+        return loading.run if isinstance(loading, MeasuredLoading) else None
+
     def runs(self) -> "list[Scenario]":
         """Return a scenario for each run of its file; itself alone, unless ``loading.run`` is ``"each"``.
 

@@ -71,7 +71,8 @@ def assembled(folder: Path, section: MeasuredFile) -> Measurement:
         with at(group, key), _named(name):
             dead_band = getattr(section.dead_band, key) or 0.0
             values[group, key] = _in_si(channel, clocked, (group, key), dead_band, remarks, removed)
-            _tell_hum(channel, key, clocked.time, values[group, key], remarks)
+            digit = _digit(clocked.values.get((group, key)), values[group, key])
+            _tell_hum(channel, key, clocked.time, values[group, key], digit, remarks)
     _close_free_play(channels, values, remarks)
     measurement = Measurement(
         time=clocked.time,
@@ -359,13 +360,25 @@ def _close_free_play(
             remarks.append(("tangential displacement: free play taken off", quantity_text(channel.free_play, "m")))
 
 
-def _tell_hum(channel: Channel, key: str, time: Floats, values: Floats, remarks: Remarks) -> None:
-    """Tell the hum that is left in a channel, and what takes it off."""
+def _digit(raw: Floats | None, values: Floats) -> float:
+    """Return the last digit of a channel that was printed or sampled with few of them, in its SI unit; else about 0."""
+    if raw is None or not np.ptp(raw) > 0:
+        return 0.0
+    different = np.diff(np.unique(raw))
+    # what rounding of binary numbers makes of one digit is none
+    different = different[different > 1e-9 * np.ptp(raw)]
+    return float(different.min() / np.ptp(raw) * np.ptp(values)) if different.size else 0.0
+
+
+def _tell_hum(channel: Channel, key: str, time: Floats, values: Floats, digit: float, remarks: Remarks) -> None:
+    """Tell the hum that is left in a channel, and what takes it off; what is within the last digit is rounding."""
     if not channel.sources:
         return
     unit = "m" if isinstance(channel, LengthChannel) else "N"
     size = float(np.ptp(values)) if unit == "m" else float(np.abs(values).max())
-    found = conditioning.find_hum(time, values, dead_band=HUM_DEAD_BAND * size)
+    found = [
+        hum for hum in conditioning.find_hum(time, values, dead_band=HUM_DEAD_BAND * size) if hum.amplitude > digit
+    ]
     if found:
         lines = ", ".join(f"{quantity_text(hum.amplitude, unit, 3)} at {hum.frequency:.4g} Hz" for hum in found[:3])
         notches = ", ".join(f"{hum.frequency:.4g}" for hum in found[:3])

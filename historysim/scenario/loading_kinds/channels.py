@@ -228,7 +228,8 @@ class MeasuredFile(NumbersFile):
         if self.missing not in MISSING:
             raise misfit(f"{self.missing!r}; expected 'refuse' or 'drop'", "missing")
         is_number = isinstance(self.run, int) and not isinstance(self.run, bool)
-        if not (self.run in {None, EACH} or is_number) or (is_number and not self.runs_by and self.run < 1):
+        is_counted = isinstance(self.run, int) and (self.run >= 1 or self.runs_by is not None)
+        if self.run not in {None, EACH} and not (is_number and is_counted):
             raise misfit(f'{shown(self.run)}; expected the number of a run, from 1, or "each"', "run")
         if self.runs_by is not None and self.run is None:
             raise misfit('missing; expected the value of runs_by that is the run, or "each"', "run")
