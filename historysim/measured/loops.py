@@ -8,7 +8,8 @@ branch, so that both branches look alike.
 
 What is read off a branch, with the choices that `Definitions` has:
 
-- **friction force** F: the mean of f over the displacement of the sliding part, ∫ f du / ∫ du. An offset of T moves it
+- **friction force** F: the mean of f over the displacement of the sliding part, ∫ f du / ∫ du, of a measured record
+  without the outermost sample, which may be behind the turn. An offset of T moves it
   up on one branch and down on the other; the mean of both is free of it. Where the load still rises there, the branch
   does not slide yet: F is a lower bound, and stays out of means.
 - **normal load** and **friction coefficient**: the mean of N over the same displacement, and F over it.

@@ -16,6 +16,7 @@ from historysim.errors import InputError
 from historysim.measured.definitions import DEFAULT, Definitions, FirstLoad, LastPart
 from historysim.measured.load_steps import at_one_load
 from historysim.measured.loops import BRANCH_QUANTITIES, OF_SLIDING, Loops, NoLoopError, Trace
+from historysim.measured.noise import FEWEST_SAMPLES
 from historysim.measured.preliminary import virgin_displacement
 from historysim.measured.reduction import (
     channel,
@@ -203,7 +204,7 @@ def loops_of_channels(
     energy = np.where(whole, np.append(energy, math.nan)[steady.number - number[0]], math.nan)
     ends, backward = steady.ends, moved[steady.ends[:, 1]] < moved[steady.ends[:, 0]]
     left_out, stepped = (np.where(backward[:, None], each[:, ::-1], each) for each in (steady.left_out, steady.stepped))
-    values, rising = _branches(trace, ends, definitions, lateral_stiffness)
+    values, rising = _branches(trace, ends, definitions, lateral_stiffness, between=noise > 0)
     values[left_out] = math.nan
     for place, name in enumerate(BRANCH_QUANTITIES):
         if name not in OF_SLIDING:
@@ -280,7 +281,7 @@ def _left_out(ends: Integers, size: int) -> tuple[tuple[int, int], ...]:
 
 
 def _branches(
-    trace: Trace, ends: Integers, definitions: Definitions, lateral_stiffness: float
+    trace: Trace, ends: Integers, definitions: Definitions, lateral_stiffness: float, *, between: bool
 ) -> tuple[Floats, npt.NDArray[np.bool_]]:
     """Return the quantities of all branches, (loop, direction, quantity), and which still rise where they slide."""
     branches = np.full((len(ends), 2, len(BRANCH_QUANTITIES)), math.nan)
@@ -298,6 +299,7 @@ def _branches(
                 None if trace.normal_load is None else trace.normal_load[part],
                 definitions,
                 lateral_stiffness,
+                between=between,
             )
     return branches, rising
 
@@ -334,11 +336,19 @@ def _check_sense(energy: Floats, displacement: Floats, load: Floats) -> None:
 
 
 def _branch(
-    u: Floats, f: Floats, before: float, normal: Floats | None, definitions: Definitions, lateral_stiffness: float
+    u: Floats,
+    f: Floats,
+    before: float,
+    normal: Floats | None,
+    definitions: Definitions,
+    lateral_stiffness: float,
+    *,
+    between: bool,
 ) -> tuple[tuple[float, ...], bool]:
     """Return the quantities of one branch, in its own direction, in the order of BRANCH_QUANTITIES; whether it rises.
 
-    `before` is the load one sample before the branch.
+    `before` is the load one sample before the branch. Where channels turn between samples, the outermost sample may be
+    behind the turn, and its load is none of sliding.
     """
     sliding, initial = definitions.sliding, definitions.initial
     if isinstance(sliding, LastPart):
@@ -346,7 +356,8 @@ def _branch(
     else:
         start = _at(_crossing(f, f[0] + sliding.share * (f.max() - f[0])), u)
     # means are over the displacement, whatever noise and hum made of the order of the samples
-    order = np.argsort(u, kind="stable")
+    inner = u[:-1] if between and u.size > FEWEST_SAMPLES // 2 and u[:-1].max() > start else u
+    order = np.argsort(inner, kind="stable")
     slides_from = _crossing(u[order], start)
     force = _mean_from(slides_from, u[order], f[order])
     load = math.nan if normal is None else _mean_from(slides_from, u[order], normal[order])

@@ -114,6 +114,29 @@ def test_a_search_on_a_real_record_ends_at_the_minimum(tmp_path):
     assert search.minimised(end.unknowns, end.scale) <= other.fun * (1 + 2e-3)
 
 
+@pytest.mark.slow
+@pytest.mark.skipif(not DAMPER.is_file(), reason="the measured record of a friction damper is not there")
+def test_halves_of_a_real_record_agree(tmp_path):
+    """Six loops make twenty halves: their intervals of friction overlap in 93 %, or a drift is told."""
+    from historysim.measured.fitting import fit_parameters
+
+    text = DAMPER_SCENARIO.replace('"friction", "lateral_stiffness"', '"friction"')
+    (tmp_path / "d.toml").write_text(text, encoding="utf-8")
+    scenario = load(tmp_path / "d.toml")
+    _, model, start = model_of(scenario)
+    record = scenario.measurement()
+    every = attrs.evolve(synthetic.part(record, np.arange(0, record.time.size, 8)), time=record.time[::8])
+    agree = []
+    for seed in range(40):
+        pair = [
+            fit_parameters(model, start, observe(half)).parameters[0]
+            for half in synthetic.random_half(every, seed, dead_band=1e-3)
+        ]
+        overlap = pair[0].low <= pair[1].high and pair[1].low <= pair[0].high
+        agree.append(overlap or pair[0].drifts or pair[1].drifts)
+    assert np.mean(agree) >= 0.93
+
+
 def test_known_noise_of_the_displacement_does_not_make_a_stiffness_too_small():
     """Plain least squares are 6 % too low here, by the noise over the range of what sticks."""
     off = []
