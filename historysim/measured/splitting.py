@@ -356,10 +356,14 @@ def _branch(
     else:
         start = _at(_crossing(f, f[0] + sliding.share * (f.max() - f[0])), u)
     # means are over the displacement, whatever noise and hum made of the order of the samples
-    inner = u[:-1] if between and u.size > FEWEST_SAMPLES // 2 and u[:-1].max() > start else u
-    order = np.argsort(inner, kind="stable")
+    order = np.argsort(u, kind="stable")
     slides_from = _crossing(u[order], start)
     force = _mean_from(slides_from, u[order], f[order])
+    rises = _still_rises(slides_from, u[order], f[order], definitions.still_rising * force)
+    if between and not rises and u.size > FEWEST_SAMPLES // 2 and u[:-1].max() > start:
+        order = np.argsort(u[:-1], kind="stable")
+        slides_from = _crossing(u[order], start)
+        force = _mean_from(slides_from, u[order], f[order])
     load = math.nan if normal is None else _mean_from(slides_from, u[order], normal[order])
     rise = force - f[0]
     preliminary = from_zero = virgin = stiffness = math.nan
@@ -381,7 +385,6 @@ def _branch(
         else:
             stiffness = _slope(_crossing(u, initial.length), u, f)
     friction = force / load if load > 0 else math.nan
-    rises = _still_rises(slides_from, u[order], f[order], definitions.still_rising * force)
     return (force, load, friction, preliminary, from_zero, virgin, stiffness), rises
 
 

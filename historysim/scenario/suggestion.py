@@ -84,9 +84,10 @@ def suggested_loading(path: Path, listings: Sequence[Listing], layout: Format, b
         # where the load alone was recorded, it is what was controlled
         return "\n".join([*lines, _key("tangential_load", friction, "mN")])
     lines.append(_key("tangential_displacement", stroke, "µm"))
-    lines += ["", "[loading.response]", _key("tangential_load", friction, "mN", _other(listings, friction, used))]
-    if not friction and (shares := [each for each in listings if _SHARE.search(_name(each))]):
-        lines[-1] += f"; {_name(shares[0])} is a coefficient, and no load"
+    if friction:
+        lines += ["", "[loading.response]", _key("tangential_load", friction, "mN", _other(listings, friction, used))]
+    elif shares := [each for each in listings if _SHARE.search(_name(each))]:
+        lines += ["", f"# no [loading.response]: {_name(shares[0])} is a coefficient, and no tangential load"]
     return "\n".join(lines)
 
 

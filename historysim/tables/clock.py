@@ -67,11 +67,9 @@ def _started(part: Part, first: Part, first_time: float, begins: float, least: f
     """Return when a table was started, on the clock of the first: from its start on, or as the file's clock has it."""
     if part.start is None or first.start is None:
         return None
-    ways = [part.start - first.start, part.start]
-    if abs(first_time - first.start) < abs(first_time):
-        ways.reverse()
-    fitting = [start for start in ways if start + begins >= least]
-    return fitting[0] if fitting else None
+    of_file = abs(first_time - first.start) < abs(first_time)
+    start = part.start if of_file else part.start - first.start
+    return start if start + begins >= least else None
 
 
 def _few(labels: Sequence[str]) -> str:

@@ -248,7 +248,7 @@ def test_usual_names_of_tribometers_are_known(tmp_path, header, columns, respons
 def test_a_coefficient_is_no_load(tmp_path):
     path = tmp_path / "m.csv"
     path.write_text("t (s),Fn (N),COF,x (mm)\n0,1,2,3\n1,1,2,3\n", "utf-8")
-    assert "COF is a coefficient, and no load" in suggested_loading(path, describe(path), Format())
+    assert "COF is a coefficient, and no tangential load" in suggested_loading(path, describe(path), Format())
 
 
 def test_a_whole_scenario_is_written_and_says_what_is_missing(tmp_path, monkeypatch):
