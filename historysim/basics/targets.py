@@ -179,6 +179,7 @@ PICTURE = marked("a picture of historysim", ".png", ".pdf", ".svg")
 MOVING = marked("a moving picture of historysim", ".gif", ".mp4", ".webm")
 PAGE = marked("a page of historysim", ".html", ".htm")
 FITTED = marked("a fitted scenario", ".toml", mark=b"# fitted")
+SUGGESTED = unmarked("a scenario to start from", ".toml")
 
 
 def _ends(path: Path) -> bytes:

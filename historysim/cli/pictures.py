@@ -105,9 +105,9 @@ def plot(
         raise InputError(f"{file}: is a log; expected its result; historysim run {file} makes it again")
     if len(files) > 1 and values:
         raise InputError("--set: belongs to one scenario; expected one FILE")
-    what = scenario_or_file(file, values) if len(files) == 1 else list(files)
-    read = files_read(what) if len(files) == 1 else files
-    check_outputs([Output(output, (PICTURE, MOVING))], read, force=force)
+    one = scenario_or_file(file, values)
+    check_outputs([Output(output, (PICTURE, MOVING))], [*files_read(one), *files], force=force)
+    what = one if len(files) == 1 else list(files)
     if output.suffix.lower() in MOVING.endings:
         others = {
             "picture": picture,

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from historysim.basics.files import replacing
-from historysim.basics.targets import FITTED, PICTURE, Output, check_outputs
+from historysim.basics.targets import FITTED, PICTURE, SUGGESTED, Output, check_outputs
 from historysim.cli.arguments import (
     files_read,
     force_option,
@@ -28,21 +28,29 @@ from historysim.cli.output import (
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import TypeGuard
+
     from historysim.measured.loops import Loops
     from historysim.measured.sliding import Over
+    from historysim.scenario.fit import Fit
+    from historysim.scenario.runs import Run
     from historysim.scenario.scenario import Scenario
     from historysim.tables import Format
 
 
 @click.command()
 @click.argument("file", type=path_type)
+@click.option("-o", "--output", type=path_type, help="Also write a whole scenario to start from to this file (.toml).")
 @text_options
-def columns(file: Path, layout: "Format") -> None:
+def columns(file: Path, output: Path | None, layout: "Format") -> None:
     """Show what FILE, a file of numbers, holds: its blocks, its columns as a scenario names them, a [loading] section.
 
     What the section cannot tell from names and units is marked "?".
     """
-    from historysim.scenario.suggestion import suggested_loading
+    if output is not None:
+        check_outputs([Output(output, (SUGGESTED,))], [file])
+    from historysim.scenario.suggestion import suggested_loading, suggested_scenario
     from historysim.tables import describe, what_is_seen
 
     seen, blocks = what_is_seen(file, layout)
@@ -51,6 +59,10 @@ def columns(file: Path, layout: "Format") -> None:
         click.echo(line)
     print_table([("column", "unit", "values", "first"), *((c.column, c.unit, c.values, c.first) for c in found)])
     click.echo(f"\n{suggested_loading(file, found, layout, blocks)}")
+    if output is not None:
+        with replacing(output) as unfinished:
+            unfinished.write_text(suggested_scenario(file, output, found, layout, blocks), encoding="utf-8")
+        click.echo(f"\n{output}")
 
 
 @click.command()
@@ -58,7 +70,10 @@ def columns(file: Path, layout: "Format") -> None:
 @click.option("--skip", default=0, show_default=True, help="Loops at the start to leave out.")
 @click.option(
     "--dead-band",
-    help='Swings below which there is no reversal, as "5 nm". [default: the scenario\'s; else 5 % of the range]',
+    help=(
+        'Swings below which there is no reversal, as "5 nm". '
+        "[default: the scenario's; else 5 % of the range, or six deviations of the noise]"
+    ),
 )
 @click.option("--skip-per-level", default=0, help="Loops to leave out at the start of each series at one normal load.")
 @click.option(
@@ -121,7 +136,19 @@ def loops(
     measured = file.suffix == ".toml"
     record = scenario_or_file(file, values)
     check_outputs(outputs, files_read(record), force=force)
-    found = find_loops(record, dead_band=band, skip=skip, skip_per_level=skip_per_level, definitions=definitions)
+    options: dict[str, Any] = {
+        "dead_band": band,
+        "skip": skip,
+        "skip_per_level": skip_per_level,
+        "definitions": definitions,
+    }
+    if _is_each(record):
+        _check_no_output(outputs)
+        from historysim.scenario.runs import each_run, loop_rows
+
+        _print_runs(each_run(record, lambda run: find_loops(run, **options)), loop_rows)
+        return
+    found = find_loops(record, **options)
     model = _model_loops(record, skip) if with_model else None
     by_load = found.by_load()
     if levels is not None and not len(by_load):
@@ -169,6 +196,12 @@ def sliding(
     record = scenario_or_file(file, values)
     outputs = [] if output is None else [Output(output, (*TABLES_OF_SLIDING, PICTURE))]
     check_outputs(outputs, files_read(record), force=force)
+    if _is_each(record):
+        _check_no_output(outputs)
+        from historysim.scenario.runs import each_run, sliding_rows
+
+        _print_runs(each_run(record, lambda run: find_sliding(run, over=over, windows=windows)), sliding_rows)
+        return
     found = find_sliding(record, over=over, windows=windows)
     if output is not None:
         save_table(found.to_dataset(), output, lambda _: plot_sliding(found, title=file.name), measured=measured)
@@ -219,15 +252,53 @@ def fit(scenario: Path, output: Path | None, picture: Path | None, force: bool, 
 
     loaded = load(scenario, values)
     check_outputs([Output(output, (FITTED,)), Output(picture, (PICTURE,))], loaded.files, force=force)
+
+    def write(found: "Fit", output: Path, picture: Path) -> None:
+        # both stand under their names, or neither
+        with replacing(output) as unfinished:
+            unfinished.write_text(found.scenario_text(output), encoding="utf-8")
+            save(plot_comparison(found.comparison, loaded.title), picture)
+
+    if _is_each(loaded):
+        from historysim.scenario.runs import each_run, fit_rows
+
+        runs = each_run(loaded, lambda run: fit_scenario(run, progress=True))
+        named = {
+            run.number: [path.with_stem(f"{path.stem}_{run.number}") for path in (output, picture)] for run in runs
+        }
+        several = [place for one, two in named.values() for place in (Output(one, (FITTED,)), Output(two, (PICTURE,)))]
+        check_outputs(several, loaded.files, force=force)
+        for run in runs:
+            if run.found is not None:
+                write(run.found, *named[run.number])
+        _print_runs(runs, fit_rows)
+        for run in runs:
+            if run.found is not None:
+                click.echo("\n".join(map(str, reversed(named[run.number]))))
+        return
     found = fit_scenario(loaded, progress=True)
-    # both stand under their names, or neither
-    with replacing(output) as unfinished:
-        unfinished.write_text(found.scenario_text(output), encoding="utf-8")
-        save(plot_comparison(found.comparison, loaded.title), picture)
+    write(found, output, picture)
     print_lines(found.summary())
     print_table(found.comparison.rows())
     click.echo(picture)
     click.echo(output)
+
+
+def _is_each(record: "Scenario | Path") -> "TypeGuard[Scenario]":
+    """Return whether each run of a scenario's file is asked for."""
+    return not isinstance(record, Path) and record.run == "each"
+
+
+def _check_no_output(outputs: list[Output]) -> None:
+    if outputs:
+        raise InputError(
+            f"{outputs[0].path}: holds what one run has; expected the number of one, as --set loading.run=1"
+        )
+
+
+def _print_runs(runs: "list[Run[Any]]", rows: "Callable[[list[Run[Any]]], list[tuple[str, ...]]]") -> None:
+    print_table(rows(runs))
+    print_lines([(f"run {run.number}", run.problem) for run in runs if run.problem])
 
 
 def _model_loops(record: "Scenario | Path", skip: int) -> "Loops | None":

@@ -1,5 +1,7 @@
 """A model beside a measurement: the same displacements, both loads, and what their loops say."""
 
+import math
+
 import attrs
 import numpy as np
 import numpy.typing as npt
@@ -8,10 +10,14 @@ from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.display import html_table
 from historysim.basics.units import quantity_text
 from historysim.measured.loops import BRANCH_QUANTITIES, LOOP_QUANTITIES, Loops, NoLoopError
+from historysim.measured.misfit import Left, what_is_left
 from historysim.measured.observation import Observation, Passage
 from historysim.measured.splitting import loops_of_channels
 
 Floats = npt.NDArray[np.float64]
+
+SOFTER = 0.5
+"""Stiffness at reversals over that of the model below which a compliance in series is told."""
 
 
 @attrs.frozen(eq=False)
@@ -28,15 +34,25 @@ class Comparison:
         Loops of the model, None where it has no whole one.
     instrument : Instrument
         What the displacement was measured by.
+    contact_stiffness : float
+        Of the contact of the model where all of it sticks, at the greatest normal load [N/m]; NaN where it is not
+        known.
     """
 
     observation: Observation
     passage: Passage
     model: Loops | None
     instrument: Instrument = RIGID
+    contact_stiffness: float = math.nan
 
     @classmethod
-    def of(cls, observation: Observation, passage: Passage, instrument: Instrument = RIGID) -> "Comparison":
+    def of(
+        cls,
+        observation: Observation,
+        passage: Passage,
+        instrument: Instrument = RIGID,
+        contact_stiffness: float = math.nan,
+    ) -> "Comparison":
         """Return a model beside a measurement.
 
         Parameters
@@ -46,6 +62,8 @@ class Comparison:
             From `observation.passed`.
         instrument : Instrument
             What the displacement was measured by.
+        contact_stiffness : float
+            Of the contact where all of it sticks, at the greatest normal load [N/m].
         """
         try:
             model = loops_of_channels(
@@ -59,7 +77,7 @@ class Comparison:
         except NoLoopError:
             # without a whole loop the samples can still be compared
             model = None
-        return cls(observation, passage, model, instrument)
+        return cls(observation, passage, model, instrument, contact_stiffness)
 
     def __repr__(self) -> str:
         return f"<Comparison: {', '.join(f'{label} {text}' for label, text in self.summary())}>"
@@ -92,7 +110,36 @@ class Comparison:
             ("loops", "none" if self.measured is None else f"{len(self.measured):,}"),
             *self._loads(),
             ("rms difference", f"{quantity_text(rms, 'N')}{share}"),
+            *(("note", text) for text in self.notes),
         ]
+
+    @property
+    def left(self) -> Left:
+        """What the model leaves, and where."""
+        return what_is_left(self.observation, self.passage)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the record looks like, beside the model: faults of the instrument, and a compliance in series."""
+        return (*(self.measured.faults if self.measured else ()), *self._compliance())
+
+    def _compliance(self) -> list[str]:
+        """Tell a record that is much softer than the model."""
+        if self.measured is None or not self.contact_stiffness > 0:
+            return []
+        found, told = self.measured.statistics("tangential_stiffness").mean, self.instrument.lateral_stiffness
+        whole = self.contact_stiffness if self.instrument.rigid else 1 / (1 / self.contact_stiffness + 1 / told)
+        if not 0 < found < SOFTER * whole:
+            return []
+        series = quantity_text(1 / (1 / found - 1 / self.contact_stiffness), "N/m", 3)
+        mend = "fit lateral_stiffness" + (
+            f', with [instrument] lateral_stiffness = "{series}" to start from' if self.instrument.rigid else ""
+        )
+        note = (
+            f"the record is softer at reversals than the model, {quantity_text(found, 'N/m', 3)} against "
+            f"{quantity_text(whole, 'N/m', 3)}: looks like a compliance in series of {series}; {mend}"
+        )
+        return [note]
 
     def _loads(self) -> list[tuple[str, str]]:
         """Return a line on the normal loads, where there are several."""

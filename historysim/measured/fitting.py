@@ -5,9 +5,9 @@ of the normal load, is an unknown as well, held by what was measured there: the 
 sample's misfit of the load is weighed by the noise of the load and that of the displacement times the stiffness there
 (effective variance: Orear, *Am. J. Phys.* 50 (1982) 912-916). `search` has the least squares.
 
-Two intervals come with each estimate. One takes what is left for independent noise of each sample. Loops of an
-instrument differ by more than that, and what is left of them is correlated; so the other one, which holds then too,
-goes by how the estimate wanders from loop to loop (`scatter`).
+Two intervals come with each estimate. One takes what is left, noise and misfit, for independent from sample to sample.
+Loops of an instrument differ by more than that, and what is left of them is correlated; so the other one, which holds
+then too, goes by how the estimate wanders from loop to loop (`scatter`), and tells a drift along the record.
 """
 
 import math
@@ -17,12 +17,15 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
+from historysim.basics.wording import counted
 from historysim.measured import scatter
+from historysim.measured.misfit import what_is_left
 from historysim.measured.observation import Observation, Passage
 from historysim.measured.power_law import CONFIDENCE
-from historysim.measured.search import FARTHEST, End, Model, Search
+from historysim.measured.search import FARTHEST, FARTHEST_NODE, End, Model, Search
 
 Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
 
 TOLD_APART = 0.99
 """Correlation of two parameters above which the data do not tell them apart."""
@@ -30,8 +33,6 @@ UNDETERMINED = 1e6
 """Ratio of the ends of an interval from which on nothing is known."""
 MUCH_WORSE = 3.0
 """Misfit over noise from which on the noise does not explain what is left."""
-MUCH_WIDER = 3.0
-"""Scatter of loops over what noise explains of it from which on a note tells it."""
 # what a float can hold, as a logarithm
 _LARGEST = 700.0
 
@@ -47,9 +48,14 @@ class Parameter:
         Its estimate, in SI.
     low, high : float
         Its confidence interval of 95 %, from the logarithm of the parameter: by how the estimate wanders from loop to
-        loop, where there are enough of them, else that of the noise alone.
+        loop, where there are enough of them, else the other one.
     noise_low, noise_high : float
-        What the interval would be if each sample had independent noise of its own, and loops did not differ.
+        What the interval would be if what is left, noise and misfit, were independent from sample to sample.
+    start, end : float
+        Where the record drifts, beyond what scatter makes of it, the values at its start and its end on a straight
+        line; `value` is then that in its middle. Else NaN.
+    slope_low, slope_high : float
+        The interval of the rise from start to end, over the value [1].
     """
 
     name: str
@@ -58,13 +64,22 @@ class Parameter:
     high: float
     noise_low: float = math.nan
     noise_high: float = math.nan
+    start: float = math.nan
+    end: float = math.nan
+    slope_low: float = math.nan
+    slope_high: float = math.nan
+
+    @property
+    def drifts(self) -> bool:
+        """Whether it drifts along the record."""
+        return math.isfinite(self.start)
 
     def interval(self, unit: float = 1.0) -> str:
         """Return the confidence interval as a text, in a unit of that many SI units."""
         return f"95 %: {_range(self.low / unit, self.high / unit)}"
 
     def noise_interval(self) -> str:
-        """Return what the interval would be by noise alone, as a text."""
+        """Return what the interval would be if what is left were independent from sample to sample, as a text."""
         return _range(self.noise_low, self.noise_high)
 
 
@@ -89,11 +104,12 @@ class ParameterFit:
         Root of the reduced χ² [1]: about 1 where noise explains what is left.
     degrees_of_freedom : int
     notes : tuple of str
-        Whether the model misses the data by much more than their noise, or the search did not settle; what the data
-        cannot tell: parameters that can stand for one another, or that hardly matter; and how loops differ.
+        Whether the model misses the data by much more than their noise, and where; whether the search did not settle,
+        or places are at their bounds; what the data cannot tell: parameters that can stand for one another, or that
+        hardly matter; and what drifts along the record.
     loops_compared : int or None
         The loops, or pieces of a few loops each, that the intervals go by; None where there are too few, and the
-        intervals are those of noise alone.
+        intervals are those of independent samples.
     """
 
     parameters: tuple[Parameter, ...]
@@ -115,8 +131,10 @@ class ParameterFit:
         first = int(not self.fits)
         lines = [("the model does not fit", text) for text in self.notes[:first]]
         for parameter in self.parameters:
-            noise = "" if self.loops_compared is None else f"; by noise alone {parameter.noise_interval()}"
-            lines.append((parameter.name, f"{parameter.value:.6g}  ({parameter.interval()}{noise})"))
+            told = parameter.interval()
+            if self.loops_compared is not None:
+                told += f"; were samples independent {parameter.noise_interval()}"
+            lines.append((parameter.name, f"{parameter.value:.6g}  ({told})"))
         lines.append(("intervals by", self._basis()))
         names = [parameter.name for parameter in self.parameters]
         lines += [
@@ -129,7 +147,8 @@ class ParameterFit:
 
     def _basis(self) -> str:
         if self.loops_compared is None:
-            return "noise alone: there are too few loops to tell how they scatter and drift, which noise does not tell"
+            kept = "noise" if self.misfit <= 1 else "what is left"
+            return f"{kept}, as if independent: there are too few loops to tell how they scatter and drift"
         return f"how the estimates wander over {self.loops_compared} pieces of the record, of whole loops"
 
     @property
@@ -170,31 +189,37 @@ def _read_off(search: Search, end: End) -> ParameterFit:
     names, count, observation = search.names, len(search.names), search.observation
     freedom = search.compared.size - count
     variance = float(end.residual @ end.residual) / freedom
-    misfit = math.sqrt(variance)
+    nodes = end.residual[search.compared.size :]
+    over_noise = end.residual[: search.compared.size] * end.scale / end.noise
+    misfit = math.sqrt(float(over_noise @ over_noise + nodes @ nodes) / freedom)
     covariance = _covariance(end.slopes)
     deviation = np.sqrt(np.diag(covariance))
     # a model that does not fit makes the estimates less sure, one that fits by luck does not make them surer
     by_noise = stats.t.ppf((1 + CONFIDENCE) / 2, freedom) * deviation * math.sqrt(max(variance, 1.0))
-    loops = _Loops.of(search, end, covariance)
-    reach = by_noise if loops is None else loops.reach
+    wanders = _wanders(search, end, covariance)
+    reach = by_noise if wanders is None else np.array([each.reach for each in wanders])
     correlation = covariance / np.outer(deviation, deviation)
     middle = end.unknowns[:count]
     off = (observation.tangential_load - end.passage.tangential_load)[search.compared]
+    parameters = tuple(
+        Parameter(name, math.exp(at), *_around(at, width), *_around(at, noise))
+        for name, at, width, noise in zip(names, middle, reach, by_noise, strict=True)
+    )
+    if wanders is not None:
+        parameters = tuple(map(_drifting, parameters, wanders))
+    pieces = None if wanders is None else _pieces(search).size - 1
     return ParameterFit(
-        parameters=tuple(
-            Parameter(name, math.exp(at), *_around(at, width), *_around(at, noise))
-            for name, at, width, noise in zip(names, middle, reach, by_noise, strict=True)
-        ),
+        parameters=parameters,
         correlation=correlation,
         passage=end.passage,
         residual=off,
         misfit=misfit,
         degrees_of_freedom=freedom,
-        loops_compared=loops.count if loops else None,
+        loops_compared=pieces,
         notes=(
-            *_notes_on_search(end, misfit, off, float(np.abs(observation.tangential_load).max())),
+            *_notes_on_search(search, end, misfit),
             *_indistinct(names, correlation, reach, np.abs(middle - search.start)),
-            *(loops.notes(names) if loops else ()),
+            *_drifts(parameters),
         ),
     )
 
@@ -203,82 +228,72 @@ def _around(middle: float, width: float) -> tuple[float, float]:
     return math.exp(middle - width), math.exp(min(middle + width, _LARGEST))
 
 
-def _notes_on_search(end: End, misfit: float, off: Floats, largest: float) -> list[str]:
+def _notes_on_search(search: Search, end: End, misfit: float) -> list[str]:
     notes = []
     if misfit > MUCH_WORSE:
-        share = 100 * math.sqrt(float(np.mean(off**2))) / largest
+        left = what_is_left(search.observation, end.passage, search.compared)
+        noise = math.sqrt(float(np.mean(end.noise**2))) / left.largest
         notes.append(
-            f"the model misses the data by {misfit:.3g} times their noise: it lacks something, or needs another start; "
-            f"what is left is {share:.2g} % of the largest load. The intervals tell how far another such record would "
-            "give other values, and not how far these are from those of the contact"
+            f"{left.text()}, where noise leaves {100 * noise:.2g} %: it lacks something, or needs another start. The "
+            "intervals tell how far another such record would give other values, and not how far these are from "
+            "those of the contact"
         )
     if not end.settled:
         notes.append("the search did not settle; start it again from the values found")
+    if end.at_bounds:
+        nodes = counted(search.free, "turning point or step of load", "turning points and steps of load")
+        notes.append(
+            f"{end.at_bounds:,} of {nodes} would be more than {FARTHEST_NODE:g} deviations of the noise away from "
+            "where they were measured: noise is not what keeps the model from the data"
+        )
     return notes
 
 
-@attrs.frozen(eq=False)
-class _Loops:
-    """How the loops of a record, or pieces of some of them, differ in what they say of the parameters.
-
-    Attributes
-    ----------
-    reach : array (parameter)
-        Half widths of the intervals, in logarithms.
-    scatter, drift : array (parameter)
-        Standard deviation of one piece's value, and how much of the way from the first to the last one is a straight
-        line, in logarithms.
-    explained : array (parameter)
-        The scatter that noise explains.
-    count : int
-    """
-
-    reach: Floats
-    scatter: Floats
-    drift: Floats
-    explained: Floats
-    count: int
-
-    @classmethod
-    def of(cls, search: Search, end: End, covariance: Floats) -> "_Loops | None":
-        """Return how they differ; None where they are too few."""
-        observation, size = search.observation, search.compared.size
-        turns = observation.turns[observation.turns >= observation.first]
-        bounds = np.searchsorted(search.compared, scatter.pieces(turns, observation.time.size))
-        count = bounds.size - 1
-        if count < scatter.FEWEST_LOOPS:
-            return None
-        # what each sample moves the estimates by, and what it knows of them
-        influence = end.slopes[:size] @ covariance
-        moves = np.add.reduceat(-influence * end.residual[:size, None], bounds[:-1])
-        shares = np.add.reduceat(influence**2, bounds[:-1])
-        shares = shares / shares.sum(axis=0)
-        columns = list(zip(moves.T, shares.T, strict=True))
-        reach = [
-            scatter.critical_value(share, CONFIDENCE) * math.sqrt(scatter.wandering(move, share))
-            for move, share in columns
-        ]
-        spread = [math.sqrt(float(np.sum(move**2 / share)) * count / (count - 1)) for move, share in columns]
-        drift = [_drift(move, share) for move, share in columns]
-        explained = np.sqrt(np.diag(covariance) * count)
-        return cls(np.array(reach), np.array(spread), np.array(drift), explained, count)
-
-    def notes(self, names: Sequence[str]) -> list[str]:
-        told = []
-        for name, spread, drift, explained in zip(names, self.scatter, self.drift, self.explained, strict=True):
-            if MUCH_WIDER * explained < spread < 1:
-                drifts = f", and it drifts by {100 * drift:+.2g} % along the record" if abs(drift) > 2 * spread else ""
-                told.append(
-                    f"{name} differs by {100 * spread:.2g} % from piece to piece, where noise alone would make "
-                    f"{100 * explained:.2g} %{drifts}"
-                )
-        return told
+def _pieces(search: Search) -> Integers:
+    """Return the first sample of each piece of the record that intervals go by, and the number of samples."""
+    observation = search.observation
+    return scatter.pieces(observation.turns[observation.turns >= observation.first], observation.time.size)
 
 
-def _drift(moves: Floats, share: Floats) -> float:
-    """Return the rise of the straight line through the values of all pieces, from end to end."""
-    middle = np.cumsum(share) - share / 2 - 0.5
-    return float(middle @ moves) / float(share @ middle**2)
+def _wanders(search: Search, end: End, covariance: Floats) -> list[scatter.Wander] | None:
+    """Return how the estimates wander over the pieces of the record; None where they are too few."""
+    bounds = _pieces(search)
+    count = bounds.size - 1
+    if count < scatter.FEWEST_LOOPS:
+        return None
+    nodes = search.observation.nodes[1 : 1 + search.free]
+    piece = np.clip(np.searchsorted(bounds, np.append(search.compared, nodes), side="right") - 1, 0, count - 1)
+    # what each residual moves the estimates by, and what it knows of them
+    moves, shares = np.zeros((2, count, len(search.names)))
+    np.add.at(moves, piece, -end.pull @ covariance)
+    np.add.at(shares, piece, (end.slopes @ covariance) ** 2)
+    # of a parameter without effect all pieces know as little, and none knows nothing
+    shares = np.maximum(shares, 1e-6 * shares.max(axis=0) + 1e-300)
+    shares /= shares.sum(axis=0)
+    return [scatter.wander(move, share, CONFIDENCE) for move, share in zip(moves.T, shares.T, strict=True)]
+
+
+def _drifting(parameter: Parameter, wander: scatter.Wander) -> Parameter:
+    """Return a parameter with its drift along the record, where there is one."""
+    # where one piece tells little, a line of logarithms is none
+    if not wander.drifts or abs(wander.rise) + wander.rise_reach > 1:
+        return parameter
+    return attrs.evolve(
+        parameter,
+        start=parameter.value * math.exp(-wander.rise / 2),
+        end=parameter.value * math.exp(wander.rise / 2),
+        slope_low=wander.rise - wander.rise_reach,
+        slope_high=wander.rise + wander.rise_reach,
+    )
+
+
+def _drifts(parameters: Sequence[Parameter]) -> list[str]:
+    return [
+        f"{each.name} drifts along the record, from {each.start:.4g} at its start to {each.end:.4g} at its end, by "
+        f"{100 * each.slope_low:+.2g} to {100 * each.slope_high:+.2g} % (95 %); the estimate is that of its middle"
+        for each in parameters
+        if each.drifts
+    ]
 
 
 def _indistinct(names: Sequence[str], correlation: Floats, reach: Floats, moved: Floats) -> list[str]:

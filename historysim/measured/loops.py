@@ -8,7 +8,8 @@ branch, so that both branches look alike.
 
 What is read off a branch, with the choices that `Definitions` has:
 
-- **friction force** F: the mean of f over the displacement of the sliding part, ∫ f du / ∫ du. An offset of T moves it
+- **friction force** F: the mean of f over the displacement of the sliding part, ∫ f du / ∫ du, of a measured record
+  without the outermost sample, which may be behind the turn. An offset of T moves it
   up on one branch and down on the other; the mean of both is free of it. Where the load still rises there, the branch
   does not slide yet: F is a lower bound, and stays out of means.
 - **normal load** and **friction coefficient**: the mean of N over the same displacement, and F over it.
@@ -39,13 +40,17 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.display import html_table
-from historysim.basics.units import quantity_text
+from historysim.basics.units import prefixed, quantity_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.measured.definitions import Definitions
+from historysim.measured.looks import Strokes, what_it_looks_like
 from historysim.measured.loop_table import Along, LoopTable, Quantity, same_amplitude, same_load
+from historysim.measured.noise import REVERSAL
+from historysim.measured.power_law import CONFIDENCE
 from historysim.measured.preliminary import reversal_factor, zero_load_factor
 from historysim.measured.range_pairs import range_pairs
+from historysim.measured.scatter import Wander, of_values
 from historysim.measured.statistics import LoopStatistics
 
 if TYPE_CHECKING:
@@ -86,6 +91,10 @@ LOOP_QUANTITIES = {
 CONTENT = "friction loops"
 """What the attribute ``content`` of a file of loops says, by which such a file is known."""
 
+LEAST_DRIFT = 1e-3
+"""Rise along a record over the mean up to which a drift is not worth a line."""
+STROKE_OVER_NOISE = 40.0
+"""Stroke over the noise of the displacement up to which a note tells that noise decides."""
 NARROW = 0.05
 """Energy of a loop over the rectangle around it, 4TU, below which it is a spring's: .2 where a sphere just slides, by
 Cattaneo and Mindlin (8 times the area under 1 - (1 - u)^(3/2), less 4), and more beyond."""
@@ -170,6 +179,8 @@ class Loops:
         Of an instrument in series whose drive the displacement is that of [N/m]; inf for that of the contact.
     remarks : tuple of (label, text)
         What was done to the record before.
+    displacement_noise : float
+        Standard deviation of the noise of the displacement, 0 where it is not known [m].
     """
 
     trace: Trace = attrs.field(repr=False)
@@ -195,6 +206,7 @@ class Loops:
     told: tuple[str, ...] = ()
     lateral_stiffness: float = math.inf
     remarks: tuple[tuple[str, str], ...] = ()
+    displacement_noise: float = 0.0
 
     def __len__(self) -> int:
         """Return the number of loops."""
@@ -324,7 +336,14 @@ class Loops:
     @property
     def notes(self) -> tuple[str, ...]:
         """What was left out, and what the samples are too few to tell, with the mend."""
-        told = *self.told, *self._rising_notes(), *self._narrow_notes()
+        told = (
+            *self._noise_notes(),
+            *self.faults,
+            *self._drift_notes(),
+            *self.told,
+            *self._rising_notes(),
+            *self._narrow_notes(),
+        )
         unknown = int(
             (np.isnan(self.tangential_stiffness) & ~self.left_out_branches & ~self.stepped_branches).any(axis=1).sum()
         )
@@ -334,6 +353,89 @@ class Loops:
         needed = f"the first part of a branch, {self.definitions.initial}, needs two samples or more that rise"
         mend = "record more often (substeps of a simulation), or take a longer first part"
         return (*told, f"{missing}: {needed}; {mend}")
+
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """What the record looks like, where something of the instrument changes what is read off; with the mend."""
+        if not self.displacement_noise:
+            return ()
+        chosen = self.large & ~self.left_out_branches.any(axis=1)
+        trace = self.trace
+        return tuple(
+            what_it_looks_like(
+                Strokes(
+                    trace.time,
+                    trace.displacement,
+                    trace.tangential_load,
+                    self.ends[chosen],
+                    self.friction_force[chosen],
+                    self.displacement_noise,
+                )
+            )
+        )
+
+    def _noise_notes(self) -> list[str]:
+        noise = self.displacement_noise
+        stroke = 2 * float(np.median(self.amplitude[self.large]))
+        if not noise or (stroke > STROKE_OVER_NOISE * noise and self.dead_band >= REVERSAL * noise):
+            return []
+        of = quantity_text(noise, "m", 2)
+        if self.dead_band < REVERSAL * noise:
+            told = (
+                f"the dead band is {self.dead_band / noise:.2g} deviations of the noise of the displacement, {of}: "
+                "noise may be taken for reversals"
+            )
+            return [f"{told}; six of them, {quantity_text(REVERSAL * noise, 'm', 2)}, or more are safe"]
+        told = (
+            f"strokes of {quantity_text(stroke, 'm', 3)} are {stroke / noise:.2g} deviations of the noise of the "
+            f"displacement, {of}: noise decides where branches begin and end, and what is read off near reversals; "
+            "low_pass or median at this channel take noise off, and longer strokes stand above it"
+        )
+        return [told]
+
+    def wander(self, quantity: str) -> Wander | None:
+        """Return how the mean of a quantity over the large loops wanders, with its interval of 95 % and its drift.
+
+        None for fewer than three loops that have a value. Parameters and errors as in `statistics`.
+        """
+        self.statistics(quantity)
+        values = self._of_slid(quantity)[self.large]
+        values = values.reshape(len(values), -1).mean(axis=1)
+        return of_values(values[np.isfinite(values)], CONFIDENCE)
+
+    def _interval(self, quantity: str, unit: str) -> str:
+        """Return the interval of a mean, as a text."""
+        wander, mean = self.wander(quantity), self.statistics(quantity).mean
+        if wander is None or wander.reach <= 1e-12 * abs(mean) or len(self.by_load()) > 1:
+            return ""
+        factor, prefix = prefixed(mean) if unit != "1" else (1.0, "")
+        symbol = {"1": "", "N m-1": f" {prefix}N/m"}.get(unit, f" {prefix}{unit}")
+        low, high = (factor * (mean + sign * wander.reach) for sign in (-1, 1))
+        return f" (95 %: {low:.4g} to {high:.4g}{symbol})"
+
+    def _drift_notes(self) -> list[str]:
+        """Return what drifts from loop to loop, where all of them are at one load."""
+        if len(self.by_load()) > 1:
+            return []
+        quantity = "friction_coefficient" if np.isfinite(self.friction_coefficient).any() else "friction_force"
+        wander, mean = self.wander(quantity), self.statistics(quantity).mean
+        if wander is None or not wander.drifts or abs(wander.rise) < LEAST_DRIFT * abs(mean):
+            return []
+        label, unit = BRANCH_QUANTITIES[quantity]
+        start, end, low, high = (
+            f"{value:.4g}" if unit == "1" else quantity_text(value, unit)
+            for value in (
+                mean - wander.rise / 2,
+                mean + wander.rise / 2,
+                wander.rise - wander.rise_reach,
+                wander.rise + wander.rise_reach,
+            )
+        )
+        told = (
+            f"the {label} drifts, from {start} at the start to {end} at the end of the record, by {low} to {high} "
+            "(95 %); its mean and the interval of it are those of the middle"
+        )
+        return [told]
 
     def _rising_notes(self) -> list[str]:
         rising = self.rising_branches & self.large[:, None]
@@ -406,19 +508,20 @@ class Loops:
     def rows(self) -> list[tuple[str, str, str, str]]:
         """Return the summary as a table of texts: quantity, forward, backward, both; the first row is the heading.
 
-        Values are mean ± standard deviation of one loop, and the largest of the gaps without its sign.
+        Values are mean ± standard deviation of one loop, with the interval of the mean where there are three loops or
+        more at one load, and the largest of the gaps without its sign.
         """
         table: list[tuple[str, str, str, str]] = [("quantity", *DIRECTIONS, "both")]
         for name, (label, unit) in BRANCH_QUANTITIES.items():
             forward, backward = (self.text(name, unit, direction) for direction in DIRECTIONS)
-            table.append((label, forward, backward, self.text(name, unit, "both")))
+            table.append((label, forward, backward, self.text(name, unit, "both") + self._interval(name, unit)))
         for name, (label, unit) in LOOP_QUANTITIES.items():
             if name.endswith("_gap"):
                 gaps = np.abs(getattr(self, name))
                 text = quantity_text(float(np.nanmax(gaps)), unit) if np.isfinite(gaps).any() else "–"
                 table.append((f"largest {label}", "", "", text))
             else:
-                table.append((label, "", "", self.text(name, unit, "both")))
+                table.append((label, "", "", self.text(name, unit, "both") + self._interval(name, unit)))
         skipped = f", {self.number[0]} before them skipped" if self.number[0] else ""
         table.append(("loops", "", "", f"{len(self)}{skipped}"))
         return table

@@ -13,12 +13,12 @@ import numpy.typing as npt
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import Instrument
-from historysim.basics.arguments import checked
 from historysim.errors import InputError
 from historysim.loads.samples import SampledLoads
 from historysim.measured.loops import Loops, NoLoopError
 from historysim.measured.measurement import Measurement
-from historysim.measured.reduction import loop_dead_band, turning_points
+from historysim.measured.noise import noise_of
+from historysim.measured.reduction import check_moves, loop_dead_band, turning_points
 from historysim.measured.splitting import check_skip, loops_of_measurement
 from historysim.recording.recorder import DatasetRecorder
 from historysim.replay import Replay
@@ -30,16 +30,6 @@ LEAST_STEP = 5e-3
 """Change of the normal load from one sample to the next, over the greatest one, up to which it is no step of it."""
 MOST_BACK = 64
 """Samples that are looked back to for the stiffness that noise may have met."""
-
-
-def noise_of(values: npt.ArrayLike) -> float:
-    """Return the standard deviation of white noise on a smooth record, by its second differences.
-
-    The median of their sizes is taken, so that turning points do not count. 0 for fewer than three samples.
-    """
-    second = np.diff(checked("values", values), 2)
-    # the median of |x| is 0.674 σ, and a second difference adds up the variances 1 + 4 + 1
-    return float(np.median(np.abs(second)) / (0.6744897501960817 * math.sqrt(6))) if second.size else 0.0
 
 
 @attrs.frozen(eq=False)
@@ -64,6 +54,9 @@ class Observation:
     node_deviation : array (node)
         How far the true places of the nodes may be from the measured ones [m], as a standard deviation: by the noise
         of the displacement, and by half the way to the next sample, for a channel may turn between two samples.
+    node_offset : array (node)
+        Where they are expected, less where they were measured [m]: a turn is beyond the outermost sample, in the mean
+        by a quarter of the way to the next one where the displacement comes and goes evenly.
     displacement_noise, load_noise : float
         Standard deviations of displacement [m] and tangential load [N].
     dead_band : float
@@ -85,6 +78,7 @@ class Observation:
     turns: Integers
     nodes: Integers
     node_deviation: Floats
+    node_offset: Floats
     displacement_noise: float
     load_noise: float
     dead_band: float
@@ -125,7 +119,7 @@ def observe(
     ----------
     measurement : Measurement
         With tangential displacement, tangential load and normal load, replayed or measured beside. Its dead band of
-        the tangential displacement, by default 5 % of the range, tells what is a reversal.
+        the tangential displacement, by default that of `reduction.loop_dead_band`, tells what is a reversal.
     skip : int
         Loops at the start that are not compared.
     displacement_noise, load_noise : float, optional
@@ -134,12 +128,13 @@ def observe(
     Raises
     ------
     InputError
-        A channel that was not measured, a normal load that pulls, times that decrease, fewer loops than are to be
-        skipped, or loops that run the wrong way round.
+        A channel that was not measured, a displacement that rests, a normal load that pulls, times that decrease, fewer
+        loops than are to be skipped, or loops that run the wrong way round.
     """
     displacement, load = measurement["tangential_displacement"], measurement["tangential_load"]
     normal = measurement["normal_load"]
     measurement.check_pressed()
+    check_moves(displacement, measurement.dead_band.get("tangential_displacement"))
     dead_band = loop_dead_band(displacement, measurement.dead_band.get("tangential_displacement"))
     turns = turning_points(displacement, dead_band)
     skip = check_skip(skip)
@@ -155,6 +150,8 @@ def observe(
         loops = None
     noise = noise_of(displacement) if displacement_noise is None else displacement_noise
     nodes = np.union1d(turns, _load_steps(normal))
+    half_step, offset = _half_step(displacement), np.zeros(displacement.size)
+    offset[turns[1:-1]] = np.sign(displacement[turns[1:-1]] - displacement[turns[:-2]]) * half_step[turns[1:-1]] / 2
     return Observation(
         time=measurement.time,
         displacement=displacement,
@@ -162,7 +159,8 @@ def observe(
         normal_load=normal,
         turns=turns,
         nodes=nodes,
-        node_deviation=np.hypot(noise, _half_step(displacement)[nodes]),
+        node_deviation=np.hypot(noise, half_step[nodes]),
+        node_offset=offset[nodes],
         displacement_noise=noise,
         load_noise=noise_of(load) if load_noise is None else load_noise,
         dead_band=dead_band,
@@ -186,6 +184,8 @@ class Passage:
     stiffness : array (sample)
         Slope of the load over the displacement of the drive [N/m]; the greatest one that the noise of the displacement
         may have met.
+    slope : array (sample)
+        Slope of the load over the displacement of the drive at the sample itself [N/m].
     friction_limit : array (sample)
         [N].
     """
@@ -193,6 +193,7 @@ class Passage:
     displacement: Floats
     tangential_load: Floats
     stiffness: Floats
+    slope: Floats
     friction_limit: Floats
 
 
@@ -229,6 +230,7 @@ def passed(ensemble: Ensemble, instrument: Instrument, observation: Observation,
     stiffness = stiffness / (1 + stiffness / instrument.lateral_stiffness)
     totals = rows.totals[in_time]
     return Passage(
+        slope=stiffness[in_time],
         displacement=target[in_time],
         tangential_load=totals["tangential_load"],
         stiffness=_stiffest(target, stiffness, 2 * observation.displacement_noise)[in_time],

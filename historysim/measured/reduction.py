@@ -47,12 +47,13 @@ import numpy.typing as npt
 from historysim.basics.arguments import checked, scalar
 from historysim.basics.library import lib, pointer
 from historysim.errors import InputError
+from historysim.measured.noise import FEWEST_SAMPLES, REVERSAL, noise_of
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
 DEAD_BAND_SHARE = 0.05
-"""Dead band of loops over the range of the displacement, where nothing else is said."""
+"""Dead band of loops over the range of the displacement, where nothing else is said, and noise is less."""
 
 
 def channel(name: str, values: npt.ArrayLike, size: int | None = None) -> Floats:
@@ -163,11 +164,60 @@ def turning_points(values: npt.ArrayLike, dead_band: float = 0.0) -> Integers:
     return kept[:count].copy()
 
 
-def loop_dead_band(displacement: npt.ArrayLike, said: float | None = None) -> float:
-    """Return the dead band of loops [m]: what is said, else 5 % of the range of the displacement (sample) [m]."""
+def loop_dead_band(displacement: npt.ArrayLike, said: float | None = None, noise: float | None = None) -> float:
+    """Return the dead band of loops [m].
+
+    Parameters
+    ----------
+    displacement : array_like (sample)
+        [m].
+    said : float, optional
+        What is said; by default 5 % of the range of the displacement, or six deviations of its noise where that is
+        more.
+    noise : float, optional
+        The standard deviation of its noise [m], 0 for a simulated one; by default as `noise.noise_of` estimates it.
+
+    Raises
+    ------
+    InputError
+        Missing or infinite samples, or a dead band below 0.
+    """
     if said is not None:
         return scalar("dead_band", said, least=0)
-    return DEAD_BAND_SHARE * float(np.ptp(channel("displacement", displacement)))
+    samples = channel("displacement", displacement)
+    return max(DEAD_BAND_SHARE * float(np.ptp(samples)), REVERSAL * estimated_noise(samples, noise))
+
+
+def estimated_noise(displacement: Floats, noise: float | None = None) -> float:
+    """Return the noise of a displacement [m] where it is known, or there are samples enough to tell it; else 0."""
+    if noise is not None:
+        return noise
+    return noise_of(displacement) if displacement.size >= FEWEST_SAMPLES else 0.0
+
+
+def check_moves(displacement: npt.ArrayLike, said: float | None = None) -> None:
+    """Check that a displacement has strokes, and is not all noise.
+
+    Parameters
+    ----------
+    displacement, said
+        As for `loop_dead_band`; with a dead band that is said any stroke will do, and so will few samples.
+
+    Raises
+    ------
+    InputError
+        It rests.
+    """
+    samples = channel("displacement", displacement)
+    noise, length = estimated_noise(samples), float(np.ptp(samples))
+    if samples.size < FEWEST_SAMPLES or (length > 0 and (said is not None or length > 2 * REVERSAL * noise)):
+        return
+    of_noise = f", {length / noise:.2g} deviations of its noise of {noise:.3g} m" if noise else ""
+    raise InputError(
+        f"the tangential displacement rests: it moves by {length:.3g} m{of_noise}; expected strokes, which friction "
+        "loops and fits need: `historysim sliding` reads a record that slides one way, with --over time where the "
+        "displacement is not known, and dead_band says what is a stroke after all"
+    )
 
 
 def reversals(values: npt.ArrayLike, dead_band: float = 0.0) -> Integers:

@@ -4,11 +4,16 @@ The unknowns are the logarithms of the parameters, and how far each node is away
 deviations of what is known of its place. A node moves the load along the branches beside it alone, for what a contact
 remembers of it is wiped out soon; so that one walk tells the derivatives by every `_TOGETHER`-th node at once.
 
-The search has two parts. On a thinned record a trust region finds its way from the start. On the whole record a few
-steps of Gauss and Newton lead to the end. There each sample's derivatives are taken at that point of the model which is
-the likeliest for what was measured, and not at the displacement that was read, noise and all: with the latter the
-estimates of stiffnesses would be too small by the noise over the range (regression dilution: W. A. Fuller, *Measurement
-Error Models* (1987)).
+What is minimised is the sum of squares over the samples, each misfit over its scale s, and over the nodes, less what
+noise of the displacement adds to it: σ_u² Σ k²/s², with the model's stiffness k. The scale is the noise of the misfit,
+and what the model misses beyond noise (`Search.scales`). With neither, the estimates of stiffnesses would be too small
+by the noise over the range (regression dilution); with what is left of each sample in place of the known noise, as in
+an orthogonal distance regression, scatter of friction would be taken for noise of the displacement, and they would be
+too great (the corrected score of T. Nakamura, *Biometrika* 77 (1990) 127-137; W. A. Fuller, *Measurement Error Models*
+(1987), section 2.2).
+
+`scipy.optimize.least_squares` does the search, within bounds: on a thinned record from the start, first with the nodes
+as they were measured, and then on the whole record, at weights that are those at its end.
 """
 
 import itertools
@@ -27,30 +32,36 @@ from historysim.errors import InputError
 from historysim.measured.observation import Observation, Passage, passed
 
 if TYPE_CHECKING:
+    from scipy.optimize import OptimizeResult
     from scipy.sparse import csr_array
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
+Booleans = npt.NDArray[np.bool_]
 Model = Callable[[Mapping[str, float]], tuple[Ensemble, Instrument]]
 
 MOST_NODES = 1000
-"""Turning points and steps of load up to which their places are unknowns; beyond, they are taken as measured."""
+"""Turning points and steps of load up to which their places are unknowns; beyond, they are where they are expected."""
 FARTHEST = math.log(1e4)
 """How far from the start the search may go, as a logarithm."""
 ENOUGH_SAMPLES = 5_000
 """Samples from which on a record is thinned while the search finds its way."""
-# noise moves neither node nor sample farther, in standard deviations; a model that does not fit would, to look better
-_FARTHEST_NODE, _FARTHEST_SAMPLE = 5.0, 3.0
+FARTHEST_NODE = 5.0
+"""Noise moves a node no farther, in standard deviations; a model that does not fit would, to look better."""
 # how far from a node a sample may have been read, in standard deviations, that is on the other side of it
 _AMBIGUOUS = 3.0
 # the share of a branch, one over this, that may be left out for it at either end
 _MOST_BESIDE = 8
 _STEP, _NODE_STEP = 1e-5, 1e-3
 _TOGETHER = 4
-_MOST_EXACT = 150
-_MOST_ROUNDS, _STEPS_OF_ROUND = 6, 4
-# the last step over the standard deviation of an estimate; moves of a logarithm that leave the derivatives as they are
-_NEAR, _SAME_SLOPES = 0.03, 0.01
+_ROUNDING = 1e-4
+_MOST_EXACT = 8
+_MOST_ROUNDS = 8
+# what noise of the displacement adds is less than so much, for each sample; a sum of squares has no negative terms
+_ROOM = 100.0
+# how far the weights of the samples still move an estimate where the search ends, over its standard deviation
+_NEAR = 0.03
+_AT_BOUND = 1e-3
 
 
 @attrs.frozen(eq=False)
@@ -61,28 +72,28 @@ class Slopes:
     ----------
     by_parameter : array (residual, parameter)
     by_node : sparse array (residual, node)
+    added : array (sample, parameter)
+        Derivatives of half of what noise of the displacement adds to the square of each sample's residual.
+    added_by_node : sparse array (sample, node)
+        The same by the nodes.
     """
 
     by_parameter: Floats
     by_node: "csr_array"
+    added: Floats
+    added_by_node: "csr_array"
 
-    def freed(self) -> tuple[Floats, Callable[[Floats], Floats]]:
-        """Return what is left of the derivatives by the parameters when the nodes follow, and how these do.
-
-        The second one gives the nodes' least squares for some residuals.
-        """
+    def freed(self, moves: Booleans) -> tuple[Floats, Floats]:
+        """Return what is left of those by the parameters when nodes follow, those that still move; of `added`, too."""
         from scipy.sparse.linalg import splu
 
-        if not self.by_node.shape[1]:
-            return self.by_parameter, lambda residual: np.zeros((0, *residual.shape[1:]))
-        transposed = self.by_node.T.tocsr()
-        solved = splu((transposed @ self.by_node).tocsc()).solve
-
-        def follow(residual: Floats) -> Floats:
-            nodes: Floats = solved(transposed @ residual)
-            return nodes
-
-        return self.by_parameter - self.by_node @ follow(self.by_parameter), follow
+        if not moves.any():
+            return self.by_parameter, self.added
+        those = np.flatnonzero(moves)
+        free = self.by_node[:, those]
+        transposed = free.T.tocsr()
+        follow = splu((transposed @ free).tocsc()).solve(transposed @ self.by_parameter)
+        return self.by_parameter - free @ follow, self.added - self.added_by_node[:, those] @ follow
 
 
 @attrs.frozen(eq=False)
@@ -95,17 +106,27 @@ class End:
     passage : Passage
         What the model does there.
     residual : array (residual)
-        Misfits over their noise, and nodes over what is known of their places.
+        Misfits over their scales, and nodes over what is known of their places.
     slopes : array (residual, parameter)
-        Derivatives of the residuals by the parameters, the nodes following.
+        Derivatives of the residuals by the parameters, the nodes following that are not at their bounds.
+    pull : array (residual, parameter)
+        What each residual adds to the gradient of what is minimised; over all of them this is 0.
+    at_bounds : int
+        Nodes that are as far from where they were measured as they may be.
+    scale, noise : array (sample)
+        What each misfit was weighed by, and its noise [N].
     settled : bool
-        Whether the last step was much smaller than the intervals.
+        Whether a minimum was found, and the weights are those at this minimum.
     """
 
     unknowns: Floats
     passage: Passage
     residual: Floats
     slopes: Floats
+    pull: Floats
+    at_bounds: int
+    scale: Floats
+    noise: Floats
     settled: bool
 
 
@@ -158,10 +179,11 @@ class Search:
         thin = attrs.evolve(told, observation=observation, compared=_compared(observation))
         # first with the nodes as they were measured: far from the end they would stand in for the parameters
         fixed = attrs.evolve(thin, free=0)
-        unknowns = thin.found(np.append(fixed.found(fixed.best_start()), np.zeros(self.free)))
+        start = fixed.best_start()
+        unknowns = np.append(fixed.least(start, fixed.scales(start), rough=True).x, np.zeros(self.free))
         if observation is not self.observation:
-            unknowns = thin.last_steps(unknowns).unknowns
-        return told.last_steps(unknowns)
+            unknowns = thin.least(unknowns, thin.scales(unknowns), rough=True).x
+        return told.settled(unknowns)
 
     def best_start(self) -> Floats:
         """Return the best of the start and its neighbours a factor of ten away."""
@@ -171,81 +193,118 @@ class Search:
         ]
         return min(tried, key=lambda x: float(np.sum(self._residuals(x, self.load_noise) ** 2)))
 
-    def found(self, unknowns: Floats) -> Floats:
-        """Return where a trust region comes to."""
-        from scipy.optimize import least_squares
-        from scipy.sparse import csr_array, hstack
+    def least(self, unknowns: Floats, scale: Floats, *, rough: bool = False) -> "OptimizeResult":
+        """Return the minimum that is near some unknowns, at some weights of the samples.
 
-        # the exact solver leaves what has no effect where it is; the other one is for more unknowns than it can take
+        Parameters
+        ----------
+        unknowns : array (parameter and node)
+        scale : array (sample)
+            [N].
+        rough : bool
+            Whether to be near it is enough.
+        """
+        from scipy.optimize import least_squares
+        from scipy.sparse import csr_array, hstack, vstack
+
+        # the exact solver leaves what has no effect where it is, though one unknown alone has an effect
         exact = self.free <= _MOST_EXACT
 
-        def jacobian(x: Floats, scale: Floats) -> "Floats | csr_array":
-            slopes = self.slopes(x, scale)
+        def residuals(x: Floats) -> Floats:
+            passage = self._walked(x)
+            return np.append(self._compare(passage, x, scale), self._room(passage, scale))
+
+        def jacobian(x: Floats) -> "Floats | csr_array":
+            slopes, room = self.slopes(x, scale), self._room(self._walked(x), scale)
+            of_room = -np.append(slopes.added.sum(axis=0), slopes.added_by_node.sum(axis=0)) / room
             both = hstack([csr_array(slopes.by_parameter), slopes.by_node], format="csr")
-            return both.toarray() if exact else both
+            whole = vstack([both, csr_array(of_room[None, :])], format="csr")
+            return whole.toarray() if exact else whole
 
         first = np.concatenate([self.start, np.zeros(self.free)])
-        reach = np.concatenate([np.full(len(self.names), FARTHEST), np.full(self.free, _FARTHEST_NODE)])
-        found: Floats = least_squares(
-            self._residuals,
+        reach = np.concatenate([np.full(len(self.names), FARTHEST), np.full(self.free, FARTHEST_NODE)])
+        tolerance = 1e-6 if rough else 1e-10
+        return least_squares(
+            residuals,
             unknowns,
             jacobian,
             (first - reach, first + reach),
-            args=(self._scale(self._walked(unknowns)),),
-            max_nfev=60,
-            xtol=1e-6,
-            ftol=1e-5,
+            max_nfev=100,
+            xtol=tolerance,
+            ftol=tolerance,
+            gtol=None,
+            x_scale="jac",
             tr_solver="exact" if exact else "lsmr",
-        ).x
-        return found
+        )
 
-    def last_steps(self, unknowns: Floats) -> End:
-        """Return where steps of Gauss and Newton lead to from nearby, with derivatives that serve several of them."""
-        count, rounds, near = len(self.names), 0, False
-        while True:
-            started, rounds = unknowns, rounds + 1
-            passage = self._walked(unknowns)
-            scale = self._scale(passage)
-            residual = self._compare(passage, unknowns, scale)
-            slopes = self._at_likeliest(residual, passage, scale).slopes(unknowns, scale)
-            freed, follow = slopes.freed()
-            # what the data do not determine stays where it is
-            inverse = np.linalg.pinv(freed, rcond=1e-8)
-            size = np.linalg.norm(freed, axis=0)
-            step = -inverse @ residual
-            for _ in range(_STEPS_OF_ROUND):
-                unknowns = self._stepped(unknowns, step, follow(residual + slopes.by_parameter @ step))
-                passage = self._walked(unknowns)
-                residual = self._compare(passage, unknowns, scale)
-                excess = math.sqrt(max(float(residual @ residual) / (self.compared.size - count), 1.0))
-                # what goes to and fro is halved
-                following = -inverse @ residual
-                step = np.where(step * following < 0, following / 2, following)
-                near = bool((size * np.abs(step) < _NEAR * excess).all())
-                if near:
-                    break
-            settled = near and bool((np.abs(unknowns - started)[:count] < _SAME_SLOPES).all())
-            if settled or rounds == _MOST_ROUNDS:
-                return End(unknowns, passage, residual, freed, settled)
-
-    def _stepped(self, x: Floats, step: Floats, nodes: Floats) -> Floats:
-        """Return the unknowns after a step of the parameters, and one back of the nodes, within their bounds."""
+    def settled(self, unknowns: Floats) -> End:
+        """Return the minimum that is near some unknowns, at the weights that hold there."""
         count = len(self.names)
-        parameters = np.clip(x[:count] + np.clip(step, -1.0, 1.0), self.start - FARTHEST, self.start + FARTHEST)
-        return np.concatenate([parameters, np.clip(x[count:] - nodes, -_FARTHEST_NODE, _FARTHEST_NODE)])
+        for _ in range(_MOST_ROUNDS):
+            scale = self.scales(unknowns)
+            found = self.least(unknowns, scale)
+            moved, unknowns = np.abs(found.x - unknowns)[:count], found.x
+            slopes = self.slopes(unknowns, scale)
+            moves = np.abs(unknowns[count:]) < FARTHEST_NODE * (1 - _AT_BOUND)
+            freed, added = slopes.freed(moves)
+            passage = self._walked(unknowns)
+            residual = self._compare(passage, unknowns, scale)
+            excess = math.sqrt(max(float(residual @ residual) / (self.compared.size - count), 1.0))
+            near = bool((np.linalg.norm(freed, axis=0) * moved < _NEAR * excess).all())
+            if near:
+                break
+        pull = freed * residual[:, None]
+        pull[: self.compared.size] -= added
+        return End(
+            unknowns,
+            passage,
+            residual,
+            freed,
+            pull,
+            int((~moves).sum()),
+            scale,
+            self.noises(unknowns),
+            near and found.status > 0,
+        )
+
+    def noises(self, unknowns: Floats) -> Floats:
+        """Return the noise of each misfit [N]: that of the load, and of the displacement by the stiffness there."""
+        by_displacement = self._walked(unknowns).stiffness[self.compared] * self.observation.displacement_noise
+        noise: Floats = np.hypot(self.load_noise, by_displacement)
+        return noise
+
+    def scales(self, unknowns: Floats) -> Floats:
+        """Return what each misfit is weighed by [N]: its noise, and what the model misses beyond noise.
+
+        The latter is alike for all samples, and such that the squares add up to as many as there are samples. Without
+        it, friction that scatters would count a thousand times along sliding, where noise is least, and stiffnesses
+        follow it.
+        """
+        from scipy.optimize import brentq
+
+        noise = self.noises(unknowns)
+        off = self._compare(self._walked(unknowns), unknowns, 1.0)[: self.compared.size]
+        freedom = self.compared.size - len(self.names)
+
+        def excess(missed: float) -> float:
+            return float(np.sum(off**2 / (noise**2 + missed**2))) / freedom - 1
+
+        if excess(0.0) <= 0:
+            return noise
+        most = float(np.linalg.norm(off)) / math.sqrt(freedom)
+        return np.hypot(noise, float(brentq(excess, 0.0, most, xtol=1e-9 * most)))
+
+    def minimised(self, unknowns: Floats, scale: Floats) -> float:
+        """Return what is minimised: the sum of squares, less what noise of the displacement adds to it."""
+        passage = self._walked(unknowns)
+        residual = self._compare(passage, unknowns, scale)
+        return float(residual @ residual) - self._added(passage, scale)
 
     def _walked(self, x: Floats) -> Passage:
         parameters = dict(zip(self.names, np.exp(x[: len(self.names)]).tolist(), strict=True))
-        moved = x[len(self.names) :]
-        return passed(
-            *self.model(parameters), self.observation, moved * self.observation.node_deviation[1 : 1 + moved.size]
-        )
-
-    def _scale(self, passage: Passage) -> Floats:
-        """Return the noise of each misfit [N]: that of the load, and of the displacement by the stiffness."""
-        by_displacement = passage.stiffness[self.compared] * self.observation.displacement_noise
-        noise: Floats = np.hypot(self.load_noise, by_displacement)
-        return noise
+        shifts = self.observation.node_offset[1:-1].copy()
+        shifts[: self.free] += x[len(self.names) :] * self.observation.node_deviation[1 : 1 + self.free]
+        return passed(*self.model(parameters), self.observation, shifts)
 
     def _compare(self, passage: Passage, x: Floats, scale: Floats | float) -> Floats:
         off = (passage.tangential_load - self.observation.tangential_load)[self.compared]
@@ -254,30 +313,38 @@ class Search:
     def _residuals(self, x: Floats, scale: Floats | float) -> Floats:
         return self._compare(self._walked(x), x, scale)
 
-    def _at_likeliest(self, residual: Floats, passage: Passage, scale: Floats) -> "Search":
-        """Return the search with its displacements where, for the model, they are the likeliest."""
-        noise = self.observation.displacement_noise
-        stiffness = passage.stiffness[self.compared]
-        off = -residual[: self.compared.size] * stiffness * noise / scale
-        displacement = self.observation.displacement.copy()
-        displacement[self.compared] += noise * np.clip(off, -_FARTHEST_SAMPLE, _FARTHEST_SAMPLE)
-        return attrs.evolve(self, observation=attrs.evolve(self.observation, displacement=displacement))
+    def _added(self, passage: Passage, scale: Floats) -> float:
+        """Return what noise of the displacement adds to the sum of squares."""
+        added = passage.slope[self.compared] * self.observation.displacement_noise / scale
+        return float(added @ added)
+
+    def _room(self, passage: Passage, scale: Floats) -> float:
+        """Return the residual that takes that off: a constant, less it, is its square."""
+        return math.sqrt(max(_ROOM * self.compared.size - self._added(passage, scale), 1.0))
 
     def slopes(self, x: Floats, scale: Floats) -> Slopes:
         """Return the derivatives of the residuals, by differences."""
         from scipy.sparse import csr_array, eye_array, vstack
 
-        count, here = len(self.names), self._walked(x).tangential_load[self.compared]
+        count, compared = len(self.names), self.compared
+        here = self._walked(x)
+        weight = here.slope[compared] * (self.observation.displacement_noise / scale) ** 2
 
-        def slope(change: Floats, step: float) -> Floats:
-            return (self._walked(x + step * change).tangential_load[self.compared] - here) / (step * scale)
+        def differences(change: Floats, step: float) -> tuple[Floats, Floats]:
+            there = self._walked(x + step * change)
+            load, slope = there.tangential_load - here.tangential_load, there.slope - here.slope
+            return load[compared] / (step * scale), weight * slope[compared] / step
 
-        by_parameter = np.zeros((self.compared.size + self.free, count))
+        by_parameter = np.zeros((compared.size + self.free, count))
+        added = np.zeros((compared.size, count))
         for index in range(count):
-            by_parameter[: self.compared.size, index] = slope(np.eye(x.size)[index], _STEP)
+            load, more = differences(np.eye(x.size)[index], _STEP)
+            # rounding is no effect
+            if np.linalg.norm(load) > _ROUNDING * math.sqrt(compared.size):
+                by_parameter[: compared.size, index], added[:, index] = load, more
         together = min(_TOGETHER, self.free)
-        values, owner = np.zeros((2, self.compared.size, together))
-        branch = np.searchsorted(self.observation.nodes, self.compared) - 1
+        loads, more, owner = np.zeros((3, compared.size, together))
+        branch = np.searchsorted(self.observation.nodes, compared) - 1
         for first in range(together):
             nodes = np.arange(first, self.free, _TOGETHER)
             change = np.zeros(x.size)
@@ -286,11 +353,13 @@ class Search:
             number = (branch - first) // _TOGETHER
             owned = (number >= 0) & (number < nodes.size)
             owner[:, first] = np.where(owned, first + _TOGETHER * number, first)
-            values[:, first] = np.where(owned, slope(change, _NODE_STEP), 0.0)
-        rows = np.repeat(np.arange(self.compared.size), together)
-        shape = self.compared.size, self.free
-        of_samples = csr_array((values.ravel(), (rows, owner.ravel().astype(np.int64))), shape=shape)
-        return Slopes(by_parameter, vstack([of_samples, eye_array(self.free)], format="csr"))
+            loads[:, first], more[:, first] = np.where(owned, differences(change, _NODE_STEP), 0.0)
+        places = np.repeat(np.arange(compared.size), together), owner.ravel().astype(np.int64)
+        of_samples, added_by_node = (
+            csr_array((values.ravel(), places), shape=(compared.size, self.free)) for values in (loads, more)
+        )
+        by_node = vstack([of_samples, eye_array(self.free)], format="csr")
+        return Slopes(by_parameter, by_node, added, added_by_node)
 
 
 def _compared(observation: Observation) -> Integers:

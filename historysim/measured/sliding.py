@@ -24,9 +24,9 @@ from historysim.basics.display import html_table
 from historysim.basics.units import duration_text, quantity_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
-from historysim.measured.observation import noise_of
+from historysim.measured.noise import REVERSAL, noise_of
 from historysim.measured.power_law import CONFIDENCE
-from historysim.measured.reduction import channel, check_order, loop_dead_band, turning_points
+from historysim.measured.reduction import channel, check_order, estimated_noise, loop_dead_band, turning_points
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -320,7 +320,8 @@ def sliding_of_channels(
     if count % 1:
         raise InputError(f"windows is {count:g}; expected a whole number, 1 or more")
     moved = None if displacement is None else channel("displacement", displacement, load.size)
-    sense = _sense(load) if moved is None else _one_way(times, moved, dead_band)
+    rests = moved is not None and over == "time" and _rests(moved)
+    sense = _sense(load) if moved is None or rests else _one_way(times, moved, dead_band)
     along = _place(over, times, moved, sense)
     pressed = normal > 0
     if not pressed.any():
@@ -340,12 +341,21 @@ def _sense(load: Floats) -> float:
     return 1.0 if load.mean() >= 0 else -1.0
 
 
+def _rests(moved: Floats) -> bool:
+    """Return whether a displacement is all noise: that of what slides was not recorded."""
+    noise = estimated_noise(moved)
+    return bool(np.ptp(moved) <= 2 * REVERSAL * noise) or bool(np.ptp(moved) == 0)
+
+
 def _one_way(time: Floats, moved: Floats, dead_band: float | None) -> float:
     """Return the direction of a displacement that goes one way."""
     turns = turning_points(moved, loop_dead_band(moved, dead_band))
     swings = np.diff(moved[turns])
-    if not np.any(swings):
-        raise InputError("the tangential displacement does not move; expected sliding, or over = time")
+    if not np.any(swings) or _rests(moved):
+        raise InputError(
+            "the tangential displacement rests; expected one that slides, or --over time, in Python "
+            'over="time", which does without it'
+        )
     # at its ends a record may waver by less than the dead band
     wide = np.abs(swings) >= loop_dead_band(moved, dead_band)
     if np.unique(np.sign(swings[wide])).size > 1:

@@ -16,8 +16,16 @@ from historysim.errors import InputError
 from historysim.measured.definitions import DEFAULT, Definitions, FirstLoad, LastPart
 from historysim.measured.load_steps import at_one_load
 from historysim.measured.loops import BRANCH_QUANTITIES, OF_SLIDING, Loops, NoLoopError, Trace
+from historysim.measured.noise import FEWEST_SAMPLES
 from historysim.measured.preliminary import virgin_displacement
-from historysim.measured.reduction import channel, check_order, loop_dead_band, turning_points
+from historysim.measured.reduction import (
+    channel,
+    check_moves,
+    check_order,
+    estimated_noise,
+    loop_dead_band,
+    turning_points,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -73,6 +81,7 @@ def loops_of_history(
         skip=skip,
         skip_per_level=skip_per_level,
         definitions=definitions,
+        displacement_noise=0.0,
     )
 
 
@@ -92,23 +101,24 @@ def loops_of_measurement(
     measurement : Measurement
         With tangential displacement and tangential load; with the normal load, friction coefficients are known too.
     dead_band : float, optional
-        As for `loops_of_channels`; by default what the measurement says of its tangential displacement, else 5 % of
-        the range.
+        As for `loops_of_channels`; by default what the measurement says of its tangential displacement.
     skip, skip_per_level, definitions, lateral_stiffness
         As for `loops_of_channels`.
 
     Raises
     ------
     InputError
-        As for `loops_of_channels`, or a channel that was not measured.
+        As for `loops_of_channels`, or a channel that was not measured, or a displacement that rests.
     """
     check_order(measurement.time, measurement.place)
+    dead_band = measurement.dead_band.get("tangential_displacement") if dead_band is None else dead_band
+    check_moves(measurement["tangential_displacement"], dead_band)
     loops = loops_of_channels(
         measurement.time,
         measurement["tangential_displacement"],
         measurement["tangential_load"],
         measurement.get("normal_load"),
-        dead_band=measurement.dead_band.get("tangential_displacement") if dead_band is None else dead_band,
+        dead_band=dead_band,
         skip=skip,
         skip_per_level=skip_per_level,
         definitions=definitions,
@@ -128,6 +138,7 @@ def loops_of_channels(
     skip_per_level: int = 0,
     definitions: Definitions = DEFAULT,
     lateral_stiffness: float = math.inf,
+    displacement_noise: float | None = None,
 ) -> Loops:
     """Return the friction loops of the channels of a record.
 
@@ -149,7 +160,7 @@ def loops_of_channels(
         N [N].
     dead_band : float, optional
         The smallest swing of U that counts as a reversal [m], 0 or more: a few times its noise, and well below its
-        amplitude; by default 5 % of the range of U. See `turning_points`.
+        amplitude; by default 5 % of the range of U, or six deviations of its noise. See `turning_points`.
     skip : int
         How many loops at the start are left out.
     skip_per_level : int
@@ -158,6 +169,8 @@ def loops_of_channels(
     lateral_stiffness : float
         Of an instrument, in series with the contact, whose drive the displacement is that of [N/m]. It is taken off for
         the virgin displacement alone.
+    displacement_noise : float, optional
+        Standard deviation of the noise of U [m], 0 for a simulated record; estimated by default.
 
     Returns
     -------
@@ -175,7 +188,8 @@ def loops_of_channels(
     if not isinstance(definitions, Definitions):
         raise InputError(f"definitions is {definitions!r}; expected Definitions(...)")
     moved, load = trace.displacement, trace.tangential_load
-    band = loop_dead_band(moved, dead_band)
+    noise = estimated_noise(moved, displacement_noise)
+    band = loop_dead_band(moved, dead_band, noise)
     ends, lone = _loop_ends(moved, band)
     pieces = _left_out(ends, moved.size)
     number = _kept_loops(len(ends), skip, band)
@@ -190,7 +204,7 @@ def loops_of_channels(
     energy = np.where(whole, np.append(energy, math.nan)[steady.number - number[0]], math.nan)
     ends, backward = steady.ends, moved[steady.ends[:, 1]] < moved[steady.ends[:, 0]]
     left_out, stepped = (np.where(backward[:, None], each[:, ::-1], each) for each in (steady.left_out, steady.stepped))
-    values, rising = _branches(trace, ends, definitions, lateral_stiffness)
+    values, rising = _branches(trace, ends, definitions, lateral_stiffness, between=noise > 0)
     values[left_out] = math.nan
     for place, name in enumerate(BRANCH_QUANTITIES):
         if name not in OF_SLIDING:
@@ -213,6 +227,7 @@ def loops_of_channels(
         rising_branches=rising & ~left_out,
         told=steady.told,
         lateral_stiffness=lateral_stiffness,
+        displacement_noise=noise,
     )
     return loops.without_first(check_skip(skip_per_level, "skip_per_level"))
 
@@ -266,7 +281,7 @@ def _left_out(ends: Integers, size: int) -> tuple[tuple[int, int], ...]:
 
 
 def _branches(
-    trace: Trace, ends: Integers, definitions: Definitions, lateral_stiffness: float
+    trace: Trace, ends: Integers, definitions: Definitions, lateral_stiffness: float, *, between: bool
 ) -> tuple[Floats, npt.NDArray[np.bool_]]:
     """Return the quantities of all branches, (loop, direction, quantity), and which still rise where they slide."""
     branches = np.full((len(ends), 2, len(BRANCH_QUANTITIES)), math.nan)
@@ -284,6 +299,7 @@ def _branches(
                 None if trace.normal_load is None else trace.normal_load[part],
                 definitions,
                 lateral_stiffness,
+                between=between,
             )
     return branches, rising
 
@@ -320,11 +336,19 @@ def _check_sense(energy: Floats, displacement: Floats, load: Floats) -> None:
 
 
 def _branch(
-    u: Floats, f: Floats, before: float, normal: Floats | None, definitions: Definitions, lateral_stiffness: float
+    u: Floats,
+    f: Floats,
+    before: float,
+    normal: Floats | None,
+    definitions: Definitions,
+    lateral_stiffness: float,
+    *,
+    between: bool,
 ) -> tuple[tuple[float, ...], bool]:
     """Return the quantities of one branch, in its own direction, in the order of BRANCH_QUANTITIES; whether it rises.
 
-    `before` is the load one sample before the branch.
+    `before` is the load one sample before the branch. Where channels turn between samples, the outermost sample may be
+    behind the turn, and its load is none of sliding.
     """
     sliding, initial = definitions.sliding, definitions.initial
     if isinstance(sliding, LastPart):
@@ -335,6 +359,11 @@ def _branch(
     order = np.argsort(u, kind="stable")
     slides_from = _crossing(u[order], start)
     force = _mean_from(slides_from, u[order], f[order])
+    rises = _still_rises(slides_from, u[order], f[order], definitions.still_rising * force)
+    if between and not rises and u.size > FEWEST_SAMPLES // 2 and u[:-1].max() > start:
+        order = np.argsort(u[:-1], kind="stable")
+        slides_from = _crossing(u[order], start)
+        force = _mean_from(slides_from, u[order], f[order])
     load = math.nan if normal is None else _mean_from(slides_from, u[order], normal[order])
     rise = force - f[0]
     preliminary = from_zero = virgin = stiffness = math.nan
@@ -356,7 +385,6 @@ def _branch(
         else:
             stiffness = _slope(_crossing(u, initial.length), u, f)
     friction = force / load if load > 0 else math.nan
-    rises = _still_rises(slides_from, u[order], f[order], definitions.still_rising * force)
     return (force, load, friction, preliminary, from_zero, virgin, stiffness), rises
 
 

@@ -109,6 +109,8 @@ def _format_hook(kind: type, converter: Converter) -> Callable[[object, object],
     # sections of other formats name one file, as a text
     files = {"file": override(struct_hook=_files)} if issubclass(kind, NumbersFile) else {}
     as_given = override(struct_hook=_as_given)
+    if "run" in {field.name for field in attrs.fields(kind)}:
+        files["run"] = as_given
     return table_hook(
         kind,
         converter,

@@ -8,7 +8,9 @@ from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import reported
 
 if TYPE_CHECKING:
+    from historysim.asperities.ensemble import Ensemble
     from historysim.measured.comparison import Comparison
+    from historysim.measured.observation import Observation
 
 
 def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> "Comparison":
@@ -24,7 +26,7 @@ def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> "Comparison":
     Returns
     -------
     Comparison
-        Its loops have the dead band that the scenario says of the tangential displacement, else 5 % of its range.
+        Its loops have the dead band that the scenario says of the tangential displacement, else as for `find_loops`.
 
     Raises
     ------
@@ -42,5 +44,12 @@ def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> "Comparison":
     measurement = scenario.measurement()
     with reported(scenario.path.name), at("loading"):
         observation = observe(measurement, skip=skip)
-    passage = passed(scenario.ensemble(), scenario.instrument, observation)
-    return Comparison.of(observation, passage, scenario.instrument)
+    ensemble = scenario.ensemble()
+    passage = passed(ensemble, scenario.instrument, observation)
+    return Comparison.of(observation, passage, scenario.instrument, sticking_stiffness(ensemble, observation))
+
+
+def sticking_stiffness(ensemble: "Ensemble", observation: "Observation") -> float:
+    """Return the stiffness of a contact where all of it sticks, at the greatest normal load of an observation [N/m]."""
+    state = ensemble.advance(ensemble.initial_state(), normal_load=float(observation.normal_load.max()))
+    return float(state.tangential_stiffness)

@@ -17,6 +17,7 @@ from historysim.basics.progress import progress_bar
 from historysim.basics.targets import FITTED, Output, check_outputs
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
+from historysim.scenario.compare import sticking_stiffness
 from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import reported
 from historysim.scenario.sections import FitSection
@@ -201,8 +202,9 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
         # how many walks it takes is not known before
         with progress_bar(progress, " walks", desc="fitting", delay=2) as walked:
             found = fit_parameters(model, start, observation, walked=walked)
-    _, instrument = model(found.values)
-    return Fit(scenario, found, Comparison.of(observation, found.passage, instrument))
+    ensemble, instrument = model(found.values)
+    stiffness = sticking_stiffness(ensemble, observation)
+    return Fit(scenario, found, Comparison.of(observation, found.passage, instrument, stiffness))
 
 
 def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: Path) -> str:
@@ -221,6 +223,8 @@ def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: P
             _put(document["surface"], "height_scale", parameter, scaled_by)
         else:
             _put_moduli(document, scenario, parameter)
+    if "run" in document["loading"]:
+        document["loading"]["run"] = scenario.run
     before, after = scenario.path.parent.absolute(), output.parent.absolute()
     if before != after:
         _move_files(document, before, after)

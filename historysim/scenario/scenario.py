@@ -271,6 +271,33 @@ class Scenario:
         with reported(self.path.name):
             return loading.measurement(self.path.parent)
 
+    @property
+    def run(self) -> int | str | None:
+        """Which run of its file is read, or ``"each"``; None where that is not said."""
+        loading = self.sections.loading
+        return loading.run if isinstance(loading, MeasuredLoading) else None
+
+    def runs(self) -> "list[Scenario]":
+        """Return a scenario for each run of its file; itself alone, unless ``loading.run`` is ``"each"``.
+
+        Raises
+        ------
+        InputError
+            A scenario whose loading is not measured, or a file that cannot be used.
+        """
+        from historysim.scenario.loading_kinds.assembly import runs_of
+        from historysim.scenario.loading_kinds.channels import EACH
+
+        loading = self._measured_loading()
+        if loading.run != EACH:
+            return [self]
+        with reported(self.path.name), at("loading"):
+            numbers = runs_of(self.path.parent, loading)
+        return [
+            attrs.evolve(self, sections=attrs.evolve(self.sections, loading=attrs.evolve(loading, run=number)))
+            for number in numbers
+        ]
+
     def check_steady_friction(self) -> None:
         """Check that friction has no course, along which a record is not compared.
 

@@ -210,7 +210,10 @@ class DesignSection:
 
     key: str
     between: tuple[Any, ...]
-    target: Any
+    target: Any = None
+    below: Any = None
+    above: Any = None
+    quantile: Number | None = None
     output: str = "drift"
     over: dict[str, Any] | None = None
 
@@ -218,6 +221,11 @@ class DesignSection:
         """Check the ends, and that there is a grid where one is asked for."""
         if len(self.between) != 2:
             raise misfit(f"{len(self.between)} values; expected two, the least and the greatest", "between")
+        told = [name for name in ("target", "below", "above") if getattr(self, name) is not None]
+        if len(told) != 1:
+            raise InputError(f"{' and '.join(told) or 'no target'}; expected one of target, below and above")
+        if self.quantile is not None and (told == ["target"] or not 0.5 <= self.quantile < 1):
+            raise misfit("expected a share from 0.5 to below 1, with below or above", "quantile")
         self.grid()
 
     def grid(self) -> "Grid":

@@ -1,6 +1,7 @@
 """A ``[loading]`` to start from, out of what the columns of a file are called and measured in."""
 
 import json
+import os
 import re
 import tomllib
 from collections.abc import Iterable, Sequence
@@ -19,10 +20,21 @@ UNKNOWN = "?"
 NOISE = 0.05
 """Share of its greatest value that a normal load may be below zero and still press, but for noise and its zero."""
 # a word ends where no letter follows: "_" and digits may
-_TIME = re.compile(r"(?i)^\W*(time(stamp)?|zeit|temps|elapsed|t)(?![^\W\d_])")
-_NORMAL = re.compile(r"(?i)normal|^\W*(fn|fz|f_n|n|load|p)(?![^\W\d_])|press|applied")
-_TANGENTIAL = re.compile(r"(?i)fric|tang|lateral|shear|^\W*(ft|fx|fy|ff|f_t|t|q)(?![^\W\d_])|reib")
-_STROKE = re.compile(r"(?i)^(?!.*normal)(.*(tang|lateral|shear|stroke|slid|disp|pos|weg)|\W*(x|u|ux|s|dx)(?![^\W\d_]))")
+# and begins at the start, or behind the name of a device or a group
+_AT = r"^(?:.*[./:|>])?\W*"
+_TIME = re.compile(rf"(?i){_AT}(time(stamp)?|zeit|temps|elapsed|t)(?![^\W\d_])")
+_NORMAL = re.compile(rf"(?i)normal|{_AT}(fn|fz|f_n|n|load|p)(?![^\W\d_])|press|applied")
+_TANGENTIAL = re.compile(rf"(?i)fric|tang|lateral|shear|{_AT}(ft|fx|fy|ff|f_t|t|q)(?![^\W\d_])|reib")
+_STROKE = re.compile(
+    rf"(?i)^(?!.*normal)(?:.*(tang|lateral|shear|stroke|slid|disp|pos|weg)|{_AT[1:]}(x|u|ux|s|dx)(?![^\W\d_]))"
+)
+_FIRST_OF_SEVERAL = (
+    re.compile(r"(?i)fric|tang|reib|shear"),
+    re.compile(rf"(?i){_AT}(ff|ft|f_t)(?![^\W\d_])"),
+    re.compile(r"(?i)(?<![^\W_])f?x(?![^\W\d_])"),
+    re.compile(r"^\W*t(?![^\W\d_])"),
+)
+"""Where several columns fit, those that are meant before others; an axis x before an axis y, t as a time before T."""
 _SHARE = re.compile(r"(?i)coef|(?<![^\W_])cof|ratio")
 """A coefficient of friction is no load."""
 _UNIT_IN_NAME = re.compile(r".+_(s|ms|us|µs|μs|min|N|mN|uN|µN|μN|nN|kN|mm|um|µm|μm|nm)")
@@ -63,6 +75,8 @@ def suggested_loading(path: Path, listings: Sequence[Listing], layout: Format, b
     normal = _found(listings, _FORCES, _NORMAL, used)
     friction = _found(listings, _FORCES, _TANGENTIAL, used)
     stroke = _found(listings, _LENGTHS, _STROKE, used)
+    if (count := _runs(path, time, layout)) > 1:
+        lines.append(f'run = 1  # of {count:,}, the clock starts again; run = "each" is for loops, sliding and fit')
     lines += ["", "[loading.columns]"]
     lines.append(_key("time", time, "s") if time else "# no column looks like time: without it, the row is the clock")
     lines.append(_key("normal_load", normal, "mN", _pressing(path, normal, layout)))
@@ -71,13 +85,87 @@ def suggested_loading(path: Path, listings: Sequence[Listing], layout: Format, b
         return "\n".join([*lines, _key("tangential_load", friction, "mN")])
     lines.append(_key("tangential_displacement", stroke, "µm"))
     if friction:
-        lines += ["", "[loading.response]", _key("tangential_load", friction, "mN")]
+        lines += ["", "[loading.response]", _key("tangential_load", friction, "mN", _other(listings, friction, used))]
+    elif shares := [each for each in listings if _SHARE.search(_name(each))]:
+        lines += ["", f"# no [loading.response]: {_name(shares[0])} is a coefficient, and no tangential load"]
     return "\n".join(lines)
 
 
+def suggested_scenario(path: Path, output: Path, listings: Sequence[Listing], layout: Format, blocks: int = 1) -> str:
+    """Return a whole scenario in TOML to start from; what a file of numbers does not tell is left as comments.
+
+    Parameters
+    ----------
+    path : Path
+        The file of numbers.
+    output : Path
+        Where the scenario will stand; its path to the file is relative to that.
+    listings, layout, blocks
+        As for `suggested_loading`.
+    """
+    loading = suggested_loading(path, listings, layout, blocks)
+    if output.parent.absolute() != Path.cwd():
+        relative = Path(os.path.relpath(path.absolute(), output.parent.absolute())).as_posix()
+        loading = loading.replace(f"file = {_quoted(path.as_posix())}", f"file = {_quoted(relative)}", 1)
+    fit = "" if "[loading.response]" not in loading else _FIT
+    return f"title = {_quoted(path.stem)}\n{_HEAD}\n{loading}\n{fit}"
+
+
+_HEAD = """
+[materials]  # fill in: both of the pair, by name or as { name = …, youngs_modulus = …, poissons_ratio = … }
+# first = "silicon"
+# second = "float glass"
+
+[surface]
+kind = "sphere"  # or "random", "measured", "summits", …
+# radius = "2.5 mm"  # fill in
+
+[friction]
+coefficient = 0.2  # a guess, where a fit starts
+"""
+_FIT = """
+# [instrument]  # where the displacement is that of a drive, behind a spring
+# lateral_stiffness = "300 mN/µm"
+
+[fit]
+parameters = ["friction"]  # and "lateral_stiffness", with [instrument]
+"""
+
+
+def _runs(path: Path, time: Listing | None, layout: Format) -> int:
+    """Return how many runs a file has, by where its clock starts again; 1 where that cannot be read."""
+    if time is None or layout.block == "all":
+        return 1
+    column = column_from_toml(tomllib.loads(f"column = {_reference(time)}")["column"])
+    try:
+        values = read_table(path, {"time": column}, {"time": "s"}, layout, missing=True).columns["time"]
+    except InputError:
+        return 1
+    return 1 + int((np.diff(values[np.isfinite(values)]) < 0).sum())
+
+
+def _other(listings: Sequence[Listing], chosen: Listing | None, used: set[str]) -> tuple[str, str]:
+    """Return that other columns could be the tangential load, too."""
+    others = [_name(each) for each in _fitting(listings, _FORCES, _TANGENTIAL, used)] if chosen else []
+    return "", f"or {', '.join(map(_quoted, others))}" if others else ""
+
+
 def _found(listings: Sequence[Listing], kinds: Sequence[str], name: re.Pattern[str], used: set[str]) -> Listing | None:
-    """Return the one column whose name fits and whose unit does, if it has one; None where none, or several, do."""
-    fitting = [
+    """Return the column whose name and unit fit: one alone, or of several the one that is meant before others."""
+    fitting = _fitting(listings, kinds, name, used)
+    for first in _FIRST_OF_SEVERAL if len(fitting) > 1 else ():
+        meant = [each for each in fitting if first.search(_name(each))]
+        if len(meant) == 1:
+            fitting = meant
+            break
+    if len(fitting) != 1:
+        return None
+    used.add(fitting[0].column)
+    return fitting[0]
+
+
+def _fitting(listings: Sequence[Listing], kinds: Sequence[str], name: re.Pattern[str], used: set[str]) -> list[Listing]:
+    return [
         each
         for each in listings
         if each.column not in used
@@ -86,10 +174,6 @@ def _found(listings: Sequence[Listing], kinds: Sequence[str], name: re.Pattern[s
         and not _SHARE.search(_name(each))
         and (not (unit := each.unit or _unit_in_name(each)) or _is_of(unit, kinds))
     ]
-    if len(fitting) != 1:
-        return None
-    used.add(fitting[0].column)
-    return fitting[0]
 
 
 def _pressing(path: Path, listing: Listing | None, layout: Format) -> tuple[str, str]:

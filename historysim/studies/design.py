@@ -3,12 +3,13 @@
 import math
 import os
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import attrs
 import numpy as np
 
 from historysim._version import __version__
+from historysim.basics.arguments import scalar
 from historysim.basics.display import Lines
 from historysim.basics.notices import Teller, silent
 from historysim.basics.places import at
@@ -38,9 +39,17 @@ JUMPS = 1e-3
 """Of the target: how far the output may be from it where a root was found; beyond it the output jumps there."""
 
 
+QUANTILE = 0.95
+"""Share of the points at which an output is below, or above, a limit, where nothing else is said."""
+Limit = Literal["below", "above"]
+
+
 @attrs.frozen
 class Problem:
-    """What is sought: the value of a key between two ends at which an output is a target; numbers are SI."""
+    """What is sought: the value of a key between two ends at which an output is a target; numbers are SI.
+
+    With a limit it is the value at which the output is below or above the target in a share of the points.
+    """
 
     scenario: Scenario
     key: str
@@ -48,6 +57,8 @@ class Problem:
     high: float
     output: str
     target: float
+    limit: Limit | None = None
+    quantile: float = QUANTILE
 
     def output_at(self, point: Point, value: float) -> float:
         """Return the output at a point, for a value of the key."""
@@ -66,12 +77,18 @@ class Found:
         Why there is none.
     others : int
         Further values in the range at which the output crosses the target.
+    rises : bool
+        Whether the output is greater at the greatest value of the key than at the least one.
+    throughout : {"below", "above"} or None
+        Where the output is that at all values of the key.
     """
 
     value: float = math.nan
     output: float = math.nan
     reason: str = ""
     others: int = 0
+    rises: bool = False
+    throughout: Limit | None = None
 
 
 def design(
@@ -82,6 +99,9 @@ def design(
     *,
     output: str = "drift",
     over: Mapping[str, Any] | None = None,
+    below: float | str | None = None,
+    above: float | str | None = None,
+    quantile: float | None = None,
     workers: int = 1,
     executor: Any = None,
     progress: bool = False,
@@ -104,6 +124,10 @@ def design(
     over : dict, optional
         Keys with values for each of which a value is found, such as ``{"surface.seed": range(20)}``: they tell how far
         it is chance.
+    below, above : float or str, optional
+        In place of the target a limit, in SI or with a unit: the output shall be below it, or above it.
+    quantile : float, optional
+        With a limit, in which share of the points of `over` it shall be so, .5 or more; .95 by default.
     workers, executor, progress, tell
         As for `historysim.sweep`; one search is one task.
 
@@ -112,8 +136,10 @@ def design(
     xarray.Dataset
         Along the keys of `over`: the value of the key that was found, called by the key with ``_`` for all but letters
         and digits; the output there; and ``OUTPUT_at_median``, the output if all had the median of these values, which
-        is how far one finish lets it spread. Where there is no such value, NaN, and ``failure`` says why. Where the
-        output crosses the target more than once, the least value counts, which is told.
+        is how far one finish lets it spread. With a limit that is ``OUTPUT_at_quantile``, of the value at which the
+        output is below the limit, or above it, in that share of the points; the attribute ``chosen`` is this value.
+        Where there is no such value, NaN, and ``failure`` says why. Where the output crosses the target more than once,
+        the least value counts, which is told.
 
     Raises
     ------
@@ -126,10 +152,14 @@ def design(
     logarithm; where it crosses the target between two of them the root is found by Brent's method (scipy).
     """
     scenario = as_scenario(scenario)
-    problem, grid = problem_of(scenario, key, between, target, output, over)
+    problem, grid = problem_of(scenario, key, between, target, output, over, below, above, quantile)
     points = list(grid.points())
     with executor_for(workers, executor) as (chosen, count):
         found = _each(_search, [(problem, point) for point in points], chosen, count, progress)
+        values = np.array([one.value for one in found])
+        if not np.isfinite(values).any():
+            # what keeps all points from a value is told once
+            raise InputError(f"{scenario.path.name}: design: no value of {problem.key} was found; {found[0].reason}")
         for index, one in enumerate(found):
             where = ", ".join(f"{name} = {value}" for name, value in points[index].items())
             if one.reason:
@@ -137,10 +167,8 @@ def design(
             if one.others:
                 more = counted(one.others, "more value", "more values")
                 tell(f"{where or scenario.path.name}: the least value counts; {more} of {problem.key} would do, too")
-        values = np.array([one.value for one in found])
-        if not np.isfinite(values).any():
-            raise InputError(f"{scenario.path.name}: design: no value of {problem.key} was found; {found[0].reason}")
-        middle = float(np.nanmedian(values))
+        with reported(scenario.path.name), at("design"):
+            middle = float(np.nanmedian(values)) if problem.limit is None else _limited(problem, found)
         beside = _each(_output_at, [(problem, point, middle) for point in points], chosen, count, progress)
     return _dataset(problem, grid, found, beside, middle)
 
@@ -152,6 +180,9 @@ def problem_of(
     target: float | str | None = None,
     output: str = "drift",
     over: Mapping[str, Any] | None = None,
+    below: float | str | None = None,
+    above: float | str | None = None,
+    quantile: float | None = None,
 ) -> tuple[Problem, Grid]:
     """Return what is sought, in SI, and the grid over which the search is repeated; parameters and errors as above."""
     with reported(scenario.path.name), at("design"):
@@ -160,11 +191,18 @@ def problem_of(
             if section is None:
                 raise InputError("missing; expected [design], or a key, the values that it lies between, and a target")
             key, between, target = section.key, section.between, section.target
+            below, above, quantile = section.below, section.above, section.quantile
             output, grid = section.output, section.grid()
         else:
             grid = Grid(()) if over is None else grid_of(over)
-        if between is None or len(between) != 2 or target is None:
-            raise InputError("expected a target, and two values for the key to lie between")
+        given = {"target": target, "below": below, "above": above}
+        told = {name: value for name, value in given.items() if value is not None}
+        wanted_by = list(told)
+        if between is None or len(between) != 2 or len(wanted_by) != 1:
+            raise InputError("expected a target, or below or above, and two values for the key to lie between")
+        share = QUANTILE if quantile is None else scalar("quantile", quantile, least=0.5)
+        if share >= 1 or (quantile is not None and wanted_by == ["target"]):
+            raise InputError(f"quantile is {share:g}; expected a share below 1, with below or above")
         if output not in SUMMARIES:
             raise InputError(f"output is {output!r}; {nearest(output, SUMMARIES)}")
     unit = unit_of(at_point(scenario, {**next(grid.points()), key: between[0]}).sections, key)
@@ -175,10 +213,44 @@ def problem_of(
             low, high = (quantity(value, unit) for value in between)
             if not low < high:
                 raise InputError(f"{low:g} and {high:g}; expected the least value, then the greatest")
-        with at("target"):
-            wanted = quantity(target, SUMMARIES[output].units)
+        with at(wanted_by[0]):
+            wanted = quantity(told[wanted_by[0]], SUMMARIES[output].units)
     swept_coordinates(scenario, grid)
-    return Problem(scenario, key, low, high, output, wanted), grid
+    limit: Limit | None = "below" if below is not None else "above" if above is not None else None
+    return Problem(scenario, key, low, high, output, wanted, limit, share), grid
+
+
+def _limited(problem: Problem, found: Sequence[Found]) -> float:
+    """Return the value at which the output keeps its limit in the wanted share of the points.
+
+    Raises
+    ------
+    InputError
+        No value in the range does, or the output rises with the key at some points and falls at others.
+    """
+    known = [one for one in found if math.isfinite(one.value)]
+    if len({one.rises for one in known}) > 1:
+        raise InputError(
+            f"{problem.output} rises with {problem.key} at some points and falls at others; narrow between"
+        )
+    # up to its root the output keeps the limit, or from there on
+    up_to = known[0].rises == (problem.limit == "below")
+    always, never = (math.inf, -math.inf) if up_to else (-math.inf, math.inf)
+    ends = [
+        one.value if math.isfinite(one.value) else always if one.throughout == problem.limit else never
+        for one in found
+        if math.isfinite(one.value) or one.throughout
+    ]
+    # of few points the one beyond, so that it is this share of them or more
+    place = math.ceil(problem.quantile * len(ends) - 1e-9)
+    value = sorted(ends, reverse=up_to)[place - 1]
+    if value == never:
+        share = np.mean([end != never for end in ends])
+        raise InputError(
+            f"{problem.output} is {problem.limit} {_text(problem.target, SUMMARIES[problem.output].units)} in "
+            f"{share:.0%} of the points at best; expected {problem.quantile:.0%}: lower quantile, or widen between"
+        )
+    return float(np.clip(value, problem.low, problem.high))
 
 
 def _each(function: Any, tasks: Sequence[Any], executor: Any, count: int, progress: bool) -> list[Any]:
@@ -211,16 +283,20 @@ def _crossing(problem: Problem, point: Point) -> Found:
     values = space(problem.low, problem.high, SCANNED)
     outputs = np.array([problem.output_at(point, value) for value in values])
     missing = outputs - problem.target
+    rises = bool(outputs[-1] > outputs[0])
     # a value that meets the target itself is a crossing of the stretch that begins there
     after = np.append(missing[1:], math.nan)
     crossings = np.flatnonzero((missing == 0) | (missing * after < 0))
     if not crossings.size:
         unit = SUMMARIES[problem.output].units
-        least, most = quantity_text(outputs.min(), unit), quantity_text(outputs.max(), unit)
-        return Found(reason=f"{problem.output} is from {least} to {most} in the range of {problem.key}; widen between")
+        least, most = _text(outputs.min(), unit), _text(outputs.max(), unit)
+        if np.ptp(outputs) <= 1e-12 * np.abs(outputs).max():
+            return Found(reason=f"{problem.output} is {least} whatever {problem.key} is{_why_none(problem, outputs)}")
+        reason = f"{problem.output} is from {least} to {most} in the range of {problem.key}; widen between"
+        return Found(reason=reason, rises=rises, throughout="below" if missing[0] < 0 else "above")
     first = int(crossings[0])
     if missing[first] == 0:
-        return Found(float(values[first]), float(outputs[first]), others=crossings.size - 1)
+        return Found(float(values[first]), float(outputs[first]), others=crossings.size - 1, rises=rises)
     root = float(
         brentq(
             lambda value: problem.output_at(point, value) - problem.target,
@@ -235,7 +311,14 @@ def _crossing(problem: Problem, point: Point) -> Found:
         unit = SUMMARIES[problem.output].units
         reached = quantity_text(output, unit)
         return Found(reason=f"{problem.output} jumps past its target at {problem.key} = {root:.6g}, to {reached}")
-    return Found(root, output, others=crossings.size - 1)
+    return Found(root, output, others=crossings.size - 1, rises=rises)
+
+
+def _why_none(problem: Problem, outputs: Any) -> str:
+    """Return why nothing can change an output, where that is known."""
+    if problem.output.endswith("drift") and not np.any(outputs):
+        return ": the history has no two normal loads for it to change between; expected loads that differ"
+    return "; expected a key that it goes with"
 
 
 def _output_at(problem: Problem, point: Point, value: float) -> float:
@@ -253,6 +336,7 @@ def _dataset(
     dims = tuple(axis.name for axis in grid.axes)
     key_unit = unit_of(at_point(problem.scenario, {**next(grid.points()), problem.key: middle}).sections, problem.key)
     summary = SUMMARIES[problem.output]
+    named = "median" if problem.limit is None else "quantile"
 
     def variable(values: Any, units: str, long_name: str) -> "xr.Variable":
         return xr.Variable(dims, np.reshape(values, grid.shape), {"long_name": long_name, "units": units})
@@ -262,8 +346,8 @@ def _dataset(
             [one.value for one in found], key_unit, f"{problem.key} at which {problem.output} is the target"
         ),
         problem.output: variable([one.output for one in found], summary.units, summary.long_name),
-        f"{problem.output}_at_median": variable(
-            beside, summary.units, f"{summary.long_name}, with the median of {problem.key}"
+        f"{problem.output}_at_{named}": variable(
+            beside, summary.units, f"{summary.long_name}, with the {named} of {problem.key}"
         ),
     }
     if any(one.reason for one in found):
@@ -289,7 +373,11 @@ def _dataset(
             "design_key": problem.key,
             "design_output": problem.output,
             "target": problem.target,
-            "median": middle,
+            **(
+                {"median": middle}
+                if problem.limit is None
+                else {"limit": problem.limit, "quantile": problem.quantile, "chosen": middle}
+            ),
             "complete": np.int8(1),
         },
     )
@@ -308,6 +396,9 @@ def summary(found: "xr.Dataset") -> Lines:
     unit, wanted = str(found[name].attrs["units"]), str(found[output].attrs["units"])
     values = found[name].values.ravel()
     values = values[np.isfinite(values)]
+    limit = found.attrs.get("limit")
+    if limit is not None:
+        return Lines(_limited_lines(found, key, output, unit, wanted))
     lines = [("wanted", f"{output} of {_text(found.attrs['target'], wanted)}")]
     if values.size == 1:
         return Lines([*lines, (key, _text(values[0], unit))])
@@ -322,6 +413,23 @@ def summary(found: "xr.Dataset") -> Lines:
     if missing := found[name].size - values.size:
         lines.append(("not found", f"in {missing} of {found[name].size}"))
     return Lines(lines)
+
+
+def _limited_lines(found: "xr.Dataset", key: str, output: str, unit: str, wanted: str) -> list[tuple[str, str]]:
+    limit, target = str(found.attrs["limit"]), found.attrs["target"]
+    beside = found[f"{output}_at_quantile"].values.ravel()
+    known = beside[np.isfinite(beside)]
+    kept = known <= target * (1 + CLOSE) if limit == "below" else known >= target * (1 - CLOSE)
+    least, most = np.quantile(known, (0.05, 0.95))
+    asked = f"{output} {limit} {_text(target, wanted)}"
+    return [
+        ("wanted", asked if beside.size == 1 else f"{asked} in {found.attrs['quantile']:.0%} of {beside.size}"),
+        (key, _text(found.attrs["chosen"], unit)),
+        (
+            f"{output} there",
+            f"5 to 95 %: {_text(least, wanted)} to {_text(most, wanted)}; {limit} in {kept.mean():.0%}",
+        ),
+    ]
 
 
 def _text(value: float, unit: str) -> str:

@@ -31,7 +31,7 @@ def one_clock(time: Floats, parts: Sequence[Part]) -> tuple[Floats, list[str]]:
     joined = time.copy()
     begin, offset = 0, 0.0
     end = raw_end = None
-    step = 0.0
+    step = first_time = 0.0
     by_start: list[str] = []
     after: list[str] = []
     for part in parts:
@@ -41,10 +41,12 @@ def one_clock(time: Floats, parts: Sequence[Part]) -> tuple[Floats, list[str]]:
         if not known.size:
             continue
         step = float(np.median(np.diff(known))) if known.size > 1 else step
+        first_time = float(known[0]) if end is None else first_time
         if end is not None and raw_end is not None and known[0] < raw_end:
-            started = _started(part, parts[0])
-            if started is not None and started + known[0] >= end:
-                offset = started
+            started = _started(part, parts[0], first_time, float(known[0]), end - step / 2)
+            if started is not None:
+                # the last digit of a start time may be before the end
+                offset = max(started, end - float(known[0]))
                 by_start.append(part.label)
             else:
                 offset = end + max(step, 0.0) - float(known[0])
@@ -61,8 +63,13 @@ def one_clock(time: Floats, parts: Sequence[Part]) -> tuple[Floats, list[str]]:
     return joined, told
 
 
-def _started(part: Part, first: Part) -> float | None:
-    return None if part.start is None or first.start is None else part.start - first.start
+def _started(part: Part, first: Part, first_time: float, begins: float, least: float) -> float | None:
+    """Return when a table was started, on the clock of the first: from its start on, or as the file's clock has it."""
+    if part.start is None or first.start is None:
+        return None
+    of_file = abs(first_time - first.start) < abs(first_time)
+    start = part.start if of_file else part.start - first.start
+    return start if start + begins >= least else None
 
 
 def _few(labels: Sequence[str]) -> str:

@@ -113,7 +113,7 @@ def lines_of(axes, colour):
 
 def test_the_picture_shows_measurement_and_model(compared):
     figure = plot_comparison(compared, "of $5 and 3 % more")
-    loops, loads, energies, difference = figure.axes
+    loops, loads, energies, difference, left = figure.axes
     assert figure.get_size_inches()[0] == pytest.approx(180 / 25.4, rel=0.01)
     assert figure.get_suptitle() == r"of \$5 and 3 % more"
     observed, passage = compared.observation, compared.passage
@@ -129,6 +129,7 @@ def test_the_picture_shows_measurement_and_model(compared):
     points = [line for line in difference.lines if len(line.get_xdata()) > 2]
     assert_allclose(points[0].get_ydata(), 1e3 * compared.difference)
     assert difference.get_ylabel() == "$ΔT$ (mN)"
+    assert [text.get_text().strip() for text in left.texts] == ["forward", "backward"]
     of_loops = {line.get_label(): line for line in energies.lines}
     assert_allclose(of_loops["measured"].get_ydata(), 1e9 * compared.measured.dissipated_energy)
     assert_allclose(of_loops["model"].get_ydata(), 1e9 * compared.model.dissipated_energy)
@@ -145,7 +146,7 @@ def test_along_a_branch_the_model_is_drawn_in_the_order_of_displacement(compared
 
 def test_a_long_record_is_thinned_and_keeps_its_turning_points(compared, monkeypatch):
     monkeypatch.setattr(plots, "MOST_POINTS", 100)
-    loops, loads, _, difference = plot_comparison(compared).axes
+    loops, loads, _, difference, _ = plot_comparison(compared).axes
     turns = compared.observation.turns
     for axes in (loops, loads):
         for colour in (plots.MEASURED, plots.MODEL):

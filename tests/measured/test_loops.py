@@ -5,17 +5,21 @@ import math
 from itertools import pairwise
 from pathlib import Path
 
+import attrs
 import numpy as np
 import pytest
+import synthetic
 import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
 import historysim as hs
 from historysim.contact import mindlin
+from historysim.errors import InputError
 from historysim.measured.definitions import Definitions, FirstDisplacement, FirstLoad, LastPart, Plateau
 from historysim.measured.loops import BRANCH_QUANTITIES, CONTENT, LOOP_QUANTITIES, NoLoopError
 from historysim.measured.measurement import Measurement
+from historysim.measured.observation import observe
 from historysim.measured.reduction import reversals
 from historysim.measured.splitting import loops_of_channels, loops_of_history, loops_of_measurement
 from historysim.results import analysis
@@ -533,3 +537,41 @@ def test_loops_say_what_they_are():
     html = found._repr_html_()
     assert html.count("<tr>") == len(found.rows())
     assert found.text("friction_force", "N") in html
+
+
+# -- noise of the displacement ---------------------------------------------------------------------
+
+
+def noisy_strokes(noise, **changed):
+    exact = synthetic.measured("ball", 0, amplitude=100e-9, loads=(0.05,), loops=8, noise=0.0, rate=40)
+    random = np.random.default_rng(0)
+    moved = exact["tangential_displacement"] + random.normal(0, noise, exact.time.size)
+    load = exact["tangential_load"] + random.normal(0, 6e-6, exact.time.size)
+    channels = {**exact.channels, "tangential_displacement": moved}
+    return attrs.evolve(exact, channels=channels, response={"tangential_load": load}, dead_band={}, **changed)
+
+
+@pytest.mark.parametrize("noise", [1e-9, 3e-9, 5e-9, 15e-9])
+def test_noise_is_not_counted_as_reversals(noise):
+    """With 5 % of the range as the dead band, 5 nm made 528 loops without friction."""
+    loops = hs.find_loops(noisy_strokes(noise))
+    assert len(loops) == 7
+    assert loops.statistics("friction_coefficient").mean == pytest.approx(0.2, rel=0.01)
+    assert loops.dead_band >= 6 * 0.95 * noise
+    told = [note for note in loops.notes if "noise decides" in note]
+    assert bool(told) == (noise > 5e-9)
+
+
+def test_a_dead_band_within_the_noise_is_told():
+    loops = hs.find_loops(noisy_strokes(3e-9), dead_band=10e-9)
+    assert "noise may be taken for reversals; six of them" in loops.notes[0]
+
+
+@pytest.mark.parametrize("find", [hs.find_loops, observe])
+def test_a_displacement_that_rests_has_no_loops(find):
+    record = noisy_strokes(1e-9)
+    random = np.random.default_rng(1)
+    for rest in (np.full(record.time.size, 0.3), 0.3 + random.normal(0, 1e-9, record.time.size)):
+        resting = attrs.evolve(record, channels={**record.channels, "tangential_displacement": rest})
+        with pytest.raises(InputError, match=r"the tangential displacement rests: .* `historysim sliding`"):
+            find(resting)

@@ -4,44 +4,85 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from historysim.measured.scatter import critical_value, pieces, wandering
+from historysim.measured.scatter import Line, of_values, pieces, wander
+
+EVEN = np.full(16, 1 / 16)
+
+
+def drawn(random, share, correlation=0.0):
+    covariance = np.power(correlation, np.abs(np.subtract.outer(np.arange(share.size), np.arange(share.size))))
+    return np.linalg.cholesky(covariance) @ random.normal(size=share.size) * np.sqrt(share)
 
 
 @pytest.mark.parametrize("share", [np.full(4, 0.25), np.array([0.05, 0.2, 0.1, 0.3, 0.15, 0.2])])
-def test_five_of_a_hundred_independent_pieces_are_outside(share):
+@pytest.mark.parametrize("trend", [False, True])
+@pytest.mark.parametrize("correlation", [0.0, 0.6])
+def test_five_of_a_hundred_records_are_outside(share, trend, correlation):
+    """With the correlation known."""
     random = np.random.default_rng(0)
-    moves = random.normal(size=(20_000, share.size)) * np.sqrt(share)
-    reach = critical_value(share, 0.95)
-    outside = np.mean([abs(move.sum()) > reach * np.sqrt(wandering(move, share)) for move in moves])
-    # five standard errors of a share of 20 000
-    assert outside == pytest.approx(0.05, abs=5 * np.sqrt(0.05 * 0.95 / 20_000))
+    line = Line(share, trend=trend)
+    for of in (line.sum, line.rise)[: 1 + trend]:
+        reach = line.critical_value(of, correlation, 0.95)
+        moves = [drawn(random, share, correlation) for _ in range(4_000)]
+        outside = np.mean([abs(of @ move) > reach * np.sqrt(line.variance(move)) for move in moves])
+        # five standard errors of a share of 4 000
+        assert outside == pytest.approx(0.05, abs=5 * np.sqrt(0.05 * 0.95 / 4_000))
 
 
 def test_two_pieces_have_the_quantile_of_cauchy():
     """With two pieces V is (h_1 - h_2)²/6, and the ratio of two normal numbers is Cauchy's."""
     expected = np.tan(0.95 * np.pi / 2) * np.sqrt(6)
+    line = Line(np.array([0.5, 0.5]), trend=False)
     # the quadrature meets a pole near its end, since the quantile is large
-    assert critical_value(np.array([0.5, 0.5]), 0.95) == pytest.approx(expected, rel=1e-3)
+    assert line.critical_value(line.sum, 0.0, 0.95) == pytest.approx(expected, rel=1e-3)
 
 
 def test_many_pieces_tend_to_the_limit_of_kiefer_vogelsang_and_bunzel():
     """Their table, with V = ∫ S² in place of twice that: 6.81 at 97.5 %; simulated by them to some 0.5 %."""
-    assert critical_value(np.full(150, 1 / 150), 0.95) == pytest.approx(6.811 / np.sqrt(2), rel=0.02)
+    line = Line(np.full(150, 1 / 150), trend=False)
+    assert line.critical_value(line.sum, 0.0, 0.95) == pytest.approx(6.811 / np.sqrt(2), rel=0.02)
 
 
 def test_a_straight_drift_has_the_variance_of_its_closed_form():
     """The value drifts by D from end to end: S is D (r² - r)/2, and V is D²/60."""
-    share = np.full(1000, 1e-3)
+    share = np.full(300, 1 / 300)
     moves = share * (np.cumsum(share) - share / 2 - 0.5)
-    assert wandering(moves, share) == pytest.approx(1 / 60, rel=1e-5)
-    # half a record each: the two means are as far apart as the drift of one half, and both intervals overlap
-    assert 2 * critical_value(np.full(24, 1 / 24), 0.95) * np.sqrt(1 / 60) > 1
+    assert Line(share, trend=False).variance(moves) == pytest.approx(1 / 60, rel=1e-4)
+    beside = Line(share, trend=True)
+    assert beside.variance(moves) == pytest.approx(0, abs=1e-20)
+    assert beside.rise @ moves == pytest.approx(1)
 
 
 def test_what_does_not_wander_has_no_variance():
     share = np.array([0.2, 0.5, 0.3])
-    assert wandering(0.7 * share, share) == pytest.approx(0, abs=1e-30)
-    assert_allclose(wandering(3 * share + [1, -1, 0], share), wandering(np.array([1.0, -1, 0]), share))
+    line = Line(share, trend=False)
+    assert line.variance(0.7 * share) == pytest.approx(0, abs=1e-15)
+    assert_allclose(line.variance(3 * share + [1, -1, 0]), line.variance(np.array([1.0, -1, 0])))
+    assert wander(np.zeros(16), EVEN, 0.95).reach == 0
+    assert of_values(np.array([1.0, 2.0]), 0.95) is None
+
+
+@pytest.mark.parametrize(("correlation", "least"), [(0.0, 0.91), (0.5, 0.91), (0.7, 0.87)])
+def test_intervals_hold_the_truth_though_the_correlation_is_not_known(correlation, least):
+    random = np.random.default_rng(1)
+    held = [
+        abs(moves.sum()) <= wander(moves, EVEN, 0.95).reach
+        for moves in (drawn(random, EVEN, correlation) for _ in range(200))
+    ]
+    # two standard errors of 200 below what thousands showed
+    assert least - 2 * np.sqrt(0.08 / 200) <= np.mean(held) <= 0.995
+
+
+def test_a_drift_is_told_and_taken_as_such():
+    random = np.random.default_rng(2)
+    place = (np.arange(16) + 0.5) / 16 - 0.5
+    values = 3 + 2 * place + random.normal(0, 0.1, 16)
+    found = of_values(values, 0.95)
+    assert found.drifts
+    assert abs(found.rise - 2) < found.rise_reach < 0.5
+    # the mean is as sure as the scatter beside the line leaves it
+    assert found.reach < 0.3
+    assert sum(of_values(random.normal(size=16), 0.95).drifts for _ in range(200)) <= 8
 
 
 def test_pieces_are_whole_loops():

@@ -9,6 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import historysim as hs
+from historysim.errors import InputError
 from historysim.measured.measurement import Measurement
 from historysim.measured.sliding import Sliding, sliding_of_channels, sliding_of_history, sliding_of_measurement
 from historysim.results.plots.sliding import plot_sliding
@@ -174,7 +175,7 @@ TIME, LOAD, NORMAL, WAY = made(size=101)
             lambda: sliding_of_channels(TIME, LOAD, NORMAL, np.abs(WAY - 5e-3)),
             r"turns back at t = 5 s; expected sliding one way: loops are what",
         ),
-        (lambda: sliding_of_channels(TIME, LOAD, NORMAL, 0 * WAY), "does not move; expected sliding"),
+        (lambda: sliding_of_channels(TIME, LOAD, NORMAL, 0 * WAY), "displacement rests; expected one that slides"),
         (lambda: sliding_of_channels(TIME, LOAD, -NORMAL, WAY), "presses at no sample"),
         (lambda: sliding_of_channels(TIME, LOAD, NORMAL, over="distance"), "displacement was not measured"),
         (lambda: sliding_of_channels(TIME, LOAD, NORMAL, over="load"), "over is 'load'; expected 'time' or 'distance'"),
@@ -191,3 +192,20 @@ TIME, LOAD, NORMAL, WAY = made(size=101)
 def test_bad_input_is_explained(call, said):
     with pytest.raises(hs.InputError, match=said):
         call()
+
+
+# -- a displacement that rests ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-7])
+def test_over_time_a_displacement_that_rests_is_not_needed(noise):
+    """A rotating disc: the position of the arm is recorded, and rests."""
+    random = np.random.default_rng(0)
+    time = np.arange(500.0)
+    load = 0.6 + random.normal(0, 0.01, 500)
+    moved = 3e-3 + random.normal(0, 1, 500) * noise
+    with pytest.raises(InputError, match="the tangential displacement rests; expected one that slides, or --over time"):
+        sliding_of_channels(time, load, np.ones(500), moved)
+    found = sliding_of_channels(time, load, np.ones(500), moved, over="time")
+    assert found.window_mean.mean() == pytest.approx(0.6, rel=0.01)
+    assert sliding_of_channels(time, -load, np.ones(500), moved, over="time").window_mean.mean() > 0.5

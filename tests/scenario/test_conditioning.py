@@ -110,3 +110,17 @@ def test_the_record_is_drawn_as_read_and_as_used(folder):
     done = CliRunner().invoke(main, ["plot", str(path), "--picture", "record"])
     assert (done.exit_code, done.output) == (0, "s_record.png\n")
     assert (folder / "s_record.png").stat().st_size > 10_000
+
+
+def test_the_rounding_of_printed_digits_is_no_hum(tmp_path):
+    """A ramp of 0.37 digits a sample, printed with these digits: its rounding is a line in the spectrum."""
+    time = np.arange(4000) / 100
+    moved = np.round(0.0037 * np.arange(4000), 2)
+    write_columns(tmp_path / "m.csv", t=time, N=np.ones(4000), u=moved, T=0.2 + 0 * time)
+    (tmp_path / "s.toml").write_text(scenario_text(response={"tangential_load": '"T"'}), encoding="utf-8")
+    assert not [text for label, text in hs.load(tmp_path / "s.toml").measurement().remarks if label == "hum"]
+    hum = 0.05 * np.sin(2 * np.pi * 12.3 * time)
+    write_columns(tmp_path / "m.csv", t=time, N=np.ones(4000), u=np.round(moved + hum, 2), T=0.2 + 0 * time)
+    assert any(
+        "12.3 Hz" in text for label, text in hs.load(tmp_path / "s.toml").measurement().remarks if label == "hum"
+    )

@@ -6,7 +6,10 @@ from pathlib import Path
 import exports
 import numpy as np
 import pytest
+import synthetic
+from click.testing import CliRunner
 
+from historysim.cli import main
 from historysim.errors import InputError
 from historysim.scenario.scenario import load
 from historysim.scenario.suggestion import suggested_loading
@@ -215,3 +218,68 @@ def test_an_empty_cell_names_the_key_that_leaves_it_out(tmp_path):
         scenario(tmp_path, content, "file = 'a.txt'", TWO).measurement()
     dropped = scenario(tmp_path, content, "file = 'a.txt'\nmissing = 'drop'", TWO).measurement()
     assert dropped["normal_load"].tolist() == [1.0, 3.0]
+
+
+# -- what is proposed ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("header", "columns", "response"),
+    [
+        ("Time (s),DAQ.Fz (N),DAQ.Fx (N),Pos X (mm),COF", "DAQ.Fz (N)", '"DAQ.Fx (N)"'),
+        ("Time (s),DAQ.Fz (N),DAQ.Fx (N),DAQ.Fy (N),Stroke (mm)", "DAQ.Fz (N)", '"DAQ.Fx (N)"  # or "DAQ.Fy (N)"'),
+        ("t (s),Fn (N),Ff (N),Fy (N),x (mm)", "Fn (N)", '"Ff (N)"  # or "Fy (N)"'),
+        ("t (s),Fz (N),Fx (N),x (mm),COF", "Fz (N)", '"Fx (N)"'),
+    ],
+)
+def test_usual_names_of_tribometers_are_known(tmp_path, header, columns, response):
+    path = tmp_path / "m.csv"
+    count = header.count(",") + 1
+    path.write_text(
+        header + "\n" + "".join(",".join(f"{i + k}" for k in range(count)) + "\n" for i in range(5)), "utf-8"
+    )
+    text = suggested_loading(path, describe(path), Format())
+    loading = tomllib.loads(text)["loading"]
+    assert loading["columns"]["normal_load"] == columns
+    assert f"tangential_load = {response}\n" in text + "\n"
+    assert "?" not in text
+
+
+def test_a_coefficient_is_no_load(tmp_path):
+    path = tmp_path / "m.csv"
+    path.write_text("t (s),Fn (N),COF,x (mm)\n0,1,2,3\n1,1,2,3\n", "utf-8")
+    assert "COF is a coefficient, and no tangential load" in suggested_loading(path, describe(path), Format())
+
+
+def test_a_whole_scenario_is_written_and_says_what_is_missing(tmp_path, monkeypatch):
+    record = synthetic.measured("ball", 7, loads=(0.05,), loops=3)
+    (tmp_path / "data").mkdir()
+    rows = zip(
+        record.time,
+        record["normal_load"],
+        1e6 * record["tangential_displacement"],
+        record["tangential_load"],
+        strict=True,
+    )
+    lines = ["t (s),Fn (N),x (µm),Ft (N)", *(",".join(f"{value:.9g}" for value in row) for row in rows)]
+    (tmp_path / "data" / "m.csv").write_text("\n".join(lines), "utf-8")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "work").mkdir()
+    done = CliRunner().invoke(main, ["columns", "data/m.csv", "-o", "work/my.toml"])
+    assert done.exit_code == 0, done.output
+    refused = CliRunner().invoke(main, ["validate", "work/my.toml"])
+    assert refused.exit_code == 2
+    assert "my.toml: materials: nothing given" in refused.output
+    assert "my.toml: surface.radius: missing" in refused.output
+    path = tmp_path / "work" / "my.toml"
+    text = path.read_text("utf-8")
+    for line in ('first = "silicon"', 'second = "float glass"', 'radius = "2.5 mm"'):
+        assert f"# {line}" in text
+        text = text.replace(f"# {line}", line)
+    path.write_text(text, "utf-8")
+    for command in ("validate", "loops", "fit"):
+        done = CliRunner().invoke(main, [command, "work/my.toml"])
+        assert done.exit_code == 0, done.output
+    again = CliRunner().invoke(main, ["columns", "data/m.csv", "-o", "work/my.toml"])
+    assert again.exit_code == 2
+    assert "is there already" in again.output

@@ -413,7 +413,7 @@ def test_a_wrong_dead_band(folder, band, said):
 def test_times_that_go_back_are_refused_wherever_they_stand(folder, keys):
     write_columns(folder / "m.csv", t=[0, 1, 0.5, 3], N=np.ones(4), u=[0, 1, 2, 4])
     said = "s.toml: loading.file: m.csv: line 4: the time 0.5 s comes after 1 s; expected times that do not decrease"
-    assert refusal(folder, loading=keys) == said
+    assert refusal(folder, loading=keys).startswith(said)
 
 
 @pytest.mark.parametrize(

@@ -109,8 +109,8 @@ def test_a_range_in_which_the_target_is_met_twice_is_told(ball):
     ("arguments", "message"),
     [
         ((), r"design: missing; expected \[design\]"),
-        (("surface.radius",), "design: expected a target, and two values"),
-        (("surface.radius", [1, 2, 3], 1e-9), "design: expected a target, and two values"),
+        (("surface.radius",), "design: expected a target, or below or above, and two"),
+        (("surface.radius", [1, 2, 3], 1e-9), "design: expected a target, or below or above, and two"),
         (("surface.radius", [2, 1], 1e-9), "design.between: 2 and 1; expected the least value"),
         (("surface.radius", ["1 N", 1], 1e-9), "surface.radius: '1 N': 'N' is not a unit of a length"),
         (("surface.radius", [1, "1 N"], 1e-9), "design.between: '1 N': 'N' is not a unit of a length"),
@@ -132,3 +132,62 @@ def test_an_unknown_output_is_told(ball):
 def test_moduli_of_the_material_table():
     pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
     assert (pair.contact_modulus, pair.shear_modulus) == pytest.approx((CONTACT_MODULUS, SHEAR_MODULUS), rel=1e-12)
+
+
+# -- limits ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("quantile", "friction"), [(0.95, 0.2), (0.75, 0.175), (0.5, 0.15)])
+def test_a_limit_is_kept_in_a_share_of_the_points(ball, quantile, friction):
+    """The drift of a ball falls with its radius and rises with friction: the radius is that of so many coefficients."""
+    over = {"friction.coefficient": [0.1, 0.125, 0.15, 0.175, 0.2]}
+    found = hs.design(ball, "surface.radius", ["10 µm", "10 m"], below="2 nm", quantile=quantile, over=over)
+    # of five points .75 are four or more, and .95 all of them
+    np.testing.assert_allclose(found.attrs["chosen"], radius_for(2e-9, friction), rtol=1e-7)
+    share = float((found.drift_at_quantile <= 2e-9 * (1 + 1e-6)).mean())
+    assert share >= quantile
+    lines = dict(summary(found))
+    assert lines["wanted"] == f"drift below 2 nm in {quantile:.0%} of 5"
+    assert lines["drift there"].endswith(f"; below in {share:.0%}")
+
+
+def test_what_is_above_a_limit_takes_the_other_end(ball):
+    over = {"friction.coefficient": [0.1, 0.15, 0.2]}
+    found = hs.design(ball, "surface.radius", ["10 µm", "10 m"], above="2 nm", over=over)
+    np.testing.assert_allclose(found.attrs["chosen"], radius_for(2e-9, 0.1), rtol=1e-7)
+    assert (found.drift_at_quantile >= 2e-9 * (1 - 1e-6)).all()
+
+
+def test_a_limit_that_cannot_be_kept(ball):
+    """In the range the drift at the greatest coefficient is above the limit throughout."""
+    least = radius_for(2e-9, 0.2)
+    over = {"friction.coefficient": [0.1, 0.2]}
+    with pytest.raises(hs.InputError, match=r"drift is below 2 nm in 50% of the points at best; expected 95%"):
+        hs.design(ball, "surface.radius", [1e-5, least * 0.9], below="2 nm", over=over)
+    found = hs.design(ball, "surface.radius", [1e-5, least * 0.9], below="2 nm", quantile=0.5, over=over)
+    np.testing.assert_allclose(found.attrs["chosen"], radius_for(2e-9, 0.1), rtol=1e-7)
+
+
+def test_what_nothing_can_change_is_told_once(ball):
+    ball.write_text(BALL.replace("70 mN", "50 mN").replace("0.07", "0.05"), encoding="utf-8")
+    told = []
+    with pytest.raises(hs.InputError, match=r"drift is 0 m whatever surface\.radius is: the history has no two normal"):
+        hs.design(
+            ball, "surface.radius", [1e-3, 1], "2 nm", over={"friction.coefficient": [0.1, 0.2]}, tell=told.append
+        )
+    assert told == []
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ('below = "1 nm"\ntarget = "1 nm"', "target and below; expected one of target, below and above"),
+        ("", "no target; expected one of target, below and above"),
+        ('below = "1 nm"\nquantile = 1', "quantile: expected a share from 0.5 to below 1, with below or above"),
+        ('target = "1 nm"\nquantile = 0.9', "quantile: expected a share"),
+    ],
+)
+def test_limits_that_are_none(ball, keys, said):
+    ball.write_text(f'{BALL}[design]\nkey = "surface.radius"\nbetween = [1e-3, 1]\n{keys}\n', encoding="utf-8")
+    with pytest.raises(hs.InputError, match=said):
+        hs.design(ball)

@@ -79,6 +79,12 @@ def fitted(kind, seed, **shape):
     return fitting.fit_parameters(model(kind), start, observation.observe(record))
 
 
+def fitted_both(record):
+    """Fit the friction coefficient of a ball, and the stiffness in series with it."""
+    start = {name: 1.3 * value for name, value in TRUTHS["ball"].items()}
+    return fitting.fit_parameters(model("ball"), start, observation.observe(record))
+
+
 def fitted_friction(record):
     """Fit the friction coefficient of a ball alone."""
     return fitting.fit_parameters(
@@ -91,7 +97,19 @@ def holds(parameter, low="low", high="high", kind="ball"):
     return getattr(parameter, low) <= TRUTHS[kind][parameter.name] <= getattr(parameter, high)
 
 
-def reciprocating(seed, loops=48, rows=42_579, *, scatter=0.01, correlation=0.0, run_in=0.0, hum=0.0, amplitude=200e-9):
+def reciprocating(
+    seed,
+    loops=48,
+    rows=42_579,
+    *,
+    scatter=0.01,
+    correlation=0.0,
+    run_in=0.0,
+    drift=0.0,
+    hum=0.0,
+    amplitude=200e-9,
+    sliding=False,
+):
     """Simulate loops of a ball at 50 mN whose friction coefficient, 0.2 in the mean, changes from branch to branch.
 
     Parameters
@@ -101,6 +119,11 @@ def reciprocating(seed, loops=48, rows=42_579, *, scatter=0.01, correlation=0.0,
         before.
     run_in : float
         How much higher the coefficient is at first, as a share; it falls by 1/e in an eighth of the record.
+    drift : float
+        How much the coefficient rises evenly along the record, as a share.
+    sliding : bool
+        Whether friction changes while the contact slides, near the end of a branch, and not at the reversal: there
+        a fall of it lets go some of the load that the branch begins with, which one coefficient cannot follow.
     hum : float
         Standard deviation of noise of the load that is correlated over twenty samples [N].
     """
@@ -109,17 +132,20 @@ def reciprocating(seed, loops=48, rows=42_579, *, scatter=0.01, correlation=0.0,
     # turning points fall between samples
     quarter = (rows - 0.63) / 10 / (4 * loops)
     turns = np.arange(1, 4 * loops, 2) * quarter
-    time = np.union1d(sampled, turns)
+    changes = turns - 0.25 * quarter if sliding else turns
+    time = np.union1d(sampled, np.union1d(turns, changes))
     phase = (time / quarter) % 4
     displacement = amplitude * np.select([phase < 1, phase < 3], [phase, 2 - phase], phase - 4)
     walk = correlated(random, turns.size + 1, correlation)
-    coefficients = 0.2 * np.exp(scatter * walk) * (1 + run_in * np.exp(-8 * np.arange(walk.size) / walk.size))
+    place = np.arange(walk.size) / walk.size
+    middle = (walk.size - 1) / walk.size / 2
+    coefficients = 0.2 * np.exp(scatter * walk) * (1 + run_in * np.exp(-8 * place)) * (1 + drift * (place - middle))
     events = [hs.NormalLoad(0.0, 50e-3)]
     events += [
         hs.TangentialDisplacement(at, moved) for at, moved in zip(time.tolist(), displacement.tolist(), strict=True)
     ]
     events += [
-        hs.FrictionChange(at, value) for at, value in zip(turns.tolist(), coefficients[1:].tolist(), strict=True)
+        hs.FrictionChange(at, value) for at, value in zip(changes.tolist(), coefficients[1:].tolist(), strict=True)
     ]
     events.sort(key=lambda event: event.time)
     ball, instrument = model("ball")({**TRUTHS["ball"], "friction": float(coefficients[0])})
@@ -158,12 +184,39 @@ def part(record, chosen):
     )
 
 
-def random_half(record, seed):
+def random_half(record, seed, dead_band=20e-9):
     """Give the loops of a random half of a record, and those of the other half."""
     random = np.random.default_rng(seed)
-    turns = turning_points(record["tangential_displacement"], 20e-9)[1:-1]
+    turns = turning_points(record["tangential_displacement"], dead_band)[1:-1]
     # from one forward turning point to the next
     loops = [np.arange(start, end) for start, end in zip(turns[:-2:2], turns[2::2], strict=True)]
     first = np.sort(random.permutation(len(loops))[: len(loops) // 2])
     second = np.setdiff1d(np.arange(len(loops)), first)
     return [part(record, np.concatenate([loops[index] for index in half])) for half in (first, second)]
+
+
+_LOOPS, _ROWS = 16, 1_600
+RECORDS = {
+    "white_noise": lambda seed: measured("ball", seed, rate=10.03, loads=(0.05,), loops=4),
+    "turns_between_samples": lambda seed: measured("ball", seed, rate=2.09, loads=(0.05,), loops=8),
+    "correlated_noise": lambda seed: reciprocating(seed, _LOOPS, _ROWS, scatter=0.0, hum=5e-5),
+    "scattering": lambda seed: reciprocating(seed, _LOOPS, _ROWS, scatter=0.03, sliding=True),
+    "correlated_scatter": lambda seed: reciprocating(
+        seed, _LOOPS, _ROWS, scatter=0.01, correlation=0.7, hum=5e-5, sliding=True
+    ),
+    "drifting": lambda seed: reciprocating(seed, _LOOPS, _ROWS, scatter=0.01, drift=0.1, hum=5e-5, sliding=True),
+}
+
+
+def held(part, seeds):
+    """Say whether the intervals of each record hold the truth, of a fit and of loops, and how far fits are off."""
+    by_fit, by_loops, off = [], [], []
+    for seed in seeds:
+        record = RECORDS[part](seed)
+        found = fitted_both(record)
+        by_fit.append([holds(each) for each in found.parameters])
+        off.append([np.log(value / TRUTHS["ball"][name]) for name, value in found.values.items()])
+        loops = hs.find_loops(record)
+        wander = loops.wander("friction_coefficient")
+        by_loops.append(abs(loops.statistics("friction_coefficient").mean - 0.2) <= wander.reach)
+    return by_fit, by_loops, off

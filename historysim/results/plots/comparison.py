@@ -22,7 +22,7 @@ MEASURED, CORRECTED, MODEL = "#d1603d", "#e0b73c", "#12355b"
 
 
 def plot_comparison(comparison: Comparison, title: str = "", *, size: Size | None = None) -> "Figure":
-    """Draw loops and time series of measurement and model over each other, what is left, and the energy of each loop.
+    """Draw loops and time series of measurement and model over each other, energies, and what is left of both.
 
     Parameters
     ----------
@@ -37,12 +37,12 @@ def plot_comparison(comparison: Comparison, title: str = "", *, size: Size | Non
         A figure 180 mm wide.
     """
     with new_figure(size, (PAGE, 137.0)) as figure:
-        grid = figure.add_gridspec(2, 2, height_ratios=(1.25, 1))
-        _draw_loops(figure.add_subplot(grid[0, 0]), comparison)
-        over_time = figure.add_subplot(grid[0, 1])
-        _draw_loads(over_time, comparison)
-        _draw_energies(figure.add_subplot(grid[1, 0]), comparison)
-        _draw_difference(figure.add_subplot(grid[1, 1], sharex=over_time), comparison)
+        grid = figure.add_gridspec(2, 6, height_ratios=(1.25, 1))
+        _draw_loops(figure.add_subplot(grid[0, :3]), comparison)
+        _draw_loads(figure.add_subplot(grid[0, 3:]), comparison)
+        _draw_energies(figure.add_subplot(grid[1, :2]), comparison)
+        _draw_difference(figure.add_subplot(grid[1, 2:4]), comparison)
+        _draw_left(figure.add_subplot(grid[1, 4:]), comparison)
         legend_below(figure, figure.axes[0], markerscale=3)
         if title:
             figure.suptitle(plain_title(title), x=0.01, ha="left", fontsize=9.5)
@@ -131,10 +131,27 @@ def _draw_difference(axes: "Axes", comparison: Comparison) -> None:
     axes.set(title="Measured less model", ylabel=f"$ΔT$ ({prefix}N)", xlabel="time (s)")
 
 
+def _draw_left(axes: "Axes", comparison: Comparison) -> None:
+    """Draw what is left over the branches, in the mean of those that rise, and of those that fall."""
+    left = comparison.left
+    factor, prefix = prefixed(float(np.nanmax(np.abs(left.mean), initial=0.0)))
+    axes.axhline(0, color=FAINT, linewidth=0.6)
+    for place, mean, colour, label in zip(
+        left.place, left.mean, (INK, CORRECTED), ("forward", "backward"), strict=True
+    ):
+        axes.plot(100 * place, mean * factor, color=colour, linewidth=1.0)
+        if np.isfinite(mean).any():
+            at = int(np.nanargmax(np.abs(mean)))
+            side = "top" if mean[at] < 0 else "bottom"
+            axes.annotate(f" {label}", (100 * place[at], mean[at] * factor), color=colour, fontsize=7, va=side)
+    axes.margins(y=0.12)
+    axes.set(title="Left over the branch", ylabel=f"mean $ΔT$ ({prefix}N)", xlabel="way from reversal (%)")
+
+
 def _draw_energies(axes: "Axes", comparison: Comparison) -> None:
     from matplotlib.ticker import MaxNLocator
 
-    axes.set(title="Energy per loop", xlabel="loop")
+    axes.set(title="Energies", xlabel="loop")
     if comparison.measured is None or comparison.model is None:
         axes.text(0.5, 0.5, "no whole loop", transform=axes.transAxes, ha="center", va="center", color=FAINT)
         axes.set(xticks=[], yticks=[])

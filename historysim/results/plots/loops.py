@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
+import attrs
 import numpy as np
 import numpy.typing as npt
 
@@ -22,6 +23,8 @@ Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
 MOST_POINTS = 100_000
+FAR = 2.0
+"""How far the middle of a record is from zero, over its range, from which on axes are drawn from there."""
 
 
 def plot_loops(
@@ -57,7 +60,7 @@ def plot_loops(
     matplotlib.figure.Figure
         A figure 180 mm wide.
     """
-    sets = [loops] if model is None else [loops, model]
+    sets, offset = _near_zero([loops] if model is None else [loops, model])
     with new_figure(size, (PAGE, 117.0)) as figure:
         grid = figure.add_gridspec(len(TRENDS), 2, width_ratios=(1.75, 1))
         levels = int(loops.load_level.max()) + 1
@@ -65,11 +68,27 @@ def plot_loops(
             _draw_levels(figure.add_subplot(grid[:, 0]), sets, labels)
         else:
             _draw_loops(figure.add_subplot(grid[:, 0]), sets, labels)
+        if offset:
+            axes = figure.axes[0]
+            axes.set_xlabel(f"{axes.get_xlabel()}, from {quantity_text(offset, 'm', 6)}")
         draw_trends(figure, [grid[row, 1] for row in range(len(TRENDS))], [each.to_dataset() for each in sets])
         figure.legend(loc="outside lower left", ncols=4 if levels > 1 else 3, columnspacing=2.0)
         if title:
             figure.suptitle(title.replace("$", r"\$"), x=0.01, ha="left", fontsize=9.5)
     return figure
+
+
+def _near_zero(sets: list[Loops]) -> tuple[list[Loops], float]:
+    """Return loops with displacements near zero, as those of a stage may not be, and what was taken off [m]."""
+    moved = sets[0].trace.displacement
+    middle = (float(moved.max()) + float(moved.min())) / 2
+    if abs(middle) <= FAR * np.ptp(moved):
+        return sets, 0.0
+    near = [
+        attrs.evolve(each, trace=attrs.evolve(each.trace, displacement=each.trace.displacement - middle))
+        for each in sets
+    ]
+    return near, middle
 
 
 def _draw_loops(axes: "Axes", sets: list[Loops], labels: tuple[str, str]) -> None:

@@ -18,6 +18,7 @@ from historysim.measured.measurement import Measurement
 from historysim.measured.reduction import check_order
 from historysim.scenario.loading_kinds.channels import (
     COMBINED,
+    EACH,
     FILE_REMARK,
     HUM_REMARK,
     Channel,
@@ -34,6 +35,8 @@ Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 Mask = npt.NDArray[np.bool_]
 MOST_SAMPLES = 10_000_000
+MOST_TOLD = 12
+_RUN = " run"
 HUM_DEAD_BAND = 0.2
 """Swing that is a turn of a channel and no hum, over the range of a displacement or the greatest load."""
 
@@ -53,10 +56,11 @@ def assembled(folder: Path, section: MeasuredFile) -> Measurement:
     _check_units(channels)
     clocked = _on_one_clock(folder, section, channels, remarks)
     name = section.name
+    clocked = _of_run(section, clocked, remarks)
     with at("file"), _named(name):
         clocked = _within(section, clocked, remarks)
         clocked = _without_missing(section, clocked, remarks)
-        check_order(clocked.time, clocked.place)
+        _check_one_run(clocked)
         _check_gaps(section.max_gap, clocked)
     if section.interval is not None:
         clocked = _evenly(name, section.interval, clocked)
@@ -67,7 +71,8 @@ def assembled(folder: Path, section: MeasuredFile) -> Measurement:
         with at(group, key), _named(name):
             dead_band = getattr(section.dead_band, key) or 0.0
             values[group, key] = _in_si(channel, clocked, (group, key), dead_band, remarks, removed)
-            _tell_hum(channel, key, clocked.time, values[group, key], remarks)
+            digit = _digit(clocked.values.get((group, key)), values[group, key])
+            _tell_hum(channel, key, clocked.time, values[group, key], digit, remarks)
     _close_free_play(channels, values, remarks)
     measurement = Measurement(
         time=clocked.time,
@@ -92,11 +97,12 @@ class _Clocked:
     values: Mapping[tuple[str, str], Floats]
     row: Integers | None
     inside: Mask
+    run: Floats
 
     def at(self, kept: Mask) -> "_Clocked":
         values = {key: array[kept] for key, array in self.values.items()}
         row = None if self.row is None else self.row[kept]
-        return _Clocked(self.time[kept], values, row, self.inside[kept])
+        return _Clocked(self.time[kept], values, row, self.inside[kept], self.run[kept])
 
     def place(self, index: int) -> str:
         return Measurement(self.time, {}, row=self.row).place(index)
@@ -166,7 +172,7 @@ def _on_one_clock(
             shifted = own.columns["time"] + channel.shift
             inside &= np.isnan(time) | ((time >= np.nanmin(shifted)) & (time <= np.nanmax(shifted)))
         values[group, key] = column
-    return _Clocked(time, values, main.lines, inside)
+    return _Clocked(time, values, main.lines, inside, _run_of(main))
 
 
 def _names(key: str, channel: Channel) -> list[str]:
@@ -178,6 +184,8 @@ def _names(key: str, channel: Channel) -> list[str]:
 def _read(folder: Path, section: MeasuredFile, clock: Column | None, channels: Mapping[str, Channel]) -> Table:
     columns: dict[str, Column] = {} if clock is None else {"time": clock}
     units = {"time": "s"}
+    if section.runs_by is not None and clock == section.columns.time:
+        columns[_RUN], units[_RUN] = section.runs_by, "1"
     for key, channel in channels.items():
         for name, source in zip(_names(key, channel), channel.sources, strict=True):
             columns[name], units[name] = source, _unit(channel)
@@ -254,6 +262,61 @@ def _without_missing(section: MeasuredFile, clocked: _Clocked, remarks: Remarks)
     return clocked.at(whole)
 
 
+def runs_of(folder: Path, section: MeasuredFile) -> dict[int, int]:
+    """Return the runs of a file, in their order, and how many samples each has.
+
+    Raises
+    ------
+    InputError
+        See `MeasuredLoading.measurement`.
+    """
+    run = _on_one_clock(folder, section, dict(_channels(section)), []).run
+    known = run[~np.isnan(run)]
+    numbers, first, count = np.unique(known, return_index=True, return_counts=True)
+    return {int(numbers[place]): int(count[place]) for place in np.argsort(first)}
+
+
+def _run_of(table: Table) -> Floats:
+    """Return which run each row is of: by its column, or from 1 where the clock starts again; NaN if missing."""
+    if _RUN in table.columns:
+        return table.columns[_RUN]
+    time = table.columns["time"]
+    known = np.flatnonzero(~np.isnan(time))
+    number = np.full(time.size, np.nan)
+    number[known] = np.append(0, np.cumsum(np.diff(time[known]) < 0))[: known.size] + 1
+    return number
+
+
+def _of_run(section: MeasuredFile, clocked: _Clocked, remarks: Remarks) -> _Clocked:
+    """Leave out all but the run that is asked for."""
+    if section.run is None:
+        return clocked
+    runs = sorted({int(number) for number in clocked.run[~np.isnan(clocked.run)]})
+    known = ", ".join(map(str, runs[:MOST_TOLD])) + (f", … {runs[-1]}" if len(runs) > MOST_TOLD else "")
+    if section.run == EACH:
+        raise misfit(
+            f'"each"; expected one of the runs {known} here: loops, sliding and fit take each by itself, and '
+            "Scenario.runs() in Python",
+            "run",
+        )
+    kept = clocked.run == section.run
+    if not kept.any():
+        raise misfit(f"there is no run {section.run}; expected one of {known}", "run")
+    remarks.append(("run", f"{section.run}, one of {len(runs):,} runs, {_samples(int(kept.sum()))}"))
+    return clocked.at(kept)
+
+
+def _check_one_run(clocked: _Clocked) -> None:
+    try:
+        check_order(clocked.time, clocked.place)
+    except InputError as error:
+        starts = int((np.diff(clocked.time) < 0).sum())
+        raise InputError(
+            f"{error}; where these are {starts + 1:,} runs, run = 1 to {starts + 1} in [loading] takes one, and "
+            'run = "each" all, for loops, sliding and fit'
+        ) from error
+
+
 def _check_gaps(max_gap: float | None, clocked: _Clocked) -> None:
     if max_gap is None:
         return
@@ -280,7 +343,7 @@ def _evenly(name: str, interval: float, clocked: _Clocked) -> _Clocked:
     count = math.floor(duration / interval * (1 + 1e-12)) + 1
     time = np.minimum(clocked.time[0] + interval * np.arange(count), clocked.time[-1])
     values = {key: reduction.resample(clocked.time, array, time) for key, array in clocked.values.items()}
-    return _Clocked(time, values, None, np.ones(count, dtype=np.bool_))
+    return _Clocked(time, values, None, np.ones(count, dtype=np.bool_), np.ones(count))
 
 
 def _close_free_play(
@@ -297,13 +360,25 @@ def _close_free_play(
             remarks.append(("tangential displacement: free play taken off", quantity_text(channel.free_play, "m")))
 
 
-def _tell_hum(channel: Channel, key: str, time: Floats, values: Floats, remarks: Remarks) -> None:
-    """Tell the hum that is left in a channel, and what takes it off."""
+def _digit(raw: Floats | None, values: Floats) -> float:
+    """Return the last digit of a channel that was printed or sampled with few of them, in its SI unit; else about 0."""
+    if raw is None or not np.ptp(raw) > 0:
+        return 0.0
+    different = np.diff(np.unique(raw))
+    # what rounding of binary numbers makes of one digit is none
+    different = different[different > 1e-9 * np.ptp(raw)]
+    return float(different.min() / np.ptp(raw) * np.ptp(values)) if different.size else 0.0
+
+
+def _tell_hum(channel: Channel, key: str, time: Floats, values: Floats, digit: float, remarks: Remarks) -> None:
+    """Tell the hum that is left in a channel, and what takes it off; what is within the last digit is rounding."""
     if not channel.sources:
         return
     unit = "m" if isinstance(channel, LengthChannel) else "N"
     size = float(np.ptp(values)) if unit == "m" else float(np.abs(values).max())
-    found = conditioning.find_hum(time, values, dead_band=HUM_DEAD_BAND * size)
+    found = [
+        hum for hum in conditioning.find_hum(time, values, dead_band=HUM_DEAD_BAND * size) if hum.amplitude > digit
+    ]
     if found:
         lines = ", ".join(f"{quantity_text(hum.amplitude, unit, 3)} at {hum.frequency:.4g} Hz" for hum in found[:3])
         notches = ", ".join(f"{hum.frequency:.4g}" for hum in found[:3])

@@ -202,6 +202,8 @@ class DeadBand:
 
 
 MISSING = ("refuse", "drop")
+# of several runs in one file, each by itself
+EACH = "each"
 
 
 # a kind of loading inherits this beside another section, and two bases with slots do not mix
@@ -211,6 +213,8 @@ class MeasuredFile(NumbersFile):
 
     columns: LoadColumns
     response: Channels = Channels()
+    run: int | str | None = None
+    runs_by: Column | None = None
     start: Time | None = None
     end: Time | None = None
     missing: str = "refuse"
@@ -223,6 +227,12 @@ class MeasuredFile(NumbersFile):
         """Check what the types leave open."""
         if self.missing not in MISSING:
             raise misfit(f"{self.missing!r}; expected 'refuse' or 'drop'", "missing")
+        is_number = isinstance(self.run, int) and not isinstance(self.run, bool)
+        is_counted = isinstance(self.run, int) and (self.run >= 1 or self.runs_by is not None)
+        if self.run not in {None, EACH} and not (is_number and is_counted):
+            raise misfit(f'{shown(self.run)}; expected the number of a run, from 1, or "each"', "run")
+        if self.runs_by is not None and self.run is None:
+            raise misfit('missing; expected the value of runs_by that is the run, or "each"', "run")
         for key in ("max_gap", "interval"):
             value = getattr(self, key)
             if value is not None and not value > 0:

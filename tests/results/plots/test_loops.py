@@ -121,3 +121,15 @@ def test_a_long_record_is_thinned(model, monkeypatch):
     )
     figure, _ = drawn(one)
     assert legend(figure)[0] == "1 loop"
+
+
+def test_coordinates_of_a_stage_are_drawn_from_their_middle(measured):
+    trace = measured.trace
+    far = loops_of_channels(trace.time, trace.displacement - 0.11, trace.tangential_load, trace.normal_load)
+    axes = plots.plot_loops(far).axes[0]
+    low, high = axes.get_xlim()
+    drawn = max(np.ptp(line.get_xdata()) for line in axes.lines)
+    # what is drawn fills the axes, whatever the unit
+    assert drawn > 0.8 * (high - low)
+    assert axes.get_xlabel().startswith("tangential displacement $U$ (")
+    assert axes.get_xlabel().endswith("(nm), from -110 mm")

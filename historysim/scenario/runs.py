@@ -1,0 +1,105 @@
+"""Each run of a file by itself, ``loading.run = "each"``: what is found in it, and a table with a row for each."""
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+import attrs
+
+from historysim.basics.units import quantity_text
+from historysim.errors import InputError
+from historysim.measured.loops import BRANCH_QUANTITIES, LOOP_QUANTITIES
+from historysim.scenario.scenario import Scenario
+
+if TYPE_CHECKING:
+    from historysim.measured.loops import Loops
+    from historysim.measured.sliding import Sliding
+    from historysim.scenario.fit import Fit
+
+Found = TypeVar("Found")
+Rows = list[tuple[str, ...]]
+
+
+@attrs.frozen
+class Run(Generic[Found]):
+    """One run.
+
+    Attributes
+    ----------
+    number : int
+        From 1, or the value of its column.
+    scenario : Scenario
+        That of this run alone.
+    found : object or None
+        What is found in it; None where it cannot be used.
+    problem : str
+        Why it cannot.
+    """
+
+    number: int
+    scenario: Scenario
+    found: Found | None
+    problem: str = ""
+
+
+def each_run(scenario: Scenario, find: Callable[[Scenario], Found]) -> "list[Run[Found]]":
+    """Return what is found in each run of a scenario's file; a run that cannot be used does not keep others from it.
+
+    Raises
+    ------
+    InputError
+        A file that cannot be used, or none of its runs.
+    """
+    runs: list[Run[Found]] = []
+    for each in scenario.runs():
+        number = each.run
+        if not isinstance(number, int):
+            raise InputError(f'{scenario.path.name}: loading.run: {number!r}; expected "each", for a row of each run')
+        try:
+            runs.append(Run(number, each, find(each)))
+        except InputError as error:
+            runs.append(Run(number, each, None, str(error)))
+    if all(run.found is None for run in runs):
+        raise InputError(f"none of {len(runs)} runs can be used; {runs[0].problem}")
+    return runs
+
+
+def loop_rows(runs: "Sequence[Run[Loops]]") -> Rows:
+    """Return a table of the loops of each run; the first row is the heading."""
+    shown = [name for name in (*BRANCH_QUANTITIES, *LOOP_QUANTITIES) if not name.endswith(("_gap", "_zero_load"))]
+    labels = {**BRANCH_QUANTITIES, **LOOP_QUANTITIES}
+    return _rows(
+        ("loops", *(labels[name][0] for name in shown)),
+        runs,
+        lambda loops: (str(len(loops)), *(loops.text(name, labels[name][1]) for name in shown)),
+    )
+
+
+def sliding_rows(runs: "Sequence[Run[Sliding]]") -> Rows:
+    """Return a table of the friction of each run; the first row is the heading."""
+
+    def row(found: "Sliding") -> tuple[str, ...]:
+        lines = dict(found.summary())
+        return tuple(lines[label].partition(":")[0].partition(";")[0] for label in labels)
+
+    labels = ("slides", "friction coefficient", "static peak", "steady value")
+    return _rows(labels, runs, row)
+
+
+def fit_rows(runs: "Sequence[Run[Fit]]") -> Rows:
+    """Return a table of the estimates of each run; the first row is the heading."""
+    names = next(list(run.found.values) for run in runs if run.found is not None)
+
+    def row(found: "Fit") -> tuple[str, ...]:
+        values = tuple(f"{each.value:.6g} ({each.interval()})" for each in found.parameters)
+        rms = quantity_text(found.comparison.left.rms, "N", 3)
+        return (*values, f"{found.estimates.misfit:.3g}", rms)
+
+    return _rows((*names, "misfit over noise", "rms difference"), runs, row)
+
+
+def _rows(heading: tuple[str, ...], runs: "Sequence[Run[Found]]", row: Callable[[Found], tuple[str, ...]]) -> Rows:
+    table: Rows = [("run", *heading)]
+    for run in runs:
+        told = ("–",) * len(heading) if run.found is None else row(run.found)
+        table.append((str(run.number), *told))
+    return table

@@ -1,0 +1,68 @@
+"""What a record looks like: each fault is put into a simulated record, and told; a sound record has none."""
+
+import attrs
+import numpy as np
+import pytest
+import synthetic
+
+import historysim as hs
+
+SOUND = attrs.evolve(synthetic.measured("ball", 0, loads=(0.05,), loops=8, rate=20), dead_band={})
+LOAD, MOVED, TIME = SOUND["tangential_load"], SOUND["tangential_displacement"], SOUND.time
+CHOSEN = np.random.default_rng(0).choice(TIME.size, TIME.size * 3 // 1000, replace=False)
+
+
+def changed(load=LOAD, moved=MOVED):
+    channels = {**SOUND.channels, "tangential_displacement": moved}
+    return attrs.evolve(SOUND, channels=channels, response={"tangential_load": load})
+
+
+def spiked(values, size):
+    spoilt = values.copy()
+    spoilt[CHOSEN] += size
+    return spoilt
+
+
+STICKING = np.where(np.abs(LOAD) > 9e-3, LOAD * (0.6 + 0.4 * (TIME * 1.3 % 1)), LOAD)
+FAULTS = {
+    "clipped": (changed(np.clip(LOAD, -9e-3, 9e-3)), "it looks clipped"),
+    "spikes of the load": (changed(spiked(LOAD, 0.02)), "15 samples of the tangential load, 0.29 %"),
+    "spikes of the displacement": (changed(moved=spiked(MOVED, 3e-7)), "15 samples of the displacement, 0.29 %"),
+    "zero drifts": (changed(LOAD + 1e-3 * TIME / TIME[-1]), "drift_free = true at this channel"),
+    "offset": (changed(LOAD + 1e-3), "the tangential load has an offset of 1 mN, 10 % of"),
+    "free play": (changed(moved=MOVED + 20e-9 * np.clip(LOAD / 5e-4, -1, 1)), 'free_play = "4'),
+    "lag": (changed(np.roll(LOAD, 12)), "or the load lags by 6"),
+    "stick-slip": (changed(STICKING), "it looks like stick-slip"),
+    "friction drifts": (changed(LOAD * (1 - 0.1 * TIME / TIME[-1])), "the friction coefficient drifts, from 0.19"),
+}
+
+
+def test_a_sound_record_has_no_note():
+    assert hs.find_loops(SOUND).notes == ()
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_fault_is_told(fault):
+    record, said = FAULTS[fault]
+    assert any(said in note for note in hs.find_loops(record).notes), hs.find_loops(record).notes
+
+
+@pytest.mark.parametrize("fault", ["offset", "zero drifts", "friction drifts", "clipped"])
+def test_a_fault_is_told_once(fault):
+    assert len({note.partition(",")[0][:30] for note in hs.find_loops(FAULTS[fault][0]).notes}) <= 2
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_scatter_is_no_fault(seed):
+    record = synthetic.reciprocating(seed, 12, 4_000, scatter=0.02)
+    assert not [note for note in hs.find_loops(record).notes if "looks" in note or "offset" in note]
+
+
+def test_the_interval_of_a_mean_is_told_and_holds_it():
+    loops = hs.find_loops(synthetic.reciprocating(1, 16, 3_000, scatter=0.02))
+    row = next(both for label, *_, both in loops.rows() if label == "friction coefficient")
+    low, high = (float(text) for text in row.partition("95 %: ")[2].rstrip(")").split(" to "))
+    assert low < 0.2 < high
+    wander = loops.wander("friction_coefficient")
+    assert high - low == pytest.approx(2 * wander.reach, abs=2e-4)
+    assert not wander.drifts
