@@ -1,15 +1,15 @@
 /* Asperities that evolve along a path: friction that depends on the load or on the distance slid, and wear.
  *
- * What evolves is followed in chords: on each, approach, displacement, friction and shapes go straight to where they are at
- * its end, which is one exact update of each polyline. There are twice as many of them each time, until state, energy,
- * distances and shapes settle. A path on which nothing evolves is walked as ever, exactly.
+ * What evolves is followed in chords: on each, approach, displacement, friction and shapes go straight to where they
+ * are at its end, which is one exact update of each polyline. There are twice as many of them each time, until state,
+ * energy, distances and shapes settle. A path on which nothing evolves is walked as ever, exactly.
  *
  * Each chord is of second order in its length:
  *  - What an asperity slides is told by when the last of its springs begins to slip, on the straight way.
  *  - The volume that it loses goes with the load from there on. From the shape that follows comes a better end of the
  *    chord, from that a better volume: twice. The chord is walked with the mean of both shapes, and ends with the last.
- *  - Where friction depends on the own load, an asperity that touches or leaves, or whose approach changes much, has stations
- *    in the chord, graded towards touch: μ goes with 1/N there, or N^(-1/3). */
+ *  - Where friction depends on the own load, an asperity that touches or leaves, or whose approach changes much, has
+ *    stations in the chord, graded towards touch: μ goes with 1/N there, or N^(-1/3). */
 
 #include "internal.h"
 
@@ -18,20 +18,21 @@
 #define FEW_CHORDS 4
 #define LITTLE 0.1
 #define MOST_CHORDS (1 << 12)
-/* tolerances over that of ramps of both loads: of loads, displacements and shapes, and of what is dissipated, slid and worn,
- * as a part of itself */
+/* tolerances over that of ramps of both loads: of loads and displacements; and of what is dissipated, slid and worn,
+ * and of changes of shape, as a part of itself */
 #define COARSER 100.0
 #define COARSEST 1000.0
 /* slid distance over what the contact is moved */
 #define NEGLIGIBLE 1e-3
 /* agreement by chance is not that much closer than asked for */
 #define CLOSE 0.5
-/* approaches of one station and the next, farther apart close to touch, and stations that a chord may have */
+/* approach of one station over that of the next, which are farther apart close to touch; a change of it that needs
+ * none; and stations that a chord may have */
 #define GRADE 1.41421356
 #define SLIGHT 1.03
+#define MOST_STATIONS 16
 /* stands for a coefficient that a law is asked for */
 #define ASKED (-1.0)
-#define MOST_STATIONS 16
 
 /* Where the channels are at the ends of one path, dimensionless. */
 typedef struct route {
@@ -49,8 +50,8 @@ typedef struct station {
     double friction;
 } station;
 
-/* A walk: what makes asperities evolve, and buffers, which are as many as asperities (in the caller's numbering unless they
- * say otherwise), or as groups. */
+/* A walk: what makes asperities evolve, and buffers, which are as many as asperities (in the caller's numbering unless
+ * they say otherwise), or as groups. */
 typedef struct walk {
     const hs_evolution *evolution;
     const hs_drive *drive;
@@ -78,14 +79,13 @@ typedef struct walk {
     void *memory;
 } walk;
 
-static int out_of(const void *memory) { return memory ? HS_OK : HS_OUT_OF_MEMORY; }
-
 /* Buffers for memories of so many asperities and groups. */
 static int make_buffers(walk *w, const hs_contact *contact) {
     size_t n = (size_t)contact->count, g = (size_t)contact->groups;
     double **each[] = {&w->goal[0],   &w->goal[1], &w->slid,       &w->ahead,      &w->first,      &w->last,
                        &w->mean_load, &w->energy,  &w->lost,       &w->taken,      &w->gap,        &w->before,
-                       &w->mid_height, &w->mid_radius, &w->end_height, &w->end_radius, (double **)&w->depth, &w->nowhere, &w->begun};
+                       &w->mid_height, &w->mid_radius, &w->end_height, &w->end_radius,
+                       &w->nowhere,    &w->begun,      (double **)&w->depth};
     size_t arrays = sizeof each / sizeof *each;
     double *numbers = (double *)malloc((arrays * n + 4 * g + 1) * sizeof *numbers);
     w->memory = numbers;
@@ -125,7 +125,7 @@ static int make_stations(walk *w, int64_t count) {
     return HS_OK;
 }
 
-/* ---- shapes ------------------------------------------------------------------------------------------------------------- */
+/* ---- shapes ------------------------------------------------------------------------------------------------------ */
 
 static void turn(uint64_t *low, uint64_t *high) {
     for (; low < high; ++low, --high) {
@@ -164,8 +164,8 @@ static void exchange_groups(hs_memory *memory, int64_t index) {
     }
 }
 
-/* Give the asperities of a contact of its own other summits in its place, of which those of a group are alike; depths are
- * those in `depth` (asperity) where the group still touches. */
+/* Give the asperities of a contact of its own other summits in its place, of which those of a group are alike; depths
+ * are those in `depth` (asperity) where the group still touches. */
 static void set_shape(hs_memory *memory, const double *height, const double *radius, const int64_t *depth) {
     const hs_contact *contact = memory->contact;
     const int64_t *order = contact->order, *first = contact->first;
@@ -203,7 +203,7 @@ static void forget_worn(hs_memory *memory) {
     }
 }
 
-/* ---- slid distances ------------------------------------------------------------------------------------------------------- */
+/* ---- slid distances ---------------------------------------------------------------------------------------------- */
 
 /* A straight way of one group: its ends, its coefficients at the start, amid and at the end, and the side on which its
  * springs slip. */
@@ -221,14 +221,20 @@ typedef struct interval {
 
 /* When a spring slips: from where it meets its limit, until the limit grows faster than the spring is moved.
  *
- * With y = L - s v, what is left of its limit, as a quadratic in the share through start, middle and end, those are the first
- * root of y and the root of y'. Without a change of friction y is linear. */
+ * With y = L - s v, what is left of its limit, as a quadratic in the share through start, middle and end, those are
+ * the first root of y and the root of y'. Without a change of friction y is linear. */
 static interval slipping(const way *on, double label, double anchor) {
     const double *friction = on->friction;
     double d = 0.5 * (on->from.d + on->to.d), v = 0.5 * (on->from.v + on->to.v);
     double first = friction[0] * (on->from.d - label) - on->side * (on->from.v - anchor);
     double amid = friction[1] * (d - label) - on->side * (v - anchor);
     double last = friction[2] * (on->to.d - label) - on->side * (on->to.v - anchor);
+    if (friction[0] == friction[2] && friction[1] == friction[2]) {
+        interval straight = {HUGE_VAL, 1.0, 0.0};
+        if (first > last) straight.begin = hs_most(first, 0.0) / (first - last);
+        if (straight.begin < 1.0) straight.slip = (1.0 - straight.begin) * (first - last);
+        return straight;
+    }
     double linear = 4.0 * amid - 3.0 * first - last, square = 2.0 * (first + last - 2.0 * amid);
     double under = linear * linear - 4.0 * hs_most(first, 0.0) * square;
     interval found = {HUGE_VAL, 1.0, 0.0};
@@ -245,15 +251,16 @@ static interval slipping(const way *on, double label, double anchor) {
 
 /* How far the asperities of a group slide on a straight way while all their springs slip: ∫|dV|, added to `slid`.
  *
- * When a spring begins to slip is a quotient of functions that are linear in the label between vertices, so that the last to
- * slip is at a vertex, or the innermost. New springs slip at once, if at all. */
+ * When a spring begins to slip is a quotient of functions that are linear in the label between vertices, so that the
+ * last to slip is at a vertex, or the innermost. New springs slip at once, if at all. */
 static void slide_on(const hs_group *group, int64_t depth, const double *gap, const int64_t *whose, way on, double unit,
                      int steep, double *slid) {
     /* within a cone that stays as it is the innermost is the last */
     int inmost_last = !steep && on.friction[0] == on.friction[2] && on.friction[0] == on.friction[1];
     double moved = on.to.v - on.from.v, sunk = on.to.d - on.from.d, tie = 1e-12 * (fabs(on.from.v) + fabs(on.to.v));
     if (moved == 0.0) return;
-    double edge = hs_least(on.from.d, on.to.d), fall = on.friction[0] * (on.from.d - edge) - on.friction[2] * (on.to.d - edge);
+    double edge = hs_least(on.from.d, on.to.d);
+    double fall = on.friction[0] * (on.from.d - edge) - on.friction[2] * (on.to.d - edge);
     for (int against = 0; against < 2; ++against) {
         on.side = copysign(1.0, against ? -moved : moved);
         interval all = {0.0, 1.0, 0.0};
@@ -288,7 +295,7 @@ static void slide_on(const hs_group *group, int64_t depth, const double *gap, co
     }
 }
 
-/* ---- friction ------------------------------------------------------------------------------------------------------------- */
+/* ---- friction ---------------------------------------------------------------------------------------------------- */
 
 /* Ask a law for the coefficient of an asperity at an approach of its own. */
 static void ask(walk *w, int64_t number, const hs_contact *contact, double weight, double own, double slid) {
@@ -297,14 +304,15 @@ static void ask(walk *w, int64_t number, const hs_contact *contact, double weigh
     w->asked[2][number] = slid;
 }
 
-/* Put down where the friction of each group is on a chord to approach d, where all carry `load`; asperities slide so far
- * meanwhile. What does not touch holds no friction by a law. */
+/* Put down where the friction of each group is on a chord to approach d, where all carry `load`; asperities slide so
+ * far meanwhile. What does not touch holds no friction by a law. */
 static int put_stations(walk *w, const hs_memory *memory, double d, double load, double share, const double *ahead) {
     const hs_evolution *evolution = w->evolution;
     const hs_contact *contact = memory->contact;
     const hs_evolved *evolved = memory->evolved;
     const hs_law *law = &evolution->law;
-    int by_goal = evolution->goal != NULL, by_law = !by_goal && law->kind != HS_NO_LAW && law->depends_on != HS_ON_NOTHING;
+    int by_goal = evolution->goal != NULL;
+    int by_law = !by_goal && law->kind != HS_NO_LAW && law->depends_on != HS_ON_NOTHING;
     int64_t count = 0, asked = 0;
     for (int64_t index = 0; index < contact->groups; ++index) {
         int64_t i = contact->first[index], whose = contact->order[i];
@@ -326,10 +334,11 @@ static int put_stations(walk *w, const hs_memory *memory, double d, double load,
                 double last = own;
                 own = k == between ? end : at[end > start ? between - 1 - k : k];
                 here->share = k == between ? 1.0 : (own - start) / (end - start);
-                here->friction = own > 0.0 ? ASKED : 0.0;
-                here->amid = bends && own > 0.0 ? ASKED : 0.0;
-                if (own > 0.0 && bends) ask(w, asked++, contact, weight, 0.5 * (hs_most(last, 0.0) + own), slid);
-                if (own > 0.0) ask(w, asked++, contact, weight, own, slid);
+                int touches = own > 0.0 && (load > 0.0 || law->depends_on != HS_ON_TOTAL_LOAD);
+                here->friction = touches ? ASKED : 0.0;
+                here->amid = bends && touches ? ASKED : 0.0;
+                if (touches && bends) ask(w, asked++, contact, weight, 0.5 * (hs_most(last, 0.0) + own), slid);
+                if (touches) ask(w, asked++, contact, weight, own, slid);
             }
         } else {
             station only = {1.0, 0.0, friction};
@@ -348,12 +357,12 @@ static int put_stations(walk *w, const hs_memory *memory, double d, double load,
     return status;
 }
 
-/* ---- one chord ------------------------------------------------------------------------------------------------------------ */
+/* ---- one chord --------------------------------------------------------------------------------------------------- */
 
 /* Approach and normal load at a share of the path.
  *
- * Of two loads both go straight. Otherwise the approach does, as the contact at the start has it; where wear has changed that,
- * a normal load keeps the values that it had then. */
+ * Of two loads both go straight. Otherwise the approach does, as the contact at the start has it; where wear has
+ * changed that, a normal load keeps the values that it had then. */
 static void normal_at(const walk *w, const hs_memory *memory, double share, double *d, double *load) {
     const route *c = &w->course;
     if (c->both) {
@@ -383,14 +392,16 @@ static int find_end(walk *w, hs_memory *memory, double share, target *end, hs_re
     const route *c = &w->course;
     const hs_contact *contact = memory->contact;
     double value = hs_toward(c->tangential[0], c->tangential[1], share), limit = 0.0;
-    int changes = 0;
+    /* where asperities wear, the loads are known when they have their shapes */
+    int changes = 0, weighs = !w->wears || c->by_force || w->compliance > 0.0;
     hs_shares shares;
     shares.load = w->load;
     shares.count = 0;
     for (int64_t g = 0; g < contact->groups && contact->gap[contact->first[g]] < end->d; ++g, ++shares.count) {
+        changes |= w->friction[g] != memory->friction[g];
+        if (!weighs) continue;
         w->load[g] = contact->groups == 1 ? end->load : hs_load_at(hs_group_of(memory, g).curve, end->d).load;
         limit += w->friction[g] * w->load[g];
-        changes |= w->friction[g] != memory->friction[g];
     }
     end->touching = shares.count;
     end->excess = 0.0;
@@ -430,7 +441,8 @@ static int find_end(walk *w, hs_memory *memory, double share, target *end, hs_re
     hs_free_fronts(&fronts);
     /* what slides already while its limit falls stays where it is */
     double side = copysign(1.0, end->force);
-    int at_limit = c->by_force && fabs(end->force) >= (1.0 - HS_TIE) * limit && (shares.count > 0 || end->excess != 0.0);
+    int at_limit = c->by_force && fabs(end->force) >= (1.0 - HS_TIE) * limit;
+    if (shares.count == 0 && end->excess == 0.0) at_limit = 0;
     if (at_limit && (shares.count == 0 || side * end->v < side * memory->displacement)) end->v = memory->displacement;
     return status;
 }
@@ -447,7 +459,8 @@ static int make_room(walk *w, hs_memory *memory, int64_t depth) {
     return depth + 2 > memory->capacity ? hs_memory_reserve(memory, 2 * (depth + 2)) : HS_OK;
 }
 
-/* Carry one group on a straight way, with its coefficient going straight, too; what it loses goes to `each`, position 0. */
+/* Carry one group on a straight way, with its coefficient going straight, too; what it loses goes to `each`, position
+ * 0. */
 static int carry_group(walk *w, hs_memory *memory, int64_t index, const way *on, double load, double *each,
                        hs_losses *losses) {
     int64_t depth = memory->depth[index];
@@ -477,7 +490,8 @@ static int carry_group(walk *w, hs_memory *memory, int64_t index, const way *on,
 }
 
 /* Carry one group to the end of a chord from station to station; where its friction bends it is told what it slides. */
-static int carry_by_stations(walk *w, hs_memory *memory, int64_t g, const target *end, double *each, hs_losses *losses) {
+static int carry_by_stations(walk *w, hs_memory *memory, int64_t g, const target *end, double *each,
+                             hs_losses *losses) {
     const hs_contact *contact = memory->contact;
     hs_point from = {memory->approach, memory->displacement}, to = {end->d, end->v};
     int64_t stations = w->first_station[g + 1] - w->first_station[g], first = contact->first[g];
@@ -587,6 +601,10 @@ static int foresee_wear(walk *w, const hs_memory *memory, const target *end) {
     for (int64_t g = 0; g < contact->groups; ++g)
         for (int64_t k = contact->first[g]; k < contact->first[g + 1]; ++k) {
             int64_t i = contact->order[k];
+            if (w->begun[i] + w->slid[i] == 0.0) {
+                w->mean_load[i] = w->energy[i] = 0.0;
+                continue;
+            }
             double start = (memory->approach - w->gap[i]) * unit, slid = w->slid[i];
             double stop = end->d * unit - (contact->datum - w->end_height[i]);
             /* an asperity slides to the end, or until it leaves */
@@ -595,8 +613,8 @@ static int foresee_wear(walk *w, const hs_memory *memory, const target *end) {
             w->last[i] = hs_most(stop, 0.0);
             w->mean_load[i] = 0.0;
             if (slid > 0.0)
-                w->mean_load[i] =
-                    hs_mean_load(w->first[i], w->last[i], modulus * sqrt(0.5 * (evolved->summit_radius[i] + w->end_radius[i])));
+                w->mean_load[i] = hs_mean_load(
+                    w->first[i], w->last[i], modulus * sqrt(0.5 * (evolved->summit_radius[i] + w->end_radius[i])));
             w->energy[i] = w->friction[g] * w->mean_load[i] * slid;
         }
     int status = hs_lost_volumes(wear, contact->count, w->mean_load, w->slid, w->energy, w->lost);
@@ -674,7 +692,7 @@ static int chord(walk *w, hs_memory *memory, double share, hs_refusal *refusal) 
     }
     int wears = w->wears && slides;
     if (wears) erased = reshape(w, memory, w->mid_height, w->mid_radius, stored);
-    if (wears) {
+    if (w->wears) {
         /* groups may stand in another order than that of the end */
         int status = put_stations(w, memory, end.d, end.load, share, w->ahead);
         if (status != HS_OK) return status;
@@ -714,7 +732,7 @@ static int chord(walk *w, hs_memory *memory, double share, hs_refusal *refusal) 
     return status;
 }
 
-/* ---- as many chords as it takes --------------------------------------------------------------------------------------------- */
+/* ---- as many chords as it takes ---------------------------------------------------------------------------------- */
 
 /* A change over what is tolerated, rounding left out. */
 static double part_of(double change, double rounding, double tolerated) {
@@ -722,7 +740,8 @@ static double part_of(double change, double rounding, double tolerated) {
     return change <= 0.0 ? 0.0 : change / tolerated;
 }
 
-/* The largest change of a quantity of asperities from a coarser to a finer way, over a part of the largest that it made. */
+/* The largest change of a quantity of asperities from a coarser to a finer way, over a part of the largest that it
+ * made. */
 static double part_of_each(const double *start, const double *coarse, const double *fine, int64_t count, double part,
                            double *made_by_most) {
     double change = 0.0, made = 0.0, size = 0.0;
@@ -736,7 +755,8 @@ static double part_of_each(const double *start, const double *coarse, const doub
 }
 
 /* How far a way in chords is from being settled: 1 where it just is. */
-static double distance_to_settled(const walk *w, const hs_memory *start, const hs_memory *coarse, const hs_memory *fine) {
+static double distance_to_settled(const walk *w, const hs_memory *start, const hs_memory *coarse,
+                                  const hs_memory *fine) {
     double part = COARSER * w->drive->tolerance, rough = COARSEST * w->drive->tolerance;
     double top = hs_most(coarse->approach, start->approach) - fine->contact->sorted_gap[0];
     double reach = hs_most(hs_largest_friction(fine), 1e-300) * hs_most(top, 0.0);
@@ -776,18 +796,13 @@ static void extrapolate(walk *w, const hs_memory *start, const hs_memory *coarse
     fine->dissipated = hs_most(fine->dissipated + (fine->dissipated - coarse->dissipated) / 3.0, start->dissipated);
 }
 
-/* Make a copy that has a contact of its own where asperities wear. */
-static hs_memory *twin(const walk *w, const hs_memory *memory) {
-    hs_memory *copy = hs_memory_copy(memory);
-    if (!copy || !w->wears) return copy;
+/* Have a memory hold a contact that it shares with nobody, so that it can be changed where it is. */
+static int own_contact(hs_memory *memory) {
     hs_contact *own = hs_contact_copy(memory->contact);
-    if (!own) {
-        hs_memory_free(copy);
-        return NULL;
-    }
-    hs_contact_free(copy->contact);
-    copy->contact = own;
-    return copy;
+    if (!own) return HS_OUT_OF_MEMORY;
+    hs_contact_free(memory->contact);
+    memory->contact = own;
+    return HS_OK;
 }
 
 /* Carry a copy of a memory from one share of the path to another in chords. */
@@ -816,7 +831,8 @@ static int settle(walk *w, hs_memory *memory, hs_memory *coarse, hs_memory *fine
     double top = hs_most(c->d[0], c->d[1]) - touch;
     int little = fabs(c->d[1] - c->d[0]) * (share - before) <= LITTLE * top && !w->evolution->goal;
     if (w->evolution->law.kind != HS_NO_LAW && w->evolution->law.depends_on == HS_ON_SLID_DISTANCE) little = 0;
-    int fewest = little ? FEWEST_CHORDS : FEW_CHORDS, status = in_chords(w, memory, coarse, before, share, fewest, refusal);
+    int fewest = little ? FEWEST_CHORDS : FEW_CHORDS;
+    int status = in_chords(w, memory, coarse, before, share, fewest, refusal);
     for (int chords = 2 * fewest; status == HS_OK; chords *= 2) {
         status = in_chords(w, memory, fine, before, share, chords, refusal);
         if (status != HS_OK) break;
@@ -831,7 +847,7 @@ static int settle(walk *w, hs_memory *memory, hs_memory *coarse, hs_memory *fine
     return HS_OK;
 }
 
-/* ---- paths ------------------------------------------------------------------------------------------------------------------ */
+/* ---- paths ------------------------------------------------------------------------------------------------------- */
 
 /* Put down where a path goes from where the memory is. */
 static int begin_course(walk *w, const hs_memory *memory, const hs_path *path) {
@@ -873,15 +889,19 @@ static int is_still(const walk *w, const hs_memory *memory) {
     return law->depends_on != HS_ON_SLID_DISTANCE && w->course.d[0] == w->course.d[1];
 }
 
-/* Walk on along a path on which nothing evolves, exactly; slid distances are those of the straight way, or, where that is
- * bent, followed in chords. */
-static int walk_still(walk *w, hs_memory *memory, hs_memory *spare[3], const hs_plan *plan, double before, double share,
+/* Walk on along a path on which nothing evolves, exactly; slid distances are those of the straight way, or, where that
+ * is bent, followed in chords. */
+static int walk_still(walk *w, hs_memory *memory, hs_memory *spare[2], const hs_plan *plan, double before, double share,
                       hs_refusal *refusal, int *held) {
     const route *c = &w->course;
     hs_memory *start = spare[0];
     int bent = plan->meets || (c->both && c->load[0] != c->load[1]);
     int status = hs_memory_assign(start, memory);
-    if (status == HS_OK && bent) status = settle(w, start, spare[1], spare[2], before, share, refusal);
+    if (status == HS_OK && bent) {
+        hs_memory *fine = hs_memory_copy(memory);
+        status = fine ? settle(w, start, spare[1], fine, before, share, refusal) : HS_OUT_OF_MEMORY;
+        hs_memory_free(fine);
+    }
     if (status == HS_OK) status = hs_walk_on(memory, plan, before, share, w->drive->tolerance, held);
     if (status != HS_OK) return status;
     if (bent) {
@@ -920,7 +940,7 @@ static int part_as_they_evolve(hs_memory *memory, const hs_evolution *evolution)
 }
 
 /* Carry a memory along one path, of which rows are recorded. */
-static int walk_path(walk *w, hs_memory *memory, hs_memory *spare[3], const hs_path *path, double until,
+static int walk_path(walk *w, hs_memory *memory, hs_memory *spare[2], const hs_path *path, double until,
                      hs_recorder *recorder, int *flag, hs_refusal *refusal) {
     hs_plan plan;
     int status = begin_course(w, memory, path), still = status == HS_OK && is_still(w, memory), held = 0;
@@ -952,8 +972,7 @@ static int walk_path(walk *w, hs_memory *memory, hs_memory *spare[3], const hs_p
 
 int hs_walk_evolving(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
                      double until, const hs_evolution *evolution, hs_refusal *refusal) {
-    const hs_units *units = &memory->contact->units;
-    hs_memory *spare[3] = {NULL, NULL, NULL};
+    hs_memory *spare[2] = {NULL, NULL};
     hs_recorder recorder;
     walk w;
     int flag = 0, status = hs_memory_join(memory);
@@ -965,17 +984,17 @@ int hs_walk_evolving(hs_memory *memory, const hs_path *paths, int64_t count, con
     w.compliance = drive->compliance * memory->contact->units.stiffness;
     if (make_buffers(&w, memory->contact) != HS_OK) return HS_OUT_OF_MEMORY;
     status = hs_begin_recording(&recorder, memory->contact, rows);
-    for (int k = 0; k < 3 && status == HS_OK; ++k) status = out_of(spare[k] = twin(&w, memory));
-    /* one of these is the memory's from now on: its contact is changed where it is, and shared with nobody */
-    if (status == HS_OK) swap(memory, spare[2]);
-    units = &memory->contact->units;
+    if (status == HS_OK && w.wears) status = own_contact(memory);
+    for (int k = 0; k < 2 && status == HS_OK; ++k) {
+        spare[k] = hs_memory_copy(memory);
+        status = !spare[k] ? HS_OUT_OF_MEMORY : w.wears ? own_contact(spare[k]) : HS_OK;
+    }
     for (int64_t p = 0; p < count && status == HS_OK; ++p) {
-        hs_path path = hs_without_dimension(units, paths + p);
+        hs_path path = hs_without_dimension(&memory->contact->units, paths + p);
         refusal->path = p;
         status = walk_path(&w, memory, spare, &path, until, &recorder, &flag, refusal);
-        units = &memory->contact->units;
     }
-    for (int k = 0; k < 3; ++k) hs_memory_free(spare[k]);
+    for (int k = 0; k < 2; ++k) hs_memory_free(spare[k]);
     hs_end_recording(&recorder);
     free_buffers(&w);
     return status;

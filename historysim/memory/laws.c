@@ -1,10 +1,9 @@
-/* Laws of friction and wear: coefficients of loaded asperities, volumes that they lose, and the summits that are left. */
+/* Laws of friction and wear: coefficients of loaded asperities, volumes that they lose, and the summits that are left.
+ */
 
 #include "internal.h"
 
 #define PI 3.141592653589793
-/* largest growth of ln R at a time where volume that has waited takes shape, reckoned with the radius before */
-#define MOST_BLUNTED 3.0
 
 /* a³ of JKR's stable contact, of Hertz's where nothing adheres. */
 static double cubed_radius(double load, double radius, double modulus, double work) {
@@ -74,10 +73,10 @@ double hs_mean_load(double first, double last, double weight) {
     return p + q > 0.0 ? weight * 0.4 * quartic(p, q) / (p + q) : 0.0;
 }
 
-/* Truncated: a cap of volume V has the height √(V/(πR)). Blunted: dh = 2 dV/(πa²) and d(ln R) = 4R dV/(πa⁴); volumes are
- * lost as the load goes, and so the means over them are those of a/a³ and of 1/(a a³) over the distance. So a summit that
- * comes into contact while it slides, where both rates are infinite, is blunted as far in one chord as in many. What has
- * waited takes shape at once, at the load that there is: a³ goes with R, R^(1/3) with the volume. */
+/* Truncated: a cap of volume V has the height √(V/(πR)). Blunted: dh = 2 dV/(πa²) and d(ln R) = 4R dV/(πa⁴); volumes
+ * are lost as the load goes, and so the means over them are those of a/a³ and of 1/(a a³) over the distance. So a
+ * summit that comes into contact while it slides, where both rates are infinite, is blunted as far in one chord as in
+ * many. What has waited takes shape at once, at the load that there is: a³ goes with R, R^(1/3) with the volume. */
 double hs_worn_summit(const hs_wear *wear, double first, double last, double meanwhile, double shaped, double waiting,
                       double volume, double *height, double *radius) {
     if (wear->shape == HS_TRUNCATED) {
@@ -86,13 +85,11 @@ double hs_worn_summit(const hs_wear *wear, double first, double last, double mea
         return waiting + volume;
     }
     double p = sqrt(hs_most(first, 0.0)), q = sqrt(hs_most(last, 0.0)), whole = quartic(p, q), grown = 1.0;
-    if (waiting != 0.0 && p > 0.0) {
-        /* a contact that is too small for it takes a part, and blunts to no more than eight times the radius */
-        double x = 4.0 * *radius * waiting / (PI * first * first), part = x > MOST_BLUNTED ? MOST_BLUNTED / x : 1.0;
-        waiting *= part;
-        x = hs_most(x * part, -0.5);
-        *height -= 2.0 * waiting / (PI * first * (1.0 + x / 3.0));
-        grown = (1.0 + x / 3.0) * (1.0 + x / 3.0) * (1.0 + x / 3.0);
+    /* a cap over the contact circle holds πa⁴/(4R); what is more than that waits for a larger contact */
+    double part = p > 0.0 ? 4.0 * *radius * waiting / (PI * first * first) : HUGE_VAL;
+    if (-0.5 < part && part <= 1.0) {
+        *height -= 2.0 * waiting / (PI * first * (1.0 + part / 3.0));
+        grown = (1.0 + part / 3.0) * (1.0 + part / 3.0) * (1.0 + part / 3.0);
     } else {
         waiting = 0.0;
     }

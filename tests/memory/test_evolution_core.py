@@ -30,7 +30,8 @@ class Evolving:
             modulus / 4 / shear,
         )
         coefficients = np.full(self.count, friction)
-        self.memory = ffi.gc(lib.hs_memory_new(contact, pointer(coefficients), 1), lib.hs_memory_free)
+        self.memory = ffi.gc(lib.hs_memory_new(contact, pointer(coefficients)), lib.hs_memory_free)
+        assert lib.hs_memory_evolve(self.memory) == lib.HS_OK
         lib.hs_contact_free(contact)
         self.drive = ffi.new("hs_drive *", {"tolerance": tolerance, "saturate": saturate, "threads": 1})
         self.refusal, self.evolution = ffi.new("hs_refusal *"), ffi.new("hs_evolution *")
@@ -96,7 +97,7 @@ class Evolving:
         return np.frombuffer(ffi.buffer(getattr(self.memory.evolved, name), 8 * self.count)).copy()
 
 
-# -- wear --------
+# -- wear
 
 MODULUS, SHEAR = 43050430504.305046, 9231762427.3725
 
@@ -175,7 +176,7 @@ def test_blunted_summits_are_those_of_springs_whatever_the_substeps():
         assert (np.abs(found - ends[1]) <= error + np.array([[2e-9], [2e-12]])).all()
 
 
-# -- lift-off under a tangential load --------
+# -- lift-off under a tangential load
 
 LIFTED = {
     "plain": {"friction": 0.4},
@@ -215,7 +216,7 @@ def test_what_slides_under_a_held_load_stays_while_its_limit_falls():
     assert ends == pytest.approx([plain.displacement] * 3, rel=5e-3)
 
 
-# -- slid distances --------
+# -- slid distances
 
 
 def test_only_what_slides_as_a_whole_slides():
@@ -244,7 +245,7 @@ def test_only_what_slides_as_a_whole_slides():
     assert whole > 1e-3
 
 
-# -- friction that goes with the own load ------------------------------------------------------------------------------------
+# -- friction that goes with the own load
 
 HEIGHT, RADIUS = np.array([0.0, -0.012, -0.03]), np.array([1.0, 0.7, 0.9])
 ADHESION, STRENGTH = 1e-5, 0.05
@@ -291,7 +292,7 @@ def test_substeps_change_what_depends_on_the_own_load_by_less_than_the_tolerance
     assert (np.ptp(ends, axis=0) <= 1e-3 * np.max(ends, axis=0)).all()
 
 
-# -- what was known before --------
+# -- what was known before
 
 TARGETS = [
     (("load", 0.01), ("displacement", 0.0)),
@@ -301,7 +302,8 @@ TARGETS = [
     (("load", 0.015), ("load", 0.002)),
     (("load", 0.01), ("displacement", -0.05)),
 ]
-# approach, tangential load, dissipated energy; slid distances; worn volumes: of another implementation, at a tolerance of 1e-8
+# approach, tangential load, dissipated energy; slid distances; worn volumes: of another implementation, at a tolerance
+# of 1e-8
 KNOWN = {
     "power": (0.0306232196, -0.00486760287, 0.00123524517, [0.1661394, 0.1822308, 0.2317132], None),
     "total": (0.0306232196, -0.004, 0.000982808109, [0.1843381, 0.2128826, 0.2556662], None),
