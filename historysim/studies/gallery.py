@@ -59,10 +59,7 @@ def gallery(
     """Return the pictures of all scenarios in a folder, and in those below it, as one self-contained HTML page.
 
     Scenarios are run or, where they have ``[sweep]``, swept, and drawn as their ``[picture]`` says, where there is one.
-    Scripts, which stand beside them, are carried out: their function ``calculated`` returns a Dataset, of which every
-    quantity is drawn, or what their function ``drawn`` makes of it, a figure or several; what their function ``rows``
-    makes of it, if there is one, is a table, its first row the heading. What fails is named on the page, with its
-    reason, and does not sink the rest. Hidden files and folders are left out.
+    What fails is named on the page, with its reason, and does not sink the rest. Hidden files and folders are left out.
 
     Parameters
     ----------
@@ -75,7 +72,9 @@ def gallery(
         ``if __name__ == "__main__":`` around what it does.
     scripts : bool
         Also carry out the scripts beside them that hold the line ``# historysim gallery: example``: their function
-        ``calculated`` returns a Dataset, of which every quantity is drawn. A script may do whatever its user may.
+        ``calculated`` returns a Dataset, of which every quantity is drawn, or what their function ``drawn`` makes of
+        it, a figure or several; what their function ``rows`` makes of it, if there is one, is a table, its first row
+        the heading. A script may do whatever its user may.
     progress : bool
         Show a progress bar on standard error where that is a terminal.
     tell : callable, optional

@@ -156,7 +156,7 @@ def test_pictures_and_tables_of_their_own(tmp_path):
     (tmp_path / "2_sweep.toml").write_text(SWEPT + PICTURE, encoding="utf-8")
     (tmp_path / "3_run.toml").write_text(BALL + '[picture]\nkind = "loops"\nloads = true\n', encoding="utf-8")
     told = []
-    found = sections(hs.gallery(tmp_path, tell=told.append))
+    found = sections(hs.gallery(tmp_path, scripts=True, tell=told.append))
     assert told == []
     assert [body.count("data:image/png;base64,") for body in found.values()] == [2, 1, 1]
     assert re.search(r"<th[^>]*>length</th>", found["1_script.py"])
