@@ -31,7 +31,7 @@ DECLARATIONS = "_declarations.py"
 SAME_BITS = ["-std=c11", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"]
 # gcc also has a library that was linked with one of these round small numbers to 0 in the whole process
 OTHER_BITS = re.compile("-Ofast|-f(fast|associative|reciprocal)-math|-funsafe-math-optimizations|-ffinite-math-only")
-SHARED = ["-shared", "-fvisibility=hidden", *([] if sys.platform == "win32" else ["-fPIC"])]
+SHARED = ["-shared", "-fvisibility=hidden", *([] if sys.platform == "win32" else ["-fPIC", "-pthread"])]
 # by itself zig compiles for the processor that it runs on, and traps what is undefined
 ZIG = [sys.executable, "-m", "ziglang", "cc", "-mcpu=baseline", "-fno-sanitize=undefined"]
 

@@ -317,8 +317,6 @@ double hs_approach_for(const hs_memory *memory, double load);
 /* ---- move.c: all groups on one straight path ---- */
 
 int hs_move(hs_memory *memory, double d, double load, hs_aim aim);
-/* The groups' coefficients go straight to `friction` on the way. */
-int hs_move_with_friction(hs_memory *memory, double d, double load, const double *friction, hs_aim aim);
 /* The same as `hs_move` where the loads of the groups at d, and the aim of the path in (d, V), are known. */
 int hs_carry(hs_memory *memory, const hs_shares *shares, double d, double load, hs_aim aim, hs_aim path);
 /* Tell of each group whether its polyline is steeper than μ. */
@@ -405,5 +403,15 @@ typedef struct hs_recorder {
 int hs_begin_recording(hs_recorder *recorder, hs_contact *contact, const hs_rows *rows);
 int hs_record(hs_recorder *recorder, const hs_memory *memory, int64_t row, int saturated);
 void hs_end_recording(hs_recorder *recorder);
+
+/* ---- writers.c: threads that write rows while the next ones are walked ---- */
+
+typedef struct hs_writers hs_writers;
+/* Start so many threads; NULL where one is enough, or there are none to be had. */
+hs_writers *hs_start_writers(int threads, const hs_memory *memory, const hs_rows *rows);
+/* Have a row written by a thread that has time; returns whether one has. */
+int hs_hand_over(hs_writers *writers, const hs_memory *memory, int64_t row, int saturated);
+/* Wait for all rows, end the threads; returns a status. */
+int hs_end_writers(hs_writers *writers);
 
 #endif

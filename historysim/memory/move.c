@@ -1,4 +1,4 @@
-/* All friction groups together on one straight path in (d, V), or in (d, V, μ). */
+/* All friction groups together on one straight path in (d, V). */
 
 #include "internal.h"
 
@@ -87,65 +87,6 @@ int hs_carry(hs_memory *memory, const hs_shares *shares, double d, double load, 
         memory->tangential_load = hs_within((aim.value - aim.rigid * reached) / aim.compliance, limit);
     }
     return HS_OK;
-}
-
-/* With the limit of each spring going straight to the new one, the energy is that of the clip. A tangential load has to be
- * within the friction limit at the end. */
-int hs_move_with_friction(hs_memory *memory, double d, double load, const double *friction, hs_aim aim) {
-    int64_t groups = memory->contact->groups, room = hs_room_to_clip(hs_deepest(memory));
-    hs_point from = {memory->approach, memory->displacement}, to = {d, aim.value};
-    double *before = (double *)malloc((size_t)groups * sizeof *before);
-    hs_vertex *scratch = (hs_vertex *)malloc(2 * (size_t)room * sizeof *scratch);
-    hs_shares shares;
-    shares.load = shares.one;
-    int status = before && scratch ? hs_memory_reserve(memory, room) : HS_OUT_OF_MEMORY;
-    if (status == HS_OK) {
-        memcpy(before, memory->friction, (size_t)groups * sizeof *before);
-        memcpy(memory->friction, friction, (size_t)groups * sizeof *before);
-        /* any cone may cut any polyline */
-        memset(memory->steep, 1, (size_t)groups);
-        status = hs_shares_at(memory, d, load, &shares);
-    }
-    if (status == HS_OK && (shares.count == 0 || aim.compliance > 0.0)) {
-        hs_fronts fronts;
-        status = hs_no_fronts(&fronts, shares.count);
-        if (status == HS_OK) {
-            status = shares.count == 0 ? hs_displacement_with(memory, &shares, &fronts, d, aim, &to.v)
-                                       : hs_found_displacement(memory, &shares, &fronts, d, aim, &to.v);
-            hs_free_fronts(&fronts);
-        }
-    }
-    hs_losses losses;
-    hs_no_losses(&losses, groups);
-    for (int64_t index = 0; index < groups && status == HS_OK; ++index) {
-        int64_t depth = memory->depth[index];
-        if (index >= shares.count && depth == 0) break;
-        hs_group group = hs_group_of(memory, index);
-        if (index >= shares.count) {
-            hs_lose_withdrawn(&group, &losses, depth, 1, &from, &to);
-            memory->depth[index] = 0;
-        } else if (depth == 0) {
-            double reached;
-            memory->depth[index] =
-                hs_move_group(&group, &losses, 0, &from, d, shares.load[index], hs_to_displacement(to.v), &reached);
-        } else {
-            hs_cone cone = {friction[index], to.v - from.v, before[index] * (d - from.d), friction[index] - before[index]};
-            depth = hs_carry_and_clip(&group, &losses, depth, from, to, shares.load[index], &cone, scratch, NULL);
-            put_back(memory, index, scratch, depth);
-        }
-    }
-    if (status == HS_OK) {
-        hs_settle(&losses, memory);
-        hs_tell_steep(memory);
-        memory->approach = d;
-        memory->displacement = to.v;
-        memory->normal_load = load;
-        memory->tangential_load = aim.rigid == 0.0 ? aim.value : hs_total_force(memory);
-    }
-    hs_free_shares(&shares);
-    free(before);
-    free(scratch);
-    return status;
 }
 
 void hs_tell_steep(hs_memory *memory) {

@@ -166,6 +166,9 @@ hs_memory *hs_advance(const hs_memory *memory, int normal_control, double normal
     }
 }
 
+/* numbers of paths times recorded asperities from which threads are worth their start */
+#define HS_LEAST_SHARED (1 << 19)
+
 int hs_walk(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
             double until, hs_refusal *refusal) {
     const hs_units *units = &memory->contact->units;
@@ -176,6 +179,9 @@ int hs_walk(hs_memory *memory, const hs_path *paths, int64_t count, const hs_row
     int status = hs_memory_join(memory);
     if (status == HS_OK) status = hs_begin_recording(&recorder, memory->contact, rows);
     if (status != HS_OK) return status;
+    hs_writers *writers = count * (rows ? rows->columns : 0) < HS_LEAST_SHARED
+                              ? NULL
+                              : hs_start_writers(drive->threads, memory, rows);
     for (int64_t p = 0; p < count && status == HS_OK; ++p) {
         hs_path path = hs_without_dimension(units, paths + p);
         double before = 0.0;
@@ -190,13 +196,17 @@ int hs_walk(hs_memory *memory, const hs_path *paths, int64_t count, const hs_row
             /* several paths may lead to one row */
             flag |= held;
             if (rows && (part < path.parts || path.recorded)) {
-                status = hs_record(&recorder, memory, path.first_row + part - 1, flag);
+                int64_t row = path.first_row + part - 1;
+                if (!(writers && hs_hand_over(writers, memory, row, flag)))
+                    status = hs_record(&recorder, memory, row, flag);
                 flag = 0;
             }
         }
         memory->normal_control = path.normal_control;
         memory->tangential_control = path.tangential_control;
     }
+    int written = hs_end_writers(writers);
+    if (status == HS_OK) status = written;
     hs_end_recording(&recorder);
     refusal->status = status;
     return status;
