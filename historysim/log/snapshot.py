@@ -9,7 +9,6 @@ import attrs
 from historysim._version import __version__
 from historysim.asperities.ensemble import Ensemble
 from historysim.loads.schedule import Standing
-from historysim.recording.provenance import made_with
 
 if TYPE_CHECKING:
     from historysim.asperities.state import EnsembleState
@@ -68,8 +67,8 @@ def snapshot_from(text: str, link: bytes, state: bytes) -> Snapshot:
 
 
 def program() -> str:
-    """Say what computes states here: another version may give other bits."""
-    return f"historysim {__version__}, {made_with()}"
+    """Say what computes states here: another version may give other bits; another machine does not."""
+    return f"historysim {__version__}"
 
 
 def unpacked(ensemble: Ensemble, content: bytes) -> "EnsembleState":

@@ -10,6 +10,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
+from historysim.asperities.ensemble import Ensemble
 from historysim.basics.file_kinds import is_log, is_netcdf, told_kind
 from historysim.basics.hdf5 import check_named
 from historysim.basics.notices import Teller, silent
@@ -22,6 +23,7 @@ from historysim.log.result import log_beside
 from historysim.log.snapshot import program
 from historysim.log.starts import trusted_snapshots
 from historysim.memory.rows import Rows
+from historysim.recording.provenance import made_with
 from historysim.recording.recorder import Recorder, coordinates_of
 from historysim.recording.variables import PRESENT_FRICTION, WHERE_FRICTION_CHANGES
 
@@ -177,10 +179,10 @@ def _verify_result(output: Path, log: Path | None, *, progress: bool, tell: Tell
         if inputs.group_of(result) is not None:
             inputs.read(output)
         events, digest = _events_of(file, output, result)
-        made = f"historysim {getattr(result, 'historysim_version', '?')}, {getattr(result, 'made_with', '?')}"
-        elsewhere = made if made != program() else ""
+        made = f"historysim {getattr(result, 'historysim_version', '?')}"
+        elsewhere = _elsewhere(file.head.ensemble, made, str(getattr(result, "made_with", "?")))
         if elsewhere:
-            tell(f"{output}: was made by {made}; this is {program()}, so the last digits may differ")
+            tell(f"{output}: was made by {elsewhere}; this is {program()}, so the last digits may differ")
         job = file.head.replay(events)
         steps = job.steps()
         if len(result.dimensions["step"]) != steps:
@@ -193,12 +195,23 @@ def _verify_result(output: Path, log: Path | None, *, progress: bool, tell: Tell
         return Verification(output, len(events), digest, differences=found, made_elsewhere=elsewhere)
 
 
+def _elsewhere(ensemble: Ensemble, version: str, made: str) -> str:
+    """Return what made a log, where that may have other bits than this: another version, or another machine's powers.
+
+    Everything else that computed it, such as the processor, Python and numpy, does not matter to the bits.
+    """
+    if version != program():
+        return version
+    law = ensemble.law
+    return "" if law is None or law.same_bits or made == made_with() else f"{version} with {made}"
+
+
 def _verify_log(path: Path, *, tell: Teller) -> Verification:
     with LogFile(path) as file:
         head, content = file.head, file.sound()
-        made = f"historysim {head.version}, {head.settings['made_with']}"
-        if content.events and made != program():
-            tell(f"{path}: was made by {made}; this is {program()}, so the last digits of its states may differ")
+        elsewhere = _elsewhere(head.ensemble, f"historysim {head.version}", head.settings["made_with"])
+        if content.events and elsewhere:
+            tell(f"{path}: was made by {elsewhere}; this is {program()}, so the last digits of its states may differ")
         starts = list(trusted_snapshots(file, content, tell))
         good, now = 0, None
         job = head.replay(content.events)

@@ -27,7 +27,8 @@ def made_with() -> str:
 def friction_text(ensemble: Ensemble) -> str:
     """Return in a line which friction law holds at the start."""
     if ensemble.law is not None:
-        return ensemble.law.text
+        elsewhere = "" if ensemble.law.same_bits else "; last bits may differ on other machines"
+        return f"{ensemble.law.text}{elsewhere}"
     least, most = ensemble.friction.min(), ensemble.friction.max()
     return f"Coulomb, {least:g}" if least == most else f"Coulomb, given for each asperity, from {least:g} to {most:g}"
 

@@ -1,10 +1,10 @@
 """Kill runs, resumes, appends and forks (SIGKILL) at random instants, and check what they leave.
 
-    python tests/scripts/kill_runs.py --kills 1000 --cold 5
+    python tests/scripts/kill_runs.py --kills 1000
 
 After each kill the log opens and is sound, or is not there yet; events that were appended are there; and an older
 result is untouched. The next run resumes after the last snapshot, and what it ends with is the result of a run that
-nobody ended, bit for bit. A cold run has to compile its code, since none is kept; what resumes it has it.
+nobody ended, bit for bit.
 """
 
 import argparse
@@ -13,8 +13,6 @@ import os
 import re
 import shutil
 import signal
-import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -167,26 +165,6 @@ class Runs:
         self.check(killed=False)
 
 
-def kill_cold(runs, generator, folder):
-    """Kill a run that compiles its code, after some snapshot, and resume it with code that is kept."""
-    runs.before()
-    script = f"import historysim as hs; hs.run({str(runs.scenario)!r}, {str(runs.output)!r}, snapshot_every={EVERY})"
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder / "cache")}
-    with subprocess.Popen([sys.executable, "-c", script], env=environment) as run:
-        until = int(generator.integers(1, 10)) * EVERY
-        while run.poll() is None and last_snapshot(runs.log) < until:
-            time.sleep(0.001)
-        run.kill()
-        killed = run.wait() < 0
-    shutil.rmtree(folder / "cache")
-    runs.check(killed=killed)
-    if killed:
-        runs.before()
-        runs.act()
-        runs.check(killed=False)
-    return killed
-
-
 # -- appends ----------------------------------------------------------------------------------------
 
 
@@ -276,7 +254,7 @@ class Forks:
         self.check(killed=False)
 
 
-def kill_runs(kills, folder, seed=0, *, cold=0):
+def kill_runs(kills, folder, seed=0):
     """Kill so many processes; return how many of each kind were killed, and how many completed meanwhile."""
     generator = np.random.default_rng(seed)
     works = {}
@@ -298,7 +276,6 @@ def kill_runs(kills, folder, seed=0, *, cold=0):
     for work in works.values():
         work.finish()
     completed = {name: work.completed for name, work in works.items()}
-    killed["cold runs"] = sum(kill_cold(works["runs"], generator, folder) for _ in range(cold))
     return killed, completed
 
 
@@ -306,12 +283,11 @@ def main():
     """Read the arguments, and say what came out."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--kills", type=int, default=300)
-    parser.add_argument("--cold", type=int, default=1, help="also so many runs that compile their code")
     parser.add_argument("--seed", type=int, default=0)
     arguments = parser.parse_args()
     folder = Path(tempfile.mkdtemp(prefix="kill_runs."))
     began = time.perf_counter()
-    killed, completed = kill_runs(arguments.kills, folder, arguments.seed, cold=arguments.cold)
+    killed, completed = kill_runs(arguments.kills, folder, arguments.seed)
     shutil.rmtree(folder)
     for name, count in killed.items():
         print(f"{name}: {count} killed" + (f", {completed[name]} completed meanwhile" if name in completed else ""))

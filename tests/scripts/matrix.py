@@ -108,30 +108,16 @@ def odd_names_and_no_home(folder: Path) -> None:
 
 
 def without_docstrings_and_assertions(folder: Path) -> None:
-    """Functions without their docstrings are others to the compiler, which has to compile them."""
     Place(folder, environment={"PYTHONOPTIMIZE": "2"}).check()
 
 
-def cold_cache(folder: Path) -> None:
-    Place(folder, environment={"NUMBA_CACHE_DIR": str(folder / "cache")}).check()
-
-
-def twenty_first_runs_at_once(folder: Path) -> None:
-    Place(folder, environment={"NUMBA_CACHE_DIR": str(folder / "cache")}).check(several=20)
+def twenty_runs_at_once(folder: Path) -> None:
+    Place(folder).check(several=20)
 
 
 def read_only_installation(folder: Path) -> None:
-    """Another user, without a home, who may write neither to the package nor to what was compiled beside it."""
+    """Another user, without a home, who may not write to the package."""
     Place(folder, python=_as_nobody(folder), environment={"HOME": "/nonexistent"}, package=_copy(folder)).check()
-
-
-def another_users_cache(folder: Path) -> None:
-    """The package has been used by its owner before; another user may read what was compiled then."""
-    package = _copy(folder)
-    Place(folder, package=package).check()
-    for path in folder.glob("a*"):
-        path.unlink()
-    Place(folder, python=_as_nobody(folder), environment={"HOME": "/nonexistent"}, package=package).check()
 
 
 def read_only_home(folder: Path) -> None:
@@ -180,12 +166,10 @@ ALL = {
         case.__name__: case
         for case in (
             c_locale,
-            cold_cache,
             read_only_home,
             read_only_installation,
             without_docstrings_and_assertions,
-            another_users_cache,
-            twenty_first_runs_at_once,
+            twenty_runs_at_once,
         )
     },
     "python 3.12": other_python("3.12"),

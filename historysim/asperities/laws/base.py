@@ -78,6 +78,9 @@ class FrictionLaw(abc.ABC):
     depends_on: ClassVar[str]
     """What it depends on: "nothing", "total" (the total load), "own" (the asperity's load), "slid" (what it slid)."""
 
+    same_bits: bool = False
+    """Whether it has the same bits on every machine, as what adds, multiplies, divides and takes square roots does."""
+
     def core(self) -> dict[str, Any]:
         """Return the fields of ``hs_law`` that say what it is; a law without a kind there is asked itself."""
         return {"depends_on": _DEPENDENCE[self.depends_on]}

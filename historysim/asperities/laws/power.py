@@ -39,6 +39,11 @@ class PowerLaw(FrictionLaw):
     kind = "power"
 
     @property
+    def same_bits(self) -> bool:  # type: ignore[override]
+        """Whether it has the same bits on every machine: powers are those of the machine's C library."""
+        return self.exponent == 0
+
+    @property
     def depends_on(self) -> str:  # type: ignore[override]
         """What it depends on."""
         return "nothing" if self.exponent == 0 else self.load

@@ -44,6 +44,7 @@ class ShearStrength(FrictionLaw):
     )
 
     kind = "shear strength"
+    same_bits = True
     depends_on = "own"
 
     def __attrs_post_init__(self) -> None:

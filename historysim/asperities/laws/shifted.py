@@ -33,6 +33,7 @@ class ShiftedLoad(FrictionLaw):
     work_of_adhesion: float = attrs.field(converter=as_float, validator=at_least(0.0))
 
     kind = "shifted load"
+    same_bits = True
     depends_on = "own"
 
     def core(self) -> dict[str, Any]:

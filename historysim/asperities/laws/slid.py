@@ -38,6 +38,7 @@ class SlidFriction(FrictionLaw):
     coefficient: tuple[float, ...] = attrs.field(converter=_numbers)
 
     kind = "slid distance"
+    same_bits = True
     depends_on = "slid"
 
     def __attrs_post_init__(self) -> None:
