@@ -918,18 +918,19 @@ int hs_walk_evolving(hs_memory *memory, const hs_path *paths, int64_t count, con
 
 int hs_set_summits(hs_memory *memory, const double *summit_height, const double *summit_radius, const uint8_t *fresh,
                    const hs_evolution *evolution) {
-    hs_evolved *evolved = memory->evolved;
     int64_t count = memory->contact->count;
     size_t size = (size_t)count * sizeof(double);
-    double stored = hs_stored(memory, NULL), erased = 0.0;
     int status = hs_memory_join(memory);
+    if (status != HS_OK) return status;
+    hs_evolved *evolved = memory->evolved;
+    double stored = hs_stored(memory, NULL), erased = 0.0;
     for (int64_t i = 0; i < count; ++i)
         erased += fresh[memory->contact->order[i]] && memory->contact->gap[i] < memory->approach;
     memcpy(evolved->summit_height, summit_height, size);
     memcpy(evolved->summit_radius, summit_radius, size);
     for (int64_t i = 0; i < count; ++i)
         if (fresh[i]) evolved->shaped_volume[i] = evolved->waiting_volume[i] = 0.0;
-    if (status == HS_OK) status = part_as_they_evolve(memory, evolution);
+    status = part_as_they_evolve(memory, evolution);
     double *gap = (double *)malloc(2 * size), *weight = gap + count;
     if (!gap) return HS_OUT_OF_MEMORY;
     for (int64_t i = 0; i < count; ++i) {

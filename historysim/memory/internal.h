@@ -171,6 +171,9 @@ int hs_memory_assign(hs_memory *memory, const hs_memory *from);
 void hs_memory_take(hs_memory *memory, hs_memory *other);
 hs_memory *hs_memory_outer_copy(const hs_memory *memory, int64_t more);
 int hs_memory_split(hs_memory *memory);
+/* The memory itself where nothing lies deep, or a copy that is to be freed with all vertices in `vertices`; NULL where there
+ * is no memory. */
+const hs_memory *hs_whole(const hs_memory *memory, hs_memory **joined);
 /* Recompute the loads kept with the vertices. */
 void hs_refresh_loads(hs_memory *memory);
 int hs_part_ways(hs_memory *memory, const double *first_key, const double *second_key);

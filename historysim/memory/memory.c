@@ -219,6 +219,11 @@ int hs_memory_join(hs_memory *memory) {
     return HS_OK;
 }
 
+const hs_memory *hs_whole(const hs_memory *memory, hs_memory **joined) {
+    *joined = memory->deep ? hs_memory_outer_copy(memory, INT64_MAX / 2) : NULL;
+    return memory->deep ? *joined : memory;
+}
+
 int hs_memory_reserve(hs_memory *memory, int64_t capacity) {
     if (capacity <= memory->capacity) return HS_OK;
     size_t size = (size_t)memory->contact->groups * (size_t)capacity * sizeof(hs_vertex);
@@ -392,6 +397,13 @@ int hs_reshape(hs_memory *memory, const double *gap, const double *weight, const
 hs_memory *hs_memory_of_one(const hs_memory *memory, int64_t asperity) {
     const hs_contact *contact = memory->contact;
     int64_t position = 0, from = 0;
+    if (memory->deep) {
+        hs_memory *joined, *one;
+        const hs_memory *whole = hs_whole(memory, &joined);
+        one = whole ? hs_memory_of_one(whole, asperity) : NULL;
+        hs_memory_free(joined);
+        return one;
+    }
     while (contact->order[position] != asperity) ++position;
     while (contact->first[from + 1] <= position) ++from;
     hs_contact *one = hs_contact_of(1, 1, contact->gap + position, contact->weight + position, NULL, &contact->units,

@@ -174,7 +174,7 @@ int64_t hs_move_group(const hs_group *group, hs_losses *losses, int64_t depth, h
     double change = fabs(y1 - y_edge), hold = friction * (x1 - x_edge);
     double tie = HS_TIE * (fabs(y1) + fabs(y_edge) + friction * x1);
     /* at the edge itself rounding is no reason to slip; new springs slip when they tie with the limit */
-    if (y1 != y_edge && (hold == 0.0 ? change > tie : change >= hold - tie)) {
+    if (y1 != y_edge && (x1 == x_edge ? change > tie : change >= hold - tie)) {
         front at = slip_front(stack, edge.segment, x_edge, y_edge, x1, y1, friction, rigid, compliance);
         return slip_group(group, losses, depth, from, d1, load, aim, &edge, &at, reached);
     }

@@ -84,9 +84,10 @@ static unsigned char *put(unsigned char *to, const void *from, size_t size) {
 
 int hs_memory_write(const hs_memory *memory, void *bytes, size_t size) {
     if (memory->deep) {
-        hs_memory *whole = hs_memory_outer_copy(memory, INT64_MAX / 2);
+        hs_memory *joined;
+        const hs_memory *whole = hs_whole(memory, &joined);
         int status = whole ? hs_memory_write(whole, bytes, size) : (int)HS_OUT_OF_MEMORY;
-        hs_memory_free(whole);
+        hs_memory_free(joined);
         return status;
     }
     const hs_contact *contact = memory->contact;
@@ -123,7 +124,9 @@ static int all_finite(const double *numbers, int64_t count) {
 
 static const char *check_stack(const hs_group *group, int64_t depth, int steep, double approach, double displacement) {
     const hs_vertex *stack = group->stack;
-    double touch = group->curve.gap[0], scale = fabs(displacement), slack = 1e-9;
+    double touch = group->curve.gap[0], slack = 1e-9;
+    /* what anchors are rounded by, which lie anywhere on the way to the friction limit */
+    double scale = hs_most(fabs(displacement), group->friction * approach);
     if (depth == 0) return approach > touch ? "a group that touches has no vertices" : NULL;
     if (depth == 1 || approach <= touch) return "the vertices of a group do not fit its approach";
     if (!all_finite((const double *)stack, 6 * depth)) return "a vertex is not finite";
