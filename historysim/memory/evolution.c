@@ -137,8 +137,8 @@ static void exchange(void *numbers, int64_t first, int64_t second, int64_t end) 
     turn(run + first, run + end - 1);
 }
 
-/* Have a group and the next one change places. */
-static void exchange_groups(hs_memory *memory, int64_t index) {
+/* Have a group and the next one change places, with so many vertices: those of a group that does not touch for a while, too. */
+static void exchange_groups(hs_memory *memory, int64_t index, int64_t deepest) {
     const hs_contact *contact = memory->contact;
     int64_t *first = (int64_t *)contact->first + index, middle = first[0] + (first[2] - first[1]);
     void *arrays[] = {(void *)contact->gap, (void *)contact->weight, (void *)contact->order, memory->each};
@@ -150,7 +150,6 @@ static void exchange_groups(hs_memory *memory, int64_t index) {
     memory->steep[index] = memory->steep[index + 1];
     memory->steep[index + 1] = steep;
     hs_vertex *one = memory->vertices + index * memory->capacity, *other = one + memory->capacity;
-    int64_t deepest = memory->depth[index] > memory->depth[index + 1] ? memory->depth[index] : memory->depth[index + 1];
     for (int64_t j = 0; j < deepest; ++j) {
         hs_vertex kept = one[j];
         one[j] = other[j];
@@ -173,7 +172,10 @@ static void set_shape(hs_memory *memory, const double *height, const double *rad
         memory->depth[index] = gap[first[index]] < memory->approach ? depth[order[first[index]]] : 0;
     /* what is nearly in order takes little to be put in order */
     for (int64_t index = 1; index < contact->groups; ++index)
-        for (int64_t k = index; k > 0 && gap[first[k - 1]] > gap[first[k]]; --k) exchange_groups(memory, k - 1);
+        for (int64_t k = index; k > 0 && gap[first[k - 1]] > gap[first[k]]; --k) {
+            int64_t low = depth[order[first[k - 1]]], high = depth[order[first[k]]];
+            exchange_groups(memory, k - 1, low > high ? low : high);
+        }
     if (contact->groups > 1) {
         memcpy((double *)contact->sorted_gap, gap, (size_t)contact->count * sizeof *gap);
         memcpy((double *)contact->sorted_weight, weight, (size_t)contact->count * sizeof *weight);

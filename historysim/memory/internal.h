@@ -292,8 +292,8 @@ typedef struct hs_shares {
 /* Note the first segment on which slip of a sign may end, which for small paths it does: the outermost, or, where that lies
  * on the cone of this side already, the one below. */
 void hs_guess_front(hs_fronts *fronts, int64_t index, const hs_group *group, int64_t depth, double sign);
-/* Tangential load that `hs_move_group` would reach. Nothing is changed, but for the first vertex of a group that does not
- * touch yet. A slip front that can be is noted instead, and gives the force from then on. */
+/* Tangential load that `hs_move_group` would reach; nothing is changed. A slip front that can be is noted instead, and gives
+ * the force from then on. */
 hs_force hs_force_of_group(const hs_group *group, int64_t depth, hs_point from, hs_point to, double load,
                            hs_fronts *fronts, int64_t index);
 int hs_force_at(hs_memory *memory, const hs_shares *shares, hs_fronts *fronts, hs_point to, hs_force *found);

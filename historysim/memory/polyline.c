@@ -225,10 +225,15 @@ void hs_guess_front(hs_fronts *fronts, int64_t index, const hs_group *group, int
 
 hs_force hs_force_of_group(const hs_group *group, int64_t depth, hs_point from, hs_point to, double load,
                            hs_fronts *fronts, int64_t index) {
-    hs_vertex *stack = group->stack;
+    hs_vertex first;
+    hs_group met = *group;
     double friction = group->friction;
     hs_force none = {0.0, 0.0, 0.0};
-    if (depth == 0) depth = touch(group, from, to);
+    if (depth == 0) {
+        met.stack = &first;
+        depth = touch(&met, from, to);
+    }
+    const hs_vertex *stack = met.stack;
     hs_edge edge = hs_edge_at(stack, depth, to.d, load);
     if (to.d > edge.label && fabs(to.v - edge.anchor) <= friction * (to.d - edge.label)) {
         double slope = (to.v - edge.anchor) / (to.d - edge.label);
@@ -240,7 +245,7 @@ hs_force hs_force_of_group(const hs_group *group, int64_t depth, hs_point from, 
         return found;
     }
     front at = slip_front(stack, edge.segment, edge.label, edge.anchor, to.d, to.v, friction, 1.0, 0.0);
-    if (note_front(fronts, index, group, depth, at.kept, at.sign)) return none;
+    if (note_front(fronts, index, &met, depth, at.kept, at.sign)) return none;
     double slope = at.sign * friction;
     if (at.kept == 0) {
         hs_force found = {slope * load, 0.0, 0.0};

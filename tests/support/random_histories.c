@@ -105,7 +105,7 @@ static int callers_law(void *user, const hs_loaded *loaded, double *friction) {
 
 static int callers_wear(void *user, int64_t count, const double *load, const double *slid, const double *energy,
                         double *volume) {
-    for (int64_t i = 0; i < count; ++i) volume[i] = 1e-13 * load[i] * slid[i] + 1e-14 * fabs(energy[i]);
+    for (int64_t i = 0; i < count; ++i) volume[i] = 1e-15 * load[i] * slid[i] + 1e-16 * fabs(energy[i]);
     return one_in(*(int *)user);
 }
 static int rarely = 20000;
@@ -137,7 +137,7 @@ static void choose_evolution(history *h) {
     law->user = &rarely;
     wear->kind = h->calls_pow ? (int)HS_NO_WEAR : below(4);
     wear->shape = below(2);
-    wear->rate = wear->kind == HS_ARCHARD ? 1e-3 / h->modulus : 1e-3 / h->modulus;
+    wear->rate = 1e-4 / h->modulus;
     wear->function = callers_wear;
     wear->user = &rarely;
 }
@@ -374,7 +374,18 @@ static void do_walk(history *h, int evolving) {
     if (status == HS_OK) h->memory = walked;
 }
 
+/* Whether summits have become so much flatter or lower that nothing is left of them. */
+static int worn_out(const history *h) {
+    for (int64_t i = 0; i < h->count; ++i)
+        if (h->memory->evolved->summit_radius[i] > 10.0 * h->radius[i] ||
+            h->memory->evolved->summit_height[i] < h->top - 10.0 * h->deepest)
+            return 1;
+    return 0;
+}
+
+/* Give some asperities other summits, all of them those of the beginning where they are worn out. */
 static void do_summits(history *h) {
+    int replaced = worn_out(h);
     uint8_t fresh[MOST];
     double height[MOST], radius[MOST], load = h->memory->normal_load * h->memory->contact->units.load;
     doing = "summits";
@@ -382,13 +393,15 @@ static void do_summits(history *h) {
     memcpy(height, h->memory->evolved->summit_height, (size_t)h->count * sizeof *height);
     memcpy(radius, h->memory->evolved->summit_radius, (size_t)h->count * sizeof *radius);
     for (int64_t i = 0; i < h->count; ++i) {
-        fresh[i] = one_in(2);
+        fresh[i] = replaced || one_in(2);
+        if (replaced) height[i] = h->height[i], radius[i] = h->radius[i];
         if (fresh[i] && one_in(2)) height[i] = h->top - between(0.0, h->deepest);
         if (fresh[i] && one_in(2)) radius[i] = h->radius[i] * between(0.5, 1.5);
     }
     int status = hs_set_summits(h->memory, height, radius, fresh, &h->evolution);
-    if (status == HS_OK) status = hs_memory_check(h->memory) ? -1 : HS_OK;
     require(status == HS_OK || status == HS_LAW_FAILED, "fails");
+    const char *wrong = hs_memory_check(h->memory);
+    require(!wrong, wrong ? wrong : "");
     hs_path back = {load, 1.0, 0.0, 0.0, 1, 0, HS_LOAD, HS_DISPLACED, 0, 0};
     hs_refusal refusal;
     hs_drive drive = {1e-3, 0.0, 1, 1};
@@ -548,7 +561,7 @@ static void one_event(history *h) {
     if (one_in(8)) choose_drive(h);
     if (kind >= 64) require(hs_memory_evolve(h->memory) == HS_OK, "does not evolve");
     if (kind >= 64)
-        kind < 96 ? do_walk(h, 1) : do_summits(h);
+        kind < 96 && !worn_out(h) ? do_walk(h, 1) : do_summits(h);
     else if (kind < 34)
         do_step(h);
     else if (kind < 42)
