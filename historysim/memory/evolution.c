@@ -190,6 +190,8 @@ static void forget_worn(hs_memory *memory) {
         double gap = memory->contact->gap[memory->contact->first[index]];
         int64_t worn = 0, depth = memory->depth[index];
         while (worn + 2 < depth && stack[worn + 1].label <= gap) ++worn;
+        /* by rounding of its shape alone */
+        if (depth == 0 && gap < memory->approach) hs_touch_unstrained(memory, index);
         if (depth < 2 || stack[worn].label >= gap) continue;
         memmove(stack, stack + worn, (size_t)(depth - worn) * sizeof *stack);
         stack->anchor = stack[1].anchor - stack[1].slope * (stack[1].label - gap);

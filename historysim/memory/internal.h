@@ -176,6 +176,8 @@ int hs_memory_split(hs_memory *memory);
 const hs_memory *hs_whole(const hs_memory *memory, hs_memory **joined);
 /* Recompute the loads kept with the vertices. */
 void hs_refresh_loads(hs_memory *memory);
+/* Have a group remember nothing: where it touches, no spring is strained. */
+void hs_touch_unstrained(hs_memory *memory, int64_t index);
 int hs_part_ways(hs_memory *memory, const double *first_key, const double *second_key);
 int hs_reshape(hs_memory *memory, const double *gap, const double *weight, const uint8_t *fresh);
 /* Vertices of the deepest stack. */

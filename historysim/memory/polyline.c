@@ -9,7 +9,8 @@
 /* Start the empty stack of a group that first touches on a straight path; returns its depth. */
 static int64_t touch(const hs_group *group, hs_point from, hs_point to) {
     double h = group->curve.gap[0];
-    double anchor = from.v + (to.v - from.v) * (h - from.d) / (to.d - from.d);
+    double anchor = from.v;
+    if (h > from.d) anchor += (to.v - from.v) * (h - from.d) / (to.d - from.d);
     group->stack[0] = hs_vertex_of(h, anchor, 0.0, anchor, 0.0, 0.0);
     return 1;
 }
