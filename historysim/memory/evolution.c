@@ -930,16 +930,18 @@ int hs_set_summits(hs_memory *memory, const double *summit_height, const double 
     double stored = hs_stored(memory, NULL), erased = 0.0;
     for (int64_t i = 0; i < count; ++i)
         erased += fresh[memory->contact->order[i]] && memory->contact->gap[i] < memory->approach;
-    memcpy(evolved->summit_height, summit_height, size);
-    memcpy(evolved->summit_radius, summit_radius, size);
+    /* they may be the memory's own, which moves when groups part */
+    memmove(evolved->summit_height, summit_height, size);
+    memmove(evolved->summit_radius, summit_radius, size);
     for (int64_t i = 0; i < count; ++i)
         if (fresh[i]) evolved->shaped_volume[i] = evolved->waiting_volume[i] = 0.0;
     status = part_as_they_evolve(memory, evolution);
     double *gap = (double *)malloc(2 * size), *weight = gap + count;
     if (!gap) return HS_OUT_OF_MEMORY;
+    evolved = memory->evolved;
     for (int64_t i = 0; i < count; ++i) {
-        gap[i] = (memory->contact->datum - summit_height[i]) / memory->contact->units.length;
-        weight[i] = sqrt(summit_radius[i] / memory->contact->units.radius);
+        gap[i] = (memory->contact->datum - evolved->summit_height[i]) / memory->contact->units.length;
+        weight[i] = sqrt(evolved->summit_radius[i] / memory->contact->units.radius);
     }
     if (status == HS_OK) status = hs_reshape(memory, gap, weight, fresh);
     free(gap);

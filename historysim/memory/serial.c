@@ -116,6 +116,8 @@ int hs_memory_write(const hs_memory *memory, void *bytes, size_t size) {
 
 /* ---- whether it is one ---------------------------------------------------------------------------------------------------- */
 
+static int is_control(int64_t control) { return control == HS_LOAD || control == HS_DISPLACED; }
+
 static int all_finite(const double *numbers, int64_t count) {
     for (int64_t i = 0; i < count; ++i)
         if (!isfinite(numbers[i])) return 0;
@@ -173,9 +175,8 @@ const char *hs_memory_check(const hs_memory *memory) {
     if (!all_finite(now, 6)) return "a load, or where the contact is, is not finite";
     if (!all_finite(memory->friction, contact->groups)) return "a friction coefficient is not finite";
     if (!all_finite(memory->each, contact->count)) return "a dissipated energy is not finite";
-    int64_t controls[2] = {memory->normal_control, memory->tangential_control};
-    for (int k = 0; k < 2; ++k)
-        if (controls[k] != HS_LOAD && controls[k] != HS_DISPLACED) return "a channel is controlled in no known way";
+    if (!is_control(memory->normal_control) || !is_control(memory->tangential_control))
+        return "a channel is controlled in no known way";
     for (int64_t index = 0; index < contact->groups; ++index) {
         hs_group group = hs_group_of(memory, index);
         if (memory->friction[index] < 0.0) return "a friction coefficient is negative";
@@ -184,8 +185,13 @@ const char *hs_memory_check(const hs_memory *memory) {
                             memory->displacement);
         if (wrong) return wrong;
     }
-    if (memory->evolved && !all_finite(memory->evolved->summit_height, 6 * contact->count))
-        return "what an asperity has become is not finite";
+    const hs_evolved *evolved = memory->evolved;
+    if (!evolved) return NULL;
+    if (!all_finite(evolved->summit_height, 6 * contact->count)) return "what an asperity has become is not finite";
+    for (int64_t i = 0; i < contact->count; ++i) {
+        if (!(evolved->summit_radius[i] > 0.0)) return "a radius is not positive";
+        if (evolved->given[i] > 1) return "a flag is neither 0 nor 1";
+    }
     return NULL;
 }
 
@@ -261,6 +267,11 @@ static const char *check_bytes(const unsigned char *bytes, size_t size, head *gi
         given->vertices < 0 || given->vertices > most || (given->evolves != 0 && given->evolves != 1) ||
         size != size_of(given))
         return "the bytes are cut off, or too many";
+    if (!is_control(given->normal_control) || !is_control(given->tangential_control))
+        return "a channel is controlled in no known way";
+    for (int k = 0; k < 3; ++k)
+        if (!isfinite(given->together[k]) || (!given->evolves && given->together[k] != 0.0))
+            return "a sum over all asperities is not what they have become";
     uint64_t sum;
     take(bytes + size - sizeof sum, &sum, sizeof sum);
     return sum != checksum(bytes, size - sizeof sum) ? "the bytes are damaged: their checksum differs" : NULL;
