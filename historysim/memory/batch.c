@@ -48,7 +48,7 @@ static int64_t carry_one(hs_batch_vertex *stack, int64_t depth, double mu, doubl
     double change = fabs(v1 - anchor), hold = mu * (d1 - edge);
     double tie = HS_TIE * (fabs(v1) + fabs(anchor) + mu * d1);
     /* all as in polyline.c */
-    if (v1 == anchor || (hold == 0.0 ? change <= tie : change < hold - tie)) {
+    if (v1 == anchor || (d1 == edge ? change <= tie : change < hold - tie)) {
         *tangential = force;
         if (d1 < stack[depth - 1].label) {
             stack[top] = vertex_of(d1, anchor, stack[top].slope, force);

@@ -143,8 +143,8 @@ static void exchange(void *numbers, int64_t first, int64_t second, int64_t end) 
     turn(run + first, run + end - 1);
 }
 
-/* Have a group and the next one change places. */
-static void exchange_groups(hs_memory *memory, int64_t index) {
+/* Have a group and the next one change places, with so many vertices: those of a group that does not touch for a while, too. */
+static void exchange_groups(hs_memory *memory, int64_t index, int64_t deepest) {
     const hs_contact *contact = memory->contact;
     int64_t *first = (int64_t *)contact->first + index, middle = first[0] + (first[2] - first[1]);
     void *arrays[] = {(void *)contact->gap, (void *)contact->weight, (void *)contact->order, memory->each};
@@ -156,7 +156,6 @@ static void exchange_groups(hs_memory *memory, int64_t index) {
     memory->steep[index] = memory->steep[index + 1];
     memory->steep[index + 1] = steep;
     hs_vertex *one = memory->vertices + index * memory->capacity, *other = one + memory->capacity;
-    int64_t deepest = memory->depth[index] > memory->depth[index + 1] ? memory->depth[index] : memory->depth[index + 1];
     for (int64_t j = 0; j < deepest; ++j) {
         hs_vertex kept = one[j];
         one[j] = other[j];
@@ -179,7 +178,10 @@ static void set_shape(hs_memory *memory, const double *height, const double *rad
         memory->depth[index] = gap[first[index]] < memory->approach ? depth[order[first[index]]] : 0;
     /* what is nearly in order takes little to be put in order */
     for (int64_t index = 1; index < contact->groups; ++index)
-        for (int64_t k = index; k > 0 && gap[first[k - 1]] > gap[first[k]]; --k) exchange_groups(memory, k - 1);
+        for (int64_t k = index; k > 0 && gap[first[k - 1]] > gap[first[k]]; --k) {
+            int64_t low = depth[order[first[k - 1]]], high = depth[order[first[k]]];
+            exchange_groups(memory, k - 1, low > high ? low : high);
+        }
     if (contact->groups > 1) {
         memcpy((double *)contact->sorted_gap, gap, (size_t)contact->count * sizeof *gap);
         memcpy((double *)contact->sorted_weight, weight, (size_t)contact->count * sizeof *weight);
@@ -194,6 +196,8 @@ static void forget_worn(hs_memory *memory) {
         double gap = memory->contact->gap[memory->contact->first[index]];
         int64_t worn = 0, depth = memory->depth[index];
         while (worn + 2 < depth && stack[worn + 1].label <= gap) ++worn;
+        /* by rounding of its shape alone */
+        if (depth == 0 && gap < memory->approach) hs_touch_unstrained(memory, index);
         if (depth < 2 || stack[worn].label >= gap) continue;
         memmove(stack, stack + worn, (size_t)(depth - worn) * sizeof *stack);
         stack->anchor = stack[1].anchor - stack[1].slope * (stack[1].label - gap);
@@ -1002,23 +1006,26 @@ int hs_walk_evolving(hs_memory *memory, const hs_path *paths, int64_t count, con
 
 int hs_set_summits(hs_memory *memory, const double *summit_height, const double *summit_radius, const uint8_t *fresh,
                    const hs_evolution *evolution) {
-    hs_evolved *evolved = memory->evolved;
     int64_t count = memory->contact->count;
     size_t size = (size_t)count * sizeof(double);
-    double stored = hs_stored(memory, NULL), erased = 0.0;
     int status = hs_memory_join(memory);
+    if (status != HS_OK) return status;
+    hs_evolved *evolved = memory->evolved;
+    double stored = hs_stored(memory, NULL), erased = 0.0;
     for (int64_t i = 0; i < count; ++i)
         erased += fresh[memory->contact->order[i]] && memory->contact->gap[i] < memory->approach;
-    memcpy(evolved->summit_height, summit_height, size);
-    memcpy(evolved->summit_radius, summit_radius, size);
+    /* they may be the memory's own, which moves when groups part */
+    memmove(evolved->summit_height, summit_height, size);
+    memmove(evolved->summit_radius, summit_radius, size);
     for (int64_t i = 0; i < count; ++i)
         if (fresh[i]) evolved->shaped_volume[i] = evolved->waiting_volume[i] = 0.0;
-    if (status == HS_OK) status = part_as_they_evolve(memory, evolution);
+    status = part_as_they_evolve(memory, evolution);
     double *gap = (double *)malloc(2 * size), *weight = gap + count;
     if (!gap) return HS_OUT_OF_MEMORY;
+    evolved = memory->evolved;
     for (int64_t i = 0; i < count; ++i) {
-        gap[i] = (memory->contact->datum - summit_height[i]) / memory->contact->units.length;
-        weight[i] = sqrt(summit_radius[i] / memory->contact->units.radius);
+        gap[i] = (memory->contact->datum - evolved->summit_height[i]) / memory->contact->units.length;
+        weight[i] = sqrt(evolved->summit_radius[i] / memory->contact->units.radius);
     }
     if (status == HS_OK) status = hs_reshape(memory, gap, weight, fresh);
     free(gap);

@@ -244,7 +244,7 @@ HS_API hs_slopes hs_slopes_of(const hs_memory *memory, double start);
 HS_API double hs_stiffness(const hs_memory *memory, int direction);
 /* dN/dd [N/m]. */
 HS_API double hs_normal_stiffness(const hs_memory *memory);
-/* Tangential elastic energy of all asperities [J]. */
+/* Tangential elastic energy of all asperities [J]; not a number where there is no memory. */
 HS_API double hs_stored_energy(const hs_memory *memory);
 HS_API int64_t hs_contact_count(const hs_memory *memory);
 

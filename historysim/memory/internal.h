@@ -171,8 +171,13 @@ int hs_memory_assign(hs_memory *memory, const hs_memory *from);
 void hs_memory_take(hs_memory *memory, hs_memory *other);
 hs_memory *hs_memory_outer_copy(const hs_memory *memory, int64_t more);
 int hs_memory_split(hs_memory *memory);
+/* The memory itself where nothing lies deep, or a copy that is to be freed with all vertices in `vertices`; NULL where there
+ * is no memory. */
+const hs_memory *hs_whole(const hs_memory *memory, hs_memory **joined);
 /* Recompute the loads kept with the vertices. */
 void hs_refresh_loads(hs_memory *memory);
+/* Have a group remember nothing: where it touches, no spring is strained. */
+void hs_touch_unstrained(hs_memory *memory, int64_t index);
 int hs_part_ways(hs_memory *memory, const double *first_key, const double *second_key);
 int hs_reshape(hs_memory *memory, const double *gap, const double *weight, const uint8_t *fresh);
 /* Vertices of the deepest stack. */
@@ -289,8 +294,8 @@ typedef struct hs_shares {
 /* Note the first segment on which slip of a sign may end, which for small paths it does: the outermost, or, where that lies
  * on the cone of this side already, the one below. */
 void hs_guess_front(hs_fronts *fronts, int64_t index, const hs_group *group, int64_t depth, double sign);
-/* Tangential load that `hs_move_group` would reach. Nothing is changed, but for the first vertex of a group that does not
- * touch yet. A slip front that can be is noted instead, and gives the force from then on. */
+/* Tangential load that `hs_move_group` would reach; nothing is changed. A slip front that can be is noted instead, and gives
+ * the force from then on. */
 hs_force hs_force_of_group(const hs_group *group, int64_t depth, hs_point from, hs_point to, double load,
                            hs_fronts *fronts, int64_t index);
 int hs_force_at(hs_memory *memory, const hs_shares *shares, hs_fronts *fronts, hs_point to, hs_force *found);

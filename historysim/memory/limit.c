@@ -18,6 +18,7 @@
 /* A point of a request: its share, the limit, and the slopes in the approach of limit and normal load. */
 typedef struct station {
     double share;
+    double d;
     hs_limit at;
 } station;
 
@@ -29,8 +30,19 @@ static double approach_on(const hs_memory *memory, const hs_request *request, do
 }
 
 static station station_at(const hs_memory *memory, const hs_request *request, double share) {
-    station found = {share, hs_limit_and_slopes(memory, approach_on(memory, request, share))};
+    double d = approach_on(memory, request, share);
+    station found = {share, d, hs_limit_and_slopes(memory, d)};
     return found;
+}
+
+/* The least and the largest coefficient of the groups that touch at an approach. */
+static void frictions_at(const hs_memory *memory, double d, double *least, double *most) {
+    const hs_contact *contact = memory->contact;
+    *least = *most = memory->friction[0];
+    for (int64_t index = 1; index < contact->groups && contact->gap[contact->first[index]] < d; ++index) {
+        *least = hs_least(*least, memory->friction[index]);
+        *most = hs_most(*most, memory->friction[index]);
+    }
 }
 
 /* How far a request is beyond the limit on one side; 0 within rounding counts as beyond. */
@@ -47,8 +59,7 @@ static void slopes_of_limit(const hs_memory *memory, const hs_request *request, 
     if (request->both) {
         double load_least = hs_least(low->at.load_slope, high->at.load_slope);
         double load_most = hs_most(low->at.load_slope, high->at.load_slope);
-        least = hs_least_friction(memory);
-        most = hs_largest_friction(memory);
+        frictions_at(memory, hs_most(low->d, high->d), &least, &most);
         if (load_most > 0.0) least = hs_most(least, limit_least / load_most);
         if (load_least > 0.0) most = hs_least(most, limit_most / load_least);
         rate = request->load[1] - request->load[0];

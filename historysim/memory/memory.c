@@ -219,6 +219,11 @@ int hs_memory_join(hs_memory *memory) {
     return HS_OK;
 }
 
+const hs_memory *hs_whole(const hs_memory *memory, hs_memory **joined) {
+    *joined = memory->deep ? hs_memory_outer_copy(memory, INT64_MAX / 2) : NULL;
+    return memory->deep ? *joined : memory;
+}
+
 int hs_memory_reserve(hs_memory *memory, int64_t capacity) {
     if (capacity <= memory->capacity) return HS_OK;
     size_t size = (size_t)memory->contact->groups * (size_t)capacity * sizeof(hs_vertex);
@@ -260,6 +265,15 @@ void hs_refresh_loads(hs_memory *memory) {
     }
 }
 
+void hs_touch_unstrained(hs_memory *memory, int64_t index) {
+    hs_vertex *stack = memory->vertices + index * memory->capacity;
+    double gap = memory->contact->gap[memory->contact->first[index]], v = memory->displacement;
+    stack[0] = hs_vertex_of(gap, v, 0.0, v, 0.0, 0.0);
+    stack[1] = hs_vertex_of(memory->approach, v, 0.0, v, hs_load_at(hs_group_of(memory, index).curve, memory->approach).load, 0.0);
+    memory->depth[index] = gap < memory->approach ? 2 : 0;
+    memory->steep[index] = 0;
+}
+
 /* Number of the group of each asperity, in the caller's numbering. */
 static void groups_of(const hs_contact *contact, int64_t *group) {
     for (int64_t index = 0; index < contact->groups; ++index)
@@ -283,17 +297,13 @@ static hs_memory *of_parts(const hs_memory *memory, hs_contact *contact, const i
     free(each);
     for (int64_t index = 0; index < contact->groups; ++index) {
         int64_t leader = contact->order[contact->first[index]], from = parent[leader];
-        double gap = contact->gap[contact->first[index]], v = memory->displacement;
-        int touches = gap < memory->approach;
+        int touches = contact->gap[contact->first[index]] < memory->approach;
         hs_vertex *stack = parts->vertices + index * parts->capacity;
         parts->friction[index] = memory->friction[from];
         parts->depth[index] = touches ? memory->depth[from] : 0;
         parts->steep[index] = touches && memory->steep[from];
-        if (fresh && fresh[leader]) {
-            stack[0] = hs_vertex_of(gap, v, 0.0, v, 0.0, 0.0);
-            stack[1] = hs_vertex_of(memory->approach, v, 0.0, v, 0.0, 0.0);
-            parts->depth[index] = touches ? 2 : 0;
-            parts->steep[index] = 0;
+        if ((fresh && fresh[leader]) || parts->depth[index] == 0) {
+            hs_touch_unstrained(parts, index);
         } else {
             memcpy(stack, memory->vertices + from * memory->capacity,
                    (size_t)parts->depth[index] * sizeof *stack);
@@ -392,6 +402,13 @@ int hs_reshape(hs_memory *memory, const double *gap, const double *weight, const
 hs_memory *hs_memory_of_one(const hs_memory *memory, int64_t asperity) {
     const hs_contact *contact = memory->contact;
     int64_t position = 0, from = 0;
+    if (memory->deep) {
+        hs_memory *joined, *one;
+        const hs_memory *whole = hs_whole(memory, &joined);
+        one = whole ? hs_memory_of_one(whole, asperity) : NULL;
+        hs_memory_free(joined);
+        return one;
+    }
     while (contact->order[position] != asperity) ++position;
     while (contact->first[from + 1] <= position) ++from;
     hs_contact *one = hs_contact_of(1, 1, contact->gap + position, contact->weight + position, NULL, &contact->units,

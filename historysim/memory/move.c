@@ -10,8 +10,8 @@ int hs_is_alone(const hs_memory *memory) { return memory->contact->groups == 1 &
 /* Have stacks hold what the next path adds: a front and an edge; a polyline steeper than μ may be cut in every segment. */
 int hs_make_room(hs_memory *memory) {
     int64_t deepest = hs_deepest(memory), needed = hs_any_steep(memory) ? hs_room_to_clip(deepest) : deepest + 2;
-    /* the less room there is above many stacks, the more of them a cache holds */
-    int64_t spare = memory->contact->groups > 1 ? 2 : needed;
+    /* the less room there is above many shallow stacks, the more of them a cache holds */
+    int64_t spare = memory->contact->groups > 1 && needed < 32 ? 2 : needed / 2;
     return needed > memory->capacity ? hs_memory_reserve(memory, needed + spare) : HS_OK;
 }
 

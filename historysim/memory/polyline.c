@@ -9,7 +9,8 @@
 /* Start the empty stack of a group that first touches on a straight path; returns its depth. */
 static int64_t touch(const hs_group *group, hs_point from, hs_point to) {
     double h = group->curve.gap[0];
-    double anchor = from.v + (to.v - from.v) * (h - from.d) / (to.d - from.d);
+    double anchor = from.v;
+    if (h > from.d) anchor += (to.v - from.v) * (h - from.d) / (to.d - from.d);
     group->stack[0] = hs_vertex_of(h, anchor, 0.0, anchor, 0.0, 0.0);
     return 1;
 }
@@ -174,7 +175,7 @@ int64_t hs_move_group(const hs_group *group, hs_losses *losses, int64_t depth, c
     double change = fabs(y1 - y_edge), hold = friction * (x1 - x_edge);
     double tie = HS_TIE * (fabs(y1) + fabs(y_edge) + friction * x1);
     /* at the edge itself rounding is no reason to slip; new springs slip when they tie with the limit */
-    if (y1 != y_edge && (hold == 0.0 ? change > tie : change >= hold - tie)) {
+    if (y1 != y_edge && (x1 == x_edge ? change > tie : change >= hold - tie)) {
         front at = slip_front(stack, edge.segment, x_edge, y_edge, x1, y1, friction, rigid, compliance);
         return slip_group(group, losses, depth, from, d1, load, aim, &edge, &at, reached);
     }
@@ -225,10 +226,15 @@ void hs_guess_front(hs_fronts *fronts, int64_t index, const hs_group *group, int
 
 hs_force hs_force_of_group(const hs_group *group, int64_t depth, hs_point from, hs_point to, double load,
                            hs_fronts *fronts, int64_t index) {
-    hs_vertex *stack = group->stack;
+    hs_vertex first;
+    hs_group met = *group;
     double friction = group->friction;
     hs_force none = {0.0, 0.0, 0.0};
-    if (depth == 0) depth = touch(group, from, to);
+    if (depth == 0) {
+        met.stack = &first;
+        depth = touch(&met, from, to);
+    }
+    const hs_vertex *stack = met.stack;
     hs_edge edge = hs_edge_at(stack, depth, to.d, load);
     if (to.d > edge.label && fabs(to.v - edge.anchor) <= friction * (to.d - edge.label)) {
         double slope = (to.v - edge.anchor) / (to.d - edge.label);
@@ -240,7 +246,7 @@ hs_force hs_force_of_group(const hs_group *group, int64_t depth, hs_point from, 
         return found;
     }
     front at = slip_front(stack, edge.segment, edge.label, edge.anchor, to.d, to.v, friction, 1.0, 0.0);
-    if (note_front(fronts, index, group, depth, at.kept, at.sign)) return none;
+    if (note_front(fronts, index, &met, depth, at.kept, at.sign)) return none;
     double slope = at.sign * friction;
     if (at.kept == 0) {
         hs_force found = {slope * load, 0.0, 0.0};

@@ -146,7 +146,9 @@ int hs_ramp(hs_memory *memory, double load, double force, double tolerance) {
             double drift = fabs(fine->displacement - coarse->displacement);
             double reach = hs_largest_friction(memory) * (hs_most(memory->approach, fine->approach) - touch);
             double change = fabs(fine->dissipated - coarse->dissipated);
-            int settled = fabs(extrapolated - energy) <= tolerance * (extrapolated - start);
+            /* beside much that was dissipated before, little is told no better than by rounding */
+            double told = hs_most(tolerance * (extrapolated - start), HS_TIE * start);
+            int settled = fabs(extrapolated - energy) <= told;
             /* while the changes do not fall by ratio², as they have to, two extrapolations may agree by chance */
             int falls = fabs(last_change - square * change) <= DISORDER * last_change || chords == ratio;
             int needed = single && falls && fell ? 1 : 2;

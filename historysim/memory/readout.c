@@ -67,7 +67,13 @@ double hs_normal_stiffness(const hs_memory *memory) {
     return hs_load_at(hs_all_of(memory->contact), memory->approach).slope * units->load / units->length;
 }
 
-double hs_stored_energy(const hs_memory *memory) { return hs_stored(memory, NULL) * memory->contact->units.energy; }
+double hs_stored_energy(const hs_memory *memory) {
+    hs_memory *joined;
+    const hs_memory *whole = hs_whole(memory, &joined);
+    double stored = whole ? hs_stored(whole, NULL) : (double)NAN;
+    hs_memory_free(joined);
+    return stored * memory->contact->units.energy;
+}
 
 int64_t hs_contact_count(const hs_memory *memory) {
     return hs_touching(memory->contact->sorted_gap, memory->contact->count, memory->approach);
@@ -366,8 +372,14 @@ int hs_record(hs_recorder *recorder, const hs_memory *memory, int64_t row, int s
 
 int hs_read(const hs_memory *memory, const hs_rows *rows, int64_t row) {
     hs_recorder recorder;
-    int status = hs_begin_recording(&recorder, memory->contact, rows);
-    if (status == HS_OK) status = hs_record(&recorder, memory, row, memory->excess != 0.0);
-    hs_end_recording(&recorder);
+    hs_memory *joined = NULL;
+    /* of totals the outer end says all */
+    const hs_memory *whole = rows->columns ? hs_whole(memory, &joined) : memory;
+    int status = whole ? hs_begin_recording(&recorder, memory->contact, rows) : (int)HS_OUT_OF_MEMORY;
+    if (status == HS_OK) {
+        status = hs_record(&recorder, whole, row, memory->excess != 0.0);
+        hs_end_recording(&recorder);
+    }
+    hs_memory_free(joined);
     return status;
 }

@@ -84,9 +84,10 @@ static unsigned char *put(unsigned char *to, const void *from, size_t size) {
 
 int hs_memory_write(const hs_memory *memory, void *bytes, size_t size) {
     if (memory->deep) {
-        hs_memory *whole = hs_memory_outer_copy(memory, INT64_MAX / 2);
+        hs_memory *joined;
+        const hs_memory *whole = hs_whole(memory, &joined);
         int status = whole ? hs_memory_write(whole, bytes, size) : (int)HS_OUT_OF_MEMORY;
-        hs_memory_free(whole);
+        hs_memory_free(joined);
         return status;
     }
     const hs_contact *contact = memory->contact;
@@ -115,19 +116,26 @@ int hs_memory_write(const hs_memory *memory, void *bytes, size_t size) {
 
 /* ---- whether it is one ---------------------------------------------------------------------------------------------------- */
 
+static int is_control(int64_t control) { return control == HS_LOAD || control == HS_DISPLACED; }
+
 static int all_finite(const double *numbers, int64_t count) {
     for (int64_t i = 0; i < count; ++i)
         if (!isfinite(numbers[i])) return 0;
     return 1;
 }
 
-static const char *check_stack(const hs_group *group, int64_t depth, int steep, double approach, double displacement) {
+static const char *check_stack(const hs_group *group, int64_t depth, int steep, int outer, double approach,
+                               double displacement) {
     const hs_vertex *stack = group->stack;
-    double touch = group->curve.gap[0], scale = fabs(displacement), slack = 1e-9;
+    double touch = group->curve.gap[0], slack = 1e-9;
+    /* what anchors are rounded by, which lie anywhere on the way to the friction limit */
+    double scale = hs_most(fabs(displacement), group->friction * approach);
     if (depth == 0) return approach > touch ? "a group that touches has no vertices" : NULL;
     if (depth == 1 || approach <= touch) return "the vertices of a group do not fit its approach";
     if (!all_finite((const double *)stack, 6 * depth)) return "a vertex is not finite";
     if (stack[depth - 1].label != approach) return "the contact edge is not at the approach";
+    /* gaps of summits that evolve are rounded as heights over any datum are */
+    if (!outer && stack[0].label > touch + 1e-6 * approach) return "the first vertex of a group is beyond where it touches";
     for (int64_t j = 0; j < depth; ++j) scale = hs_most(scale, fabs(stack[j].anchor));
     for (int64_t j = 1; j < depth; ++j) {
         double width = stack[j].label - stack[j - 1].label;
@@ -167,18 +175,23 @@ const char *hs_memory_check(const hs_memory *memory) {
     if (!all_finite(now, 6)) return "a load, or where the contact is, is not finite";
     if (!all_finite(memory->friction, contact->groups)) return "a friction coefficient is not finite";
     if (!all_finite(memory->each, contact->count)) return "a dissipated energy is not finite";
-    int64_t controls[2] = {memory->normal_control, memory->tangential_control};
-    for (int k = 0; k < 2; ++k)
-        if (controls[k] != HS_LOAD && controls[k] != HS_DISPLACED) return "a channel is controlled in no known way";
+    if (!is_control(memory->normal_control) || !is_control(memory->tangential_control))
+        return "a channel is controlled in no known way";
     for (int64_t index = 0; index < contact->groups; ++index) {
         hs_group group = hs_group_of(memory, index);
         if (memory->friction[index] < 0.0) return "a friction coefficient is negative";
         if (memory->steep[index] > 1) return "a flag is neither 0 nor 1";
-        wrong = check_stack(&group, memory->depth[index], memory->steep[index], memory->approach, memory->displacement);
+        wrong = check_stack(&group, memory->depth[index], memory->steep[index], memory->deep != NULL, memory->approach,
+                            memory->displacement);
         if (wrong) return wrong;
     }
-    if (memory->evolved && !all_finite(memory->evolved->summit_height, 6 * contact->count))
-        return "what an asperity has become is not finite";
+    const hs_evolved *evolved = memory->evolved;
+    if (!evolved) return NULL;
+    if (!all_finite(evolved->summit_height, 6 * contact->count)) return "what an asperity has become is not finite";
+    for (int64_t i = 0; i < contact->count; ++i) {
+        if (!(evolved->summit_radius[i] > 0.0)) return "a radius is not positive";
+        if (evolved->given[i] > 1) return "a flag is neither 0 nor 1";
+    }
     return NULL;
 }
 
@@ -254,6 +267,11 @@ static const char *check_bytes(const unsigned char *bytes, size_t size, head *gi
         given->vertices < 0 || given->vertices > most || (given->evolves != 0 && given->evolves != 1) ||
         size != size_of(given))
         return "the bytes are cut off, or too many";
+    if (!is_control(given->normal_control) || !is_control(given->tangential_control))
+        return "a channel is controlled in no known way";
+    for (int k = 0; k < 3; ++k)
+        if (!isfinite(given->together[k]) || (!given->evolves && given->together[k] != 0.0))
+            return "a sum over all asperities is not what they have become";
     uint64_t sum;
     take(bytes + size - sizeof sum, &sum, sizeof sum);
     return sum != checksum(bytes, size - sizeof sum) ? "the bytes are damaged: their checksum differs" : NULL;

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.library import lib
-from historysim.memory.binding import TIE, check, copied, owned, view
+from historysim.memory.binding import TIE, check, owned, view
 from historysim.memory.rows import Rows, blank_rows
 
 Floats = npt.NDArray[np.float64]
@@ -35,9 +35,6 @@ class TractionMemory:
     @classmethod
     def of(cls, memory: Any, index: int) -> Self:
         """Return what one asperity remembers of a memory."""
-        if memory.deep:
-            memory = copied(memory)
-            check(lib.hs_memory_join(memory))
         return cls(owned(lib.hs_memory_of_one(memory, index)))
 
     @property

@@ -1,0 +1,74 @@
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+from c_core import SANITIZED, SUPPORT, WARNINGS, compiled, hatch_build, walked
+from cffi import FFI
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+EPS = np.finfo(float).eps
+CC = hatch_build.compiler()
+pytestmark = pytest.mark.skipif(not CC, reason="needs a C compiler")
+
+
+@pytest.mark.parametrize(
+    ("compiler", "standard"), [("gcc", "-std=c11"), ("g++", "-std=c++17"), ("clang", "-std=c11"), ("clang++", "-std=c++17")]
+)
+def test_a_c_program_walks_loops_by_itself(tmp_path, compiler, standard):
+    if not shutil.which(compiler):
+        pytest.skip(f"needs {compiler}")
+    program = compiled([compiler], SUPPORT / "c_program.c", tmp_path, "-O2", *WARNINGS, standard=standard)
+    done = subprocess.run([program], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
+    assert done.stdout.count("expected") == 10
+
+
+# -- labels ----------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def inside(tmp_path_factory):
+    """The core with everything seen from outside, and how to call it."""
+    library = compiled(CC, None, tmp_path_factory.mktemp("inside"), "-O2", "-shared", "-fPIC", name="core.so")
+    ffi = FFI()
+    ffi.cdef("""
+        typedef struct { const double *gap, *weight; int64_t count; } hs_curve;
+        double hs_label_at(hs_curve curve, double total, double guess, double rigid, double compliance);
+        double hs_cube_root(double x);
+    """)
+    return ffi, ffi.dlopen(str(library))
+
+
+@given(
+    count=st.integers(1, 40),
+    seed=st.integers(0, 2**32 - 1),
+    softness=st.floats(-12, 12),
+    depth=st.floats(-12, 0),
+    guess=st.floats(0, 2),
+)
+@example(count=1, seed=0, softness=0.0, depth=-3.0, guess=0.0)
+def test_a_label_is_found_from_label_and_load_together(inside, count, seed, softness, depth, guess):
+    ffi, lib = inside
+    rng = np.random.default_rng(seed)
+    gap = np.sort(rng.uniform(0.0, 1.0, count))
+    gap -= gap[0]
+    weight, compliance, label = rng.uniform(0.5, 1.0, count), 10**softness, 10**depth
+    load = np.sum(weight * np.maximum(label - gap, 0.0) ** 1.5)
+    kept = ffi.from_buffer("double[]", gap), ffi.from_buffer("double[]", weight)
+    found = lib.hs_label_at((*kept, count), label + compliance * load, guess, 1.0, compliance)
+    assert found == pytest.approx(label, rel=16 * EPS)
+
+
+@given(st.floats(min_value=1e-300, max_value=1e300))
+def test_the_cube_root_is_that_of_libm_to_the_last_bit_or_so(inside, x):
+    assert inside[1].hs_cube_root(x) == pytest.approx(np.cbrt(x), rel=2 * EPS)
+
+
+# -- random histories ------------------------------------------------------------------------------
+
+
+def test_sanitizers_find_nothing_in_random_histories(tmp_path):
+    program = compiled(CC, SUPPORT / "random_histories.c", tmp_path, *SANITIZED)
+    assert len(walked(program, 0, 25, 200)) == 25
