@@ -10,8 +10,7 @@ import os
 import re
 from collections.abc import Callable, Iterable
 from pathlib import Path
-
-import attrs
+from typing import NamedTuple
 
 from historysim.basics.file_kinds import beginning, is_netcdf
 from historysim.basics.files import check_replaceable, is_file
@@ -22,8 +21,7 @@ LOOKED_AT = 1 << 16
 MARK = b"historysim"
 
 
-@attrs.frozen
-class Form:
+class Form(NamedTuple):
     """A kind of file that is written.
 
     Attributes
@@ -37,11 +35,10 @@ class Form:
 
     name: str
     endings: tuple[str, ...]
-    is_own: Callable[[Path], bool] = attrs.field(repr=False)
+    is_own: Callable[[Path], bool]
 
 
-@attrs.frozen
-class Output:
+class Output(NamedTuple):
     """A file that is to be written.
 
     Attributes

@@ -128,13 +128,14 @@ def loops(
     from historysim.results.plots.loop_levels import plot_loop_levels
     from historysim.results.plots.loops import plot_loops
     from historysim.scenario.loops import find_loops
+    from historysim.scenario.scenario import load
 
     definitions = Definitions(
         load_share=DEFAULT.load_share if load_share is None else load_share,
         amplitude_share=DEFAULT.amplitude_share if amplitude_share is None else amplitude_share,
     )
     measured = file.suffix == ".toml"
-    record = scenario_or_file(file, values)
+    record = load(file, values) if measured else scenario_or_file(file, values)
     check_outputs(outputs, files_read(record), force=force)
     options: dict[str, Any] = {
         "dead_band": band,
@@ -190,10 +191,11 @@ def sliding(
     FILE is a scenario with a measured record, or a result.
     """
     from historysim.results.plots.sliding import plot_sliding
+    from historysim.scenario.scenario import load
     from historysim.scenario.sliding import find_sliding
 
     measured = file.suffix == ".toml"
-    record = scenario_or_file(file, values)
+    record = load(file, values) if measured else scenario_or_file(file, values)
     outputs = [] if output is None else [Output(output, (*TABLES_OF_SLIDING, PICTURE))]
     check_outputs(outputs, files_read(record), force=force)
     if _is_each(record):

@@ -289,9 +289,10 @@ class Search:
         def excess(missed: float) -> float:
             return float(np.sum(off**2 / (noise**2 + missed**2))) / freedom - 1
 
-        if excess(0.0) <= 0:
+        if not excess(0.0) > 0:
             return noise
-        most = float(np.linalg.norm(off)) / math.sqrt(freedom)
+        # without noise it is the root itself, but for rounding
+        most = (1 + 1e-6) * float(np.linalg.norm(off)) / math.sqrt(freedom)
         return np.hypot(noise, float(brentq(excess, 0.0, most, xtol=1e-9 * most)))
 
     def minimised(self, unknowns: Floats, scale: Floats) -> float:

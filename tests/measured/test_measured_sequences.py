@@ -238,11 +238,11 @@ def test_records_that_do_not_do(folder, command, changes, said):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("fit", "s.toml", "-o", "f.png"), "f.png: .png ending; expected .toml, since it is a scenario"),
+        (("fit", "s.toml", "-o", "f.png"), "f.png: .png ending; expected .toml"),
         (("fit", "s.toml", "-o", "f"), "f: no ending; expected .toml"),
         (("fit", "s.toml", "-o", "s.toml"), "s.toml: would overwrite what it is made from"),
         (("fit", "s.toml", "-o", "none/f.toml"), "none/f.toml: there is no folder none"),
-        (("compare", "s.toml", "-o", "c.txt"), "c.txt: txt ending; expected one of"),
+        (("compare", "s.toml", "-o", "c.txt"), "c.txt: .txt ending; expected .png"),
         (("compare", "s.toml", "-o", "measured.csv"), "measured.csv: would overwrite what it is made from"),
         (("compare", "s.toml", "--skip", "99"), "s.toml: loading: 99 loops are to be skipped"),
         (
@@ -284,7 +284,7 @@ def test_what_stood_there_stays_when_writing_fails(folder, command, monkeypatch)
 
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", fail)
     monkeypatch.setattr("xarray.Dataset.to_netcdf", fail)
-    done = call(command, "s.toml", "-o", names[0])
+    done = call(command, "s.toml", "-o", names[0], "--force")
     assert done.exit_code == 1, done.output
     assert done.output == f"Error: {names[-1]}: No space left on device\n"
     assert files(folder) == sorted([*names, *GIVEN])

@@ -156,8 +156,7 @@ def test_a_short_run_shows_no_bar(scenario, monkeypatch):
 # -- threads ---------------------------------------------------------------------------------------
 
 
-def test_threads_do_not_change_what_comes_out(scenario, tmp_path, monkeypatch):
-    monkeypatch.setattr("historysim.asperities.projectors.CELLS_PASSED_ON", 15)
+def test_threads_do_not_change_what_comes_out(scenario, tmp_path):
     expected = fingerprint(hs.run(scenario, threads=1))
     assert fingerprint(hs.run(scenario, threads=3)) == expected
     with hs.run(scenario, tmp_path / "five.nc", threads=3) as written:
