@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
+from historysim.asperities.laws.slid import SlidFriction
 from historysim.basics.findings import Finding
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
@@ -91,6 +92,8 @@ def findings(ensemble: Ensemble, approach: float, instrument: Instrument = RIGID
             Share of the load on a handful of summits that stand apart (`detached_summits`), at most 0.5.
         ``resolution``
             Preliminary displacement [m], at least the resolution of the instrument.
+        ``rising``
+            Rise of the friction coefficient with the distance slid, over 1/(θδ), at most 1.
 
     Raises
     ------
@@ -121,6 +124,7 @@ def _found(ensemble: Ensemble, touching: _Touching, instrument: Instrument) -> I
     yield from _overlapping(ensemble, touching)
     yield from _adhering(ensemble, touching)
     yield from _unresolved(ensemble, touching, instrument)
+    yield from _rising(ensemble, touching)
 
 
 def _outliers(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:
@@ -280,3 +284,21 @@ def _unresolved(ensemble: Ensemble, touching: _Touching, instrument: Instrument)
 
 def _percent(share: float) -> str:
     return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"
+
+
+def _rising(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:
+    law = ensemble.law
+    if not isinstance(law, SlidFriction):
+        return
+    steepest = float((np.diff(law.coefficient) / np.diff(law.distance)).max())
+    approach = float(touching.approach.max())
+    share = steepest * ensemble.pair.displacement_ratio * approach
+    if share >= 1:
+        yield Finding(
+            "rising",
+            share,
+            1.0,
+            f"friction rises with the distance slid by {steepest:.3g} /m, faster than 1/(θδ) = {steepest / share:.3g} /m "
+            f"at an approach of {quantity_text(approach, 'm', 3)}: springs that slide stick again at once, and the "
+            "loads have no unique answer; take a table that rises more slowly, or press less",
+        )

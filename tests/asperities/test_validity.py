@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.asperities import validity
+from historysim.asperities import laws, validity
 from historysim.asperities.instrument import Instrument
 from historysim.asperities.validity import findings, overlapping
 from historysim.contact import adhesion, hertz
@@ -159,3 +159,15 @@ def test_two_spikes_that_carry_all_are_told():
 def test_a_resolution_is_a_number(wrong):
     with pytest.raises(hs.InputError, match=f"{next(iter(wrong))} is .*expected a finite number, 0 or more"):
         Instrument(**wrong)
+
+
+@pytest.mark.parametrize(("distance", "told"), [(1.1, False), (0.9, True)])
+def test_friction_that_rises_faster_than_springs_can_slide_is_told(distance, told):
+    """Where Δμ/Δs is 1/(θδ) a spring that slides gains as much limit as it is strained."""
+    pair = hs.MaterialPair.from_moduli(contact_modulus=2.0, shear_modulus=0.3)
+    rise = 0.3 * pair.displacement_ratio * 0.01 * distance
+    law = laws.SlidFriction([0.0, rise, 2 * rise], [0.2, 0.5, 0.5])
+    ensemble = hs.Ensemble(pair, [0.0, -0.02], 1.0, law)
+    found = [each for each in findings(ensemble, 0.01) if each.name == "rising"]
+    assert bool(found) == told
+    assert all("faster than 1/(θδ)" in each.text for each in found)

@@ -83,7 +83,7 @@ def main():
             ]
             advance_u, advance_t, step, slopes = times
             print(
-                f"{count:>10}{start.memory.depth[0]:>10}{advance_u:>14.2f}{advance_t:>14.2f}{step:>14.2f}{slopes:>8.2f}"
+                f"{count:>10}{len(start.vertices()):>10}{advance_u:>14.2f}{advance_t:>14.2f}{step:>14.2f}{slopes:>8.2f}"
             )
     for contacts in (1000, 1_000_000):
         print(f"ContactBatch of {contacts} contacts: {batch_time(contacts):.0f} ns per contact and step")

@@ -14,7 +14,8 @@ pytestmark = pytest.mark.skipif(not CC, reason="needs a C compiler")
 
 
 @pytest.mark.parametrize(
-    ("compiler", "standard"), [("gcc", "-std=c11"), ("g++", "-std=c++17"), ("clang", "-std=c11"), ("clang++", "-std=c++17")]
+    ("compiler", "standard"),
+    [("gcc", "-std=c11"), ("g++", "-std=c++17"), ("clang", "-std=c11"), ("clang++", "-std=c++17")],
 )
 def test_a_c_program_walks_loops_by_itself(tmp_path, compiler, standard):
     if not shutil.which(compiler):
