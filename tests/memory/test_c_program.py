@@ -21,7 +21,7 @@ pytestmark = pytest.mark.skipif(not CC, reason="needs a C compiler")
 def test_a_c_program_walks_loops_by_itself(tmp_path, compiler, standard):
     if not shutil.which(compiler):
         pytest.skip(f"needs {compiler}")
-    program = compiled([compiler], SUPPORT / "c_program.c", tmp_path, "-O2", *WARNINGS, standard=standard)
+    program = compiled([compiler], SUPPORT / "c_program.c", tmp_path, *WARNINGS, standard=standard)
     done = subprocess.run([program], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout
     assert done.stdout.count("expected") == 10
@@ -33,7 +33,7 @@ def test_a_c_program_walks_loops_by_itself(tmp_path, compiler, standard):
 @pytest.fixture(scope="module")
 def inside(tmp_path_factory):
     """The core with everything seen from outside, and how to call it."""
-    library = compiled(CC, None, tmp_path_factory.mktemp("inside"), "-O2", "-shared", "-fPIC", name="core.so")
+    library = compiled(CC, None, tmp_path_factory.mktemp("inside"), "-shared", "-fPIC", name="core.so")
     ffi = FFI()
     ffi.cdef("""
         typedef struct { const double *gap, *weight; int64_t count; } hs_curve;

@@ -2,9 +2,10 @@
 
     PYTHONPATH=tests/support python tests/scripts/same_bits.py --histories 1000
 
-What is there is taken of gcc without and with all optimisation for this processor, clang, zig (``pip install ziglang``), and gcc for
-AArch64, whose program qemu runs (Debian: gcc-aarch64-linux-gnu and qemu-user-static). Digests of all states' bytes and of
-all that is read from them have to be alike; those of histories whose friction calls pow are compared, too, but may differ.
+gcc without and with all optimisation for this processor, clang, zig (``pip install ziglang``), and gcc for AArch64,
+whose program qemu runs (Debian: gcc-aarch64-linux-gnu and qemu-user-static), as far as they are there. Digests of
+states' bytes and of all that is read from them have to be alike; those of histories whose friction calls pow are told,
+but may differ.
 """
 
 import argparse
