@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from historysim.loads.events import TangentialLoad as TangentialLoad
     from historysim.log.event_log import EventLog as EventLog
     from historysim.log.verification import verify as verify
+    from historysim.memory import get_include as get_include
     from historysim.replay import Replay as Replay
     from historysim.replay import replay as replay
     from historysim.results import analysis as analysis
@@ -104,6 +105,7 @@ _HOMES = {
     ),
     "log.event_log": ("EventLog",),
     "log.verification": ("verify",),
+    "memory": ("get_include",),
     "replay": ("Replay", "replay"),
     "results": ("analysis",),
     "results.csv_table": ("write_csv",),

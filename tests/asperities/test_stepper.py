@@ -201,3 +201,12 @@ def test_a_controlled_stage_balances_its_energy_and_arrives():
     assert motion.work == pytest.approx(kept, rel=2e-3)
     assert motion.dissipated > 0.02 * motion.work
     assert motion.place[-1] == pytest.approx(15e-9, abs=1e-12)
+
+
+@pytest.mark.skipif(not positioning_stage.hatch_build.compiler(), reason="needs a C compiler")
+def test_a_loop_in_c_that_steps_by_address_has_the_same_bits():
+    ensemble = positioning_stage.rough_contact(50)
+    motion = positioning_stage.controlled(ensemble, duration=0.3)
+    same, _ = positioning_stage.controlled_in_c(ensemble, duration=0.3)
+    for mine, others in zip(motion, same, strict=True):
+        np.testing.assert_array_equal(mine, others)

@@ -3,6 +3,7 @@ import subprocess
 
 import numpy as np
 import pytest
+import same_bits
 from c_core import SANITIZED, SUPPORT, WARNINGS, compiled, hatch_build, walked
 from cffi import FFI
 from hypothesis import example, given
@@ -20,7 +21,7 @@ pytestmark = pytest.mark.skipif(not CC, reason="needs a C compiler")
 def test_a_c_program_walks_loops_by_itself(tmp_path, compiler, standard):
     if not shutil.which(compiler):
         pytest.skip(f"needs {compiler}")
-    program = compiled([compiler], SUPPORT / "c_program.c", tmp_path, "-O2", *WARNINGS, standard=standard)
+    program = compiled([compiler], SUPPORT / "c_program.c", tmp_path, *WARNINGS, standard=standard)
     done = subprocess.run([program], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout
     assert done.stdout.count("expected") == 10
@@ -32,7 +33,7 @@ def test_a_c_program_walks_loops_by_itself(tmp_path, compiler, standard):
 @pytest.fixture(scope="module")
 def inside(tmp_path_factory):
     """The core with everything seen from outside, and how to call it."""
-    library = compiled(CC, None, tmp_path_factory.mktemp("inside"), "-O2", "-shared", "-fPIC", name="core.so")
+    library = compiled(CC, None, tmp_path_factory.mktemp("inside"), "-shared", "-fPIC", name="core.so")
     ffi = FFI()
     ffi.cdef("""
         typedef struct { const double *gap, *weight; int64_t count; } hs_curve;
@@ -73,3 +74,27 @@ def test_the_cube_root_is_that_of_libm_to_the_last_bit_or_so(inside, x):
 def test_sanitizers_find_nothing_in_random_histories(tmp_path):
     program = compiled(CC, SUPPORT / "random_histories.c", tmp_path, *SANITIZED)
     assert len(walked(program, 0, 25, 200)) == 25
+
+
+def histories_of(name, folder, histories):
+    compiler, _, runner = same_bits.builds()[name]
+    if not same_bits.is_there(compiler, runner):
+        pytest.skip(f"needs {' and '.join([compiler[0], *runner])}")
+    return same_bits.digests(name, histories, folder, steps=300)
+
+
+@pytest.fixture(scope="module")
+def plain_histories(tmp_path_factory):
+    """What random histories print that were compiled without any optimisation."""
+    return histories_of("gcc -O0", tmp_path_factory.mktemp("plain"), 30)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[] if name.startswith("gcc -O3") else pytest.mark.ci)
+        for name in list(same_bits.builds())[1:]
+    ],
+)
+def test_other_compilers_and_processors_give_the_same_bits(tmp_path, name, plain_histories):
+    assert same_bits.differing(plain_histories, histories_of(name, tmp_path, 30))[0] == []

@@ -2,9 +2,9 @@
 
     PYTHONPATH=tests/support python tests/scripts/fuzz_core.py -max_total_time=600
 
-needs clang with libFuzzer (Debian: clang and libclang-rt-dev). What follows goes to libFuzzer; it begins with states of random
-histories. What is found is written to the folder it runs in, as ``crash-…`` or ``timeout-…``; given as the first word, such a
-file is tried alone.
+needs clang with libFuzzer (Debian: clang and libclang-rt-dev). What follows goes to libFuzzer; it begins with states of
+random histories. What is found is written to the folder it runs in, as ``crash-…`` or ``timeout-…``; given as the first
+word, such a file is tried alone.
 """
 
 import subprocess
@@ -26,9 +26,10 @@ def main():
             program = compiled(["clang"], SUPPORT / "random_histories.c", folder, "-O2", name="histories")
             walked(program, first, first + 60, steps, states / str(steps))
         fuzzer = compiled(["clang"], SUPPORT / "fuzz_state.c", folder, *SANITIZED, "-fsanitize=fuzzer", name="fuzzer")
-        tried = [] if any(not word.startswith("-") for word in sys.argv[1:]) else [*states.iterdir()]
-        options = ["-max_len=8192", "-len_control=0", "-timeout=20", *sys.argv[1:]]
-        sys.exit(subprocess.run([fuzzer, *tried[:1], *tried[1:], *options], check=False).returncode)
+        alone = any(not word.startswith("-") for word in sys.argv[1:])
+        # what is new to it goes into the first folder
+        words = ["-max_len=8192", "-len_control=0", "-timeout=20", *([] if alone else states.iterdir()), *sys.argv[1:]]
+        sys.exit(subprocess.run([fuzzer, *words], check=False).returncode)
 
 
 if __name__ == "__main__":

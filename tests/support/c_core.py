@@ -12,7 +12,7 @@ hatch_build = importlib.util.module_from_spec(SPEC)
 SPEC.loader.exec_module(hatch_build)
 
 WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Werror"]
-SANITIZED = ["-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+SANITIZED = ["-O2", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 
 
 def taken_out(folder):
@@ -30,12 +30,8 @@ def compiled(command, program, folder, *options, name="program", standard="-std=
     language = "c++" if "++" in standard else "c"
     same_bits = [flag for flag in hatch_build.SAME_BITS if not flag.startswith("-std")]
     made = folder / name
-    programs = [program] if program else []
-    subprocess.run(
-        [*command, standard, *options, *same_bits, f"-I{core}", "-x", language, *programs, *sources, "-x", "none"]
-        + ["-lm", "-o", made],
-        check=True,
-    )
+    files = ["-x", language, *([program] if program else []), *sources, "-x", "none"]
+    subprocess.run([*command, standard, *options, *same_bits, f"-I{core}", *files, "-lm", "-o", made], check=True)
     return made
 
 

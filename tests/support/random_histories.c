@@ -80,6 +80,7 @@ typedef struct history {
     int cancels; /* elements that take load away, whose energies may be negative */
     double height[MOST], radius[MOST], top; /* [m] */
     double modulus, reach, deepest;         /* [Pa], [m] of displacements and of approaches */
+    double farthest;                        /* displacement so far, dimensionless */
     double heaviest;                        /* normal load at the deepest approach [N] */
     double met[3][MET];                     /* loads, approaches and displacements that were targets */
     double distance[3], coefficient[3], goal[MOST];
@@ -217,6 +218,9 @@ static void choose_goals(history *h, hs_path *path) {
     memset(path, 0, sizeof *path);
     path->normal_control = below(2);
     path->tangential_control = below(2);
+    /* ramps of both loads are long walks in chords */
+    if (path->normal_control == HS_LOAD && path->tangential_control == HS_LOAD && !one_in(4))
+        path->normal_control = HS_DISPLACED;
     if (path->normal_control == HS_LOAD) {
         path->normal_target = target(h, 0, 0.0, h->heaviest, h->memory->normal_load * units->load);
         if (path->normal_target < 0.0) path->normal_target = 0.0;
@@ -556,6 +560,26 @@ static void do_batch(void) {
     hs_batch_free(batch);
 }
 
+/* Look whether a memory is sound: of each group the vertices begin where it touches, and lie on lines of their slopes, but for
+ * what was rounded at the largest displacements. */
+static void require_sound(history *h) {
+    const hs_memory *memory = h->memory;
+    const hs_contact *contact = memory->contact;
+    const char *wrong = hs_memory_check(memory);
+    require(!wrong, wrong ? wrong : "");
+    double size = h->deepest / contact->units.length, v = fabs(memory->displacement);
+    h->farthest = h->farthest > v ? h->farthest : v;
+    for (int64_t g = 0; g < contact->groups; ++g) {
+        const hs_vertex *stack = memory->vertices + g * memory->capacity;
+        if (memory->depth[g] == 0) continue;
+        require(memory->deep || stack[0].label <= contact->gap[contact->first[g]] + 1e-9 * size, "begins beyond its gap");
+        for (int64_t j = 1; j < memory->depth[g]; ++j) {
+            double rise = stack[j].anchor - stack[j - 1].anchor, width = stack[j].label - stack[j - 1].label;
+            require(fabs(rise - stack[j].slope * width) <= 1e-12 * (size + h->farthest), "anchors are off their slopes");
+        }
+    }
+}
+
 static void one_event(history *h) {
     int kind = below(h->evolves ? 100 : 64);
     if (one_in(8)) choose_drive(h);
@@ -582,8 +606,9 @@ static void one_event(history *h) {
         do_spiral(h);
     else
         do_step(h);
-    const char *wrong = hs_memory_check(h->memory);
-    require(!wrong, wrong ? wrong : "");
+    require_sound(h);
+    /* what one state has other bits in, later ones have, too */
+    if (!one_in(4)) return;
     size_t size;
     unsigned char *bytes = bytes_of(h->memory, &size);
     note(bytes, size);
