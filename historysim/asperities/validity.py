@@ -298,7 +298,7 @@ def _rising(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:
             "rising",
             share,
             1.0,
-            f"friction rises with the distance slid by {steepest:.3g} /m, faster than 1/(θδ) = {steepest / share:.3g} /m "
-            f"at an approach of {quantity_text(approach, 'm', 3)}: springs that slide stick again at once, and the "
+            f"friction rises with the distance slid by {steepest:.3g} /m, faster than 1/(θδ) = {steepest / share:.3g} "
+            f"/m at an approach of {quantity_text(approach, 'm', 3)}: springs that slide stick again at once, and the "
             "loads have no unique answer; take a table that rises more slowly, or press less",
         )

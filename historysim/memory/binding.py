@@ -61,6 +61,8 @@ class Memory(Protocol):
     capacity: int
     deep: Any
     evolved: Any
+    known_label: float
+    known_slope: float
     normal_control: int
     tangential_control: int
 

@@ -127,6 +127,8 @@ typedef struct hs_memory {
     int64_t capacity;
     struct hs_deep *deep;   /* deeper vertices of a single stack, which copies share; NULL where `vertices` has all */
     hs_evolved *evolved;    /* NULL where asperities do not evolve */
+    double known_label;     /* where P' of a single group was worked out last; not a number where it is not known */
+    double known_slope;     /* that P', which the next question about it need not work out again */
     int32_t normal_control; /* how each channel was controlled last, and is held */
     int32_t tangential_control;
 } hs_memory;

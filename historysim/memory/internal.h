@@ -93,7 +93,8 @@ typedef struct hs_group {
     double *each;
     hs_vertex *stack;
     double friction;
-    int64_t start; /* position of its first asperity */
+    int64_t start;     /* position of its first asperity */
+    hs_memory *single; /* the memory where there is no other group, which notes what it knows; otherwise NULL */
 } hs_group;
 
 static inline hs_group hs_group_of(const hs_memory *memory, int64_t index) {
@@ -103,7 +104,8 @@ static inline hs_group hs_group_of(const hs_memory *memory, int64_t index) {
                       memory->each + start,
                       memory->vertices + index * memory->capacity,
                       memory->friction[index],
-                      start};
+                      start,
+                      contact->groups == 1 ? (hs_memory *)memory : NULL};
     return group;
 }
 /* Have the outermost vertices of a stack brought near, which is walked soon after that of another group: the processor

@@ -75,6 +75,7 @@ hs_memory *hs_memory_blank(hs_contact *contact, int64_t capacity, int evolves) {
     memory->evolved = evolved;
     memory->contact = hs_contact_held(contact);
     memory->deep = NULL;
+    memory->known_label = memory->known_slope = NAN;
     return memory;
 }
 
@@ -134,6 +135,8 @@ static void copy_now(hs_memory *target, const hs_memory *source) {
     target->tangential_load = source->tangential_load;
     target->dissipated = source->dissipated;
     target->excess = source->excess;
+    target->known_label = source->known_label;
+    target->known_slope = source->known_slope;
     target->normal_control = source->normal_control;
     target->tangential_control = source->tangential_control;
 }
@@ -254,6 +257,7 @@ int hs_memory_assign(hs_memory *memory, const hs_memory *from) {
 /* ---- other groups, other summits -------------------------------------------------------------------------------------- */
 
 void hs_refresh_loads(hs_memory *memory) {
+    memory->known_label = NAN;
     for (int64_t index = 0; index < memory->contact->groups; ++index) {
         hs_group group = hs_group_of(memory, index);
         for (int64_t j = 0; j < memory->depth[index]; ++j) {

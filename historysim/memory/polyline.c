@@ -120,7 +120,13 @@ static int64_t slip_group(const hs_group *group, hs_losses *losses, int64_t dept
             label = hs_least(hs_most(label, front.label), outer);
         }
         hs_load there = {at->x, HUGE_VAL};
-        if (rigid != 0.0) there = hs_load_at(group->curve, label);
+        if (rigid != 0.0) {
+            there = hs_load_at(group->curve, label);
+            if (group->single) {
+                group->single->known_label = label;
+                group->single->known_slope = there.slope;
+            }
+        }
         front.anchor += inner_slope * (label - front.label);
         front.tangential += inner_slope * (there.load - front.normal);
         front.label = label;

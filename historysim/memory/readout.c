@@ -47,7 +47,9 @@ double hs_sticking_stiffness(const hs_memory *memory, double direction) {
         /* an annulus at the edge, and inner discs where the polyline is steep */
         double side = hs_sliding_side(stack, depth, depth - 1, v, group.friction);
         int64_t outer = side != 0.0 && (everywhere || side == direction) ? depth - 2 : depth - 1;
-        stiffness += hs_load_at(group.curve, stack[outer].label).slope;
+        double label = stack[outer].label;
+        int known = group.single && label == memory->known_label;
+        stiffness += known ? memory->known_slope : hs_load_at(group.curve, label).slope;
         for (int64_t j = memory->steep[index] ? depth - 2 : 0; j > 0; --j) {
             side = hs_sliding_side(stack, depth, j, v, group.friction);
             if (side != 0.0 && (everywhere || side == direction))
