@@ -1,13 +1,17 @@
+import ctypes
+import math
 import shutil
 import subprocess
 
 import numpy as np
 import pytest
 import same_bits
-from c_core import SANITIZED, SUPPORT, WARNINGS, compiled, hatch_build, walked
+from c_core import ROOT, SANITIZED, SUPPORT, WARNINGS, compiled, hatch_build, walked
 from cffi import FFI
 from hypothesis import example, given
 from hypothesis import strategies as st
+
+import historysim as hs
 
 EPS = np.finfo(float).eps
 CC = hatch_build.compiler()
@@ -25,6 +29,22 @@ def test_a_c_program_walks_loops_by_itself(tmp_path, compiler, standard):
     done = subprocess.run([program], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout
     assert done.stdout.count("expected") == 10
+
+
+def test_what_the_readme_shows_runs(tmp_path):
+    text = (ROOT / "historysim" / "memory" / "README.md").read_text(encoding="utf-8")
+    shown = {name: text.split(f"```{name}\n")[1].split("```")[0] for name in ("c", "python")}
+    head, *body = shown["c"].splitlines()
+    lines = [head, "#include <math.h>", "int main(void) {", *body, "return !(force > 0.0); }"]
+    (tmp_path / "shown.c").write_text("\n".join(lines), encoding="utf-8")
+    subprocess.run([compiled(CC, tmp_path / "shown.c", tmp_path)], check=True)
+    pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+    ensemble = hs.Ensemble(pair, [0.0, -1e-9], 1e-4, 0.3)
+    state = ensemble.advance(ensemble.initial_state(), normal_load=0.01)
+    names = vars(ctypes) | {"math": math, "stepper": ensemble.stepper(state)}
+    exec(shown["python"], names)  # noqa: S102 - our own
+    after = ensemble.advance(state, normal_displacement=state.approach, tangential_displacement=7e-9)
+    assert names["stepper"].tangential_load == after.tangential_load > 0
 
 
 # -- labels ----------------------------------------------------------------------------------------
