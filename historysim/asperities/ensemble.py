@@ -17,7 +17,7 @@ from historysim.asperities.laws.base import FrictionLaw
 from historysim.asperities.state import EnsembleState
 from historysim.asperities.stepper import Stepper, Totals, channel, goals
 from historysim.asperities.wear import WearLaw
-from historysim.basics.arguments import checked, one_per, scalar
+from historysim.basics.arguments import checked, one_per, scalar, workable
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.units import range_text
 from historysim.basics.wording import counted
@@ -124,10 +124,12 @@ class Ensemble:
         law = friction if isinstance(friction, FrictionLaw) else None
         coefficients = at_start(friction, count)
         coefficients.flags.writeable = False
+        radii = each("summit_radius", summit_radius, count, above=0)
+        workable("summit_radius", radii)
         self.__attrs_init__(
             pair=pair,
             summit_height=height,
-            summit_radius=each("summit_radius", summit_radius, count, above=0),
+            summit_radius=radii,
             friction=coefficients,
             x=None if x is None else each("x", x, count),
             y=None if y is None else each("y", y, count),

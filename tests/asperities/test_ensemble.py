@@ -488,3 +488,9 @@ def test_an_ensemble_is_gone_when_nobody_has_it():
         assert there() is None
     finally:
         gc.enable()
+
+
+@pytest.mark.parametrize("radius", [1e308, 1e-320, 1e-200])
+def test_radii_beyond_what_floats_hold_are_refused(radius):
+    with pytest.raises(hs.InputError, match=r"summit_radius is (1e|9)"):
+        hs.Ensemble(PAIR, 0.0, radius, 0.2)
