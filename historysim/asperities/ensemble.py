@@ -125,7 +125,8 @@ class Ensemble:
         coefficients = at_start(friction, count)
         coefficients.flags.writeable = False
         radii = each("summit_radius", summit_radius, count, above=0)
-        workable("summit_radius", radii)
+        # the unit of length is the largest
+        workable("summit_radius", radii.max())
         self.__attrs_init__(
             pair=pair,
             summit_height=height,
