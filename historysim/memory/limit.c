@@ -12,6 +12,8 @@
 
 /* shares of a path below which a request that touches the limit does not meet it */
 #define NARROWEST 1e-12
+/* places that are looked at: a request that runs along the limit all the way would have it looked at everywhere */
+#define MOST_LOOKED 4096
 /* of a path, one after the other, that lead to less than that */
 #define MOST_HALVINGS 64
 
@@ -104,7 +106,7 @@ static double first_change(const hs_memory *memory, const hs_request *request, d
                            const station *end, int beyond) {
     /* the right ends of the intervals that are still to be looked at, the nearest last */
     station waiting[MOST_HALVINGS], low = *start;
-    int count = 1;
+    int count = 1, looked = 0;
     waiting[0] = *end;
     double rate = side * (request->force[1] - request->force[0]), wanted = beyond ? 1.0 : -1.0;
     while (count > 0) {
@@ -118,12 +120,14 @@ static double first_change(const hs_memory *memory, const hs_request *request, d
         if (monotone && at_high > 0.0)
             return at_low < 0.0 ? crossing_between(memory, request, side, &low, &high) : low.share;
         int hopeless = monotone || hs_least(at_low + fastest * width, at_high - slowest * width) <= 0.0;
-        if (at_high <= 0.0 && (hopeless || width <= NARROWEST)) {
+        int last = width <= NARROWEST || looked == MOST_LOOKED;
+        if (at_high <= 0.0 && (hopeless || last)) {
             --count;
             low = high;
-        } else if (width <= NARROWEST || count == MOST_HALVINGS) {
+        } else if (last || count == MOST_HALVINGS) {
             return high.share;
         } else {
+            ++looked;
             waiting[count++] = station_at(memory, request, 0.5 * (low.share + high.share));
         }
     }
