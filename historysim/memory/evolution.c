@@ -613,7 +613,9 @@ static int foresee_wear(walk *w, const hs_memory *memory, const target *end) {
             double stop = end->d * unit - (contact->datum - w->end_height[i]);
             /* an asperity slides to the end, or until it leaves */
             double leaves = stop < 0.0 && slid > 0.0 ? start / (start - stop) : 1.0;
-            w->first[i] = hs_most(start + (slid > 0.0 ? leaves - slid / moved : 0.0) * (stop - start), 0.0);
+            /* what is held may have slid farther than the contact is moved now */
+            double begins = slid > 0.0 ? hs_most(leaves - slid / moved, 0.0) : 0.0;
+            w->first[i] = hs_most(start + begins * (stop - start), 0.0);
             w->last[i] = hs_most(stop, 0.0);
             w->mean_load[i] = 0.0;
             if (slid > 0.0)

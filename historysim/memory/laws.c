@@ -80,9 +80,10 @@ double hs_mean_load(double first, double last, double weight) {
 double hs_worn_summit(const hs_wear *wear, double first, double last, double meanwhile, double shaped, double waiting,
                       double volume, double *height, double *radius) {
     if (wear->shape == HS_TRUNCATED) {
-        double area = PI * *radius;
-        *height -= sqrt((shaped + waiting + volume) / area) - sqrt(shaped / area);
-        return waiting + volume;
+        /* what was foreseen too large is taken back, as far as there is any */
+        double area = PI * *radius, taken = hs_most(waiting + volume, -shaped);
+        *height -= sqrt((shaped + taken) / area) - sqrt(shaped / area);
+        return taken;
     }
     double p = sqrt(hs_most(first, 0.0)), q = sqrt(hs_most(last, 0.0)), whole = quartic(p, q), grown = 1.0;
     /* a cap over the contact circle holds πa⁴/(4R); what is more than that waits for a larger contact */

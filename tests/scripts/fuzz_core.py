@@ -28,7 +28,7 @@ def main():
         fuzzer = compiled(["clang"], SUPPORT / "fuzz_state.c", folder, *SANITIZED, "-fsanitize=fuzzer", name="fuzzer")
         alone = any(not word.startswith("-") for word in sys.argv[1:])
         # what is new to it goes into the first folder
-        words = ["-max_len=4096", "-len_control=0", "-timeout=60", *([] if alone else states.iterdir()), *sys.argv[1:]]
+        words = ["-max_len=4096", "-len_control=0", "-timeout=120", *([] if alone else states.iterdir()), *sys.argv[1:]]
         sys.exit(subprocess.run([fuzzer, *words], check=False).returncode)
 
 

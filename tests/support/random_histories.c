@@ -575,10 +575,13 @@ static void require_sound(history *h) {
         /* what chords foresee of wear may be taken back, within their tolerance */
         double slack = (memory->evolved ? h->drive.tolerance : 1e-9) * size;
         require(memory->deep || stack[0].label <= contact->gap[contact->first[g]] + slack, "begins beyond its gap");
+        double steepest = memory->friction[g], rounded = 1e-12 * (size + h->farthest);
+        for (int64_t j = 1; j < memory->depth[g]; ++j)
+            if (fabs(stack[j].slope) > steepest) steepest = fabs(stack[j].slope);
         for (int64_t j = 1; j < memory->depth[g]; ++j) {
             double rise = stack[j].anchor - stack[j - 1].anchor, width = stack[j].label - stack[j - 1].label;
-            double rounded = 1e-12 * (size + h->farthest) + 1e-15 * memory->friction[g] * size;
-            require(fabs(rise - stack[j].slope * width) <= rounded, "anchors are off their slopes");
+            require(fabs(rise - stack[j].slope * width) <= rounded + 1e-14 * steepest * stack[j].label,
+                    "anchors are off their slopes");
         }
     }
 }
