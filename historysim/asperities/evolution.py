@@ -13,7 +13,7 @@ from historysim.asperities.laws.base import FrictionLaw, Loaded
 from historysim.asperities.wear import WearLaw
 from historysim.basics.library import ffi, pointer
 from historysim.contact.materials import MaterialPair
-from historysim.memory.binding import view
+from historysim.memory.binding import fill, view
 
 Floats = npt.NDArray[np.float64]
 
@@ -51,13 +51,13 @@ class Evolution:
             kept.append(pointer(goal.coefficients))
             found.goal, found.goal_fraction = kept[-1], goal.fraction
         if self.law is not None:
-            _fill(found.law, self.law.core(), kept)
+            kept.append(fill(found.law, self.law.core()))
             if not found.law.kind:
                 found.law.kind = ffi.integer_const("HS_CALLERS_LAW")
                 kept.append(_callback("hs_law_function", self._coefficients(self.law), raised))
                 found.law.function = kept[-1]
         if self.wear is not None:
-            _fill(found.wear, self.wear.core(), kept)
+            kept.append(fill(found.wear, self.wear.core()))
             if not found.wear.kind:
                 found.wear.kind = ffi.integer_const("HS_CALLERS_WEAR")
                 kept.append(_callback("hs_wear_function", _volumes(self.wear), raised))
@@ -93,17 +93,8 @@ def _volumes(wear: WearLaw) -> Callable[..., int]:
     return fill
 
 
-def _fill(struct: Any, values: dict[str, Any], kept: list[Any]) -> None:
-    for name, value in values.items():
-        if isinstance(value, tuple):
-            kept.append(np.array(value, dtype=float))
-            setattr(struct, name, pointer(kept[-1]))
-        else:
-            setattr(struct, name, ffi.integer_const(value) if isinstance(value, str) else value)
-
-
 def _callback(kind: str, function: Callable[..., int], raised: list[BaseException]) -> Any:
     def failed(_kind: Any, error: BaseException, _trace: Any) -> None:
         raised.append(error)
 
-    return ffi.callback(f"{kind}", function, error=1, onerror=failed)
+    return ffi.callback(kind, function, error=1, onerror=failed)

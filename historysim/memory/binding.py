@@ -1,5 +1,6 @@
 """The C library as the other rooms call it: who owns a memory, what its numbers are, and what it raises."""
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -173,6 +174,18 @@ def group_of_each(memory: Any) -> Integers:
 def friction_of_each(memory: Any) -> Floats:
     """Return the present coefficient of each asperity (asperity)."""
     return view(memory.friction, memory.contact.groups)[group_of_each(memory)]
+
+
+def fill(struct: Any, values: Mapping[str, Any]) -> list[Any]:
+    """Fill in fields of a struct: names of constants, numbers, and arrays; return what has to outlive the struct."""
+    kept = []
+    for name, value in values.items():
+        if isinstance(value, tuple | np.ndarray):
+            kept.append(np.ascontiguousarray(value, dtype=np.float64))
+            setattr(struct, name, pointer(kept[-1]))
+        else:
+            setattr(struct, name, ffi.integer_const(value) if isinstance(value, str) else value)
+    return kept
 
 
 def view(numbers: Any, count: int) -> Array:

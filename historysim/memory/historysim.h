@@ -322,6 +322,12 @@ typedef struct hs_evolution {
     double goal_fraction;   /* of the way there that the path goes */
 } hs_evolution;
 
+/* Fill in the coefficients (count) that a law gives asperities. */
+HS_API int hs_coefficients(const hs_law *law, double contact_modulus, const hs_loaded *loaded, double *friction);
+/* Fill in the volumes (count) that asperities lose by a law of wear [m³]. */
+HS_API int hs_lost_volumes(const hs_wear *wear, int64_t count, const double *normal_load, const double *slid_distance,
+                           const double *dissipated_energy, double *volume);
+
 /* Do what `hs_walk` does where asperities evolve; the memory was made so. Only a single path may have a goal. */
 HS_API int hs_walk_evolving(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows,
                             const hs_drive *drive, double until, const hs_evolution *evolution, hs_refusal *refusal);

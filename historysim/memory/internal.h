@@ -378,10 +378,6 @@ int hs_walk_on(hs_memory *memory, const hs_plan *plan, double before, double sha
 
 /* ---- laws.c ---- */
 
-/* Coefficients of asperities that touch, by a law of friction. */
-int hs_coefficients(const hs_law *law, double modulus, const hs_loaded *loaded, double *friction);
-int hs_lost_volumes(const hs_wear *wear, int64_t count, const double *load, const double *slid, const double *energy,
-                    double *volume);
 /* Mean of k δ^(3/2) while δ goes straight from the first to the last. */
 double hs_mean_load(double first, double last, double weight);
 /* Have a summit lose what has waited and a volume, after that which has shaped it, while a² goes straight from the first to

@@ -9,10 +9,12 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
+from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.units import is_number
 from historysim.basics.wording import nearest
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
+from historysim.memory.binding import check, fill
 
 Floats = npt.NDArray[np.float64]
 Law = TypeVar("Law")
@@ -85,9 +87,21 @@ class FrictionLaw(abc.ABC):
         """Return the fields of ``hs_law`` that say what it is; a law without a kind there is asked itself."""
         return {"depends_on": _DEPENDENCE[self.depends_on]}
 
-    @abc.abstractmethod
     def coefficients(self, loaded: Loaded) -> Floats:
-        """Return the coefficient μ of each asperity (asperity)."""
+        """Return the coefficient μ of each asperity (asperity).
+
+        Laws of the library are asked there. A law of your own says it here, for arrays.
+        """
+        fields = self.core()
+        if "kind" not in fields:
+            raise NotImplementedError(f"{type(self).__name__} has no coefficients; expected a method that returns them")
+        law, given, found = ffi.new("hs_law *"), ffi.new("hs_loaded *"), np.empty(loaded.normal_load.size)
+        names = ("normal_load", "summit_radius", "slid_distance", "total_normal_load")
+        kept = fill(law, fields), fill(given, {name: getattr(loaded, name) for name in names})
+        given.count = found.size
+        check(lib.hs_coefficients(law, loaded.pair.contact_modulus, given, pointer(found)))
+        del kept
+        return found
 
     @property
     @abc.abstractmethod

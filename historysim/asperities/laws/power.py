@@ -3,9 +3,8 @@
 from typing import Any
 
 import attrs
-import numpy as np
 
-from historysim.asperities.laws.base import Floats, FrictionLaw, Loaded, at_least, one_of
+from historysim.asperities.laws.base import FrictionLaw, at_least, one_of
 from historysim.basics.units import as_float, quantity_text
 
 
@@ -56,13 +55,6 @@ class PowerLaw(FrictionLaw):
             "reference_load": self.reference_load,
             "exponent": self.exponent,
         }
-
-    def coefficients(self, loaded: Loaded) -> Floats:
-        """Return the coefficient μ of each asperity (asperity)."""
-        if self.exponent == 0:
-            return np.full(loaded.normal_load.size, self.coefficient)
-        load = loaded.normal_load if self.load == "own" else np.full_like(loaded.normal_load, loaded.total_normal_load)
-        return self.coefficient * (load / self.reference_load) ** self.exponent
 
     @property
     def text(self) -> str:

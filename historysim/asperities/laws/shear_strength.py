@@ -1,14 +1,11 @@
 """Friction of a constant interfacial shear strength on the contact area (Bowden and Tabor)."""
 
-import math
 from typing import Any
 
 import attrs
 
-from historysim.asperities.laws.base import Floats, FrictionLaw, Loaded, at_least, one_of
+from historysim.asperities.laws.base import FrictionLaw, at_least, one_of
 from historysim.basics.units import as_float, quantity_text
-from historysim.contact import hertz
-from historysim.contact.adhesion.jkr import jkr_contact_radius
 from historysim.errors import InputError
 
 
@@ -61,20 +58,6 @@ class ShearStrength(FrictionLaw):
             "shear_strength": self.shear_strength,
             "work_of_adhesion": self.work_of_adhesion or 0.0,
         }
-
-    def coefficients(self, loaded: Loaded) -> Floats:
-        """Return the coefficient μ of each asperity (asperity)."""
-        modulus, summit_radius = loaded.pair.contact_modulus, loaded.summit_radius
-        if self.work_of_adhesion is None:
-            approach = hertz.approach(loaded.normal_load, summit_radius=summit_radius, contact_modulus=modulus)
-            radius = hertz.contact_radius(approach, summit_radius=summit_radius)
-        else:
-            work = self.work_of_adhesion
-            radius = jkr_contact_radius(
-                loaded.normal_load, summit_radius=summit_radius, contact_modulus=modulus, work_of_adhesion=work
-            )
-        found: Floats = self.shear_strength * math.pi * radius**2 / loaded.normal_load
-        return found
 
     @property
     def text(self) -> str:

@@ -1,11 +1,10 @@
 """Coulomb's law on the load and the pull of adhesion together."""
 
-import math
 from typing import Any
 
 import attrs
 
-from historysim.asperities.laws.base import Floats, FrictionLaw, Loaded, at_least
+from historysim.asperities.laws.base import FrictionLaw, at_least
 from historysim.basics.units import as_float
 
 
@@ -43,11 +42,6 @@ class ShiftedLoad(FrictionLaw):
             "coefficient": self.coefficient,
             "work_of_adhesion": self.work_of_adhesion,
         }
-
-    def coefficients(self, loaded: Loaded) -> Floats:
-        """Return the coefficient μ of each asperity (asperity)."""
-        pull = 2 * math.pi * self.work_of_adhesion * loaded.summit_radius
-        return self.coefficient * (1 + pull / loaded.normal_load)
 
     @property
     def text(self) -> str:

@@ -6,7 +6,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from historysim.asperities.laws.base import Floats, FrictionLaw, Loaded
+from historysim.asperities.laws.base import FrictionLaw
 from historysim.basics.arguments import checked
 from historysim.errors import InputError
 
@@ -61,10 +61,6 @@ class SlidFriction(FrictionLaw):
             "distance": self.distance,
             "coefficients": self.coefficient,
         }
-
-    def coefficients(self, loaded: Loaded) -> Floats:
-        """Return the coefficient μ of each asperity (asperity)."""
-        return np.interp(loaded.slid_distance, self.distance, self.coefficient)
 
     @property
     def text(self) -> str:

@@ -1,0 +1,95 @@
+"""A user's own laws, in Python and for arrays, give what those of the library give that say the same."""
+
+import attrs
+import numpy as np
+import pytest
+
+import historysim as hs
+from historysim.asperities import laws, wear
+from historysim.contact import hertz
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=2.0, shear_modulus=0.3)
+HEIGHT, RADIUS = np.array([0.0, -0.004, -0.02]), np.array([1.0, 0.7, 1.4])
+MOVES = [
+    {"normal_displacement": 0.02},
+    {"tangential_displacement": 0.004},
+    {"normal_displacement": 0.03, "tangential_displacement": -0.002},
+    {"tangential_displacement": 0.02},
+    {"normal_displacement": 0.001},
+]
+
+
+@attrs.frozen
+class OwnStrength(laws.FrictionLaw):
+    """Shear strength on Hertz' area, by the package's own formulas of one contact."""
+
+    strength: float
+    kind, depends_on, text = "own strength", "own", "of a test"
+
+    def coefficients(self, loaded):
+        shape = {"summit_radius": loaded.summit_radius}
+        approach = hertz.approach(loaded.normal_load, contact_modulus=loaded.pair.contact_modulus, **shape)
+        return self.strength * np.pi * hertz.contact_radius(approach, **shape) ** 2 / loaded.normal_load
+
+
+@attrs.frozen
+class OwnSlid(laws.FrictionLaw):
+    kind, depends_on, text = "own slid", "slid", "of a test"
+
+    def coefficients(self, loaded):
+        return np.interp(loaded.slid_distance, [0.0, 0.01], [0.4, 0.3])
+
+
+@attrs.frozen(kw_only=True)
+class OwnWear(wear.WearLaw):
+    kind, text = "own wear", "of a test"
+
+    def volume(self, normal_load, slid_distance, dissipated_energy):  # noqa: ARG002 - other laws need it
+        return 1e-3 * normal_load * slid_distance
+
+
+def end(**options):
+    ensemble = hs.Ensemble(PAIR, HEIGHT, RADIUS, **{"friction": 0.4} | options)
+    state = ensemble.initial_state()
+    for move in MOVES:
+        state = ensemble.advance(state, **move)
+    return [state.normal_load, state.tangential_load, state.dissipated_energy, *state.evolved.slid_distance]
+
+
+@pytest.mark.parametrize(
+    ("own", "built_in"),
+    [
+        ({"friction": OwnStrength(0.05)}, {"friction": laws.ShearStrength(0.05)}),
+        ({"friction": OwnSlid()}, {"friction": laws.SlidFriction([0.0, 0.01], [0.4, 0.3])}),
+        ({"wear": OwnWear()}, {"wear": wear.ArchardWear(coefficient=1e-3, hardness=1.0)}),
+    ],
+)
+def test_an_own_law_is_that_of_the_library(own, built_in):
+    assert end(**own) == pytest.approx(end(**built_in), rel=1e-9, abs=1e-12)
+
+
+def test_a_law_of_the_library_says_its_coefficients():
+    loaded = laws.Loaded(PAIR, np.array([0.01, 0.02]), 0.03, np.array([1.0, 0.7]), np.array([0.0, 0.005]))
+    assert laws.ShearStrength(0.05).coefficients(loaded) == pytest.approx(OwnStrength(0.05).coefficients(loaded))
+    assert laws.SlidFriction([0.0, 0.01], [0.4, 0.3]).coefficients(loaded) == pytest.approx([0.4, 0.35])
+    assert laws.ShiftedLoad(0.2, 1e-3).coefficients(loaded) == pytest.approx(
+        0.2 * (1 + 2 * np.pi * 1e-3 * loaded.summit_radius / loaded.normal_load)
+    )
+    assert laws.PowerLaw(0.2, 0.01, -0.3).coefficients(loaded) == pytest.approx(0.2 * np.array([1.0, 2.0]) ** -0.3)
+    assert laws.PowerLaw(0.2, 0.01, -0.3, "total").coefficients(loaded) == pytest.approx([0.2 * 3.0**-0.3] * 2)
+    energy = wear.EnergyWear(volume_per_energy=2.0).volume(np.ones(2), np.ones(2), np.array([0.5, -0.1]))
+    assert energy.tolist() == [1.0, 0.0]
+
+
+def test_what_an_own_law_raises_comes_out():
+    class Failing(OwnSlid):
+        def coefficients(self, loaded):
+            raise ZeroDivisionError(f"{loaded.normal_load.size} asperities")
+
+    class Silent(laws.FrictionLaw):
+        kind, depends_on, text = "silent", "own", "of a test"
+
+    with pytest.raises(ZeroDivisionError, match="asperities"):
+        end(friction=Failing())
+    with pytest.raises(NotImplementedError, match="Silent has no coefficients"):
+        end(friction=Silent())
