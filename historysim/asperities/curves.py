@@ -141,18 +141,6 @@ class NormalCurves:
         left_out = powers(self.approach[~kept], label) @ weight
         return float(np.abs(left_out - total[~kept]).max() / total[-1])
 
-    def area_at(self, approach: npt.ArrayLike) -> Floats:
-        """Return the contact areas of the patches at approaches (approach, patch) [m²], straight between rows."""
-        if self.area is None:
-            raise InputError("the normal curves have no areas; expected them in the table")
-        rows = np.append(0.0, self.approach)
-        areas = np.vstack([np.zeros(len(self)), self.area])
-        given = np.clip(np.atleast_1d(approach), 0.0, rows[-1])
-        above = np.clip(np.searchsorted(rows, given), 1, rows.size - 1)
-        part = ((given - rows[above - 1]) / (rows[above] - rows[above - 1]))[:, None]
-        inside: Floats = areas[above - 1] + part * (areas[above] - areas[above - 1])
-        return inside
-
     def superposition(self, elements: Floats) -> Floats:
         """Return the weights of the rows of the table in a load (…, row), from that of the elements (…, element).
 

@@ -139,11 +139,6 @@ def is_file(path: Path) -> bool:
     return _is(path.is_file)
 
 
-def is_folder(path: Path) -> bool:
-    """Return whether there is a folder of this name; False for a name that the system does not take."""
-    return _is(path.is_dir)
-
-
 def what_is_there(path: Path) -> str:
     """Return why a name is none of a regular file, such as ``"is a folder"``; empty where it is one."""
     try:

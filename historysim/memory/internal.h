@@ -387,12 +387,6 @@ double hs_worn_summit(const hs_wear *wear, double first, double last, double mea
 
 /* ---- readout.c ---- */
 
-/* The side of the cone on which the springs of segment j slide, 1 or -1; 0 where they stick. */
-double hs_sliding_side(const hs_vertex *stack, int64_t depth, int64_t j, double displacement, double friction);
-/* dT/dV at a fixed approach when the displacement goes on in a direction, 1 or -1; with 0 that of the springs that stick
- * now, without those that slide either way. */
-double hs_sticking_stiffness(const hs_memory *memory, double direction);
-
 /* Rows that are written, and what it takes to write them. */
 typedef struct hs_recorder {
     const hs_rows *rows;

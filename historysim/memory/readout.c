@@ -7,7 +7,8 @@
 
 /* ---- which springs slide ----------------------------------------------------------------------------------------------- */
 
-double hs_sliding_side(const hs_vertex *stack, int64_t depth, int64_t j, double displacement, double friction) {
+/* The side of the cone on which the springs of segment j slide, 1 or -1; 0 where they stick. */
+static double sliding_side(const hs_vertex *stack, int64_t depth, int64_t j, double displacement, double friction) {
     double slope = stack[j].slope;
     if (fabs(slope) != friction) return 0.0;
     double side = copysign(1.0, slope), reach = stack[depth - 1].label - stack[j].label;
@@ -24,19 +25,21 @@ static void slip_zones(const hs_vertex *stack, int64_t depth, double displacemen
     double edge = stack[top].label;
     *boundary = edge;
     *outermost = -HUGE_VAL;
-    if (hs_sliding_side(stack, depth, top, displacement, friction) != 0.0) {
+    if (sliding_side(stack, depth, top, displacement, friction) != 0.0) {
         *boundary = stack[top - 1].label;
         *outermost = edge;
         return;
     }
     for (int64_t j = top - 1; steep && j > 0; --j)
-        if (hs_sliding_side(stack, depth, j, displacement, friction) != 0.0) {
+        if (sliding_side(stack, depth, j, displacement, friction) != 0.0) {
             *outermost = stack[j].label;
             return;
         }
 }
 
-double hs_sticking_stiffness(const hs_memory *memory, double direction) {
+/* dT/dV at a fixed approach when the displacement goes on in a direction, 1 or -1; with 0 that of the springs that stick
+ * now, without those that slide either way. */
+static double sticking_stiffness(const hs_memory *memory, double direction) {
     double v = memory->displacement, stiffness = 0.0;
     for (int64_t index = 0; index < memory->contact->groups && memory->depth[index] > 0; ++index) {
         hs_fetch_ahead(memory, index);
@@ -45,13 +48,13 @@ double hs_sticking_stiffness(const hs_memory *memory, double direction) {
         int64_t depth = memory->depth[index];
         int everywhere = direction == 0.0 || group.friction == 0.0;
         /* an annulus at the edge, and inner discs where the polyline is steep */
-        double side = hs_sliding_side(stack, depth, depth - 1, v, group.friction);
+        double side = sliding_side(stack, depth, depth - 1, v, group.friction);
         int64_t outer = side != 0.0 && (everywhere || side == direction) ? depth - 2 : depth - 1;
         double label = stack[outer].label;
         int known = group.single && label == memory->known_label;
         stiffness += known ? memory->known_slope : hs_load_at(group.curve, label).slope;
         for (int64_t j = memory->steep[index] ? depth - 2 : 0; j > 0; --j) {
-            side = hs_sliding_side(stack, depth, j, v, group.friction);
+            side = sliding_side(stack, depth, j, v, group.friction);
             if (side != 0.0 && (everywhere || side == direction))
                 stiffness -= hs_load_at(group.curve, stack[j].label).slope -
                              hs_load_at(group.curve, stack[j - 1].label).slope;
@@ -61,7 +64,7 @@ double hs_sticking_stiffness(const hs_memory *memory, double direction) {
 }
 
 double hs_stiffness(const hs_memory *memory, int direction) {
-    return hs_sticking_stiffness(memory, direction) * memory->contact->units.stiffness;
+    return sticking_stiffness(memory, direction) * memory->contact->units.stiffness;
 }
 
 double hs_normal_stiffness(const hs_memory *memory) {
@@ -99,7 +102,7 @@ hs_slopes hs_slopes_of(const hs_memory *memory, double start) {
         hs_load edge = hs_load_at(group.curve, d1);
         found.normal += edge.slope;
         found.tangential += edge.slope;
-        if (d1 > d0 && top > 0 && hs_sliding_side(stack, depth, top, v1, friction) == 0.0) {
+        if (d1 > d0 && top > 0 && sliding_side(stack, depth, top, v1, friction) == 0.0) {
             double first = hs_most(d0, group.curve.gap[0]), way = d1 - d0;
             hs_load inner = hs_load_at(group.curve, first);
             double rise = edge.load - inner.load;
@@ -108,7 +111,7 @@ hs_slopes hs_slopes_of(const hs_memory *memory, double start) {
         }
         int64_t last = memory->steep[index] || top < 1 ? 0 : top - 1;
         for (int64_t j = top; j > last; --j) {
-            double side = hs_sliding_side(stack, depth, j, v1, friction);
+            double side = sliding_side(stack, depth, j, v1, friction);
             if (side == 0.0) continue;
             double upper = hs_load_at(group.curve, stack[j].label).slope;
             double lower = hs_load_at(group.curve, stack[j - 1].label).slope;
@@ -201,7 +204,7 @@ static void record_totals(const hs_memory *memory, hs_totals *totals, int satura
     totals->displacement = memory->displacement * units->displacement;
     totals->contact_count = (double)touching;
     totals->real_contact_area = real_area(contact, touching, memory->approach) * units->area;
-    totals->tangential_stiffness = hs_sticking_stiffness(memory, 0.0) * units->stiffness;
+    totals->tangential_stiffness = sticking_stiffness(memory, 0.0) * units->stiffness;
     totals->dissipated_energy = memory->dissipated * units->energy;
     totals->friction_limit = limit * units->load;
     totals->saturated = saturated ? 1.0 : 0.0;

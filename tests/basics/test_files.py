@@ -13,7 +13,6 @@ from historysim.basics import system
 from historysim.basics.files import (
     check_replaceable,
     is_file,
-    is_folder,
     own_file,
     replacing,
     sync_file,
@@ -141,15 +140,12 @@ def test_what_is_not_there_cannot_be_brought_to_the_disk(tmp_path):
             sync(tmp_path / "none")
 
 
-def test_only_a_file_is_a_file_and_only_a_folder_is_a_folder(tmp_path):
+def test_only_a_file_is_a_file(tmp_path):
     (tmp_path / "file").touch()
     assert is_file(tmp_path / "file")
-    assert is_folder(tmp_path)
-    assert not is_folder(tmp_path / "file")
     assert not is_file(tmp_path)
     for name in ("none", "a\0b", "n" * 5000, "file/none"):
         assert not is_file(tmp_path / name)
-        assert not is_folder(tmp_path / name)
 
 
 def unfinished_of(process, host=None):
