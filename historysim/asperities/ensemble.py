@@ -407,8 +407,13 @@ class Ensemble:
             The file cannot be read.
         """
         path = Path(path)
+        content = path.read_bytes()
+        if content.startswith(b"PK"):
+            raise InputError(
+                f"{path}: is an archive, as versions before 0.3.0 wrote states; replay its loads and save again"
+            )
         try:
-            return EnsembleState.from_bytes(path.read_bytes(), self.initial_state())
+            return EnsembleState.from_bytes(content, self.initial_state())
         except InputError as error:
             raise InputError(f"{path}: {error}") from error
 

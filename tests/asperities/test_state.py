@@ -72,7 +72,7 @@ def test_a_state_can_be_pickled_and_saved(tmp_path, turns):
     state = spiral(ENSEMBLE, stuck(), turns)
     assert len(state.vertices()) > turns
     assert pickle.loads(pickle.dumps(state)) == state  # noqa: S301 - our own
-    path = tmp_path / "state.npz"
+    path = tmp_path / "one.state"
     state.save(path)
     back = ENSEMBLE.load_state(path)
     assert back == state
@@ -90,7 +90,7 @@ def test_damaged_bytes_are_refused():
 
 
 def test_other_files_are_refused(tmp_path):
-    path = tmp_path / "state.npz"
+    path = tmp_path / "one.state"
     stuck().save(path)
     with pytest.raises(hs.InputError, match="of other asperities"):
         rough(21).load_state(path)
@@ -98,6 +98,9 @@ def test_other_files_are_refused(tmp_path):
         path.write_bytes(content)
         with pytest.raises(hs.InputError, match=r"no saved memory|cut off"):
             ENSEMBLE.load_state(path)
+    np.savez(tmp_path / "older.npz", now=np.zeros(6))
+    with pytest.raises(hs.InputError, match="as versions before"):
+        ENSEMBLE.load_state(tmp_path / "older.npz")
     np.save(tmp_path / "array.npy", np.zeros(3))
     with pytest.raises(hs.InputError, match=r"no saved memory|cut off"):
         ENSEMBLE.load_state(tmp_path / "array.npy")
