@@ -72,8 +72,8 @@ def through(approach: Floats, load: Floats, stiffness: Floats | None = None) -> 
     approach, load : array (row)
         [m], [N].
     stiffness : array (row), optional
-        dP/da where it is known, beginning with a row before which P is straight; by default it follows from three
-        rows each [N/m].
+        dP/da just before rows, where it is known, not a number where not; P is straight up to the first. By default
+        it follows from three rows each [N/m].
     """
     if stiffness is None:
         below = 0.5 ** np.arange(HALVINGS, 0, -1)
@@ -82,7 +82,8 @@ def through(approach: Floats, load: Floats, stiffness: Floats | None = None) -> 
         loads = np.concatenate([load[0] * below**exponent, load])
         slope = _slopes(nodes, loads)
     else:
-        nodes, loads, slope = approach, load, stiffness
+        nodes, loads = approach, load
+        slope = np.where(np.isnan(stiffness), _slopes(approach, load), stiffness)
     secant = np.diff(loads, prepend=0.0) / np.diff(nodes, prepend=0.0)
     # to rounding it rises
     secant = np.maximum.accumulate(secant)

@@ -16,7 +16,7 @@ from historysim.basics.files import replacing
 
 Floats = npt.NDArray[np.float64]
 
-FORM = b"2"
+FORM = b"3"
 """Changes whenever the same arguments are to be computed anew."""
 DAMAGE = (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error, tokenize.TokenError)
 
