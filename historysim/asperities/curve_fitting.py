@@ -83,7 +83,8 @@ def through(approach: Floats, load: Floats, stiffness: Floats | None = None) -> 
         slope = _slopes(nodes, loads)
     else:
         nodes, loads = approach, load
-        slope = np.where(np.isnan(stiffness), _slopes(approach, load), stiffness)
+        unknown = np.isnan(stiffness)
+        slope = np.where(unknown, _slopes(approach, load), stiffness) if unknown.any() else stiffness
     secant = np.diff(loads, prepend=0.0) / np.diff(nodes, prepend=0.0)
     # to rounding it rises
     secant = np.maximum.accumulate(secant)
@@ -146,7 +147,8 @@ def estimated_noise(approach: Floats, load: Floats) -> Floats:
     for _ in range(5):
         found = nnls(terms / variance[:, None], square / variance)[0]
         variance = np.maximum(terms @ found, 1e-6 * square.mean() + 1e-300)
-    return np.sqrt(np.maximum(found[0] + found[1] * (load / p.max()) ** 2, 1e-6 * square.mean()))
+    noise: Floats = np.sqrt(np.maximum(found[0] + found[1] * (load / p.max()) ** 2, 1e-6 * square.mean()))
+    return noise
 
 
 class Regression:
@@ -185,8 +187,8 @@ class Regression:
     def error(self, load: Floats) -> float:
         """Return what the curve of loads (row) may be off by [N].
 
-        It is the largest error of `REPLICAS` tables with other noise, with what there may be between rows and what is left
-        at rows beyond the noise.
+        It is the largest error of `REPLICAS` tables with other noise, with what there may be between rows and
+        what is left at rows beyond the noise.
         """
         curve = self.of(load)
         at_nodes, at_rows, rng = curve.loads(self.nodes), curve.loads(self._approach), np.random.default_rng(SEED)

@@ -105,7 +105,7 @@ class NormalCurves:
         rows, loads, areas = _table(approach, load, area)
         told = None if noise is None else _noise(noise, rows.size)
         places = (None if place is None else np.atleast_1d(checked("x and y", place)) for place in (x, y))
-        known = {"area": areas, **dict(zip("xy", places, strict=True))}
+        known: dict[str, Any] = {"area": areas, **dict(zip("xy", places, strict=True))}
         total = loads.sum(axis=1)
         exact = told is None and rows.size <= MOST_ROWS and is_convex(rows, total)
         if exact and loads.shape[1] == 1 and (found := hertzian(rows, total)):
@@ -120,7 +120,7 @@ class NormalCurves:
 
     @classmethod
     def from_exact(cls, approach: Floats, load: Floats, area: Floats, stiffness: Floats, **known: Floats) -> Self:
-        """Return the curves of solutions, whose stiffnesses are known, and whose load is straight up to the first row."""
+        """Return the curves of solutions: stiffnesses are known, and the load is straight up to the first row."""
         return cls(approach, load, *through(approach, load.sum(axis=1), stiffness), area=area, **known)
 
     def __len__(self) -> int:
@@ -141,9 +141,9 @@ class NormalCurves:
 
     def total(self, approach: Floats) -> Floats:
         """Return the total load that is replayed at approaches [N]."""
-        if self.stiffness is not None:
-            return Knots(self.label, self.stiffness).loads(approach)
-        return np.asarray(self.weight * np.clip(approach, 0.0, None) ** 1.5)
+        if self.weight is not None:
+            return np.asarray(self.weight * np.clip(approach, 0.0, None) ** 1.5)
+        return Knots(self.label, np.asarray(self.stiffness)).loads(approach)
 
     @property
     def misfit(self) -> float:
@@ -254,7 +254,7 @@ class NormalCurves:
 def _noise(noise: npt.ArrayLike, rows: int) -> Floats:
     told = checked("noise", noise, above=0)
     if told.size not in (1, rows) or told.ndim > 1:
-        raise InputError(f"noise has shape {told.shape}; expected one number, or one for each of {rows} rows with a load")
+        raise InputError(f"noise has shape {told.shape}; expected one number, or {rows}, one for each load")
     return np.broadcast_to(told, rows).astype(np.float64)
 
 
@@ -267,8 +267,8 @@ def _check_convex(rows: Floats, total: Floats, curve: Knots, noise: Floats) -> N
     if bends or np.sqrt((off**2).mean()) > NOT_CONVEX * total.max():
         raise InputError(
             f"the total load is not convex: at an approach of {rows[row]:.4g} m it is {total[row]:.4g} N, and the "
-            f"nearest curve that stiffens all the way has {curve.loads(rows)[row]:.4g} N ({worst:.1%} of the largest load); "
-            "expected a load that rises ever faster, as that of an elastic contact does"
+            f"nearest curve that stiffens all the way has {curve.loads(rows)[row]:.4g} N ({worst:.1%} of the largest "
+            "load); expected a load that rises ever faster, as that of an elastic contact does"
         )
 
 
@@ -302,12 +302,19 @@ def _table(
             row, patch = (int(index) for index in np.unravel_index(values.argmin(), values.shape))
             raise InputError(f"{name} is {values.min():.6g} in row {row} of patch {patch}; expected 0 or more")
         falls = -np.diff(values, axis=0) / np.maximum(values.max(axis=0), 1e-300)
-        if values.shape[1] > 1 and falls.max() > NOT_CONVEX:
+        # the load of one patch is the total, whose noise is smoothed
+        if (name == "area" or values.shape[1] > 1) and falls.max() > NOT_CONVEX:
             row, patch = (int(index) for index in np.unravel_index(falls.argmax(), falls.shape))
             raise InputError(
                 f"{name} of patch {patch} falls from {values[row, patch]:.6g} to {values[row + 1, patch]:.6g} while "
                 "the approach grows; expected it to rise: contact areas and pressures do everywhere"
             )
+    if areas is not None and (without := (areas == 0) & (loads > 0)).any():
+        row, patch = (int(index) for index in np.unravel_index(without.argmax(), without.shape))
+        raise InputError(
+            f"area is 0 in row {row} of patch {patch}, which carries {loads[row, patch]:.6g} N; expected more than 0 "
+            "where there is a load, or no areas"
+        )
     return rows, loads, areas
 
 

@@ -181,7 +181,8 @@ class Ensemble:
         load : array_like (row) or (row, patch)
             Normal load of each patch at that approach [N]; one column alone is the whole contact, as an
             indentation measures it. Their sum rises ever faster, or as fast, as that of a flat punch does. A sum that
-            does is met exactly; of another one the nearest that does is taken (`NormalCurves.misfit`, `NormalCurves.error`).
+            does is met exactly; of another one the nearest that does is taken (see `NormalCurves.misfit` and
+            `NormalCurves.error`).
         area : array_like, of the shape of ``load``, optional
             Contact areas [m²]; without them there are no areas in the history.
         friction : float

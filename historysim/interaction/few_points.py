@@ -1,8 +1,8 @@
 """A rough contact from the first point that touches on, as long as few do: exact, by active sets.
 
-With p the pressures of the points that touch, G what the displacement of one point is under the pressure of another, and
-z how deep a point lies below the highest, p = G⁻¹ (a - z) on those points, and z + G p > a on all others. So p is straight in
-the approach a from one touch to the next; the first point is a flat punch of one pixel.
+With p the pressures of the points that touch, G the displacement of one point under the pressure of another, and z how
+deep a point lies below the highest, p = G⁻¹ (a - z) on those points, and z + G p > a on all others. So p is straight in the
+approach a from one touch to the next; the first point is a flat punch of one pixel.
 """
 
 from collections.abc import Iterator
@@ -26,7 +26,7 @@ TOLERANCE = 1e-11
 
 
 class Row(NamedTuple):
-    """One solution: approach, the points that touch (flat indices), their pressures, and what those grow by per approach."""
+    """A solution: approach, the points that touch (flat indices), their pressures, and how fast those grow with it."""
 
     approach: float
     point: Integers
@@ -60,7 +60,7 @@ class FewPoints:
         touching = np.zeros(self._depth.size, dtype=bool)
         touching[0] = True
         # two points of one height touch at once
-        approach, _, following = self._solved(0.0, touching)
+        approach, (_, _, following) = 0.0, self._solved(0.0, touching)
         while True:
             count = int(touching.sum())
             target = following if count < EACH_TOUCH else max(following, approach * STEP)
@@ -72,8 +72,8 @@ class FewPoints:
                 yield row
             approach = target
 
-    def _solved(self, approach: float, touching: npt.NDArray[np.bool_]) -> tuple[float, tuple[Floats, Floats], float]:
-        """Return the pressures at an approach if these points touch, what they grow by, and where the next one touches."""
+    def _solved(self, approach: float, touching: npt.NDArray[np.bool_]) -> tuple[Floats, Floats, float]:
+        """Return the pressures at an approach if these points touch, how they grow, and where the next one touches."""
         from scipy.linalg import cho_factor, cho_solve
 
         matrix = self._matrix[np.ix_(touching, touching)]
@@ -83,14 +83,14 @@ class FewPoints:
         gap, closing = self._depth[~touching] - approach + across @ pressure, 1.0 - across @ growth
         with np.errstate(divide="ignore"):
             ahead = np.where(closing > 0, gap / closing, np.inf)
-        return approach, (pressure, growth), approach + max(float(ahead.min(initial=np.inf)), 0.0)
+        return pressure, growth, approach + max(float(ahead.min(initial=np.inf)), 0.0)
 
     def _settled(self, approach: float, touching: npt.NDArray[np.bool_]) -> tuple[Row, npt.NDArray[np.bool_], float]:
         """Return the solution at an approach, the points that touch just beyond it, and where the next one touches."""
         touching = touching.copy()
         first = None
         while True:
-            _, (pressure, growth), following = self._solved(approach, touching)
+            pressure, growth, following = self._solved(approach, touching)
             inside = np.flatnonzero(touching)
             gap = self._depth - approach + self._matrix[:, inside] @ pressure
             leaves = inside[pressure < -TOLERANCE * np.abs(pressure).max()]

@@ -1,5 +1,6 @@
 """A rigid flat on a rough elastic half-space without friction, solved by Tamaas (Polonsky–Keer conjugate gradients)."""
 
+import time
 from typing import Any
 
 import numpy as np
@@ -80,12 +81,18 @@ class HalfSpace:
         needed = np.fft.ifft2(np.fft.fft2(self.heights - self.heights.mean()) / stiffness).real
         return -float(needed.min())
 
+    def time_of_iteration(self) -> float:
+        """Return how long a step of the conjugate gradients takes [s]: one displacement, and as much again."""
+        begin = time.perf_counter()
+        self._moved(np.zeros_like(self.heights))
+        return 2 * (time.perf_counter() - begin)
+
     def _moved(self, pressure: Floats) -> Floats:
         """Return the displacements under pressures."""
         if self._operator is None:
             self._model.traction[...] = pressure
             self._model.solveNeumann()
-            return self._model.displacement.copy()
+            return np.array(self._model.displacement)
         displacement = np.zeros_like(pressure)
         self._operator(pressure, displacement)
         return displacement

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import scalar
+from historysim.basics.notices import Teller, silent
 from historysim.basics.progress import progress_bar
 from historysim.basics.wording import counted
 from historysim.errors import InputError
@@ -29,9 +30,13 @@ FIRST_PRESSURE = 1e-4
 """Mean pressure, over E* and the rms slope, to begin from where an approach is to be reached."""
 ABOVE = 1.001
 """By how much the largest load that is solved lies above what is asked for."""
-FEWEST_POINTS = 8
-"""Points in contact from which a solution is one of the surface, and not of its grid."""
 MOST_DOUBLINGS = 40
+ITERATIONS = 60
+"""Steps of the conjugate gradients that a load takes, after the one before it."""
+LONG = 30.0
+"""Time that is announced before it begins [s]."""
+MOST_CHANGE = 0.1
+"""Change of the contact area without every second point, from which areas and patches are those of the grid."""
 
 
 @attrs.frozen(eq=False)
@@ -81,6 +86,7 @@ class NormalSolutions:
         largest_load: float = 0.0,
         largest_approach: float = 0.0,
         progress: bool = False,
+        tell: Teller = silent,
     ) -> Self:
         """Solve a map up to a load and an approach, or take the solutions from the cache of an earlier run.
 
@@ -94,6 +100,8 @@ class NormalSolutions:
             From first touch [m].
         progress : bool
             Show a progress bar on standard error where that is a terminal and it takes long.
+        tell : callable, optional
+            Takes the notice of how long it will take, where that is long.
 
         Raises
         ------
@@ -108,7 +116,7 @@ class NormalSolutions:
         key = (np.ascontiguousarray(surface.heights), np.array([*surface.pixel_size, surface.periodic, *target]))
 
         def solved() -> dict[str, Floats]:
-            return _solve(space, surface, target, progress=progress)
+            return _solve(space, surface, target, progress=progress, tell=tell)
 
         found = kept("normal_solutions", key, solved)
         touching = (found["pressure"][-1] > 0).reshape(surface.shape)
@@ -140,6 +148,21 @@ class NormalSolutions:
         return self._summed((self.pressure > 0).astype(np.float64)) * math.prod(self.pixel_size)
 
     @property
+    def notices(self) -> tuple[str, ...]:
+        """What has to be known of the solutions."""
+        change = self.coarse[1]
+        if abs(change) <= MOST_CHANGE:
+            return ()
+        touching, patches = counted(self.point.size, "point", "points"), counted(self.count, "patch", "patches")
+        told = f"changes by {change:+.0%}" if np.isfinite(change) else "is lost"
+        notice = (
+            f"{touching} of the map touch, in {patches}, and the contact area {told} without every second point of the "
+            "map: areas, patches and pressures are those of the grid, not of the surface; take a finer map, or filter it "
+            "(s_filter)"
+        )
+        return (notice,)
+
+    @property
     def position(self) -> tuple[Floats, Floats]:
         """Where each patch carries most [m]: x and y (patch)."""
         order = np.lexsort((-self.pressure[-1], self.patch))
@@ -169,7 +192,9 @@ class NormalSolutions:
         return sums
 
 
-def _solve(space: HalfSpace, surface: Surface, target: tuple[float, float], *, progress: bool) -> dict[str, Floats]:
+def _solve(
+    space: HalfSpace, surface: Surface, target: tuple[float, float], *, progress: bool, tell: Teller
+) -> dict[str, Floats]:
     """Solve all loads, from the first touch, and the heaviest on the map with every second point left out."""
     _check_flattening(space, *target)
     count, cell = space.heights.size, math.prod(surface.size) / space.unit**2 / surface.heights.size
@@ -184,22 +209,18 @@ def _solve(space: HalfSpace, surface: Surface, target: tuple[float, float], *, p
             break
     else:
         first = float(pressures[-1].mean()) if pressures else 0.0
-        for approach, pressure in _heavier(space, first, target, progress=progress):
+        for approach, pressure in _heavier(space, first, target, progress=progress, tell=tell):
             if not approaches or approach > approaches[-1]:
                 approaches.append(approach)
                 pressures.append(pressure)
                 stiffnesses.append(math.nan)
-    touching = int((pressures[-1] > 0).sum())
-    if touching < FEWEST_POINTS:
-        raise InputError(
-            f"{counted(touching, 'point', 'points')} of the map touches under the largest load; expected a finer map, or a "
-            f"larger load: {FEWEST_POINTS} points or more"
-        )
     return {
         "approach": np.array(approaches),
         "pressure": np.array(pressures),
         "stiffness": np.array(stiffnesses),
-        "coarse": _change_at_half(space, surface, float(pressures[-1].mean()), approaches[-1], touching / count),
+        "coarse": _change_at_half(
+            space, surface, float(pressures[-1].mean()), approaches[-1], float((pressures[-1] > 0).mean())
+        ),
     }
 
 
@@ -208,7 +229,7 @@ def _check_flattening(space: HalfSpace, pressure: float, approach: float) -> Non
     flat = float(space.heights.max() - space.heights.mean())
     if pressure * ABOVE >= (limit := space.flattening):
         raise InputError(
-            f"the load presses the map flat, all of it touches from {limit / pressure:.1%} of the load on; expected less"
+            f"the load presses the map flat, all of it touches from {limit / pressure:.1%} of that on; expected less"
         )
     if approach * ABOVE >= flat and limit < math.inf:
         raise InputError(
@@ -217,12 +238,16 @@ def _check_flattening(space: HalfSpace, pressure: float, approach: float) -> Non
 
 
 def _heavier(
-    space: HalfSpace, first: float, target: tuple[float, float], *, progress: bool
+    space: HalfSpace, first: float, target: tuple[float, float], *, progress: bool, tell: Teller
 ) -> Iterator[tuple[float, Floats]]:
     """Yield approaches and pressures of loads from above a mean pressure to what is asked for."""
     top = _top(space, *target)
     first = first or top * LIGHTEST
-    loads = np.geomspace(first, top, max(int(math.ceil(math.log(top / first) / math.log(STEP))), 1) + 1)[1:]
+    loads = np.geomspace(first, top, max(math.ceil(math.log(top / first) / math.log(STEP)), 1) + 1)[1:]
+    seconds = loads.size * ITERATIONS * space.time_of_iteration()
+    if seconds > LONG:
+        sides = " × ".join(f"{side:,}" for side in space.heights.shape)
+        tell(f"the normal contact of {sides} points takes some {seconds / 60:.0f} min for {loads.size} loads, once")
     with progress_bar(progress, "load", loads.size, desc="normal contact", delay=2) as count:
         for load in loads:
             found = space.solve(float(load))

@@ -156,7 +156,7 @@ def head_of(loaded: scenario.Scenario, tell: Teller = silent) -> tuple[Head, lis
     """Resolve a scenario: the head of its log, and its events."""
     if loaded.sections.sweep is not None:
         tell(f"{loaded.path.name}: [sweep] is left to historysim sweep; this is the scenario as it stands without it")
-    ground = loaded.solved(loaded.ground())
+    ground = loaded.solved(loaded.ground(), tell)
     for notice in ground.notices:
         tell(f"{loaded.path.name}: {notice}")
     shown, attributes = surface_group.contents(ground.summits, ground.surface, ground.solutions)

@@ -165,7 +165,7 @@ class Scenario:
             self._check_record(len(ensemble))
         return ensemble
 
-    def solved(self, ground: Ground) -> Ground:
+    def solved(self, ground: Ground, tell: Teller = silent) -> Ground:
         """Return the ground as it is loaded, with what depends on the largest load.
 
         That is the normal contact of a map whose asperities press on one another, and the nominal area of one that lies
@@ -193,8 +193,9 @@ class Scenario:
                 largest_load=max([*loads, 0.0]) / modulus,
                 largest_approach=max([*approaches, 0.0]),
                 progress=True,
+                tell=tell,
             )
-        return attrs.evolve(ground, solutions=found)
+        return attrs.evolve(ground, solutions=found, notices=(*ground.notices, *found.notices))
 
     def events(self, tell: Teller = silent) -> list[Event]:
         """Return the events, in time order; what is to be known of how a file was read is told.

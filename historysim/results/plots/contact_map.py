@@ -149,7 +149,7 @@ def _drawn(origin: Origin, state: EnsembleState, at: float, title: str, size: Si
     pixel = tuple(float(side / count) for side, count in zip(_sides(arrays), shape, strict=True))
     found, modulus = ensemble.superposition(state), ensemble.pair.contact_modulus
     touching = arrays["first_touch"] <= found.approach
-    pressure = _on_map(origin, np.clip(found.normal @ arrays[SOLVED], 0.0, None) * modulus, touching)
+    pressure = _on_map(origin, found.normal @ arrays[SOLVED] * modulus, touching)
     traction = _on_map(origin, found.tangential @ arrays[SOLVED] * modulus, touching)
     extent, unit = _extent(origin)
     with new_figure(size, (PAGE, 163.0)) as figure:
@@ -220,14 +220,14 @@ def draw_zones(axes: "Axes", zone: Floats, extent: Extent, name: str) -> None:
 
 
 def _draw_field(axes: "Axes", values: Floats, extent: Extent, name: str, *, signed: bool) -> None:
-    """Draw a quantity point by point; one with a sign from dark to light, which grey print tells apart, too."""
+    """Draw a quantity point by point; one with a sign in two colours that part at 0."""
     largest = float(np.nanmax(np.abs(values), initial=0.0)) or 1.0
     factor, prefix = prefixed(largest)
     image = axes.imshow(
         values.T * factor,
         origin="lower",
         extent=extent,
-        cmap="viridis",
+        cmap="PuOr" if signed else "viridis",
         vmin=-largest * factor if signed else 0.0,
         vmax=largest * factor,
         interpolation="nearest",
