@@ -21,7 +21,7 @@ ROOMS = (
     "asperities",
     "loads",
     "recording",
-    "replay",
+    "replaying",
     "log",
     "measured",
     "results",
@@ -31,8 +31,8 @@ ROOMS = (
 )
 ANYONE = "_version"
 FREE = ("", "__main__")
-READERS = ("results.analysis", "results.plots.history")
-ENGINE = {"memory", "asperities", "recording", "replay", "log", "scenario"}
+READERS = ("results.analysis", "results.plots.load_history")
+ENGINE = {"memory", "asperities", "recording", "replaying", "log", "scenario"}
 LONGEST_CORRIDOR = 200
 HEAVY = {"numpy", "scipy", "xarray", "netCDF4", "matplotlib", "cf_units", "tqdm", "h5py", "nptdms"}
 
@@ -153,9 +153,9 @@ def test_every_module_imports_only_from_above():
 
 def test_all_modules_are_read():
     found = imports(ROOT)
-    assert {"", "cli", "replay", "contact.hertz", "results.plots.history"} <= set(found)
-    assert {"loads.schedule", "asperities.ensemble", "recording.recorder"} <= found["replay"][0]
-    assert {"replay", "log.file"} <= found["log.result"][0]
+    assert {"", "cli", "replaying", "contact.hertz", "results.plots.load_history"} <= set(found)
+    assert {"loads.schedule", "asperities.ensemble", "recording.recorder"} <= found["replaying"][0]
+    assert {"replaying", "log.file"} <= found["log.result"][0]
 
 
 def test_every_room_has_its_tests():
@@ -166,10 +166,10 @@ def test_every_room_has_its_tests():
 
 
 def test_the_corridor_is_short_and_knows_neither_logs_nor_scenarios():
-    assert len((ROOT / "replay.py").read_text(encoding="utf-8").splitlines()) < LONGEST_CORRIDOR
-    below = ROOMS[ROOMS.index("replay") + 1 :]
+    assert len((ROOT / "replaying.py").read_text(encoding="utf-8").splitlines()) < LONGEST_CORRIDOR
+    below = ROOMS[ROOMS.index("replaying") + 1 :]
     graph = imports(ROOT)
-    reached = reachable({**graph, "": (set(), set())}, ["replay"])
+    reached = reachable({**graph, "": (set(), set())}, ["replaying"])
     assert {room(name) for name in reached} & set(below) == set()
 
 

@@ -22,7 +22,7 @@ from historysim.loads import schedule
 from historysim.loads.friction_course import FrictionCourse
 from historysim.loads.samples import SampledLoads
 from historysim.log.event_log import Verdict
-from historysim.log.head import Head
+from historysim.log.header import Head
 from historysim.log.snapshot import Snapshot
 from historysim.log.verification import Difference, Verification
 from historysim.measured import correction, loops, observation, sliding

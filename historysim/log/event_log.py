@@ -29,12 +29,12 @@ from historysim.loads.events import (
     time_text,
 )
 from historysim.log.file import Content, LogFile
-from historysim.log.head import Head
-from historysim.log.starts import start_before
+from historysim.log.header import Head
+from historysim.log.replay_start import start_before
 from historysim.memory.binding import DISPLACED
 from historysim.memory.paths import STILL, Goals, paths_to
 from historysim.recording.recorder import DatasetRecorder, Selection, chosen_asperities
-from historysim.replay import Replay
+from historysim.replaying import Replay
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -28,7 +28,7 @@ from historysim.basics.lock import WriterLock
 from historysim.errors import InputError
 from historysim.loads.events import Event, check_sequence, misfit, time_text
 from historysim.log import canonical
-from historysim.log.head import Head, head_from
+from historysim.log.header import Head, head_from
 from historysim.log.snapshot import Snapshot, snapshot_from
 
 ENDING = ".history"

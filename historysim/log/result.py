@@ -12,16 +12,16 @@ from historysim.basics.notices import Teller, silent
 from historysim.errors import InputError, LoadError
 from historysim.loads.events import time_text
 from historysim.loads.schedule import Standing, Start
-from historysim.log import inputs
+from historysim.log import embedded_log
 from historysim.log.file import ENDING, Content, LogFile
-from historysim.log.head import Head
+from historysim.log.header import Head
+from historysim.log.replay_start import start_before
 from historysim.log.snapshot import Snapshot
-from historysim.log.starts import start_before
 from historysim.recording import surface_group
 from historysim.recording.compression import compress
 from historysim.recording.netcdf import FileRecorder
 from historysim.recording.unfinished import Unfinished
-from historysim.replay import Replay
+from historysim.replaying import Replay
 
 if TYPE_CHECKING:
     import h5netcdf
@@ -167,7 +167,7 @@ def _write_beside(file: "h5netcdf.File", head: Head, content: Content) -> None:
     """Write what stands beside the rows: the surface, and what the result is made from."""
     if head.surface:
         surface_group.write(file, head.surface, head.settings["surface_attributes"])
-    inputs.write(file, head, content)
+    embedded_log.write(file, head, content)
 
 
 def _attributes(head: Head, job: Replay, tip: bytes) -> dict[str, Any]:

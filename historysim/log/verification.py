@@ -17,11 +17,11 @@ from historysim.basics.notices import Teller, silent
 from historysim.errors import InputError
 from historysim.loads.events import Event, time_text
 from historysim.loads.schedule import Start
-from historysim.log import inputs
+from historysim.log import embedded_log
 from historysim.log.file import LogFile
+from historysim.log.replay_start import trusted_snapshots
 from historysim.log.result import log_beside
 from historysim.log.snapshot import program
-from historysim.log.starts import trusted_snapshots
 from historysim.memory.rows import Rows
 from historysim.recording.provenance import made_with
 from historysim.recording.recorder import Recorder, coordinates_of
@@ -176,8 +176,8 @@ def _verify_result(output: Path, log: Path | None, *, progress: bool, tell: Tell
             raise InputError(f"{output}: its log {beside} is not there; put it there, or say where it is with --log")
     with LogFile(beside) as file, _opened(output) as result:
         # what it can be made again from has a checksum of its own
-        if inputs.group_of(result) is not None:
-            inputs.read(output)
+        if embedded_log.group_of(result) is not None:
+            embedded_log.read(output)
         events, digest = _events_of(file, output, result)
         made = f"historysim {getattr(result, 'historysim_version', '?')}"
         elsewhere = _elsewhere(file.head.ensemble, made, str(getattr(result, "made_with", "?")))

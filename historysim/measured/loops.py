@@ -48,7 +48,7 @@ from historysim.measured.looks import Strokes, what_it_looks_like
 from historysim.measured.loop_table import Along, LoopTable, Quantity, same_amplitude, same_load
 from historysim.measured.noise import REVERSAL
 from historysim.measured.power_law import CONFIDENCE
-from historysim.measured.preliminary import reversal_factor, zero_load_factor
+from historysim.measured.preliminary_readings import reversal_factor, zero_load_factor
 from historysim.measured.range_pairs import range_pairs
 from historysim.measured.scatter import Wander, of_values
 from historysim.measured.statistics import LoopStatistics

@@ -21,7 +21,7 @@ from historysim.measured.noise import noise_of
 from historysim.measured.reduction import check_moves, loop_dead_band, turning_points
 from historysim.measured.splitting import check_skip, loops_of_measurement
 from historysim.recording.recorder import DatasetRecorder
-from historysim.replay import Replay
+from historysim.replaying import Replay
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from historysim.basics.hdf5 import check_named
 from historysim.errors import InputError
-from historysim.results.told import check_history
+from historysim.results.readable import check_history
 
 if TYPE_CHECKING:
     import netCDF4

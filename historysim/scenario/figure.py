@@ -93,7 +93,7 @@ def _draw(figure: "Figure | SubFigure", what: Any, picture: AnyPicture) -> None:
             cells = cells_of(what, LOOP, picture.labels, picture.where)
             draw_together(figure, cells, marks, picture.title)
         case TractionPicture():
-            from historysim.results.plots.traction import draw_traction
+            from historysim.results.plots.traction_profile import draw_traction
 
             options = {name: getattr(picture, name) for name in TRACTION}
             draw_traction(figure, [what], picture.asperity, picture.steps, **options)

@@ -311,11 +311,11 @@ def _object(what: object, name: str, chosen: _Options) -> "Figure":
     from historysim.measured.sliding import Sliding
     from historysim.results.plots.adhesion_branch import plot_adhesion_branch
     from historysim.results.plots.adhesion_map import plot_adhesion_map
-    from historysim.results.plots.asperity import plot_asperity
-    from historysim.results.plots.comparison import plot_comparison
+    from historysim.results.plots.friction_trace import plot_sliding
+    from historysim.results.plots.loop_curves import plot_loops
     from historysim.results.plots.loop_levels import plot_loop_levels
-    from historysim.results.plots.loops import plot_loops
-    from historysim.results.plots.sliding import plot_sliding
+    from historysim.results.plots.measured_and_model import plot_comparison
+    from historysim.results.plots.single_asperity import plot_asperity
     from historysim.scenario.fit import Fit
 
     size = chosen.size

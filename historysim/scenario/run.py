@@ -10,9 +10,9 @@ from historysim.basics.processors import threads_of
 from historysim.basics.targets import LOG, RESULT, Output, check_outputs
 from historysim.errors import InputError
 from historysim.loads.events import Event
-from historysim.log import inputs
+from historysim.log import embedded_log
 from historysim.log.file import LogFile, links_of
-from historysim.log.head import Head
+from historysim.log.header import Head
 from historysim.log.result import digest_attribute, log_beside, write_result
 from historysim.recording import surface_group
 from historysim.recording.compression import check_compression
@@ -186,7 +186,7 @@ def _in_memory(path: Path | scenario.Scenario, *, progress: bool, threads: int, 
             with LogFile(path) as file:
                 head, content = file.head, file.sound()
         else:
-            head, content = inputs.read(path)
+            head, content = embedded_log.read(path)
         events, links = content.events, content.links
     attributes = head.attributes | digest_attribute(links[-1])
     return head.replay(events, threads).dataset(attributes=attributes, progress=progress)
@@ -194,7 +194,7 @@ def _in_memory(path: Path | scenario.Scenario, *, progress: bool, threads: int, 
 
 def _log_again(path: Path, beside: Path, *, resume: bool) -> LogFile:
     """Make the log of a result again, batch by batch, from the result alone."""
-    head, content = inputs.read(path)
+    head, content = embedded_log.read(path)
     if resume and beside.exists():
         file = LogFile(beside, write=True)
         if file.sound().links == content.links:

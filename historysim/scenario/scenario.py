@@ -22,19 +22,19 @@ from historysim.loads.events import Event, NormalDisplacement, NormalLoad
 from historysim.loads.events import misfit as event_misfit
 from historysim.recording import named_states
 from historysim.scenario.document import read_sections, sections_of
-from historysim.scenario.files import files_of
+from historysim.scenario.input_files import files_of
 from historysim.scenario.loading_kinds import MeasuredLoading
 from historysim.scenario.schema import given, reported
 from historysim.scenario.sections import Sections
 from historysim.scenario.surface_kinds import Ground
-from historysim.scenario.surface_kinds.maps import HeightMap
+from historysim.scenario.surface_kinds.map_kinds import HeightMap
 
 if TYPE_CHECKING:
     from historysim.asperities.adhering import AdheringAsperities
     from historysim.asperities.ensemble import Ensemble
     from historysim.asperities.laws import FrictionLaw
     from historysim.measured.measurement import Measurement
-    from historysim.replay import Replay
+    from historysim.replaying import Replay
     from historysim.surfaces.summits import Summits
 
 
@@ -321,7 +321,7 @@ class Scenario:
         InputError
             As for `checked`.
         """
-        from historysim.replay import Replay
+        from historysim.replaying import Replay
 
         ensemble, events = self.checked(ground)
         return Replay(

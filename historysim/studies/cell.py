@@ -8,10 +8,10 @@ import numpy as np
 
 from historysim.errors import InputError
 from historysim.recording.changes import Changes
-from historysim.scenario.files import files_of
+from historysim.scenario.input_files import files_of
 from historysim.scenario.points import at_point
 from historysim.scenario.scenario import Scenario
-from historysim.studies.inputs import stamp
+from historysim.studies.input_digests import stamp
 from historysim.studies.outputs import OF_ALL_SUMMITS, SUMMARIES, asks_for_each, chosen_outputs
 
 if TYPE_CHECKING:

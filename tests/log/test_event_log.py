@@ -12,8 +12,8 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 
 import historysim as hs
 from historysim.log import file as log_file
+from historysim.log.replay_start import start_before
 from historysim.log.snapshot import Snapshot
-from historysim.log.starts import start_before
 from historysim.recording.recorder import StateOnly
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)

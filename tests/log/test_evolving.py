@@ -10,7 +10,7 @@ from historysim.asperities.wear import ArchardWear, EnergyWear
 from historysim.loads.event_table import read_events, write_events
 from historysim.log.canonical import columns_of, events_of
 from historysim.log.file import LogFile
-from historysim.log.head import Head, head_from
+from historysim.log.header import Head, head_from
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 HEIGHT, RADIUS = np.array([0.0, -0.012, -0.03]), np.array([1.0, 0.7, 0.9])

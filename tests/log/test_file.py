@@ -14,7 +14,7 @@ from historysim.loads.schedule import Standing
 from historysim.log import file as log_file
 from historysim.log.canonical import columns_of, events_of
 from historysim.log.file import LogFile, links_of
-from historysim.log.head import Head, head_from
+from historysim.log.header import Head, head_from
 from historysim.log.snapshot import Snapshot, unpacked
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)

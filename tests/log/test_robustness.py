@@ -340,7 +340,7 @@ def test_versions_that_differ_are_told_with_how_much_the_numbers_do(folder):
 
 
 def test_a_log_of_another_version_still_replays(folder, whole, monkeypatch):
-    monkeypatch.setattr("historysim.log.head.__version__", "0.0.9")
+    monkeypatch.setattr("historysim.log.header.__version__", "0.0.9")
     hs.run(folder / "killed.toml", folder / "killed.nc").close()
     monkeypatch.undo()
     told = []

@@ -11,8 +11,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from historysim.measured import observation
 from historysim.measured.comparison import Comparison
-from historysim.results.plots import comparison as plots
-from historysim.results.plots.comparison import plot_comparison
+from historysim.results.plots import measured_and_model as plots
+from historysim.results.plots.measured_and_model import plot_comparison
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from historysim.measured.comparison import Comparison
 from historysim.measured.definitions import Definitions, Plateau
 from historysim.measured.observation import observe
 from historysim.measured.splitting import loops_of_channels, loops_of_measurement
-from historysim.results.loops import summary
+from historysim.results.loop_summary import summary
 
 
 def short(noise=1.0, **shape):

@@ -6,7 +6,7 @@ import historysim as hs
 from historysim.asperities import laws
 from historysim.asperities.wear import WEAR_LAWS, ArchardWear, EnergyWear
 from historysim.scenario.law_sections import LAW_KEYS, WEAR_KEYS
-from historysim.scenario.summary import summary
+from historysim.scenario.scenario_summary import summary
 
 SCENARIO = """
 [materials]

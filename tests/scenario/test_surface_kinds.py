@@ -29,8 +29,8 @@ from sections import (
 import historysim as hs
 from historysim.errors import InputError
 from historysim.scenario import scenario, surface_kinds
-from historysim.scenario.summary import summary
-from historysim.scenario.surface_kinds.maps import PREPARATION
+from historysim.scenario.scenario_summary import summary
+from historysim.scenario.surface_kinds.map_kinds import PREPARATION
 from historysim.surfaces.distribution import Gaussian, Tabulated, drawn_summits, quantile_summits
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.random import random_surface

@@ -12,7 +12,7 @@ from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted, shown
 from historysim.errors import InputError, path_text
 from historysim.loads.events import EVENT_KINDS, LOAD_KINDS, Event, LoadEvent
-from historysim.scenario.loading_kinds.base import Loading, one_of_each
+from historysim.scenario.loading_kinds.loading_kind import Loading, one_of_each
 from historysim.scenario.schema import Force, Length, Lengths, Numbers, Quantity, Time
 
 MOST_EVENTS = 10_000_000

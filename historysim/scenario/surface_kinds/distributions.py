@@ -8,9 +8,9 @@ import attrs
 
 from historysim.basics.places import misfit
 from historysim.errors import InputError
-from historysim.scenario.columns import NumbersFile
+from historysim.scenario.column_keys import NumbersFile
 from historysim.scenario.schema import Length, Lengths, Numbers, Quantity, given
-from historysim.scenario.surface_kinds.base import Ground
+from historysim.scenario.surface_kinds.surface_kind import Ground
 from historysim.tables import Column
 
 if TYPE_CHECKING:

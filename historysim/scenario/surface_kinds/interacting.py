@@ -6,7 +6,7 @@ import attrs
 
 from historysim.basics.places import misfit
 from historysim.basics.wording import nearest, shown
-from historysim.scenario.surface_kinds.base import Ground, SurfaceKind
+from historysim.scenario.surface_kinds.surface_kind import Ground, SurfaceKind
 
 INTERACTIONS = ("none", "full")
 

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import attrs
 
-from historysim.scenario.columns import NumbersFile
+from historysim.scenario.column_keys import NumbersFile
 from historysim.scenario.schema import given
-from historysim.scenario.surface_kinds.base import Curve, Ground
+from historysim.scenario.surface_kinds.surface_kind import Curve, Ground
 from historysim.tables import Column
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import attrs
 
 from historysim.basics.places import misfit
-from historysim.scenario.surface_kinds.base import Ground, SurfaceKind
+from historysim.scenario.surface_kinds.surface_kind import Ground, SurfaceKind
 
 if TYPE_CHECKING:
     from historysim.surfaces.heights import Surface

@@ -3,7 +3,7 @@ import pytest
 import historysim as hs
 from historysim.asperities.instrument import Instrument
 from historysim.basics.findings import read, written
-from historysim.recording.validity import findings
+from historysim.recording.recorded_validity import findings
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=50e9, shear_modulus=12e9)
 BALL = hs.Ensemble(PAIR, 0.0, 1e-3, 0.2)

@@ -44,7 +44,7 @@ def find_sliding(
 
     from historysim.measured.measurement import Measurement
     from historysim.measured.sliding import sliding_of_history, sliding_of_measurement
-    from historysim.results.files import kind_of, open_result
+    from historysim.results.result_files import kind_of, open_result
 
     if isinstance(record, str | Path):
         path = Path(record)

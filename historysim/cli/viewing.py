@@ -8,7 +8,7 @@ import click
 
 from historysim.basics.system import processors
 from historysim.basics.targets import MOVING, PAGE, PICTURE, Output, check_outputs
-from historysim.cli.arguments import files_read, force_option, path_type, scenario_or_file, set_option
+from historysim.cli.options import files_read, force_option, path_type, scenario_or_file, set_option
 from historysim.cli.output import notice, print_lines, save
 from historysim.errors import InputError
 
@@ -92,7 +92,7 @@ def plot(
     """
     millimetres = None if size is None else _millimetres(size)
     file = files[0]
-    from historysim.results.files import kind_of
+    from historysim.results.result_files import kind_of
 
     kind = kind_of(file)
     if output is None:
@@ -191,8 +191,8 @@ def gallery(folder: Path, output: Path, workers: int | None, scripts: bool, forc
 
 def _animate(file: Path, output: Path, size: tuple[float, float] | None) -> None:
     """Write a moving picture of a result."""
-    from historysim.results.files import open_result
     from historysim.results.plots.animation import animate_contact_map, save_animation
+    from historysim.results.result_files import open_result
 
     with open_result(file) as history:
         save_animation(animate_contact_map(history, size=size), output)

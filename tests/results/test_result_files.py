@@ -7,7 +7,7 @@ import pytest
 import historysim as hs
 from historysim.errors import InputError
 from historysim.log.event_log import EventLog
-from historysim.results.files import kind_of, open_result, read_table
+from historysim.results.result_files import kind_of, open_result, read_table
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
 BALL = hs.Ensemble(PAIR, 0.0, 1e-3, 0.2)

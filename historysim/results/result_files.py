@@ -16,9 +16,9 @@ from historysim.measured.loops import CONTENT
 from historysim.measured.sliding import CONTENT_OF_COURSE
 from historysim.results.analysis.time_series import CONTENT as TIME_SERIES
 from historysim.results.netcdf_table import CONTENT as TABLE
+from historysim.results.readable import check_history
 from historysim.results.recorded_file import damage_told
 from historysim.results.sweeps import CONTENT as SWEEP
-from historysim.results.told import check_history
 
 Kind = Literal["scenario", "log", "result", "loops", "sliding", "sweep", "table", "height map"]
 

@@ -56,7 +56,7 @@ def find_loops(
     from historysim.measured.definitions import DEFAULT
     from historysim.measured.measurement import Measurement
     from historysim.measured.splitting import loops_of_history, loops_of_measurement
-    from historysim.results.files import kind_of, open_result
+    from historysim.results.result_files import kind_of, open_result
 
     options: dict[str, Any] = {
         "dead_band": dead_band,

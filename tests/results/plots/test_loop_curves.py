@@ -9,7 +9,7 @@ import historysim as hs
 from historysim.measured.definitions import Definitions, FirstDisplacement
 from historysim.measured.splitting import loops_of_channels
 from historysim.results import analysis
-from historysim.results.plots import loops as plots
+from historysim.results.plots import loop_curves as plots
 from historysim.results.plots import style
 
 PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))

@@ -4,11 +4,27 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from historysim.contact.drift import backward_branch
+from historysim.asperities.positioning import disturbance_at_rest
+from historysim.contact import drift as one_contact
 from historysim.errors import InputError
 from historysim.measured.definitions import DEFAULT, Definitions
 from historysim.results import analysis
 from historysim.results.analysis.recorded import check_all_recorded, displacement_ratio, present_friction, shape_of
+
+__all__ = [
+    "branch_drift",
+    "cycle_drift",
+    "disturbance_at_rest",
+    "one_contact",
+    "positioning_error",
+    "run_drift",
+    "seen_at_rest",
+]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
+
 
 Floats = npt.NDArray[np.float64]
 
@@ -37,7 +53,7 @@ def branch_drift(history: xr.Dataset, first: int, second: int) -> float:
         A step that the history does not have, or as for `preliminary_displacement`.
     """
     before, after = (_displacements(history, step) for step in (first, second))
-    branch = backward_branch(before, after).max(initial=0.0)
+    branch = one_contact.backward_branch(before, after).max(initial=0.0)
     return float(abs(branch - 2 * before.max(initial=0.0)))
 
 

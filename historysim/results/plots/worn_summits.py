@@ -9,7 +9,7 @@ import xarray as xr
 from historysim.errors import InputError
 from historysim.results.analysis.recorded import shape_of
 from historysim.results.plots.along_path import kept_steps
-from historysim.results.plots.lines import line_style
+from historysim.results.plots.line_styles import line_style
 from historysim.results.plots.paper import COLUMN, Size, new_figure
 from historysim.results.plots.style import INK, plain_title, scaled
 

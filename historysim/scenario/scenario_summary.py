@@ -4,7 +4,7 @@ import numpy as np
 
 from historysim.basics.units import duration_text, quantity_text
 from historysim.basics.wording import counted
-from historysim.recording import validity
+from historysim.recording import recorded_validity
 from historysim.scenario.scenario import Scenario
 from historysim.scenario.sections import SweepSection
 from historysim.scenario.surface_kinds import Ground
@@ -48,7 +48,7 @@ def summary(scenario: Scenario) -> list[tuple[str, str]]:
         *([("map as it comes", _map_line(before)), ("map as prepared", _map_line(ground))] if before else []),
         *(contact.summary() if contact else []),
         *(("note", notice) for notice in notices),
-        *(("warning", finding.text) for finding in validity.findings(ensemble, events, scenario.instrument)),
+        *(("warning", finding.text) for finding in recorded_validity.findings(ensemble, events, scenario.instrument)),
     ]
 
 

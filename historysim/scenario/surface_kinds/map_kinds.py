@@ -10,7 +10,7 @@ from historysim.basics.places import at, misfit
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.scenario.schema import Length, Lengths, Number, Quantity
-from historysim.scenario.surface_kinds.base import Ground
+from historysim.scenario.surface_kinds.surface_kind import Ground
 
 if TYPE_CHECKING:
     from historysim.surfaces.heights import Surface

@@ -6,9 +6,9 @@ import attrs
 
 from historysim.basics.places import misfit
 from historysim.basics.wording import nearest, shown
-from historysim.scenario.columns import NumbersFile
+from historysim.scenario.column_keys import NumbersFile
 from historysim.scenario.schema import Length, Lengths, Number, given
-from historysim.scenario.surface_kinds.base import Ground
+from historysim.scenario.surface_kinds.surface_kind import Ground
 from historysim.tables import Column
 
 

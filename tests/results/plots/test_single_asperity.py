@@ -3,7 +3,7 @@
 import numpy as np
 
 import historysim as hs
-from historysim.results.plots.asperity import plot_asperity
+from historysim.results.plots.single_asperity import plot_asperity
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
 BALL = hs.Ensemble(PAIR, 0.0, 1e-3, 0.2)

@@ -8,7 +8,7 @@ from cattrs import Converter
 
 from historysim.basics.places import at, misfit
 from historysim.errors import InputError
-from historysim.scenario.columns import NumbersFile
+from historysim.scenario.column_keys import NumbersFile
 from historysim.scenario.schema import Quantity, given, table
 from historysim.tables import Column
 

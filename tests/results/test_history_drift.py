@@ -7,7 +7,7 @@ import historysim as hs
 from historysim.asperities.positioning import disturbance_at_rest
 from historysim.contact import drift as one_contact
 from historysim.measured.definitions import DEFAULT
-from historysim.results import drift
+from historysim.results import history_drift
 
 PAIR = hs.MaterialPair(hs.material("alumina"), hs.material("zirconia"))
 RADIUS = 0.5e-6
@@ -39,7 +39,7 @@ def test_branch_drift_has_the_numbers_of_the_issue(loads, drifts):
     found = one_contact.branch_drift(PAIR, normal_load=loads, friction=(0.5, 0.5), **ONE)
     # the source's numbers have been rounded before they were taken from one another
     assert found * 1e9 == pytest.approx(drifts, rel=1e-3)
-    assert drift.branch_drift(forward_and_back(loads), 1, 2) == pytest.approx(float(found), rel=1e-12)
+    assert history_drift.branch_drift(forward_and_back(loads), 1, 2) == pytest.approx(float(found), rel=1e-12)
 
 
 @pytest.mark.parametrize("friction", [(0.5, 0.5), (0.5, 0.3), (0.3, 0.5)])
@@ -80,9 +80,9 @@ def test_branch_drift_of_many_asperities_is_that_of_the_last_to_slide():
     history = hs.replay(ensemble, [hs.NormalLoad(0.0, 20e-3), hs.NormalLoad(1.0, 45e-3)], record="all")
     state = ensemble.advance(ensemble.initial_state(), normal_load=20e-3, tangential_displacement=2e-6)
     state = ensemble.advance(state, normal_load=45e-3, tangential_displacement=2e-6)
-    first = drift._displacements(history, 0).max()
+    first = history_drift._displacements(history, 0).max()
     for share, slides in ((1 - 1e-4, False), (1 + 1e-9, True)):
-        branch = share * (2 * first + drift.branch_drift(history, 0, 1))
+        branch = share * (2 * first + history_drift.branch_drift(history, 0, 1))
         back = ensemble.advance(state, tangential_displacement=2e-6 - branch)
         limit = float(np.sum(friction * history.normal_load.values[1]))
         assert (back.tangential_load == pytest.approx(-limit, rel=1e-12)) is slides
@@ -102,15 +102,15 @@ def test_drift_between_cycles_and_runs():
         return hs.replay(ensemble, events, substeps=50)
 
     both = run((20e-3, 40e-3))
-    found = drift.cycle_drift(both)
+    found = history_drift.cycle_drift(both)
     expected = 2 * float(one_contact.drift(PAIR, normal_load=(20e-3, 40e-3), friction=(0.5, 0.5), **ONE))
     # a branch is taken to end where this share of the way between the friction forces is covered
     expected *= 1 - (1 - DEFAULT.reached) ** (2 / 3)
     assert found.dims == ("direction",)
     assert found.sel(direction="backward").item() == pytest.approx(expected, rel=0.01)
     with pytest.raises(hs.InputError, match="loop 7"):
-        drift.cycle_drift(both, 7)
-    other = drift.run_drift(run((20e-3,)), both)
+        history_drift.cycle_drift(both, 7)
+    other = history_drift.run_drift(run((20e-3,)), both)
     assert other == pytest.approx(hs.analysis.drift(both, 0, -1), rel=1e-12)
 
 
@@ -120,17 +120,17 @@ def test_there_and_back_leaves_a_quarter_of_the_preliminary_displacement():
     events = [hs.NormalLoad(0.0, 50e-3), hs.TangentialLoad(1.0, limit), hs.TangentialLoad(2.0, 0.0)]
     history = hs.replay(ensemble, events)
     whole = one_contact.preliminary_displacement(PAIR, normal_load=50e-3, friction=0.5, **ONE)
-    left = drift.positioning_error(history)
+    left = history_drift.positioning_error(history)
     assert left == pytest.approx((2 ** (1 / 3) - 1) * float(whole), rel=1e-9)
     load = {"normal_load": 50e-3, "friction": 0.5}
     assert one_contact.positioning_error(PAIR, tangential_load=limit, **load, **ONE) == pytest.approx(left, rel=1e-9)
     part = hs.replay(ensemble, [events[0], hs.TangentialLoad(1.0, 0.3 * limit), events[2]])
     closed = one_contact.positioning_error(PAIR, tangential_load=0.3 * limit, **load, **ONE)
-    assert drift.positioning_error(part) == pytest.approx(float(closed), rel=1e-9)
+    assert history_drift.positioning_error(part) == pytest.approx(float(closed), rel=1e-9)
     with pytest.raises(hs.InputError, match="there and back"):
-        drift.positioning_error(history, 0, 1)
+        history_drift.positioning_error(history, 0, 1)
     with pytest.raises(hs.InputError, match="step 9"):
-        drift.positioning_error(history, 0, 9)
+        history_drift.positioning_error(history, 0, 9)
 
 
 def test_a_controller_sees_a_falling_load_and_no_rising_one():
@@ -165,7 +165,7 @@ def test_what_was_seen_at_rest_is_read_off_a_history():
         hs.NormalLoad(3.0, 60e-3),
     ]
     history = hs.replay(hs.Ensemble(PAIR, 0.0, RADIUS, 0.5), events)
-    seen = drift.seen_at_rest(history)
+    seen = history_drift.seen_at_rest(history)
     assert seen.step.values.tolist() == [2, 3]
     assert seen.normal_load.values == pytest.approx([-20e-3, 30e-3])
     assert seen.tangential_load.values.tolist() == [0.0, 0.0]
@@ -197,5 +197,5 @@ def test_drift_follows_other_summits():
     found = hs.analysis.preliminary_displacement(history).values
     assert found == pytest.approx([ratio * 0.5 * 20e-9, ratio * 0.5 * 15e-9], rel=1e-9)
     assert hs.analysis.critical_asperity(history).values.tolist() == [0, 1]
-    assert drift.branch_drift(history, 0, 1) == pytest.approx(2 * ratio * 0.5 * 5e-9, rel=1e-9)
+    assert history_drift.branch_drift(history, 0, 1) == pytest.approx(2 * ratio * 0.5 * 5e-9, rel=1e-9)
     assert dict(hs.analysis.summary(history))["asperities touched"] == "2 of 2"

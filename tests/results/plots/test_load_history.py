@@ -9,7 +9,7 @@ import xarray as xr
 
 import historysim as hs
 from historysim.results.plots import along_path, slip_map, style
-from historysim.results.plots import history as plots
+from historysim.results.plots import load_history as plots
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
 HEIGHTS = np.array([0.0, -20e-9, -10e-9, -500e-9])

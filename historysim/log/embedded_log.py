@@ -17,7 +17,7 @@ from historysim.errors import InputError
 from historysim.loads.events import Event
 from historysim.log import canonical
 from historysim.log.file import Content
-from historysim.log.head import SURFACE, Head, head_from
+from historysim.log.header import SURFACE, Head, head_from
 from historysim.recording import surface_group
 from historysim.recording.skeleton import put_attributes
 

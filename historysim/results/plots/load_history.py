@@ -14,7 +14,7 @@ from historysim.results.plots.loop import draw_loop
 from historysim.results.plots.paper import COLUMN, PAGE, Size, new_figure
 from historysim.results.plots.slip_map import draw_slip_map
 from historysim.results.plots.style import FAINT, INK, plain_title, scaled
-from historysim.results.plots.wear import check_worn, draw_wear
+from historysim.results.plots.worn_summits import check_worn, draw_wear
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,7 +7,7 @@ import click
 
 from historysim.basics.system import processors
 from historysim.basics.targets import PICTURE, Output, check_outputs
-from historysim.cli.arguments import files_read, force_option, path_type, replayed, set_option
+from historysim.cli.options import files_read, force_option, path_type, replayed, set_option
 from historysim.cli.output import TABLE_OF_SWEEP, csv_of_sweep, notice, print_lines, save
 from historysim.errors import InputError
 
@@ -69,7 +69,7 @@ def run(
         tell=notice,
     )
     if pictures:
-        from historysim.results.files import open_result
+        from historysim.results.result_files import open_result
         from historysim.scenario.plot import plot
 
         with open_result(output) as history:
@@ -89,19 +89,9 @@ def run(
 @set_option
 def validate(scenario: Path, values: dict[str, Any]) -> None:
     """Check SCENARIO (TOML) and the files that it names, without running it."""
-    from historysim.scenario.scenario import load
-    from historysim.scenario.summary import summary
+    from historysim.studies.validation import validate as validated
 
-    loaded = load(scenario, values)
-    if loaded.sections.sweep is not None:
-        from historysim.studies.sweep import sweep_of
-
-        sweep_of(loaded)
-    if loaded.sections.design is not None:
-        from historysim.studies.design import problem_of
-
-        problem_of(loaded)
-    print_lines(summary(loaded))
+    print_lines(validated(scenario, values))
     click.echo("valid")
 
 

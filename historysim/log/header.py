@@ -24,7 +24,7 @@ from historysim.errors import InputError
 from historysim.loads.events import Event
 from historysim.log.canonical import array_digest
 from historysim.recording.provenance import made_with
-from historysim.replay import Replay
+from historysim.replaying import Replay
 
 Array = npt.NDArray[Any]
 

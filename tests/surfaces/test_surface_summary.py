@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from historysim.errors import InputError
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.random import random_surface
-from historysim.surfaces.summary import summary
+from historysim.surfaces.surface_summary import summary
 
 PREFIXES = {"f": 1e-15, "p": 1e-12, "n": 1e-9, "µ": 1e-6, "m": 1e-3, "": 1.0, "k": 1e3, "M": 1e6}
 LENGTH = re.compile(r"(-?[\d.e+-]+) (f|p|n|µ|m|k|M|)m(?=\b)")

@@ -9,7 +9,7 @@ from records import write_columns
 import historysim as hs
 from historysim.cli import main
 from historysim.errors import InputError
-from historysim.scenario.runs import each_run
+from historysim.scenario.each_run import each_run
 from historysim.tables.clock import one_clock
 from historysim.tables.columns import Part
 
