@@ -12,7 +12,7 @@ from historysim.errors import InputError
 from historysim.loads.events import Event
 from historysim.log import embedded_log
 from historysim.log.file import LogFile, links_of
-from historysim.log.header import Head
+from historysim.log.header import LogHeader
 from historysim.log.result import digest_attribute, log_beside, write_result
 from historysim.recording import surface_group
 from historysim.recording.compression import check_compression
@@ -152,7 +152,7 @@ def _source(path: "str | Path | scenario.Scenario") -> "Path | scenario.Scenario
     return scenario.as_scenario(path)
 
 
-def head_of(loaded: scenario.Scenario, tell: Teller = silent) -> tuple[Head, list[Event]]:
+def head_of(loaded: scenario.Scenario, tell: Teller = silent) -> tuple[LogHeader, list[Event]]:
     """Resolve a scenario: the head of its log, and its events."""
     if loaded.sections.sweep is not None:
         tell(f"{loaded.path.name}: [sweep] is left to historysim sweep; this is the scenario as it stands without it")
@@ -161,7 +161,7 @@ def head_of(loaded: scenario.Scenario, tell: Teller = silent) -> tuple[Head, lis
         tell(f"{loaded.path.name}: {notice}")
     shown, attributes = surface_group.contents(ground.summits, ground.surface, ground.solutions)
     ensemble, events = loaded.ensemble(ground), loaded.events(tell)
-    head = Head.of(
+    head = LogHeader.of(
         ensemble,
         scenario=loaded.text,
         title=loaded.title,

@@ -26,7 +26,7 @@ from historysim.scenario.input_files import files_of
 from historysim.scenario.loading_kinds import MeasuredLoading
 from historysim.scenario.schema import given, reported
 from historysim.scenario.sections import Sections
-from historysim.scenario.surface_kinds import Ground
+from historysim.scenario.surface_kinds import BuiltSurface
 from historysim.scenario.surface_kinds.map_kinds import HeightMap
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ class Scenario:
         drawn = (self.sections.surface, self.sections.friction)
         return [seed for section in drawn if section is not None for seed in _seeds(section)]
 
-    def ground(self) -> Ground:
+    def ground(self) -> BuiltSurface:
         """Return the surface and its summits.
 
         Raises
@@ -110,7 +110,7 @@ class Scenario:
                 workable("the height of a summit", ground.summits.height)
             return ground
 
-    def unprepared_ground(self) -> Ground | None:
+    def unprepared_ground(self) -> BuiltSurface | None:
         """Return the surface as it comes, without filters and what else prepares a map; None where nothing does.
 
         Raises
@@ -126,12 +126,12 @@ class Scenario:
         with reported(self.path.name), at("surface"):
             return plain.ground(self.path.parent) if plain else None
 
-    def ensemble(self, ground: Ground | None = None) -> "Ensemble":
+    def ensemble(self, ground: BuiltSurface | None = None) -> "Ensemble":
         """Return the ensemble.
 
         Parameters
         ----------
-        ground : Ground, optional
+        ground : BuiltSurface, optional
             What `ground` has made, where it is needed for something else too.
 
         Raises
@@ -165,7 +165,7 @@ class Scenario:
             self._check_record(len(ensemble))
         return ensemble
 
-    def solved(self, ground: Ground) -> Ground:
+    def solved(self, ground: BuiltSurface) -> BuiltSurface:
         """Return the ground as it is loaded, with what depends on the largest load.
 
         That is the normal contact of a map whose asperities press on one another, and the nominal area of one that lies
@@ -313,7 +313,7 @@ class Scenario:
                 )
                 raise misfit(problem, "friction", "course")
 
-    def replay(self, ground: Ground | None = None) -> "Replay":
+    def replay(self, ground: BuiltSurface | None = None) -> "Replay":
         """Return the replay that the scenario describes; parameters as for `ensemble`.
 
         Raises
@@ -333,7 +333,7 @@ class Scenario:
             instrument=self.instrument,
         )
 
-    def checked(self, ground: Ground | None = None, tell: Teller = silent) -> "tuple[Ensemble, list[Event]]":
+    def checked(self, ground: BuiltSurface | None = None, tell: Teller = silent) -> "tuple[Ensemble, list[Event]]":
         """Return ensemble and events, the one checked against the other; parameters as for `ensemble`.
 
         Raises
@@ -391,7 +391,7 @@ class Scenario:
                 raise misfit(problem, "record", "asperities", position)
 
 
-def _on_ball(ground: Ground, load: float, approaches: Sequence[float]) -> "Summits | None":
+def _on_ball(ground: BuiltSurface, load: float, approaches: Sequence[float]) -> "Summits | None":
     """Return the summits on the area of the smooth ball: by Hertz under a load over E* [m²], or at approaches [m]."""
     from historysim.contact import hertz
 

@@ -7,7 +7,7 @@ from historysim.basics.wording import counted
 from historysim.recording import recorded_validity
 from historysim.scenario.scenario import Scenario
 from historysim.scenario.sections import SweepSection
-from historysim.scenario.surface_kinds import Ground
+from historysim.scenario.surface_kinds import BuiltSurface
 
 
 def summary(scenario: Scenario) -> list[tuple[str, str]]:
@@ -58,7 +58,7 @@ def _sweep_line(sweep: SweepSection) -> str:
     return f"{counted(len(grid), 'cell', 'cells')}: {axes}"
 
 
-def _map_line(ground: Ground) -> str:
+def _map_line(ground: BuiltSurface) -> str:
     """Return in a line what the map and the summits of a surface are like."""
     surface, summits = ground.surface, ground.summits
     if surface is None or summits is None:

@@ -17,7 +17,7 @@ from historysim.studies.outputs import OF_ALL_SUMMITS, SUMMARIES, asks_for_each,
 if TYPE_CHECKING:
     import xarray as xr
 
-    from historysim.scenario.surface_kinds import Ground
+    from historysim.scenario.surface_kinds import BuiltSurface
 
 SURFACES_KEPT = 2
 """Surfaces that a process keeps, so that cells which stand on the same one do not make it again."""
@@ -100,10 +100,10 @@ def _history(loaded: Scenario, *, each: bool) -> "xr.Dataset":
     return history.assign_coords({"asperity": np.arange(len(job.ensemble)), **beside})
 
 
-_grounds: "dict[object, Ground]" = {}
+_grounds: "dict[object, BuiltSurface]" = {}
 
 
-def _ground(loaded: Scenario) -> "Ground":
+def _ground(loaded: Scenario) -> "BuiltSurface":
     """Return the surface of a scenario, made once for cells that follow one another on it."""
     # a surface is what its keys say, and the files that these name
     section, folder = loaded.sections.surface, loaded.path.parent

@@ -15,12 +15,12 @@ from historysim.scenario.surface_kinds.interacting import Interacting
 from historysim.scenario.surface_kinds.map_kinds import MapKind, MeasuredMap, RandomMap, SumOfMaps
 from historysim.scenario.surface_kinds.normal_curve import NormalCurveTable
 from historysim.scenario.surface_kinds.scaled import Scaled
-from historysim.scenario.surface_kinds.surface_kind import Ground, SurfaceKind
+from historysim.scenario.surface_kinds.surface_kind import BuiltSurface, SurfaceKind
 
 __all__ = [
     "KINDS",
     "MAPS",
-    "Ground",
+    "BuiltSurface",
     "MapKind",
     "SurfaceKind",
     "channel_from_toml",

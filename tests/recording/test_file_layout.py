@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import historysim as hs
+from historysim.recording.file_layout import PAGE, _Image, skeleton
 from historysim.recording.recorder import DatasetRecorder, StateOnly
-from historysim.recording.skeleton import PAGE, _Image, skeleton
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 
