@@ -156,13 +156,11 @@ def head_of(loaded: scenario.Scenario, tell: Teller = silent) -> tuple[LogHeader
     """Resolve a scenario: the head of its log, and its events."""
     if loaded.sections.sweep is not None:
         tell(f"{loaded.path.name}: [sweep] is left to historysim sweep; this is the scenario as it stands without it")
-    ground = loaded.solved(loaded.ground())
-    for notice in ground.notices:
-        tell(f"{loaded.path.name}: {notice}")
-    shown, attributes = surface_group.contents(ground.summits, ground.surface, ground.solutions)
-    ensemble, events = loaded.ensemble(ground), loaded.events(tell)
+    built = loaded.build(tell)
+    surface = built.surface
+    shown, attributes = surface_group.contents(surface.summits, surface.surface, surface.solutions)
     head = LogHeader.of(
-        ensemble,
+        built.ensemble,
         scenario=loaded.text,
         title=loaded.title,
         metadata=loaded.metadata,
@@ -174,7 +172,7 @@ def head_of(loaded: scenario.Scenario, tell: Teller = silent) -> tuple[LogHeader
         surface=shown,
         surface_attributes=attributes,
     )
-    return head, events
+    return head, built.events
 
 
 def _in_memory(path: Path | scenario.Scenario, *, progress: bool, threads: int, tell: Teller) -> "xr.Dataset":
