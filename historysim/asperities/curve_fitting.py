@@ -195,7 +195,9 @@ class Regression:
         tables = at_rows + self._noise * rng.normal(size=(REPLICAS, load.size))
         drawn = [float(np.abs(self.of(table).loads(self.nodes) - at_nodes).max()) for table in tables]
         beyond = float(np.max(np.abs(at_rows - load) - DEVIATIONS * self._noise, initial=0.0))
-        return max(drawn) + error_between(self._approach[at_rows > 0], at_rows[at_rows > 0]) + beyond
+        # the noise of few rows is not well known either
+        spread = max(drawn) * (1.0 + 2.0 / np.sqrt(load.size))
+        return spread + float(_triangles(self._approach, at_rows).max()) + beyond
 
 
 def error_between(approach: Floats, load: Floats) -> float:
@@ -205,13 +207,7 @@ def error_between(approach: Floats, load: Floats) -> float:
     smaller. No convex curve through the rows differs by more than the triangles between their secants let it, which
     bounds it where that is less.
     """
-    a, p = np.append(0.0, approach), np.append(0.0, load)
-    width, secant = np.diff(a), np.diff(p) / np.diff(a)
-    before, after = np.append(0.0, secant[:-1]), np.append(secant[1:], np.inf)
-    below = (secant - before) * width
-    with np.errstate(divide="ignore", invalid="ignore"):
-        height = np.where(after > before, below * (after - secant) / (after - before), 0.0)
-    height[-1] = below[-1]
+    height = _triangles(approach, load)
     if approach.size < LEFT_OUT * LEFT_OUT:
         return float(height.max())
     # of the first touch there is one row alone that tells
@@ -222,3 +218,14 @@ def error_between(approach: Floats, load: Floats) -> float:
         left_out = through(approach[kept], load[kept]).loads(approach[~kept])
         found = max(found, float(np.abs(left_out - load[~kept]).max()))
     return min(found, float(height.max()))
+
+
+def _triangles(approach: Floats, load: Floats) -> Floats:
+    """Return how high the triangles are in which a convex curve through rows lies, one before each row [N]."""
+    width, secant = np.diff(approach, prepend=0.0), np.diff(load, prepend=0.0) / np.diff(approach, prepend=0.0)
+    before, after = np.append(0.0, secant[:-1]), np.append(secant[1:], np.inf)
+    below = (secant - before) * width
+    with np.errstate(divide="ignore", invalid="ignore"):
+        height = np.where(after > before, below * (after - secant) / (after - before), 0.0)
+    height[-1] = below[-1]
+    return height

@@ -301,12 +301,13 @@ def _table(
         if values.min() < 0:
             row, patch = (int(index) for index in np.unravel_index(values.argmin(), values.shape))
             raise InputError(f"{name} is {values.min():.6g} in row {row} of patch {patch}; expected 0 or more")
-        falls = -np.diff(values, axis=0) / np.maximum(values.max(axis=0), 1e-300)
+        reached = np.maximum.accumulate(values, axis=0)
+        falls = (reached - values)[1:] / np.maximum(values.max(axis=0), 1e-300)
         # the load of one patch is the total, whose noise is smoothed
         if (name == "area" or values.shape[1] > 1) and falls.max() > NOT_CONVEX:
             row, patch = (int(index) for index in np.unravel_index(falls.argmax(), falls.shape))
             raise InputError(
-                f"{name} of patch {patch} falls from {values[row, patch]:.6g} to {values[row + 1, patch]:.6g} while "
+                f"{name} of patch {patch} falls from {reached[row, patch]:.6g} to {values[row + 1, patch]:.6g} while "
                 "the approach grows; expected it to rise: contact areas and pressures do everywhere"
             )
     if areas is not None and (without := (areas == 0) & (loads > 0)).any():

@@ -1,8 +1,8 @@
 """A rough contact from the first point that touches on, as long as few do: exact, by active sets.
 
 With p the pressures of the points that touch, G the displacement of one point under the pressure of another, and z how
-deep a point lies below the highest, p = G⁻¹ (a - z) on those points, and z + G p > a on all others. So p is straight in the
-approach a from one touch to the next; the first point is a flat punch of one pixel.
+deep a point lies below the highest, p = G⁻¹ (a - z) on those points, and z + G p > a on all others. So p is straight
+in the approach a from one touch to the next; the first point is a flat punch of one pixel.
 """
 
 from collections.abc import Iterator

@@ -153,12 +153,11 @@ class NormalSolutions:
         change = self.coarse[1]
         if abs(change) <= MOST_CHANGE:
             return ()
-        touching, patches = counted(self.point.size, "point", "points"), counted(self.count, "patch", "patches")
+        touching = f"{self.point.size:,} points of the map touch, in {counted(self.count, 'patch', 'patches')}"
         told = f"changes by {change:+.0%}" if np.isfinite(change) else "is lost"
         notice = (
-            f"{touching} of the map touch, in {patches}, and the contact area {told} without every second point of the "
-            "map: areas, patches and pressures are those of the grid, not of the surface; take a finer map, or filter it "
-            "(s_filter)"
+            f"{touching}, and the contact area {told} without every second point of the map: areas, patches and pressures "
+            "are those of the grid, not of the surface; take a finer map, or filter it (s_filter)"
         )
         return (notice,)
 
