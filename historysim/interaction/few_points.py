@@ -14,9 +14,9 @@ import numpy.typing as npt
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
-MOST_POINTS = 400
+MOST_POINTS = 200
 """Points in contact beyond which there are too many."""
-MOST_CANDIDATES = 2400
+MOST_CANDIDATES = 1600
 """Highest points that may touch."""
 EACH_TOUCH = 16
 """Points in contact up to which there is a row at each touch; beyond, at each approach larger by `STEP`."""
