@@ -153,11 +153,12 @@ class NormalSolutions:
         change = self.coarse[1]
         if abs(change) <= MOST_CHANGE:
             return ()
-        touching = f"{self.point.size:,} points of the map touch, in {counted(self.count, 'patch', 'patches')}"
+        patches = counted(self.count, "patch", "patches")
         told = f"changes by {change:+.0%}" if np.isfinite(change) else "is lost"
         notice = (
-            f"{touching}, and the contact area {told} without every second point of the map: areas, patches and pressures "
-            "are those of the grid, not of the surface; take a finer map, or filter it (s_filter)"
+            f"{self.point.size:,} points of the map touch, in {patches}, and the contact area {told} without every "
+            "second point of the map: areas, patches and pressures are those of the grid, not of the surface; take a "
+            "finer map, or filter it (s_filter)"
         )
         return (notice,)
 
