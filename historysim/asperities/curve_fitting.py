@@ -6,6 +6,7 @@ convex curve that is nearest to it (a monotone regression of the stiffness), wit
 the differences of neighbouring rows show.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -196,7 +197,7 @@ class Regression:
         drawn = [float(np.abs(self.of(table).loads(self.nodes) - at_nodes).max()) for table in tables]
         beyond = float(np.max(np.abs(at_rows - load) - DEVIATIONS * self._noise, initial=0.0))
         # the noise of few rows is not well known either
-        spread = max(drawn) * (1.0 + 2.0 / np.sqrt(load.size))
+        spread = max(drawn) * (1.0 + 2.0 / math.sqrt(load.size))
         return spread + float(_triangles(self._approach, at_rows).max()) + beyond
 
 

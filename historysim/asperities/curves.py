@@ -146,6 +146,11 @@ class NormalCurves:
         return Knots(self.label, np.asarray(self.stiffness)).loads(approach)
 
     @property
+    def guessed_before_rows(self) -> bool:
+        """Whether what is carried below the first row follows from the rows above it."""
+        return self.stiffness is not None and bool(self.label[1] < self.approach[0])
+
+    @property
     def misfit(self) -> float:
         """Largest difference between the total that is replayed and that of the table, over the largest load."""
         total = self.load.sum(axis=1)

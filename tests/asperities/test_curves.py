@@ -166,6 +166,21 @@ def test_noise_that_is_told_is_the_noise():
         rising(noise=[1.0, 2.0])
 
 
+def test_what_is_not_known_of_a_curve_is_told():
+    def told(approach, load):
+        table = hs.Ensemble.from_normal_curves(PAIR, approach, load, friction=0.5)
+        return {
+            finding.name: finding.text
+            for finding in hs.replay(table, [hs.NormalDisplacement(0, 0.09)]).contact.validity()
+        }
+
+    assert told(APPROACH, HERTZ) == told(APPROACH, APPROACH) == {}
+    late = np.linspace(0.05, 0.1, 30)
+    assert "stands at 50 % of its range of approach" in told(late, pressing(late).sum(axis=1))["first_row"]
+    noisy = np.abs(HERTZ + 0.02 * HERTZ[-1] * np.random.default_rng(1).normal(size=41))
+    assert "of its largest load under its noise" in told(APPROACH[1:], noisy[1:])["normal_curve"]
+
+
 def test_parts_of_patches_are_those_of_the_superposition(tabulated):
     state = tabulated.initial_state()
     for approach, displacement in ((0.07, 0.02), (0.05, -0.01), (0.05, 0.012), (0.06, 0.0)):

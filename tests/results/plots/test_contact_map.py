@@ -123,6 +123,18 @@ def test_maps_of_a_step_carry_its_loads(result):
             history.contact.point_maps(2)
 
 
+def test_maps_are_a_table_that_is_replaced(result, tmp_path):
+    from click.testing import CliRunner
+
+    from historysim.cli import main
+
+    for _ in range(2):
+        done = CliRunner().invoke(main, ["table", str(result), "point-maps", "-o", str(tmp_path / "maps.csv")])
+        assert done.exit_code == 0, done.output
+    header = (tmp_path / "maps.csv").read_text(encoding="utf-8").splitlines()[0]
+    assert header.startswith("x [m],pressure")
+
+
 def test_maps_are_files_for_other_programs(result, tmp_path):
     from click.testing import CliRunner
 
