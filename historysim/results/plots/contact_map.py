@@ -205,5 +205,8 @@ def _draw_field(axes: "Axes", values: Floats, extent: Extent, name: str, *, sign
         vmax=largest * factor,
         interpolation="nearest",
     )
+    if signed:
+        # 0 is white, which nothing that touches should be taken for
+        axes.set_facecolor("0.85")
     axes.set_title(name)
     axes.figure.colorbar(image, ax=axes, shrink=0.8, label=f"{name} ({prefix}Pa)")
