@@ -76,6 +76,8 @@ def through(approach: Floats, load: Floats, stiffness: Floats | None = None) -> 
         dP/da just before rows, where it is known, not a number where not; P is straight up to the first. By default
         it follows from three rows each [N/m].
     """
+    from scipy.optimize import isotonic_regression
+
     if stiffness is None:
         below = 0.5 ** np.arange(HALVINGS, 0, -1)
         exponent = _first_exponent(approach, load)
@@ -87,8 +89,8 @@ def through(approach: Floats, load: Floats, stiffness: Floats | None = None) -> 
         unknown = np.isnan(stiffness)
         slope = np.where(unknown, _slopes(approach, load), stiffness) if unknown.any() else stiffness
     secant = np.diff(loads, prepend=0.0) / np.diff(nodes, prepend=0.0)
-    # to rounding it rises
-    secant = np.maximum.accumulate(secant)
+    # to rounding, or to what solutions leave, it rises
+    secant = isotonic_regression(secant, weights=np.diff(nodes, prepend=0.0)).x
     above = np.append(secant[1:], np.inf)
     slope = np.append(max(2 * secant[0] - min(slope[0], above[0]), 0.0), np.clip(slope, secant, above))
     return _joined(np.append(0.0, nodes), secant, slope)
@@ -201,14 +203,15 @@ class Regression:
         return spread + float(_triangles(self._approach, at_rows).max()) + beyond
 
 
-def error_between(approach: Floats, load: Floats) -> float:
+def error_between(approach: Floats, load: Floats, *, straight: bool = False) -> float:
     """Return the largest error between the rows of a convex table [N].
 
     Every third row is kept, in turn, and the differences at the others are taken; between all rows they are
     smaller. No convex curve through the rows differs by more than the triangles between their secants let it, which
-    bounds it where that is less.
+    bounds it where that is less. Up to the first row the load may be known to be straight.
     """
     height = _triangles(approach, load)
+    height[0] *= not straight
     if approach.size < LEFT_OUT * LEFT_OUT:
         return float(height.max())
     # of the first touch there is one row alone that tells

@@ -148,7 +148,8 @@ class NormalCurves:
     @property
     def guessed_before_rows(self) -> bool:
         """Whether what is carried below the first row follows from the rows above it."""
-        return self.stiffness is not None and bool(self.label[1] < self.approach[0])
+        # a straight piece has at most a knot in its middle
+        return self.stiffness is not None and bool(self.label[1] < 0.1 * self.approach[0])
 
     @property
     def misfit(self) -> float:
@@ -167,7 +168,8 @@ class NormalCurves:
             return self.misfit
         if self.noise is not None:
             return Regression(self.approach, self.noise).error(total) / float(total[-1])
-        return error_between(self.approach, total) / float(total[-1])
+        straight = not self.guessed_before_rows
+        return error_between(self.approach, total, straight=straight) / float(total[-1])
 
     def superposed(self, vertices: Array, units: Any, stick_approach: float) -> Superposition:
         """Return the weights of the rows of the table in a state, from the vertices of its memory.

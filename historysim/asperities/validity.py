@@ -148,7 +148,8 @@ def _curve(curves: NormalCurves) -> Iterator[Finding]:
             first,
             MOST_BEFORE_ROWS,
             f"the lightest load of the normal curve stands at {_percent(first)} of its range of approach: what is "
-            "carried below it, and by every slip front there, is a guess (a power of the approach); measure lighter loads",
+            "carried below it, and by every slip front there, is a guess (a power of the approach); measure lighter "
+            "loads",
         )
     error = curves.error()
     if error > MOST_ERROR:

@@ -21,6 +21,7 @@ MOST_CANDIDATES = 1600
 EACH_TOUCH = 16
 """Points in contact up to which there is a row at each touch; beyond, at each approach larger by `STEP`."""
 STEP = 1.06
+MOST_TURNS = 100
 TOLERANCE = 1e-11
 """Gap over the approach that is taken for rounding."""
 
@@ -67,7 +68,10 @@ class FewPoints:
             if not target < self._reach or count > MOST_POINTS:
                 return
             # at a touch the point that comes in carries nothing yet
-            row, touching, following = self._settled(target, touching)
+            settled = self._settled(target, touching)
+            if settled is None:
+                return
+            row, touching, following = settled
             if row.approach > approach:
                 yield row
             approach = target
@@ -85,11 +89,16 @@ class FewPoints:
             ahead = np.where(closing > 0, gap / closing, np.inf)
         return pressure, growth, approach + max(float(ahead.min(initial=np.inf)), 0.0)
 
-    def _settled(self, approach: float, touching: npt.NDArray[np.bool_]) -> tuple[Row, npt.NDArray[np.bool_], float]:
-        """Return the solution at an approach, the points that touch just beyond it, and where the next one touches."""
+    def _settled(
+        self, approach: float, touching: npt.NDArray[np.bool_]
+    ) -> tuple[Row, npt.NDArray[np.bool_], float] | None:
+        """Return the solution at an approach, the points that touch just beyond it, and where the next one touches.
+
+        None where points come and leave in turn, which conjugate gradients do not mind.
+        """
         touching = touching.copy()
         first = None
-        while True:
+        for _ in range(MOST_TURNS):
             pressure, growth, following = self._solved(approach, touching)
             inside = np.flatnonzero(touching)
             gap = self._depth - approach + self._matrix[:, inside] @ pressure
@@ -103,6 +112,7 @@ class FewPoints:
                 return first or settled, touching, following
             touching[leaves] = False
             touching[comes] = True
+        return None
 
 
 def _matrix(point: Integers, influence: Floats, *, periodic: bool) -> Floats:
