@@ -126,8 +126,11 @@ def _joined(nodes: Floats, secant: Floats, slope: Floats) -> Knots:
     rise = np.where(high > low, high - low, 1.0)
     part[late] = 1 - 2 * ((secant - low) / rise)[late]
     part[early] = 2 * ((high - secant) / rise)[early]
+    # a jump is one at one place, to the bit
+    part = np.where(part < ROUNDING, 0.0, np.where(part > 1 - ROUNDING, 1.0, part))
     middle = np.clip(np.where(late, low, np.where(early, high, middle)), low, high)
-    label = np.column_stack([nodes[:-1], nodes[:-1] + np.clip(part, 0.0, 1.0) * width]).ravel()
+    inner = np.where(part == 1.0, nodes[1:], nodes[:-1] + part * width)
+    label = np.column_stack([nodes[:-1], inner]).ravel()
     stiffness = np.column_stack([low, middle]).ravel()
     label, stiffness = np.append(label, nodes[-1]), np.append(stiffness, slope[-1])
     # knots that nothing happens at

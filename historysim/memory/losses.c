@@ -45,12 +45,13 @@ static double between_knots(hs_curve curve, const hs_slip *slip) {
             total += (curve.weight[i] - before) * (slip->slip_low + slip_slope * s) * (slip->drag_low + drag_slope * s);
         before = curve.weight[i];
         if (i + 1 == curve.count || curve.gap[i + 1] <= hs_most(curve.gap[i], slip->low)) continue;
-        double first = hs_most(s, 0.0), last = hs_least(curve.gap[i + 1], slip->high) - slip->low, sum = 0.0;
+        double first = hs_most(curve.gap[i], slip->low), sum = 0.0;
+        double width = hs_least(curve.gap[i + 1], slip->high) - first;
         for (int k = 0; k < 3; ++k) {
-            double at = first + 0.5 * k * (last - first);
+            double at = first - slip->low + 0.5 * k * width;
             sum += (k == 1 ? 4.0 : 1.0) * (slip->slip_low + slip_slope * at) * (slip->drag_low + drag_slope * at);
         }
-        total += hs_bend_at(curve, i) * (last - first) * sum / 6.0;
+        total += hs_bend_at(curve, i) * width * sum / 6.0;
     }
     return total;
 }

@@ -138,6 +138,19 @@ def test_the_energy_lost_at_knots_and_between_them_is_the_work_of_a_closed_loop(
         assert np.diff(energy).min() > -1e-15 * energy[-1]
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_a_path_in_parts_loses_what_the_whole_path_does_however_the_stiffness_jumps(seed):
+    rng = np.random.default_rng(seed)
+    touch = np.append(0.0, np.sort(rng.uniform(0, 0.1, 8)))
+    # rows at the jumps, which are knots at one place
+    approach = np.append(touch[1:], 0.1)
+    load = clipped(approach[:, None], touch) @ rng.uniform(0.1, 1.0, 9)
+    table = hs.Ensemble.from_normal_curves(PAIR, approach, load, friction=0.5)
+    events = random_moves(rng, 0.1, 20)
+    whole, parts = (hs.replay(table, events, substeps=each)["total_dissipated_energy"].values for each in (1, 50))
+    np.testing.assert_allclose(whole, parts[np.arange(1, whole.size + 1) * 50 - 50], rtol=1e-10, atol=1e-16)
+
+
 def test_a_flat_punch_sticks_until_all_of_it_slides():
     table = hs.Ensemble.from_normal_curves(PAIR, APPROACH[1:], 3.0 * APPROACH[1:], friction=0.5)
     loads = [hs.NormalLoad(0, 0.2), hs.TangentialLoad(1, 0.0999), hs.TangentialLoad(2, -0.0999)]
