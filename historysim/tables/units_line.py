@@ -4,8 +4,7 @@ import re
 from collections.abc import Sequence
 from functools import lru_cache
 
-from historysim.basics.units import conversion_factor
-from historysim.errors import InputError
+from historysim.tables.settled import factor_or_none
 
 _BRACKETED = re.compile(r"\(.*\)|\[.*\]")
 _LETTER = re.compile(r"[^\W\d_]|[%°]")
@@ -17,20 +16,8 @@ _TOO_SHORT_FOR_A_UNIT = {"t", "h", "d", "a", "u"}
 
 
 def units_in_line(fields: Sequence[str]) -> list[str]:
-    """Return the units of a line, each in brackets, or nothing where it is no line of units.
+    """Return the units of a line, one for each value, in brackets; nothing where it is no line of units.
 
-    Parameters
-    ----------
-    fields : sequence of str
-        The values of the line.
-
-    Returns
-    -------
-    list of str
-        One unit for each value, empty where there is none.
-
-    Notes
-    -----
     In brackets, any text is a unit. Bare, at least half of the values must be units that instruments measure in, and
     none a number: a line of names alone, such as ``t;F;x``, is no line of units.
     """
@@ -50,10 +37,4 @@ def units_in_line(fields: Sequence[str]) -> list[str]:
 def _is_measured_in(text: str) -> bool:
     if text in _TOO_SHORT_FOR_A_UNIT or len(text) > 12 or not _LETTER.match(text):
         return False
-    for kind in _KINDS:
-        try:
-            conversion_factor(text, kind)
-        except InputError:
-            continue
-        return True
-    return text in {"°C", "degC", "C", "°F"}
+    return text in {"°C", "degC", "C", "°F"} or any(factor_or_none(text, kind) for kind in _KINDS)
