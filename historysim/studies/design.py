@@ -19,10 +19,11 @@ from historysim.basics.wording import counted, nearest
 from historysim.errors import HistorySimError, InputError
 from historysim.recording.provenance import CONVENTIONS, KEYWORDS, made_with
 from historysim.results.sweeps import CONTENT
-from historysim.scenario.grid import Grid, Point, grid_of, variable_name
+from historysim.scenario.grid import Grid, Point, variable_name
 from historysim.scenario.points import at_point
 from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import reported
+from historysim.scenario.sections import DesignSection
 from historysim.studies.cell import cell
 from historysim.studies.gathering import FAILURE, swept_coordinates, unit_of
 from historysim.studies.outputs import SUMMARIES
@@ -152,7 +153,13 @@ def design(
     logarithm; where it crosses the target between two of them the root is found by Brent's method (scipy).
     """
     scenario = as_scenario(scenario)
-    problem, grid = problem_of(scenario, key, between, target, output, over, below, above, quantile)
+    section = None
+    if key is not None:
+        share = None if quantile is None else scalar("quantile", quantile)
+        grid_keys = None if over is None else dict(over)
+        with reported(scenario.path.name), at("design"):
+            section = DesignSection(key, tuple(between or ()), target, below, above, share, output, grid_keys)
+    problem, grid = problem_of(scenario, section)
     points = list(grid.points())
     with executor_for(workers, executor) as (chosen, count):
         found = _each(_search, [(problem, point) for point in points], chosen, count, progress)
@@ -173,51 +180,35 @@ def design(
     return _dataset(problem, grid, found, beside, middle)
 
 
-def problem_of(
-    scenario: Scenario,
-    key: str | None = None,
-    between: Sequence[Any] | None = None,
-    target: float | str | None = None,
-    output: str = "drift",
-    over: Mapping[str, Any] | None = None,
-    below: float | str | None = None,
-    above: float | str | None = None,
-    quantile: float | None = None,
-) -> tuple[Problem, Grid]:
-    """Return what is sought, in SI, and the grid over which the search is repeated; parameters and errors as above."""
+def problem_of(scenario: Scenario, section: DesignSection | None = None) -> tuple[Problem, Grid]:
+    """Return what a section, by default that of the scenario, asks for, in SI, and the grid over which it is sought.
+
+    Raises
+    ------
+    InputError
+        There is no section, or it has a key or a value that cannot be used.
+    """
+    section = section or scenario.sections.design
     with reported(scenario.path.name), at("design"):
-        if key is None:
-            section = scenario.sections.design
-            if section is None:
-                raise InputError("missing; expected [design], or a key, the values that it lies between, and a target")
-            key, between, target = section.key, section.between, section.target
-            below, above, quantile = section.below, section.above, section.quantile
-            output, grid = section.output, section.grid()
-        else:
-            grid = Grid(()) if over is None else grid_of(over)
-        given = {"target": target, "below": below, "above": above}
-        told = {name: value for name, value in given.items() if value is not None}
-        wanted_by = list(told)
-        if between is None or len(between) != 2 or len(wanted_by) != 1:
-            raise InputError("expected a target, or below or above, and two values for the key to lie between")
-        share = QUANTILE if quantile is None else scalar("quantile", quantile, least=0.5)
-        if share >= 1 or (quantile is not None and wanted_by == ["target"]):
-            raise InputError(f"quantile is {share:g}; expected a share below 1, with below or above")
-        if output not in SUMMARIES:
-            raise InputError(f"output is {output!r}; {nearest(output, SUMMARIES)}")
-    unit = unit_of(at_point(scenario, {**next(grid.points()), key: between[0]}).sections, key)
+        if section is None:
+            raise InputError("missing; expected [design], or a key, the values that it lies between, and a target")
+        if section.output not in SUMMARIES:
+            raise InputError(f"output is {section.output!r}; {nearest(section.output, SUMMARIES)}")
+        key, grid = section.key, section.grid()
+    unit = unit_of(at_point(scenario, {**next(grid.points()), key: section.between[0]}).sections, key)
     with reported(scenario.path.name), at("design"):
         if not unit:
             raise InputError(f"{key} takes no plain number or quantity; expected one such as surface.rms_height")
         with at("between"):
-            low, high = (quantity(value, unit) for value in between)
+            low, high = (quantity(value, unit) for value in section.between)
             if not low < high:
                 raise InputError(f"{low:g} and {high:g}; expected the least value, then the greatest")
-        with at(wanted_by[0]):
-            wanted = quantity(told[wanted_by[0]], SUMMARIES[output].units)
+        limit: Limit | None = "below" if section.below is not None else "above" if section.above is not None else None
+        with at(limit or "target"):
+            wanted = quantity(getattr(section, limit or "target"), SUMMARIES[section.output].units)
     swept_coordinates(scenario, grid)
-    limit: Limit | None = "below" if below is not None else "above" if above is not None else None
-    return Problem(scenario, key, low, high, output, wanted, limit, share), grid
+    share = QUANTILE if section.quantile is None else section.quantile
+    return Problem(scenario, key, low, high, section.output, wanted, limit, share), grid
 
 
 def _limited(problem: Problem, found: Sequence[Found]) -> float:
