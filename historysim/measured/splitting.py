@@ -4,7 +4,7 @@ One way leads from any record, measured or simulated, to its loops, so that the 
 """
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypedDict, Unpack
 
 import attrs
 import numpy as np
@@ -43,24 +43,19 @@ WRONG_WAY = -0.05
 """Energy of loops over the area of the boxes around them from which on they run the wrong way round."""
 
 
-def loops_of_history(
-    history: "xr.Dataset",
-    *,
-    dead_band: float | None = None,
-    skip: int = 0,
-    skip_per_level: int = 0,
-    definitions: Definitions = DEFAULT,
-) -> Loops:
-    """Return the friction loops of a simulated history.
+class Options(TypedDict, total=False):
+    """How loops are found, as for `loops_of_channels`."""
+
+    dead_band: float | None
+    skip: int
+    skip_per_level: int
+    definitions: Definitions
+
+
+def loops_of_history(history: "xr.Dataset", **options: Unpack[Options]) -> Loops:
+    """Return the friction loops of a simulated history, with or without asperities.
 
     How finely the history is recorded matters: between steps it is taken as straight (see ``substeps``).
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history, with or without asperities.
-    dead_band, skip, skip_per_level, definitions
-        As for `loops_of_channels`.
 
     Raises
     ------
@@ -71,39 +66,16 @@ def loops_of_history(
     missing = [name for name in names if name not in history.variables]
     if missing:
         raise InputError(f"the Dataset has no {', '.join(missing)}; expected a history, as replay and run return it")
-    time, displacement, tangential_load, normal_load = (history[name].values for name in names)
-    return loops_of_channels(
-        time,
-        displacement,
-        tangential_load,
-        normal_load,
-        dead_band=dead_band,
-        skip=skip,
-        skip_per_level=skip_per_level,
-        definitions=definitions,
-        displacement_noise=0.0,
-    )
+    return loops_of_channels(*(history[name].values for name in names), **options, displacement_noise=0.0)
 
 
 def loops_of_measurement(
-    measurement: "Measurement",
-    *,
-    dead_band: float | None = None,
-    skip: int = 0,
-    skip_per_level: int = 0,
-    definitions: Definitions = DEFAULT,
-    lateral_stiffness: float = math.inf,
+    measurement: "Measurement", *, lateral_stiffness: float = math.inf, **options: Unpack[Options]
 ) -> Loops:
-    """Return the friction loops of a measurement.
+    """Return the friction loops of a measurement of tangential displacement and tangential load.
 
-    Parameters
-    ----------
-    measurement : Measurement
-        With tangential displacement and tangential load; with the normal load, friction coefficients are known too.
-    dead_band : float, optional
-        As for `loops_of_channels`; by default what the measurement says of its tangential displacement.
-    skip, skip_per_level, definitions, lateral_stiffness
-        As for `loops_of_channels`.
+    With the normal load, friction coefficients are known too. By default, the dead band is what the measurement says
+    of its tangential displacement.
 
     Raises
     ------
@@ -111,18 +83,16 @@ def loops_of_measurement(
         As for `loops_of_channels`, or a channel that was not measured, or a displacement that rests.
     """
     check_order(measurement.time, measurement.place)
-    dead_band = measurement.dead_band.get("tangential_displacement") if dead_band is None else dead_band
-    check_moves(measurement["tangential_displacement"], dead_band)
+    if options.get("dead_band") is None:
+        options["dead_band"] = measurement.dead_band.get("tangential_displacement")
+    check_moves(measurement["tangential_displacement"], options["dead_band"])
     loops = loops_of_channels(
         measurement.time,
         measurement["tangential_displacement"],
         measurement["tangential_load"],
         measurement.get("normal_load"),
-        dead_band=dead_band,
-        skip=skip,
-        skip_per_level=skip_per_level,
-        definitions=definitions,
         lateral_stiffness=lateral_stiffness,
+        **options,
     )
     return attrs.evolve(loops, remarks=measurement.remarks)
 
