@@ -13,7 +13,7 @@ import numpy.typing as npt
 from historysim._version import __version__
 from historysim.asperities.curves import NormalCurves
 from historysim.asperities.ensemble import Ensemble
-from historysim.asperities.instrument import RIGID, Instrument
+from historysim.asperities.instrument import Instrument
 from historysim.asperities.laws import DrawnFriction, law_from
 from historysim.asperities.wear import wear_law_from
 from historysim.basics.arguments import workable
@@ -74,20 +74,17 @@ class Head:
     @classmethod
     def of(
         cls,
-        ensemble: Ensemble,
+        job: Replay,
         *,
         scenario: str = "",
         title: str = "",
         metadata: Mapping[str, str] | None = None,
         seeds: Sequence[int] = (),
-        substeps: int = 1,
-        saturate: bool = False,
-        record: Any = "touching",
-        instrument: Instrument = RIGID,
         surface: Mapping[str, Array] | None = None,
         surface_attributes: Mapping[str, Any] | None = None,
     ) -> Self:
-        """Put a head together; parameters as for `historysim.replay`, and the surface group of the result."""
+        """Put the head of a replay together, with texts of its scenario and the surface group of the result."""
+        ensemble, instrument, record = job.ensemble, job.instrument, job.record
         arrays = {name: getattr(ensemble, name) for name in OF_THE_ENSEMBLE}
         curves = {} if ensemble.curves is None else ensemble.curves.arrays
         arrays |= {f"{CURVES}{name}": values for name, values in curves.items()}
@@ -107,8 +104,8 @@ class Head:
             **_known(ensemble, instrument),
             **({"metadata": dict(metadata)} if metadata else {}),
             **evolution,
-            "substeps": substeps,
-            "saturate": bool(saturate),
+            "substeps": job.substeps,
+            "saturate": bool(job.saturate),
             "record": record if isinstance(record, str) else [int(index) for index in record],
             "surface_attributes": {
                 key: value.tolist() if isinstance(value, np.generic | np.ndarray) else value

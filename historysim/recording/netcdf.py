@@ -14,15 +14,12 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.asperities.ensemble import Ensemble
-from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics import system
 from historysim.basics.files import replacing
 from historysim.basics.system import read_at, write_at
 from historysim.memory.binding import TOTALS
 from historysim.memory.rows import Rows
 from historysim.recording import recorder
-from historysim.recording.changes import STEADY, Changes
 from historysim.recording.recorder import Recorder
 from historysim.recording.skeleton import Place, Skeleton, skeleton
 
@@ -234,39 +231,18 @@ def _reported() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def recording(
-    path: Path,
-    ensemble: Ensemble,
-    asperities: npt.NDArray[np.int64] | None,
-    steps: int,
-    attributes: Mapping[str, Any],
-    instrument: Instrument = RIGID,
-    *,
-    changes: Changes = STEADY,
-    writers: int = 2,
-) -> Iterator[FileRecorder]:
-    """Record into a netCDF file, which appears under its name only when all rows stand in it.
-
-    Parameters
-    ----------
-    path : Path
-        An existing file is replaced, at the end.
-    ensemble, asperities, steps, attributes, instrument, changes, writers
-        See `FileRecorder`.
+def recording(path: Path, recorder_of: Callable[[int], FileRecorder]) -> Iterator[FileRecorder]:
+    """Record into a netCDF file with a recorder made for its handle; it replaces another one when all rows are there.
 
     Raises
     ------
     OSError
         The folder cannot be written to, or the disk is full.
     """
-    with replacing(path) as unfinished, opened(unfinished) as handle:
-        place = (ensemble, asperities, steps)
-        with FileRecorder(
-            *place, handle, attributes, instrument=instrument, changes=changes, writers=writers
-        ) as target:
-            target.check_room(path.parent)
-            yield target
-            target.finish()
+    with replacing(path) as unfinished, opened(unfinished) as handle, recorder_of(handle) as target:
+        target.check_room(path.parent)
+        yield target
+        target.finish()
 
 
 @contextlib.contextmanager

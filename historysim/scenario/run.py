@@ -2,7 +2,7 @@
 
 import itertools
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from historysim.basics.file_kinds import is_log, is_netcdf
 from historysim.basics.notices import Teller, silent
@@ -16,6 +16,7 @@ from historysim.log.head import Head
 from historysim.log.result import digest_attribute, log_beside, write_result
 from historysim.recording import surface_group
 from historysim.recording.compression import check_compression
+from historysim.replay import Replay
 from historysim.scenario import scenario
 
 if TYPE_CHECKING:
@@ -161,16 +162,13 @@ def head_of(loaded: scenario.Scenario, tell: Teller = silent) -> tuple[Head, lis
         tell(f"{loaded.path.name}: {notice}")
     shown, attributes = surface_group.contents(ground.summits, ground.surface, ground.solutions)
     ensemble, events = loaded.ensemble(ground), loaded.events(tell)
+    how: Any = {"substeps": loaded.substeps, "saturate": loaded.saturate, "record": loaded.record}
     head = Head.of(
-        ensemble,
+        Replay(ensemble, (), instrument=loaded.instrument, **how),
         scenario=loaded.text,
         title=loaded.title,
         metadata=loaded.metadata,
         seeds=loaded.seeds,
-        substeps=loaded.substeps,
-        saturate=loaded.saturate,
-        record=loaded.record,
-        instrument=loaded.instrument,
         surface=shown,
         surface_attributes=attributes,
     )
