@@ -156,9 +156,10 @@ def design(
     section = None
     if key is not None:
         share = None if quantile is None else scalar("quantile", quantile)
+        ends = tuple(between) if np.iterable(between) and not isinstance(between, str) else (between,)
         grid_keys = None if over is None else dict(over)
         with reported(scenario.path.name), at("design"):
-            section = DesignSection(key, tuple(between or ()), target, below, above, share, output, grid_keys)
+            section = DesignSection(key, ends, target, below, above, share, output, grid_keys)
     problem, grid = problem_of(scenario, section)
     points = list(grid.points())
     with executor_for(workers, executor) as (chosen, count):

@@ -109,7 +109,8 @@ def test_a_range_in_which_the_target_is_met_twice_is_told(ball):
     ("arguments", "message"),
     [
         ((), r"design: missing; expected \[design\]"),
-        (("surface.radius",), "design.between: 0 values; expected two, the least and the greatest"),
+        (("surface.radius",), "design.between: 1 value"),
+        (("surface.radius", "12", 1e-9), "design.between: 1 value"),
         (("surface.radius", [1, 2, 3], 1e-9), "design.between: 3 values; expected two, the least and the greatest"),
         (("surface.radius", [1, 2]), "design: no target; expected one of target, below and above"),
         (("surface.radius", [2, 1], 1e-9), "design.between: 2 and 1; expected the least value"),
