@@ -190,13 +190,7 @@ class Head:
         return int(self.settings["substeps"])
 
     def replay(self, events: Sequence[Event], threads: int | None = None) -> Replay:
-        """Return the replay of events as this head says, on so many threads.
-
-        Raises
-        ------
-        InputError
-            More rows than are allowed.
-        """
+        """Return the replay of events as this head says; more rows than are allowed are an InputError."""
         if (steps := len(events) * self.substeps) > most("STEPS"):
             raise InputError(f"the log makes {steps:,} steps; {at_most('STEPS')}")
         return Replay(
@@ -242,13 +236,7 @@ def _known(ensemble: Ensemble, instrument: Instrument) -> dict[str, float]:
 
 
 def head_from(text: str, arrays: Mapping[str, Array]) -> Head:
-    """Take a head from a file.
-
-    Raises
-    ------
-    InputError
-        A form that this version does not know.
-    """
+    """Return the head that stands in a file; a form that this version does not know is an InputError."""
     settings = json.loads(text)
     if not isinstance(settings, dict) or settings.get("format") not in FORMATS:
         form = settings.get("format") if isinstance(settings, dict) else settings

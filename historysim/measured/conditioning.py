@@ -135,13 +135,7 @@ def low_pass(time: npt.ArrayLike, values: npt.ArrayLike, frequency: float) -> Co
 
 
 def sampling_rate(time: npt.ArrayLike, size: int | None = None) -> float:
-    """Return the sampling rate of an even clock [Hz].
-
-    Raises
-    ------
-    InputError
-        Times that do not rise, or are not even; another number of them than the size.
-    """
+    """Return the sampling rate of an even clock [Hz]; times that do not rise, or are not even, are an InputError."""
     times = clock(time, size)
     steps = np.diff(times)
     if not steps.size:

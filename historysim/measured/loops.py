@@ -238,10 +238,7 @@ class Loops:
     def without_first(self, count: int) -> "Loops":
         """Return the loops without the first ones, so many of each series of loops that follow each other at one load.
 
-        Raises
-        ------
-        NoLoopError
-            None is left.
+        A NoLoopError where none is left.
         """
         if not count:
             return self

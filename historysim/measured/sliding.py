@@ -197,10 +197,7 @@ class Sliding:
     def from_dataset(cls, table: "xr.Dataset") -> Self:
         """Return what `to_dataset` gave; of the samples their first and last place is left.
 
-        Raises
-        ------
-        InputError
-            A Dataset of something else.
+        A Dataset of something else is an InputError.
         """
         over = next((over for over in get_args(Over) if over in table.coords), None)
         if table.attrs.get("content") != CONTENT_OF_COURSE or over is None:
@@ -243,19 +240,9 @@ class Sliding:
 
 
 def sliding_of_measurement(measurement: "Measurement", *, over: Over | None = None, windows: int = WINDOWS) -> Sliding:
-    """Return the friction of a measurement that slides one way.
+    """Return the friction of a measurement that slides one way; without tangential displacement, over time alone.
 
-    Parameters
-    ----------
-    measurement : Measurement
-        With tangential load and normal load; without tangential displacement, over time alone.
-    over, windows
-        As for `sliding_of_channels`.
-
-    Raises
-    ------
-    InputError
-        As for `sliding_of_channels`, or a load that was not measured.
+    Parameters and errors as for `sliding_of_channels`; a load that was not measured is an InputError, too.
     """
     check_order(measurement.time, measurement.place)
     found = sliding_of_channels(

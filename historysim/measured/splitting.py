@@ -55,12 +55,8 @@ class Options(TypedDict, total=False):
 def loops_of_history(history: "xr.Dataset", **options: Unpack[Options]) -> Loops:
     """Return the friction loops of a simulated history, with or without asperities.
 
-    How finely the history is recorded matters: between steps it is taken as straight (see ``substeps``).
-
-    Raises
-    ------
-    InputError
-        As for `loops_of_channels`, or a Dataset without the channels of a history.
+    How finely the history is recorded matters: between steps it is taken as straight (see ``substeps``). Errors as for
+    `loops_of_channels`; a Dataset without the channels of a history is an InputError, too.
     """
     names = ("time", "tangential_displacement", "total_tangential_load", "total_normal_load")
     missing = [name for name in names if name not in history.variables]
@@ -74,13 +70,9 @@ def loops_of_measurement(
 ) -> Loops:
     """Return the friction loops of a measurement of tangential displacement and tangential load.
 
-    With the normal load, friction coefficients are known too. By default, the dead band is what the measurement says
-    of its tangential displacement.
-
-    Raises
-    ------
-    InputError
-        As for `loops_of_channels`, or a channel that was not measured, or a displacement that rests.
+    With the normal load, friction coefficients are known too. By default, the dead band is what the measurement says of
+    its tangential displacement. Errors as for `loops_of_channels`; a channel that was not measured, or a displacement
+    that rests, is an InputError, too.
     """
     check_order(measurement.time, measurement.place)
     if options.get("dead_band") is None:
@@ -217,13 +209,7 @@ def _trace(
 
 
 def check_skip(skip: float, name: str = "skip") -> int:
-    """Return how many loops are left out at the start; the name is that of the argument, for the message.
-
-    Raises
-    ------
-    InputError
-        Not a whole number of 0 or more.
-    """
+    """Return how many loops are left out at the start; what is no whole number of 0 or more is an InputError."""
     count = scalar(name, skip)
     if count % 1 or count < 0:
         raise InputError(f"{name} is {count:g}; expected a whole number of loops to leave out, 0 or more")

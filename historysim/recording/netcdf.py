@@ -81,13 +81,7 @@ class FileRecorder(Recorder):
         return self._skeleton.size
 
     def check_room(self, folder: Path) -> None:
-        """Check that a folder's disk has room for what is not written yet.
-
-        Raises
-        ------
-        OSError
-            It has not.
-        """
+        """Check that a folder's disk has room for what is not written yet; an OSError where it has not."""
         needed, free = self.size - 512 * os.fstat(self.handle).st_blocks, shutil.disk_usage(folder).free
         if free < needed:
             raise OSError(
@@ -97,17 +91,9 @@ class FileRecorder(Recorder):
             )
 
     def standing(self, known: Mapping[int, Collection[bytes]]) -> Mapping[int, bytes]:
-        """Return up to which of some numbers of rows those in the file are what they were.
+        """Return up to which numbers of rows those in the file are what they were.
 
-        Parameters
-        ----------
-        known : dict
-            What `flush` has returned then, by the number of rows.
-
-        Returns
-        -------
-        dict
-            Of these numbers those up to which nothing has changed, with what was returned.
+        Of the numbers in `known`, with what `flush` has returned there, those up to which nothing has changed.
         """
         found: dict[int, bytes] = {}
         begun, sums = 0, [0] * len(self._sums)
@@ -145,10 +131,7 @@ class FileRecorder(Recorder):
     def flush(self) -> bytes:
         """Write all rows so far to the disk; return a digest of them, by which `standing` finds out whether they are.
 
-        Raises
-        ------
-        OSError
-            They cannot be written.
+        Rows that cannot be written are an OSError.
         """
         self._written()
         with _reported():
@@ -157,13 +140,7 @@ class FileRecorder(Recorder):
         return _digest(self._sums)
 
     def finish(self) -> None:
-        """Make a result of the rows, which are all there.
-
-        Raises
-        ------
-        OSError
-            It cannot be written.
-        """
+        """Make a result of the rows, which are all there; an OSError where it cannot be written."""
         self._written()
         with _reported():
             for address, content in self._skeleton.content.items():

@@ -63,15 +63,9 @@ class Skeleton:
 def skeleton(
     recorder: Recorder, attributes: Mapping[str, Any], beside: Callable[["h5netcdf.File"], None] | None = None
 ) -> Skeleton:
-    """Return the result that a recorder is to fill.
+    """Return the result that a recorder is to fill, with attributes, and ``complete`` behind them.
 
-    Parameters
-    ----------
-    recorder : Recorder
-    attributes : dict
-        Of the file; ``complete`` follows them.
-    beside : callable, optional
-        Writes further groups into the open file.
+    `beside` writes further groups into the open file.
     """
     import h5netcdf
     import h5py

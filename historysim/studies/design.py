@@ -184,10 +184,7 @@ def design(
 def problem_of(scenario: Scenario, section: DesignSection | None = None) -> tuple[Problem, Grid]:
     """Return what a section, by default that of the scenario, asks for, in SI, and the grid over which it is sought.
 
-    Raises
-    ------
-    InputError
-        There is no section, or it has a key or a value that cannot be used.
+    No section, or a key or a value that cannot be used, is an InputError.
     """
     section = section or scenario.sections.design
     with reported(scenario.path.name), at("design"):
@@ -215,10 +212,7 @@ def problem_of(scenario: Scenario, section: DesignSection | None = None) -> tupl
 def _limited(problem: Problem, found: Sequence[Found]) -> float:
     """Return the value at which the output keeps its limit in the wanted share of the points.
 
-    Raises
-    ------
-    InputError
-        No value in the range does, or the output rises with the key at some points and falls at others.
+    An InputError where none does, or the output rises with the key at some points and falls at others.
     """
     known = [one for one in found if math.isfinite(one.value)]
     if len({one.rises for one in known}) > 1:
@@ -376,13 +370,7 @@ def _dataset(
 
 
 def summary(found: "xr.Dataset") -> Lines:
-    """Return in a few lines what a design has found.
-
-    Parameters
-    ----------
-    found : xarray.Dataset
-        From `design`.
-    """
+    """Return in a few lines what a design has found."""
     key, output = str(found.attrs["design_key"]), str(found.attrs["design_output"])
     name = variable_name(key)
     unit, wanted = str(found[name].attrs["units"]), str(found[output].attrs["units"])

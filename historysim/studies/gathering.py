@@ -32,20 +32,9 @@ def gathered(
 ) -> "xr.Dataset":
     """Return the cells of a grid as one Dataset.
 
-    Parameters
-    ----------
-    scenario : Scenario
-    grid : Grid
-    cells : sequence of Dataset
-        In the order of its points; None where a cell has failed. What differs in length is filled up with NaN; the
-        rows of an asperity stand under its index.
-    reasons : dict
-        Why cells have failed, by their position.
-
-    Raises
-    ------
-    InputError
-        All cells have failed; the message has the reason of the first.
+    The cells are in the order of its points, None where one has failed, for which there is a reason by its position.
+    What differs in length is filled up with NaN; the rows of an asperity stand under its index. Where all cells have
+    failed, that is an InputError with the reason of the first.
     """
     import xarray as xr
 
@@ -136,10 +125,7 @@ def _same(variables: "Sequence[xr.Variable]") -> bool:
 def swept_coordinates(scenario: Scenario, grid: Grid) -> dict[str, "xr.Variable"]:
     """Return the swept quantities, with their units, along the dimensions of a grid.
 
-    Raises
-    ------
-    InputError
-        A key or a value that the scenario does not take; the message names the key.
+    A key or a value that the scenario does not take is an InputError that names the key.
     """
     import xarray as xr
 

@@ -111,13 +111,9 @@ def sweep(
 
 
 def sweep_of(scenario: Scenario, outputs: Sequence[str] = ()) -> tuple[Grid, tuple[str, ...]]:
-    """Return the grid and the outputs that the ``[sweep]`` of a scenario says, or other outputs where some are given.
+    """Return grid and outputs that the ``[sweep]`` of a scenario says, or other outputs where some are given.
 
-    Raises
-    ------
-    InputError
-        There is no ``[sweep]``, or it names an output that is unknown, or a key or a value that the scenario does not
-        take; the message names the file.
+    No ``[sweep]``, or an output, a key or a value that cannot be, is an InputError that names the file.
     """
     section = scenario.sections.sweep
     with reported(scenario.path.name):
@@ -165,10 +161,7 @@ class Failed:
 def computed(batch: Batch) -> "list[xr.Dataset | Failed | None]":
     """Return the cells of a batch: computed and kept, read where they are there, None where another process has them.
 
-    Raises
-    ------
-    OSError
-        A cell cannot be kept.
+    A cell that cannot be kept is an OSError.
     """
     return [_computed(batch, name, point) for _, name, point in batch.cells]
 

@@ -14,13 +14,7 @@ from historysim.tables.from_text import decoded
 
 @contextmanager
 def opened(path: Path, layout: Format) -> Iterator[Contents]:
-    """Yield what a JSON file holds.
-
-    Raises
-    ------
-    InputError
-        Not JSON, in another encoding, or with one key twice.
-    """
+    """Yield what a JSON file holds; no JSON, another encoding, or one key twice is an InputError."""
     text = decoded(path, layout.encoding or "utf-8")
     with readable("JSON"):
         try:

@@ -84,10 +84,7 @@ def read(
 def _chosen_blocks(found: Survey, reading: "_Reading", bad: "_BadRowError | None") -> list[tuple[int, int | None]]:
     """Return which blocks are read, and the line of the header of each where it is given.
 
-    Raises
-    ------
-    InputError
-        It is not clear which, or one that there is not.
+    An InputError where it is not clear which, or there is no such block.
     """
     layout, count = reading.layout, len(found.blocks)
     if layout.header and (layout.block is None or count == 1):
@@ -200,13 +197,7 @@ def encoding_of(path: Path) -> str:
 
 
 def decoded(path: Path, encoding: str) -> str:
-    """Return a whole text, without the mark at its beginning.
-
-    Raises
-    ------
-    InputError
-        Another encoding, with the byte that does not fit.
-    """
+    """Return a whole text, without the mark at its beginning; another encoding is an InputError with the byte."""
     content = path.read_bytes()
     try:
         return content.decode(encoding).removeprefix("\ufeff")

@@ -10,22 +10,9 @@ _BRACKETED = re.compile(r"\(.*\)|\[.*\]")
 
 
 def namings(line: str, fields: Sequence[str], delimiter: str) -> list[list[str]]:
-    """Return the ways to read the names of a line.
+    """Return the ways to read the names of a line: its values, and where white space delimits them, names with blanks.
 
-    Parameters
-    ----------
-    line : str
-        The line.
-    fields : sequence of str
-        What stands between its delimiters.
-    delimiter : str
-        What stands between two values; ``" "`` is any white space.
-
-    Returns
-    -------
-    list of list of str
-        The values; where white space delimits them, names may hold blanks, and so there may also be: what stands
-        between tabs or two blanks, words with the unit behind them, and all words up to a unit.
+    These are what stands between tabs or two blanks, words with the unit behind them, and all words up to a unit.
     """
     ways = [list(fields)]
     if delimiter == " " and len(fields) > 1:

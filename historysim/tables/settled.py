@@ -35,13 +35,7 @@ def split_unit(name: str) -> tuple[str, str | None]:
 
 
 def fitting(unit: str, wanted: Sequence[str]) -> tuple[str, float]:
-    """Return the first of some SI units that a unit converts to, and the factor.
-
-    Raises
-    ------
-    InputError
-        None of them, an unknown unit, or one that no factor converts.
-    """
+    """Return the first of some SI units that a unit converts to, and the factor; an InputError where there is none."""
     problems = []
     for si in wanted:
         try:

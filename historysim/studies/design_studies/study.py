@@ -46,23 +46,10 @@ class Kept(Carried, total=False):
 def scenario_for(
     name: str, title: str, pair: MaterialPair, tables: Mapping[str, Any], values: Mapping[str, Any]
 ) -> Scenario:
-    """Return the scenario of a study.
+    """Return the scenario of a study, from its tables but ``[materials]``, and further values by key.
 
-    Parameters
-    ----------
-    name : str
-        Of the function, which messages begin with.
-    title : str
-    pair : MaterialPair
-    tables : dict
-        Its tables but ``[materials]``.
-    values : dict
-        Further values by key, one for each.
-
-    Raises
-    ------
-    InputError
-        No pair, or a value that the scenario does not take.
+    `name` is that of the function, which messages begin with. No pair, or a value that the scenario does not take, is
+    an InputError.
     """
     if not isinstance(pair, MaterialPair):
         raise InputError(f"{name}: pair is {pair!r}; expected a MaterialPair of two materials, or from_moduli")
