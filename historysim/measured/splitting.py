@@ -89,7 +89,7 @@ def loops_of_measurement(
     return attrs.evolve(loops, remarks=measurement.remarks)
 
 
-def loops_of_channels(
+def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of them
     time: npt.ArrayLike,
     displacement: npt.ArrayLike,
     tangential_load: npt.ArrayLike,
@@ -253,8 +253,8 @@ def _branches(
                 sign * trace.tangential_load[part],
                 sign * float(trace.tangential_load[max(first - 1, 0)]),
                 None if trace.normal_load is None else trace.normal_load[part],
-                definitions,
-                lateral_stiffness,
+                definitions=definitions,
+                lateral_stiffness=lateral_stiffness,
                 between=between,
             )
     return branches, rising
@@ -296,9 +296,9 @@ def _branch(
     f: Floats,
     before: float,
     normal: Floats | None,
+    *,
     definitions: Definitions,
     lateral_stiffness: float,
-    *,
     between: bool,
 ) -> tuple[tuple[float, ...], bool]:
     """Return the quantities of one branch, in its own direction, in the order of BRANCH_QUANTITIES; whether it rises.

@@ -92,7 +92,7 @@ class Root:
     throughout: Limit | None = None
 
 
-def design(
+def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
     scenario: Scenario | str | os.PathLike[str],
     key: str | None = None,
     between: Sequence[Any] | None = None,

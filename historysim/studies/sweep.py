@@ -32,7 +32,7 @@ TURNS = 8
 ENDED = "the process that computed it was ended from outside, perhaps for want of memory"
 
 
-def sweep(
+def sweep(  # noqa: PLR0913 - the keys of [sweep], and how it is carried out
     scenario: Scenario | str | os.PathLike[str],
     over: Mapping[str, Any] | None = None,
     *,

@@ -66,6 +66,7 @@ def swept(
     pair: MaterialPair,
     tables: Mapping[str, Any],
     values: Mapping[str, Any],
+    *,
     outputs: Sequence[str],
     together: Sequence[Sequence[str]] = (),
     **options: Unpack[StoredSweepOptions],
@@ -99,7 +100,7 @@ def with_spread(found: "xr.Dataset", along: str = "surface_seed") -> "xr.Dataset
     return found.assign(spread(found, along).data_vars) if along in found.dims else found
 
 
-def over_numbers(found: "xr.Dataset", along: str, name: str, values: Sequence[float], told: str, units: str) -> Any:
+def over_numbers(found: "xr.Dataset", along: str, name: str, values: Sequence[float], *, told: str, units: str) -> Any:
     """Return a sweep over arrays, such as ``[4, 4]``, whose dimension is a number that they stand for."""
     if along not in found.dims:
         return found
