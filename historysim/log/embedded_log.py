@@ -153,5 +153,5 @@ def _plain(name: str) -> str:
     return f"ensemble_{name.replace('.', '_')}"
 
 
-def _floats(values: Any) -> Array:
+def _floats(values: npt.ArrayLike) -> Array:
     return np.ascontiguousarray(values, dtype="<f8")

@@ -13,7 +13,7 @@ The friction coefficient of a sample is T/N, positive in the direction of slidin
 """
 
 import math
-from typing import TYPE_CHECKING, Any, Literal, Self, get_args
+from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, get_args
 
 import attrs
 import numpy as np
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
 Floats = npt.NDArray[np.float64]
 Over = Literal["time", "distance"]
+Kind = TypeVar("Kind", bound="attrs.AttrsInstance")
 
 WINDOWS = 50
 UNITS = {"time": "s", "distance": "m"}
@@ -209,7 +210,7 @@ class Sliding:
         ends = [float(table.attrs.get(name, end)) for name, end in usual.items()]
         remarks = filter(None, str(table.attrs.get("remarks", "")).split("\n"))
 
-        def stored(name: str, kind: type[Any]) -> Any:
+        def stored(name: str, kind: type[Kind]) -> Kind | None:
             fields = {field.name: table.attrs.get(f"{name}_{field.name}") for field in attrs.fields(kind)}
             return None if None in fields.values() else kind(**fields)
 
@@ -417,7 +418,7 @@ def _approach(edges: Floats, mean: Floats, origin: float) -> Approach | None:
     if place.size < 5 or np.ptp(values) == 0:
         return None
 
-    def model(way: Floats, steady: float, start: float, length: float) -> Any:
+    def model(way: Floats, steady: float, start: float, length: float) -> Floats:
         return steady + (start - steady) * np.exp(-way / length)
 
     whole = float(edges[-1] - origin)

@@ -2,11 +2,13 @@
 
 import math
 import os
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import attrs
 import numpy as np
+import numpy.typing as npt
 
 from historysim._version import __version__
 from historysim.basics.arguments import scalar
@@ -43,6 +45,7 @@ JUMPS = 1e-3
 QUANTILE = 0.95
 """Share of the points at which an output is below, or above, a limit, where nothing else is said."""
 Limit = Literal["below", "above"]
+T = TypeVar("T")
 
 
 @attrs.frozen
@@ -104,7 +107,7 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
     above: float | str | None = None,
     quantile: float | None = None,
     workers: int = 1,
-    executor: Any = None,
+    executor: object = None,
     progress: bool = False,
     tell: Teller = silent,
 ) -> "xr.Dataset":
@@ -163,7 +166,7 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
     problem, grid = problem_of(scenario, section)
     points = list(grid.points())
     with executor_for(workers, executor) as (chosen, count):
-        found = _each(_search, [(problem, point) for point in points], chosen, count, progress)
+        found = _each(_search, [(problem, point) for point in points], chosen, count, progress=progress)
         values = np.array([one.value for one in found])
         if not np.isfinite(values).any():
             # what keeps all points from a value is told once
@@ -177,7 +180,7 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
                 tell(f"{where or scenario.path.name}: the least value counts; {more} of {problem.key} would do, too")
         with reported(scenario.path.name), at("design"):
             middle = float(np.nanmedian(values)) if problem.limit is None else _limited(problem, found)
-        beside = _each(_output_at, [(problem, point, middle) for point in points], chosen, count, progress)
+        beside = _each(_output_at, [(problem, point, middle) for point in points], chosen, count, progress=progress)
     return _dataset(problem, grid, found, beside, middle)
 
 
@@ -239,18 +242,20 @@ def _limited(problem: Problem, found: Sequence[Root]) -> float:
     return float(np.clip(value, problem.low, problem.high))
 
 
-def _each(function: Any, tasks: Sequence[Any], executor: Any, count: int, progress: bool) -> list[Any]:
+def _each(
+    function: Callable[..., T], tasks: Sequence[tuple[Any, ...]], executor: Executor, count: int, *, progress: bool
+) -> list[T]:
     """Carry tasks out, and return their results in their order."""
-    results: list[Any] = [None] * len(tasks)
+    results: dict[int, T] = {}
     numbered = [(index, function, task) for index, task in enumerate(tasks)]
     with progress_bar(progress, "search", len(tasks), leave=False) as done:
         for (index, _, _), outcome in outcomes(_called, numbered, executor, AHEAD * count):
             results[index] = outcome
             done()
-    return results
+    return [results[index] for index in range(len(tasks))]
 
 
-def _called(task: tuple[int, Any, Any]) -> Any:
+def _called(task: tuple[int, Callable[..., T], tuple[Any, ...]]) -> T:
     return task[1](*task[2])
 
 
@@ -300,7 +305,7 @@ def _crossing(problem: Problem, point: Point) -> Root:
     return Root(root, output, others=crossings.size - 1, rises=rises)
 
 
-def _why_none(problem: Problem, outputs: Any) -> str:
+def _why_none(problem: Problem, outputs: npt.NDArray[np.float64]) -> str:
     """Return why nothing can change an output, where that is known."""
     if problem.output.endswith("drift") and not np.any(outputs):
         return ": the history has no two normal loads for it to change between; expected loads that differ"
@@ -324,7 +329,7 @@ def _dataset(
     summary = SUMMARIES[problem.output]
     named = "median" if problem.limit is None else "quantile"
 
-    def variable(values: Any, units: str, long_name: str) -> "xr.Variable":
+    def variable(values: npt.ArrayLike, units: str, long_name: str) -> "xr.Variable":
         return xr.Variable(dims, np.reshape(values, grid.shape), {"long_name": long_name, "units": units})
 
     data = {

@@ -160,5 +160,5 @@ def _plain(attributes: Mapping[Any, Any]) -> dict[str, Any]:
     }
 
 
-def _array(value: Any) -> Any:
+def _array(value: object) -> object:
     return np.array(value["values"], dtype=value["dtype"]) if isinstance(value, dict) else value

@@ -40,7 +40,7 @@ def sweep(  # noqa: PLR0913 - the keys of [sweep], and how it is carried out
     outputs: Sequence[str] = (),
     store: str | os.PathLike[str] | None = None,
     workers: int = 1,
-    executor: Any = None,
+    executor: object = None,
     progress: bool = False,
     tell: Teller = silent,
 ) -> "xr.Dataset":

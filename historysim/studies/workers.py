@@ -65,7 +65,7 @@ def check_workers(workers: int) -> None:
 
 
 @contextlib.contextmanager
-def executor_for(workers: int, given: Any = None) -> Iterator[tuple[Executor, int]]:
+def executor_for(workers: int, given: object = None) -> Iterator[tuple[Executor, int]]:
     """Yield who computes, and how many: whoever is given, this process, or processes that end with the block."""
     check_workers(workers)
     if given is not None:
@@ -77,7 +77,7 @@ def executor_for(workers: int, given: Any = None) -> Iterator[tuple[Executor, in
             yield own, workers
 
 
-def as_executor(given: Any) -> Executor:
+def as_executor(given: object) -> Executor:
     """Return an executor with the interface of concurrent.futures; a client of dask.distributed has one."""
     if isinstance(given, Executor):
         return given

@@ -205,7 +205,7 @@ def _numbers_of_list(values: list[Any], name: str) -> Floats:
         raise InputError(f"column {name} holds an integer beyond the largest float") from error
 
 
-def _number(value: Any, name: str, row: int) -> float:
+def _number(value: object, name: str, row: int) -> float:
     # JSON has no NaN, so that some programs write it as a text
     if value is None or (isinstance(value, str) and value.strip().lower() in MISSING):
         return np.nan

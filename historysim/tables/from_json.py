@@ -35,7 +35,7 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return found
 
 
-def _gather(contents: Contents, name: str, value: Any) -> None:
+def _gather(contents: Contents, name: str, value: object) -> None:
     """Add the arrays and texts below a name to the contents."""
     if isinstance(value, dict):
         for key, item in value.items():

@@ -133,8 +133,7 @@ def nominal_area(
     tables = random_tables(pixel_size, shapes[0])
     found = with_spread(swept("nominal_area", title, pair, tables, values, outputs=OUTPUTS, **options))
     areas = [math.prod(each) * pixel**2 for each in shapes]
-    named: xr.Dataset = over_numbers(found, "surface_shape", "nominal_area", areas, told="nominal area", units="m2")
-    return named
+    return over_numbers(found, "surface_shape", "nominal_area", areas, told="nominal area", units="m2")
 
 
 def random_tables(pixel_size: Quantity, shape: list[int]) -> dict[str, Any]:

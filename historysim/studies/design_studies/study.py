@@ -88,7 +88,7 @@ def swept(
     return found if several else found.squeeze()
 
 
-def is_several(value: Any) -> bool:
+def is_several(value: object) -> bool:
     """Return whether a value is an array or a range."""
     if hasattr(value, "tolist"):
         value = value.tolist()
@@ -100,7 +100,9 @@ def with_spread(found: "xr.Dataset", along: str = "surface_seed") -> "xr.Dataset
     return found.assign(spread(found, along).data_vars) if along in found.dims else found
 
 
-def over_numbers(found: "xr.Dataset", along: str, name: str, values: Sequence[float], *, told: str, units: str) -> Any:
+def over_numbers(
+    found: "xr.Dataset", along: str, name: str, values: Sequence[float], *, told: str, units: str
+) -> "xr.Dataset":
     """Return a sweep over arrays, such as ``[4, 4]``, whose dimension is a number that they stand for."""
     if along not in found.dims:
         return found

@@ -94,10 +94,7 @@ def equal_asperities(
         "equal_asperities", "n equal asperities in place of one", pair, tables, values, outputs=outputs, **options
     )
     numbers = [] if one else [nx * ny for nx, ny in counts]
-    told: xr.Dataset = over_numbers(
-        found, "surface_count", "asperity_count", numbers, told="number of asperities", units="1"
-    )
-    return told
+    return over_numbers(found, "surface_count", "asperity_count", numbers, told="number of asperities", units="1")
 
 
 def texture_tolerances(  # noqa: PLR0913 - the keys of a scenario
@@ -239,7 +236,7 @@ def one_large_asperity(
     return swept("one_large_asperity", title, pair, tables, values, outputs=outputs, together=together, **options)
 
 
-def _texture(pitch: Quantity, count: Any) -> dict[str, Any]:
+def _texture(pitch: Quantity, count: object) -> dict[str, Any]:
     return {"surface": {"kind": "textured", "count": count, "pitch": pitch}, **_loaded()}
 
 
