@@ -40,7 +40,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.display import html_table
-from historysim.basics.units import prefixed, quantity_text
+from historysim.basics.units import quantity_text, scaled
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.measured.definitions import Definitions
@@ -405,8 +405,7 @@ class Loops:
         wander, mean = self.wander(quantity), self.statistics(quantity).mean
         if wander is None or wander.reach <= 1e-12 * abs(mean) or len(self.by_load()) > 1:
             return ""
-        factor, prefix = prefixed(mean) if unit != "1" else (1.0, "")
-        symbol = {"1": "", "N m-1": f" {prefix}N/m"}.get(unit, f" {prefix}{unit}")
+        factor, symbol = scaled(mean, unit)
         low, high = (factor * (mean + sign * wander.reach) for sign in (-1, 1))
         return f" (95 %: {low:.4g} to {high:.4g}{symbol})"
 
@@ -420,7 +419,7 @@ class Loops:
             return []
         label, unit = BRANCH_QUANTITIES[quantity]
         start, end, low, high = (
-            f"{value:.4g}" if unit == "1" else quantity_text(value, unit)
+            quantity_text(value, unit)
             for value in (
                 mean - wander.rise / 2,
                 mean + wander.rise / 2,

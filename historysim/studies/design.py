@@ -236,7 +236,7 @@ def _limited(problem: Problem, found: Sequence[Root]) -> float:
     if value == never:
         share = np.mean([end != never for end in ends])
         raise InputError(
-            f"{problem.output} is {problem.limit} {_text(problem.target, SUMMARIES[problem.output].units)} in "
+            f"{problem.output} is {problem.limit} {quantity_text(problem.target, SUMMARIES[problem.output].units)} in "
             f"{share:.0%} of the points at best; expected {problem.quantile:.0%}: lower quantile, or widen between"
         )
     return float(np.clip(value, problem.low, problem.high))
@@ -280,7 +280,7 @@ def _crossing(problem: Problem, point: Point) -> Root:
     crossings = np.flatnonzero((missing == 0) | (missing * after < 0))
     if not crossings.size:
         unit = SUMMARIES[problem.output].units
-        least, most = _text(outputs.min(), unit), _text(outputs.max(), unit)
+        least, most = quantity_text(outputs.min(), unit), quantity_text(outputs.max(), unit)
         if np.ptp(outputs) <= 1e-12 * np.abs(outputs).max():
             return Root(reason=f"{problem.output} is {least} whatever {problem.key} is{_why_none(problem, outputs)}")
         reason = f"{problem.output} is from {least} to {most} in the range of {problem.key}; widen between"
@@ -384,16 +384,20 @@ def summary(found: "xr.Dataset") -> Lines:
     limit = found.attrs.get("limit")
     if limit is not None:
         return Lines(_limited_lines(found, key, output, unit, wanted))
-    lines = [("wanted", f"{output} of {_text(found.attrs['target'], wanted)}")]
+    lines = [("wanted", f"{output} of {quantity_text(found.attrs['target'], wanted)}")]
     if values.size == 1:
-        return Lines([*lines, (key, _text(values[0], unit))])
+        return Lines([*lines, (key, quantity_text(values[0], unit))])
     low, middle, high = np.quantile(values, (0.05, 0.5, 0.95))
     beside = found[f"{output}_at_median"].values.ravel()
     beside = beside[np.isfinite(beside)]
     least, most = np.quantile(beside, (0.05, 0.95))
     share = float((beside <= found.attrs["target"]).mean())
-    spread = f"{_text(middle, unit)} (median of {values.size}); 5 to 95 %: {_text(low, unit)} to {_text(high, unit)}"
-    kept = f"5 to 95 %: {_text(least, wanted)} to {_text(most, wanted)}; at or below the wanted in {share:.0%}"
+    found_at, reached = (
+        f"5 to 95 %: {quantity_text(start, of)} to {quantity_text(end, of)}"
+        for start, end, of in ((low, high, unit), (least, most, wanted))
+    )
+    spread = f"{quantity_text(middle, unit)} (median of {values.size}); {found_at}"
+    kept = f"{reached}; at or below the wanted in {share:.0%}"
     lines += [(key, spread), (f"{output} with the median", kept)]
     if missing := found[name].size - values.size:
         lines.append(("not found", f"in {missing} of {found[name].size}"))
@@ -406,16 +410,12 @@ def _limited_lines(found: "xr.Dataset", key: str, output: str, unit: str, wanted
     known = beside[np.isfinite(beside)]
     kept = known <= target * (1 + CLOSE) if limit == "below" else known >= target * (1 - CLOSE)
     least, most = np.quantile(known, (0.05, 0.95))
-    asked = f"{output} {limit} {_text(target, wanted)}"
+    asked = f"{output} {limit} {quantity_text(target, wanted)}"
     return [
         ("wanted", asked if beside.size == 1 else f"{asked} in {found.attrs['quantile']:.0%} of {beside.size}"),
-        (key, _text(found.attrs["chosen"], unit)),
+        (key, quantity_text(found.attrs["chosen"], unit)),
         (
             f"{output} there",
-            f"5 to 95 %: {_text(least, wanted)} to {_text(most, wanted)}; {limit} in {kept.mean():.0%}",
+            f"5 to 95 %: {quantity_text(least, wanted)} to {quantity_text(most, wanted)}; {limit} in {kept.mean():.0%}",
         ),
     ]
-
-
-def _text(value: float, unit: str) -> str:
-    return f"{value:.4g}" if unit == "1" else quantity_text(value, unit)
