@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from historysim.tables.settled import split_unit
 
 _WIDE = re.compile(r"\t+|\s{2,}")
-_BRACKETED = re.compile(r"\(.*\)|\[.*\]")
+BRACKETED = re.compile(r"\(.*\)|\[.*\]")
 
 
 def namings(line: str, fields: Sequence[str], delimiter: str) -> list[list[str]]:
@@ -39,7 +39,7 @@ def places_of(name: str, names: Sequence[str], brackets: Sequence[str] = ()) -> 
 def _with_units(words: Sequence[str]) -> list[str]:
     names: list[str] = []
     for word in words:
-        if names and _BRACKETED.fullmatch(word):
+        if names and BRACKETED.fullmatch(word):
             names[-1] += f" {word}"
         else:
             names.append(word)
