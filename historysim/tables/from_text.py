@@ -7,7 +7,7 @@ import re
 from collections import deque
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
-from itertools import chain, islice
+from itertools import chain, islice, repeat
 from pathlib import Path
 from typing import IO, Self
 
@@ -279,8 +279,18 @@ def _lines_of_rows(lines: Iterator[str], heading: Heading, layout: Format) -> It
 def _rows(lines: Iterator[str], heading: Heading, layout: Format) -> Iterator[tuple[int, list[str]]]:
     """Yield the rows with the numbers of their lines; a line that is none is an error."""
     for numbers, texts in _lines_of_rows(lines, heading, layout):
-        for line_number, text in zip(numbers, texts, strict=True):
-            yield line_number, _row(line_number, text, heading)
+        rows = _all_rows(texts, heading)
+        yield from zip(numbers, map(_row, numbers, texts, repeat(heading)) if rows is None else rows, strict=True)
+
+
+def _all_rows(lines: Sequence[str], heading: Heading) -> list[list[str]] | None:
+    """Return the values of lines that all are rows; else None."""
+    try:
+        rows = split(lines, heading.delimiter)
+    except csv.Error:
+        return None
+    is_even = set(map(len, rows)) == {heading.width}
+    return rows if len(rows) == len(lines) and (is_even or all(_fits(row, heading) for row in rows)) else None
 
 
 def _row(line_number: int, text: str, heading: Heading) -> list[str]:
@@ -342,12 +352,8 @@ class _Wanted:
 
     def of_plain(self, lines: Sequence[str]) -> list[Floats] | None:
         """Return the values of lines that are rows of finite numbers and times; None where anything else is there."""
-        try:
-            rows = split(lines, self.heading.delimiter)
-        except csv.Error:
-            return None
-        is_even = set(map(len, rows)) == {self.heading.width}
-        if len(rows) < len(lines) or not (is_even or all(_fits(row, self.heading) for row in rows)):
+        rows = _all_rows(lines, self.heading)
+        if rows is None:
             return None
         values = []
         for place in self.places:
