@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError
 from historysim.loads.events import (
     LOAD_KINDS,
@@ -153,7 +153,7 @@ def link(before: bytes, first: int, columns: Columns) -> bytes:
     return total.digest()
 
 
-def array_digest(arrays: Iterable[tuple[str, npt.NDArray[np.float64]]], text: str) -> bytes:
+def array_digest(arrays: Iterable[tuple[str, Floats]], text: str) -> bytes:
     """SHA-256 of a text, and of named arrays with their shapes, as little-endian float64."""
     total = hashlib.sha256(hashlib.sha256(text.encode()).digest())
     for name, array in arrays:

@@ -20,8 +20,8 @@ from urllib.parse import quote
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.array_types import Floats
 from historysim.basics.file_kinds import is_log, told_kind
 from historysim.basics.files import check_replaceable, sync_folder
 from historysim.basics.lock import WriterLock
@@ -534,5 +534,5 @@ def _is_cut(connection: sqlite3.Connection, path: Path) -> bool:
     return bool(path.stat().st_size < pages * size)
 
 
-def _array(shape: str, content: bytes) -> npt.NDArray[np.float64]:
+def _array(shape: str, content: bytes) -> Floats:
     return np.frombuffer(content, dtype="<f8").reshape(json.loads(shape))

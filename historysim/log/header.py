@@ -8,7 +8,6 @@ from typing import Any, Self
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
 from historysim._version import __version__
 from historysim.asperities.curves import NormalCurves
@@ -17,6 +16,7 @@ from historysim.asperities.instrument import Instrument
 from historysim.asperities.laws import DrawnFriction, law_from
 from historysim.asperities.wear import wear_law_from
 from historysim.basics.arguments import workable
+from historysim.basics.array_types import Array
 from historysim.basics.limits import at_most, most
 from historysim.basics.wording import shown
 from historysim.contact.materials import MaterialPair
@@ -25,8 +25,6 @@ from historysim.loads.events import Event
 from historysim.log.canonical import array_digest
 from historysim.recording.provenance import made_with
 from historysim.replaying import Replay
-
-Array = npt.NDArray[Any]
 
 FORMAT = 1
 FORMAT_OF_CURVES = 2

@@ -18,12 +18,10 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import scalar
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError
 from historysim.measured.correction import Correction
 from historysim.measured.reduction import channel, clock, reversals
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 QUALITY = 30.0
 """Frequency of a notch over the width at which it lets half of the power pass, once."""

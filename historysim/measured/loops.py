@@ -37,8 +37,8 @@ from typing import TYPE_CHECKING, Literal
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.array_types import Booleans, Floats, Integers
 from historysim.basics.display import html_table
 from historysim.basics.units import quantity_text, scaled
 from historysim.basics.wording import counted
@@ -56,8 +56,6 @@ from historysim.measured.statistics import LoopStatistics
 if TYPE_CHECKING:
     import xarray as xr
 
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 Direction = Literal["forward", "backward", "both"]
 
 DIRECTIONS: tuple[Direction, Direction] = ("forward", "backward")
@@ -200,9 +198,9 @@ class Loops:
     displacement_gap: Floats
     tangential_load_gap: Floats
     amplitude: Floats
-    left_out_branches: npt.NDArray[np.bool_]
-    stepped_branches: npt.NDArray[np.bool_]
-    rising_branches: npt.NDArray[np.bool_]
+    left_out_branches: Booleans
+    stepped_branches: Booleans
+    rising_branches: Booleans
     told: tuple[str, ...] = ()
     lateral_stiffness: float = math.inf
     remarks: tuple[tuple[str, str], ...] = ()
@@ -223,9 +221,9 @@ class Loops:
         return html_table(rows, heading)
 
     @property
-    def large(self) -> npt.NDArray[np.bool_]:
+    def large(self) -> Booleans:
         """Which loops count in means (loop): see `Definitions.amplitude_share`."""
-        large: npt.NDArray[np.bool_] = self.amplitude >= self.definitions.amplitude_share * self.amplitude.max()
+        large: Booleans = self.amplitude >= self.definitions.amplitude_share * self.amplitude.max()
         return large
 
     @property

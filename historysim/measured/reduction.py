@@ -45,12 +45,10 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import checked, scalar
+from historysim.basics.array_types import Booleans, Floats, Integers
 from historysim.basics.library import lib, pointer
 from historysim.errors import InputError
 from historysim.measured.noise import FEWEST_SAMPLES, REVERSAL, noise_of
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 DEAD_BAND_SHARE = 0.05
 """Dead band of loops over the range of the displacement, where nothing else is said, and noise is less."""
@@ -296,7 +294,7 @@ def in_step(values: npt.ArrayLike, kept: npt.ArrayLike) -> Floats:
     return result
 
 
-def whole_samples(*channels: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+def whole_samples(*channels: npt.ArrayLike) -> Booleans:
     """Return which samples miss no channel (sample).
 
     To take the others out, index all channels with it. What goes straight between samples then goes straight across

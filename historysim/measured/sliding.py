@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import scalar
+from historysim.basics.array_types import Floats, Integers
 from historysim.basics.display import html_table
 from historysim.basics.units import duration_text, quantity_text
 from historysim.basics.wording import counted
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
 
     from historysim.measured.measurement import Measurement
 
-Floats = npt.NDArray[np.float64]
 Over = Literal["time", "distance"]
 Kind = TypeVar("Kind", bound="attrs.AttrsInstance")
 
@@ -130,7 +130,7 @@ class Sliding:
     window_place: Floats
     window_mean: Floats
     window_deviation: Floats
-    window_count: npt.NDArray[np.int64]
+    window_count: Integers
     peak: StaticPeak | None
     approach: Approach | None
     remarks: tuple[tuple[str, str], ...] = ()
@@ -366,7 +366,7 @@ def _place(over: Over | None, time: Floats, moved: Floats | None, sense: float) 
     return np.asarray(np.maximum.accumulate(sense * (moved - moved[0])))
 
 
-def _windows(along: Floats, friction: Floats, edges: Floats) -> tuple[Floats, Floats, npt.NDArray[np.int64]]:
+def _windows(along: Floats, friction: Floats, edges: Floats) -> tuple[Floats, Floats, Integers]:
     """Return mean along the place, standard deviation and number of the samples of each window."""
     windows = edges.size - 1
     # the integral of the friction up to each sample and, between samples, up to each edge

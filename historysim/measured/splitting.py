@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import scalar
+from historysim.basics.array_types import Booleans, Floats, Integers
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.measured.definitions import DEFAULT, Definitions, FirstLoad, LastPart
@@ -32,8 +33,6 @@ if TYPE_CHECKING:
 
     from historysim.measured.measurement import Measurement
 
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 STEEPLY, BENDING = 2.4, 0.4
 """Rises over the least one that no sliding has; and the share of a rise in its second half below which it bends."""
@@ -238,7 +237,7 @@ def _left_out(ends: Integers, size: int) -> tuple[tuple[int, int], ...]:
 
 def _branches(
     trace: Trace, ends: Integers, definitions: Definitions, lateral_stiffness: float, *, between: bool
-) -> tuple[Floats, npt.NDArray[np.bool_]]:
+) -> tuple[Floats, Booleans]:
     """Return the quantities of all branches, (loop, direction, quantity), and which still rise where they slide."""
     branches = np.full((len(ends), 2, len(BRANCH_QUANTITIES)), math.nan)
     rising = np.zeros((len(ends), 2), dtype=np.bool_)

@@ -5,11 +5,9 @@ from typing import Self
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.array_types import Floats
 from historysim.basics.units import scaled
-
-Floats = npt.NDArray[np.float64]
 
 
 @attrs.frozen

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, Self, final
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
 from historysim.basics import system
+from historysim.basics.array_types import Array
 from historysim.basics.files import replacing
 from historysim.basics.system import read_at, write_at
 from historysim.memory.binding import TOTALS
@@ -25,8 +25,6 @@ from historysim.recording.recorder import Recorder
 
 if TYPE_CHECKING:
     import h5netcdf
-
-Array = npt.NDArray[Any]
 
 
 @final

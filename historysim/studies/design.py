@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from historysim._version import __version__
 from historysim.basics.arguments import scalar
+from historysim.basics.array_types import Floats
 from historysim.basics.display import Lines
 from historysim.basics.notices import Teller, silent
 from historysim.basics.places import at
@@ -305,7 +306,7 @@ def _crossing(problem: Problem, point: Point) -> Root:
     return Root(root, output, others=crossings.size - 1, rises=rises)
 
 
-def _why_none(problem: Problem, outputs: npt.NDArray[np.float64]) -> str:
+def _why_none(problem: Problem, outputs: Floats) -> str:
     """Return why nothing can change an output, where that is known."""
     if problem.output.endswith("drift") and not np.any(outputs):
         return ": the history has no two normal loads for it to change between; expected loads that differ"

@@ -3,11 +3,9 @@
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.array_types import Floats
 from historysim.tables.columns import Part
-
-Floats = npt.NDArray[np.float64]
 
 
 def one_clock(time: Floats, parts: Sequence[Part]) -> tuple[Floats, list[str]]:

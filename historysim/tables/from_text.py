@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import IO, Self
 
 import numpy as np
-import numpy.typing as npt
 from attrs import Factory, define, evolve, frozen
 
+from historysim.basics.array_types import Floats, Integers
 from historysim.basics.limits import at_most, most
 from historysim.basics.wording import counted
 from historysim.errors import InputError
@@ -25,8 +25,7 @@ from historysim.tables.heading import Heading
 from historysim.tables.lines import AT_ONCE, brief, decimal_hint, fields, is_plain, number, split
 from historysim.tables.times import clock, from_the_first
 
-Floats = npt.NDArray[np.float64]
-Lines = npt.NDArray[np.int64]
+Lines = Integers
 
 Opened = Callable[[], AbstractContextManager[Iterator[str]]]
 

@@ -4,9 +4,8 @@ import datetime as dt
 import re
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from historysim.basics.array_types import Floats
 
 DAY = 86400.0
 _DATE = (
