@@ -161,9 +161,9 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
     if key is not None:
         share = None if quantile is None else scalar("quantile", quantile)
         ends = tuple(between) if np.iterable(between) and not isinstance(between, str) else (between,)
-        grid_keys = None if over is None else dict(over)
         with reported(scenario.path.name), at("design"):
-            section = DesignSection(key, ends, target, below, above, share, output, grid_keys)
+            keys: Any = over
+            section = DesignSection(key, ends, target, below, above, share, output, keys)
     problem, grid = problem_of(scenario, section)
     points = list(grid.points())
     with executor_for(workers, executor) as (chosen, count):
