@@ -1,0 +1,3 @@
+from pathlib import Path
+def pages(root): return {}
+def draw(*a): pass
