@@ -37,7 +37,7 @@ html_math_renderer = "mathml"
 default_role = "py:obj"  # `name` in a docstring: a link where the site has that name, else code
 
 
-def _bars(app, what, name, of, options, lines):  # noqa: ARG001, PLR0917 - the arguments that Sphinx passes
+def _bars(app, what, name, of, options, lines):  # noqa: ARG001 - the arguments that Sphinx passes
     """Keep |T| in a docstring: bars are absolute values there, and no substitutions."""
     lines[:] = [re.sub(r"(?<!\\)\|(?=\S)|(?<=\S)(?<!\\)\|", r"\\|", line) for line in lines]
 

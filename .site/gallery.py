@@ -42,5 +42,6 @@ def pages(root: Path, drawn: Path) -> dict[str, str]:
     made = {"gallery.md": "# Gallery\n\n```{toctree}\n" + "\n".join(f"gallery/{group}" for group in parts) + "\n```\n"}
     titles = {"scenarios": "Scenarios", "thesis": "Figures of the thesis"}
     return made | {
-        f"gallery/{group}.md": f"# {titles.get(group, group)}\n\n" + "\n\n".join(texts) + "\n" for group, texts in parts.items()
+        f"gallery/{group}.md": f"# {titles.get(group, group)}\n\n" + "\n\n".join(texts) + "\n"
+        for group, texts in parts.items()
     }

@@ -21,6 +21,12 @@ GROUPS = {
 """What a user is after, and the names for it. Public names that stand in none get a page of their own."""
 
 
+QUESTIONS = """\
+`history.contact.NAME(…)` asks a history, as in `hs.open("my.nc").contact.slides_first()`. Each question is a function
+of the history, which the method passes for you.
+"""
+
+
 def _at(path: str) -> object:
     found: object = hs
     for name in path.split(".")[1:]:
@@ -90,18 +96,20 @@ def pages() -> dict[str, str]:
     chapters.append(
         (
             "Questions to a history",
-            "`history.contact.NAME(…)` asks a history, as in `hs.open(\"my.nc\").contact.slides_first()`. Each question"
-            " is a function of the history, which the method passes for you.",
+            QUESTIONS,
             [_question(name) for name in questions()],
         )
     )
     for path, paths in namespaces().items():
         module = _at("historysim" + path.removeprefix("hs"))
         chapters.append((f"`{path}`", (inspect.getdoc(module) or "").strip(), paths))
-    made, parts = {}, [
-        "# Interface",
-        "`import historysim as hs` gives all of these names. Each is loaded when it is first used.",
-    ]
+    made, parts = (
+        {},
+        [
+            "# Interface",
+            "`import historysim as hs` gives all of these names. Each is loaded when it is first used.",
+        ],
+    )
     links = []
     for title, text, paths in chapters:
         page = "interface/" + title.strip("`").lower().replace(" ", "_").replace(",", "").replace(".", "_")

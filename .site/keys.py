@@ -6,10 +6,9 @@ The classes say what a key is: its type and unit, its default, and in their docs
 
 import inspect
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from types import NoneType, UnionType
-from typing import Annotated, Any, Union, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, Union, get_args, get_origin
 
 import attrs
 from numpydoc.docscrape import NumpyDocString
@@ -17,9 +16,11 @@ from numpydoc.docscrape import NumpyDocString
 from historysim.contact.materials import MATERIALS
 from historysim.scenario import friction_course_section, law_sections, picture_kinds, sections
 from historysim.scenario.loading_kinds import channels, from_file, written
-from historysim.scenario.schema import Quantity
 from historysim.scenario.surface_kinds import distributions, given_summits, interacting, map_kinds, normal_curve, scaled
 from historysim.tables import Column, Format
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 PAGE = Path(__file__).resolve().parent.parent / "scenarios" / "keys.md"
 
@@ -33,9 +34,13 @@ tells how they go together.
 This page is made from the program by `python .site/keys.py`.
 """
 
+FILES = """\
+Keys beside `file`. Most are found out ([files of numbers](../historysim/tables/README.md)). A column
+is a name, or a table with the keys below."""
+
 SECTIONS: dict[str, tuple[str, tuple[tuple[str, type], ...]]] = {
     "`title`": ("", (("", sections.Sections),)),
-    "`[materials]`": ("", (("", sections.MaterialsSection), ("A material that is not built in", sections.MaterialTable))),
+    "`[materials]`": ("", (("", sections.MaterialsSection), ("Your own material", sections.MaterialTable))),
     "`[surface]`": (
         "`kind` says which surface it is. [Surfaces](../historysim/surfaces/README.md) tells what they are for.",
         (
@@ -102,17 +107,22 @@ SECTIONS: dict[str, tuple[str, tuple[tuple[str, type], ...]]] = {
             ('`kind = "bars"`', picture_kinds.BarsPicture),
         ),
     ),
-    "`[metadata]`": ("By the names of ACDD 1.3. They become attributes of the result.", (("", sections.MetadataSection),)),
+    "`[metadata]`": (
+        "By the names of ACDD 1.3. They become attributes of the result.",
+        (("", sections.MetadataSection),),
+    ),
     "Files of numbers": (
-        "Keys beside `file`, wherever it stands. [Files of numbers](../historysim/tables/README.md) tells how they are"
-        " found out. A column is a name, or a table with the keys below.",
+        FILES,
         (("", Format), ("A column", Column)),
     ),
 }
 """The headings of the page; of each, what stands above its tables, and the classes with their headings."""
 
-SHARED = {picture_kinds.Picture: picture_kinds.Picture, Format: Format}
+SHARED = (picture_kinds.Picture, Format)
 """Classes whose keys stand in a table of their own, and not with each class that has them."""
+
+
+HEADING = ("| key | type or unit | default | meaning |", "| --- | --- | --- | --- |")
 
 
 def meanings(kind: type) -> dict[str, str]:
@@ -163,7 +173,7 @@ def _plural(text: str) -> str:
 
 def _default(field: "attrs.Attribute[Any]") -> str:
     value = None if isinstance(field.default, attrs.Factory) else field.default  # type: ignore[arg-type]
-    if field.default is attrs.NOTHING or value is None or attrs.has(type(value)) or value == () or value == "":
+    if field.default is attrs.NOTHING or value in {None, (), ""} or attrs.has(type(value)):
         return ""
     if isinstance(value, bool):
         return f"`{str(value).lower()}`"
@@ -175,7 +185,8 @@ def _default(field: "attrs.Attribute[Any]") -> str:
 def keys(kind: type) -> "Iterator[attrs.Attribute[Any]]":
     """Yield the keys of a class, those that are needed first, without those that have a table elsewhere."""
     attrs.resolve_types(kind)
-    elsewhere = {field.name for other in SHARED if issubclass(kind, other) and kind is not other for field in attrs.fields(other)}
+    above = [other for other in SHARED if issubclass(kind, other) and kind is not other]
+    elsewhere = {field.name for other in above for field in attrs.fields(other)}
     if kind is sections.Sections:
         elsewhere = {field.name for field in attrs.fields(kind)} - {"title"}
     if kind in {scaled.Scaled, interacting.Interacting}:
@@ -213,12 +224,21 @@ def page() -> str:
             if kind is not sections.Sections:
                 parts.append(summary(kind))
             if table := rows(kind):
-                parts.append("\n".join(["| key | type or unit | default | meaning |", "| --- | --- | --- | --- |", *table]))
+                parts.append("\n".join((*HEADING, *table)))
             if shown := example(kind):
                 parts.append(f"```toml\n{shown}\n```")
     return "\n\n".join(parts) + "\n"
 
 
+def main() -> int:
+    """Write the page, or with ``--check`` say whether it is up to date; return the exit code."""
+    if "--check" not in sys.argv:
+        PAGE.write_text(page(), encoding="utf-8")
+    elif PAGE.read_text(encoding="utf-8") != page():
+        sys.stderr.write(f"{PAGE} is not up to date; run python .site/keys.py\n")
+        return 1
+    return 0
+
+
 if __name__ == "__main__":
-    sys.stdout.write(f"{PAGE}\n")
-    PAGE.write_text(page(), encoding="utf-8")
+    sys.exit(main())

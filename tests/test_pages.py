@@ -2,10 +2,15 @@
 
 import re
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pages
 import pytest
+import tomlkit
+
+import historysim as hs
 
 ROOT = Path(__file__).parents[1]
 ROOM_PAGES = sorted(path for path in (ROOT / "historysim").glob("*/README.md") if path.parent.name != "memory")
@@ -58,3 +63,45 @@ def test_lines_of_prose_are_short(page):
     text = re.sub(r"^(```|\$\$).*?^\1$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
     prose = [line for line in text.splitlines() if not line.lstrip().startswith(("|", "!["))]
     assert [line for line in prose if len(line) > LONGEST] == []
+
+
+KEYS = ROOT / "scenarios" / "keys.md"
+BASE = """
+[materials]
+first = "silicon"
+second = "float glass"
+[surface]
+kind = "sphere"
+radius = "2.5 mm"
+[friction]
+coefficient = 0.2
+[loading]
+waypoints = [
+    { time = 0, normal_load = "50 mN", tangential_displacement = 0 },
+    { time = 1, tangential_displacement = "10 nm" },
+]
+"""
+
+
+@pytest.mark.parametrize("example", [body for _, _, body in pages.blocks(KEYS.read_text(encoding="utf-8"))])
+def test_an_example_of_a_key_stands_in_a_scenario(example, tmp_path):
+    (tmp_path / "data").symlink_to(ROOT / "data")
+    if not example.startswith("["):
+        example = f'[materials]\nfirst = "silicon"\n{example}'
+    path = tmp_path / "example.toml"
+    path.write_text(tomlkit.dumps({**tomlkit.parse(BASE), **tomlkit.parse(example)}), encoding="utf-8")
+    hs.validate(path)
+    assert hs.load(path).events()
+
+
+def test_every_key_says_what_it_means():
+    rows = [line for line in KEYS.read_text(encoding="utf-8").splitlines() if line.startswith(("| `", "| **`"))]
+    assert len(rows) > 200
+    assert [row for row in rows if row.split(" | ")[-1].strip(" |") == ""] == []
+
+
+def test_the_page_of_keys_is_up_to_date():
+    pytest.importorskip("numpydoc")
+    command = [sys.executable, ".site/keys.py", "--check"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
