@@ -6,7 +6,11 @@ from pathlib import Path
 from historysim import gallery
 from historysim.studies.gallery import files_of_gallery
 
-PICTURES = "pictures.html"
+SECTION = re.compile(
+    # the name of the file, which the page links to, is left out
+    r'<section id="([^"]+)"><h2>(.*?)</h2>\n(?:<p class="note">.*?</p>)?(.*?)</section>',
+    re.DOTALL,
+)
 
 
 def is_up_to_date(page: Path, root: Path) -> bool:
@@ -25,8 +29,7 @@ def draw(root: Path, page: Path, workers: int) -> None:
 
 def _sections(text: str) -> dict[str, tuple[str, str]]:
     """Return the title and the HTML of each section of the page, by its anchor."""
-    found = re.findall(r'<section id="([^"]+)"><h2>(.*?)</h2>\n(.*?)</section>', text, re.DOTALL)
-    return {anchor: (title, parts) for anchor, title, parts in found}
+    return {anchor: (title, parts) for anchor, title, parts in SECTION.findall(text)}
 
 
 def pages(root: Path, drawn: Path) -> dict[str, str]:
