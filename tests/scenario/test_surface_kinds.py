@@ -4,7 +4,6 @@ import math
 import re
 import sys
 import warnings
-from pathlib import Path
 
 import attrs
 import numpy as np
