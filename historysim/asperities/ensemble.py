@@ -82,6 +82,15 @@ class Ensemble:
     ------
     InputError
         A number that is not finite or out of range, arrays of different lengths, or patches that shall evolve.
+
+    Examples
+    --------
+    >>> pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+    >>> ensemble = hs.Ensemble(pair, summit_height=[0.0, -30e-9], summit_radius=10e-6, friction=0.2)
+    >>> state = ensemble.advance(ensemble.initial_state(), normal_load=4e-3)
+    >>> state = ensemble.advance(state, tangential_displacement=5e-9)
+    >>> print(f"{state.tangential_load * 1e3:.4f} mN on {state.contact_count} asperities")
+    0.4414 mN on 2 asperities
     """
 
     pair: MaterialPair
