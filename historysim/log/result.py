@@ -115,7 +115,9 @@ def write_result(
                 written = target.flush()
                 ahead = max(standing.events, *(index + 1 for index in standing.heading))
                 batches = content.batches_for(ahead)
-                file.add_snapshot(Snapshot.of(standing, batches, content.links[batches], state, written))
+                file.add_snapshot(
+                    Snapshot.of(standing, batches, content.links[batches], state, written, job.ensemble.packages)
+                )
                 last, keep = standing.rows, True
 
             job.walk(target, start=start, most_rows=every, progress=progress, after=snapshot)

@@ -35,8 +35,9 @@ def _start(file: LogFile, content: Content, snapshot: Snapshot) -> Start | str:
     """Return where a snapshot lets a replay begin, or why it does not."""
     standing = snapshot.standing
     name = f"the snapshot at t = {time_text(standing.time)}"
-    if snapshot.program != program():
-        return f"a snapshot was made by {snapshot.program}; this is {program()}"
+    here = program(file.head.ensemble.packages)
+    if snapshot.program != here:
+        return f"a snapshot was made by {snapshot.program}; this is {here}"
     if schedule.standing_at(content.events, standing.events, file.head.substeps) != standing:
         return f"{name} does not reckon with events that were appended since"
     try:

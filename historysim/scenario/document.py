@@ -18,6 +18,7 @@ from historysim.basics.wording import shown
 from historysim.errors import InputError
 from historysim.scenario.columns import column_hooks
 from historysim.scenario.friction_course import AnyCourse, course_from_toml
+from historysim.scenario.law_sections import FrictionSection, WearSection, friction_from_toml, wear_from_toml
 from historysim.scenario.loading_kinds import AnyLoading, channel_hooks, loading_from_toml
 from historysim.scenario.overriding import text_with_values, with_values
 from historysim.scenario.picture_kinds import Pictures, pictures_from_toml
@@ -109,6 +110,8 @@ def _converter() -> Converter:
         (MapKind, map_from_toml),
         (int | str | None, channel_from_toml),
         (bool | float | None, prune_from_toml),
+        (FrictionSection, friction_from_toml),
+        (WearSection, wear_from_toml),
         (AnyLoading, loading_from_toml),
         (AnyCourse | None, course_from_toml),
         (str | tuple[int, ...], _record),

@@ -6,9 +6,10 @@ from typing import Annotated, Any
 import attrs
 from cattrs import Converter
 
+from historysim.basics.fields import Quantity
 from historysim.basics.places import misfit
 from historysim.basics.wording import nearest, shown
-from historysim.scenario.schema import Quantity, array_of, table, text
+from historysim.scenario.schema import array_of, table, text
 
 
 @attrs.frozen(kw_only=True)

@@ -159,7 +159,7 @@ class Scenario:
                 ensemble = Ensemble.from_solutions(pair, ground.solutions, coefficients)
             else:
                 with at("surface"):
-                    wear = self.sections.wear.wear() if self.sections.wear else None
+                    wear = self.sections.wear.law if self.sections.wear else None
                     evolving = {"wear": wear, "follow_sliding": self.sections.record.sliding}
                     ensemble = Ensemble.from_summits(pair, ground.summits, coefficients, **evolving)
             self._check_record(len(ensemble))
@@ -363,7 +363,7 @@ class Scenario:
                 else "missing; expected [friction] with a coefficient, or surface.columns.friction"
             )
             raise misfit(problem, "friction")
-        return friction.friction() if friction else None
+        return friction.friction if friction else None
 
     def _check_steady(self) -> None:
         """Check that nothing is asked for that patches of a normal curve cannot do."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from historysim._version import __version__
 from historysim.basics import findings
+from historysim.basics.fields import Quantity
 from historysim.basics.places import at
 from historysim.basics.units import quantity
 from historysim.basics.wording import counted
@@ -19,7 +20,7 @@ from historysim.scenario.grid import Grid, variable_name
 from historysim.scenario.overriding import place_of
 from historysim.scenario.points import at_point
 from historysim.scenario.scenario import Scenario
-from historysim.scenario.schema import Quantity, reported
+from historysim.scenario.schema import reported
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from historysim.asperities.laws.base import FrictionLaw, Loaded, made_from
+from historysim.asperities.laws.base import LAWS, FrictionLaw, Loaded, made_from
 from historysim.asperities.laws.drawn import DrawnFriction
 from historysim.asperities.laws.power import PowerLaw
 from historysim.asperities.laws.shear_strength import ShearStrength
@@ -20,12 +20,10 @@ __all__ = [
     "ShiftedLoad",
     "SlidFriction",
     "law_from",
+    "register",
 ]
 
-LAWS: Mapping[str, type[FrictionLaw]] = {
-    law.kind: law for law in (PowerLaw, ShearStrength, ShiftedLoad, SlidFriction, DrawnFriction)
-}
-"""The laws by their names in scenarios and logs."""
+register = LAWS.register
 
 
 def law_from(settings: Mapping[str, Any]) -> FrictionLaw:
@@ -34,6 +32,6 @@ def law_from(settings: Mapping[str, Any]) -> FrictionLaw:
     Raises
     ------
     InputError
-        A name that no law has, or numbers that it cannot have.
+        A name that no law has, a law of a package that is not there, or numbers that it cannot have.
     """
     return made_from(settings, LAWS)

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 import attrs
 
+from historysim.basics.fields import Force, Length, Lengths, Numbers, Quantity, Time
 from historysim.basics.notices import Teller, silent
 from historysim.basics.places import at, misfit
 from historysim.basics.units import quantity_text
@@ -13,7 +14,6 @@ from historysim.basics.wording import counted, shown
 from historysim.errors import InputError, path_text
 from historysim.loads.events import EVENT_KINDS, LOAD_KINDS, Event, LoadEvent
 from historysim.scenario.loading_kinds.base import Loading, one_of_each
-from historysim.scenario.schema import Force, Length, Lengths, Numbers, Quantity, Time
 
 MOST_EVENTS = 10_000_000
 

@@ -5,10 +5,11 @@ from typing import Any
 
 from cattrs import Converter
 
+from historysim.basics.fields import Number
 from historysim.basics.places import misfit
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
-from historysim.scenario.schema import Number, table
+from historysim.scenario.schema import table
 from historysim.scenario.surface_kinds.base import Ground, SurfaceKind
 from historysim.scenario.surface_kinds.distributions import DistributionTable, GaussianHeights, InlineDistribution
 from historysim.scenario.surface_kinds.interacting import Interacting

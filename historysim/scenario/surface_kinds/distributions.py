@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import attrs
 
+from historysim.basics.fields import Length, Lengths, Numbers, Quantity
 from historysim.basics.places import misfit
 from historysim.errors import InputError
 from historysim.scenario.columns import NumbersFile
-from historysim.scenario.schema import Length, Lengths, Numbers, Quantity, given
+from historysim.scenario.schema import given
 from historysim.scenario.surface_kinds.base import Ground
 from historysim.tables import Column
 

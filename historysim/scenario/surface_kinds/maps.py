@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Annotated, Protocol
 
 import attrs
 
+from historysim.basics.fields import Length, Lengths, Number, Quantity
 from historysim.basics.places import at, misfit
 from historysim.basics.wording import counted
 from historysim.errors import InputError
-from historysim.scenario.schema import Length, Lengths, Number, Quantity
 from historysim.scenario.surface_kinds.base import Ground
 
 if TYPE_CHECKING:

@@ -4,10 +4,11 @@ from pathlib import Path
 
 import attrs
 
+from historysim.basics.fields import Length, Lengths, Number
 from historysim.basics.places import misfit
 from historysim.basics.wording import nearest, shown
 from historysim.scenario.columns import NumbersFile
-from historysim.scenario.schema import Length, Lengths, Number, given
+from historysim.scenario.schema import given
 from historysim.scenario.surface_kinds.base import Ground
 from historysim.tables import Column
 

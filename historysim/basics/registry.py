@@ -1,0 +1,157 @@
+"""What stands open to other packages: kinds of things by their names, from this package and from entry points."""
+
+import importlib
+import pkgutil
+import sys
+from collections.abc import Iterator, Mapping
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any, Generic, TypeVar
+
+import attrs
+
+from historysim.basics.wording import nearest, shown
+from historysim.errors import InputError
+
+T = TypeVar("T", bound=type)
+OWN = "historysim"
+
+
+@attrs.frozen
+class Origin:
+    """The package that a kind comes from.
+
+    Attributes
+    ----------
+    package, version : str
+        Of a class that no installed package declares, the module that it stands in, and what that says.
+    declared : bool
+        Whether an installed package declares it.
+    """
+
+    package: str
+    version: str
+    declared: bool = True
+
+    def __str__(self) -> str:
+        return f"{self.package} {self.version}".rstrip()
+
+
+class Registry(Mapping[str, T], Generic[T]):
+    """Classes by the names that scenarios and logs call them.
+
+    Those of this package register themselves when their modules are imported, which is done when a name is asked for
+    that is not known yet. Those of other packages are entry points of a group, read anew whenever they are asked for:
+    nothing is kept, and a name of this package is never replaced.
+
+    Parameters
+    ----------
+    group : str
+        The group of entry points, such as ``"historysim.laws"``.
+    base : str
+        What each of them derives from, as ``"module:Class"``.
+    noun : str
+        What one is called in messages.
+    homes : str
+        Packages and modules where those of this package stand.
+    """
+
+    def __init__(self, group: str, base: str, noun: str, *homes: str) -> None:
+        self.group, self.noun, self._base, self._homes = group, noun, base, homes
+        self._known: dict[str, T] = {}
+
+    def register(self, kind: T) -> T:
+        """Make a class known by its ``kind``, for as long as the process runs; to stand above the class.
+
+        Raises
+        ------
+        InputError
+            It has no name, or one that another class has.
+        """
+        name: Any = vars(kind).get("kind")
+        if not isinstance(name, str) or not name:
+            raise InputError(f"{kind.__name__} has {name!r} as its kind; expected a name, as in kind = 'my own'")
+        before = self._known.get(name)
+        # a class that is carried out again, as in a notebook, takes the place of itself
+        if before is not None and _full_name(before) != _full_name(kind):
+            raise InputError(f"the {self.noun} {name!r} is {_full_name(before)} already; expected another name")
+        self._known[name] = kind
+        found: T = kind
+        return found
+
+    def forget(self, name: str) -> None:
+        """Take back what `register` was told of a name."""
+        self._known.pop(name, None)
+
+    def __getitem__(self, name: str) -> T:
+        if name not in self._known:
+            self._import_own()
+        if name in self._known:
+            return self._known[name]
+        if name in (found := self._foreign()):
+            return self._loaded(found[name])
+        raise KeyError(name)
+
+    def __iter__(self) -> Iterator[str]:
+        self._import_own()
+        yield from dict.fromkeys((*self._known, *self._foreign()))
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return sum(1 for _ in self)
+
+    def named(self, name: Any) -> T:
+        """Return the class of a name.
+
+        Raises
+        ------
+        InputError
+            None has it, or the package that declares it cannot be used.
+        """
+        if isinstance(name, str) and name in self:
+            return self[name]
+        raise InputError(f"{shown(name)}; {nearest(str(name), tuple(self))}")
+
+    def origin(self, kind: type) -> Origin | None:
+        """Return the package that a class comes from; None of what comes with this one."""
+        module = kind.__module__
+        if module.split(".")[0] == OWN:
+            return None
+        point = self._foreign().get(getattr(kind, "kind", ""))
+        if point is not None and point.dist is not None and point.module == module:
+            return Origin(point.dist.name, point.dist.version)
+        top = module.split(".")[0]
+        return Origin(module, str(getattr(sys.modules.get(top), "__version__", "")), declared=False)
+
+    def _import_own(self) -> None:
+        for home in self._homes:
+            found = importlib.import_module(home)
+            for module in pkgutil.iter_modules(getattr(found, "__path__", ())):
+                importlib.import_module(f"{home}.{module.name}")
+
+    def _foreign(self) -> dict[str, EntryPoint]:
+        found: dict[str, EntryPoint] = {}
+        for point in entry_points(group=self.group):
+            other = found.setdefault(point.name, point)
+            if other.value != point.value:
+                packages = " and ".join(str(each.dist and each.dist.name) for each in (other, point))
+                raise InputError(
+                    f"the {self.noun} {point.name!r} is declared by {packages}; uninstall one of them"
+                )
+        return found
+
+    def _loaded(self, point: EntryPoint) -> T:
+        whose = f"the {self.noun} {point.name!r} of the package {point.dist.name if point.dist else '?'}"
+        try:
+            kind: Any = point.load()
+        except Exception as error:
+            raise InputError(f"{whose} cannot be loaded from {point.value} ({error}); mend or update it") from error
+        module, _, name = self._base.partition(":")
+        base = getattr(importlib.import_module(module), name)
+        if not (isinstance(kind, type) and issubclass(kind, base)) or getattr(kind, "kind", None) != point.name:
+            raise InputError(f"{whose} is {kind!r}; expected a subclass of {module}.{name} with kind = {point.name!r}")
+        found: T = kind
+        return found
+
+
+def _full_name(kind: type) -> str:
+    return f"{kind.__module__}.{kind.__qualname__}"
