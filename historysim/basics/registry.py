@@ -5,7 +5,7 @@ import pkgutil
 import sys
 from collections.abc import Iterator, Mapping
 from importlib.metadata import EntryPoint, entry_points
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar, cast
 
 import attrs
 
@@ -75,8 +75,7 @@ class Registry(Mapping[str, T], Generic[T]):
         if before is not None and _full_name(before) != _full_name(kind):
             raise InputError(f"the {self.noun} {name!r} is {_full_name(before)} already; expected another name")
         self._known[name] = kind
-        found: T = kind
-        return found
+        return kind
 
     def forget(self, name: str) -> None:
         """Take back what `register` was told of a name."""
@@ -84,7 +83,7 @@ class Registry(Mapping[str, T], Generic[T]):
 
     def __getitem__(self, name: str) -> T:
         if name not in self._known:
-            self._import_own()
+            self.import_own()
         if name in self._known:
             return self._known[name]
         if name in (found := self._foreign()):
@@ -92,8 +91,8 @@ class Registry(Mapping[str, T], Generic[T]):
         raise KeyError(name)
 
     def __iter__(self) -> Iterator[str]:
-        self._import_own()
-        yield from dict.fromkeys((*self._known, *self._foreign()))
+        self.import_own()
+        yield from dict.fromkeys((*sorted(self._known), *sorted(self._foreign())))
 
     def __len__(self) -> int:
         """Return how many there are."""
@@ -122,7 +121,8 @@ class Registry(Mapping[str, T], Generic[T]):
         top = module.split(".")[0]
         return Origin(module, str(getattr(sys.modules.get(top), "__version__", "")), declared=False)
 
-    def _import_own(self) -> None:
+    def import_own(self) -> None:
+        """Import the modules of this package where its kinds stand, so that they are all there."""
         for home in self._homes:
             found = importlib.import_module(home)
             for module in pkgutil.iter_modules(getattr(found, "__path__", ())):
@@ -134,9 +134,7 @@ class Registry(Mapping[str, T], Generic[T]):
             other = found.setdefault(point.name, point)
             if other.value != point.value:
                 packages = " and ".join(str(each.dist and each.dist.name) for each in (other, point))
-                raise InputError(
-                    f"the {self.noun} {point.name!r} is declared by {packages}; uninstall one of them"
-                )
+                raise InputError(f"the {self.noun} {point.name!r} is declared by {packages}; uninstall one of them")
         return found
 
     def _loaded(self, point: EntryPoint) -> T:
@@ -149,8 +147,7 @@ class Registry(Mapping[str, T], Generic[T]):
         base = getattr(importlib.import_module(module), name)
         if not (isinstance(kind, type) and issubclass(kind, base)) or getattr(kind, "kind", None) != point.name:
             raise InputError(f"{whose} is {kind!r}; expected a subclass of {module}.{name} with kind = {point.name!r}")
-        found: T = kind
-        return found
+        return cast("T", kind)
 
 
 def _full_name(kind: type) -> str:

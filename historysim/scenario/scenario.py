@@ -4,6 +4,7 @@ Numbers are SI; texts may carry units. Relative paths are relative to the scenar
 build the same objects that a program would: an ``Ensemble`` and a list of events.
 """
 
+import functools
 import math
 import os
 from collections.abc import Mapping, Sequence
@@ -21,9 +22,10 @@ from historysim.errors import InputError
 from historysim.loads.events import Event, NormalDisplacement, NormalLoad
 from historysim.loads.events import misfit as event_misfit
 from historysim.recording import named_states
-from historysim.scenario.document import read_sections, sections_of
+from historysim.scenario.document import parsed, read_sections, sections_of
 from historysim.scenario.files import files_of
 from historysim.scenario.loading_kinds import MeasuredLoading
+from historysim.scenario.overriding import with_values
 from historysim.scenario.schema import given, reported
 from historysim.scenario.sections import Sections
 from historysim.scenario.surface_kinds import Ground
@@ -91,6 +93,22 @@ class Scenario:
         """The seeds of all that is drawn by chance: of the surface, in the order of the file, and of friction."""
         drawn = (self.sections.surface, self.sections.friction)
         return [seed for section in drawn if section is not None for seed in _seeds(section)]
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """What stands in it, to be read only."""
+        return _document(self.text)
+
+    def at(self, point: Mapping[str, Any]) -> "Scenario":
+        """Return it with the values of a point of a sweep, and with its text as it was.
+
+        Raises
+        ------
+        InputError
+            Fields that cannot be used, each with its key.
+        """
+        with reported(self.path.name):
+            return attrs.evolve(self, sections=sections_of(with_values(self.document, point)))
 
     def ground(self) -> Ground:
         """Return the surface and its summits.
@@ -389,6 +407,11 @@ class Scenario:
                 asperities = counted(count, "asperity", "asperities")
                 problem = f"{shown(index)}; expected an index from 0 to {count - 1}, since the surface has {asperities}"
                 raise misfit(problem, "record", "asperities", position)
+
+
+@functools.lru_cache(maxsize=1)
+def _document(text: str) -> dict[str, Any]:
+    return parsed(text)
 
 
 def _on_ball(ground: Ground, load: float, approaches: Sequence[float]) -> "Summits | None":

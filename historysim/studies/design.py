@@ -20,7 +20,6 @@ from historysim.errors import HistorySimError, InputError
 from historysim.recording.provenance import CONVENTIONS, KEYWORDS, made_with
 from historysim.results.sweeps import CONTENT
 from historysim.scenario.grid import Grid, Point, grid_of, variable_name
-from historysim.scenario.points import at_point
 from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import reported
 from historysim.studies.cell import cell
@@ -205,7 +204,7 @@ def problem_of(
             raise InputError(f"quantile is {share:g}; expected a share below 1, with below or above")
         if output not in SUMMARIES:
             raise InputError(f"output is {output!r}; {nearest(output, SUMMARIES)}")
-    unit = unit_of(at_point(scenario, {**next(grid.points()), key: between[0]}).sections, key)
+    unit = unit_of(scenario.at({**next(grid.points()), key: between[0]}).sections, key)
     with reported(scenario.path.name), at("design"):
         if not unit:
             raise InputError(f"{key} takes no plain number or quantity; expected one such as surface.rms_height")
@@ -334,7 +333,7 @@ def _dataset(
     import xarray as xr
 
     dims = tuple(axis.name for axis in grid.axes)
-    key_unit = unit_of(at_point(problem.scenario, {**next(grid.points()), problem.key: middle}).sections, problem.key)
+    key_unit = unit_of(problem.scenario.at({**next(grid.points()), problem.key: middle}).sections, problem.key)
     summary = SUMMARIES[problem.output]
     named = "median" if problem.limit is None else "quantile"
 

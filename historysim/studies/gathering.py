@@ -18,7 +18,6 @@ from historysim.recording.validity import ATTRIBUTE
 from historysim.results.sweeps import CONTENT
 from historysim.scenario.grid import Grid, variable_name
 from historysim.scenario.overriding import place_of
-from historysim.scenario.points import at_point
 from historysim.scenario.scenario import Scenario
 from historysim.scenario.schema import reported
 
@@ -144,7 +143,7 @@ def swept_coordinates(scenario: Scenario, grid: Grid) -> dict[str, "xr.Variable"
     """
     import xarray as xr
 
-    sections = at_point(scenario, next(grid.points())).sections
+    sections = scenario.at(next(grid.points())).sections
     found: dict[str, xr.Variable] = {}
     for axis in grid.axes:
         for key, *written in zip(axis.keys, *axis.values, strict=True):

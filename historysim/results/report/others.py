@@ -4,7 +4,11 @@ from collections.abc import Iterable, Sequence
 
 import xarray as xr
 
+from historysim.errors import InputError
 from historysim.measured.comparison import Comparison
+from historysim.measured.loop_table import CONTENT_OF_TABLE, LoopTable
+from historysim.measured.loops import CONTENT as LOOPS
+from historysim.measured.loops import Loops
 from historysim.measured.sliding import UNITS, Sliding
 from historysim.results import loops as loops_of_record
 from historysim.results import sweeps
@@ -13,7 +17,11 @@ from historysim.results.plots.loop_levels import plot_loop_levels
 from historysim.results.plots.loop_trends import plot_loop_trends
 from historysim.results.plots.sliding import plot_sliding
 from historysim.results.plots.swept import plot_swept
-from historysim.results.report.page import Section, code, folded, page, paragraph, picture, table
+from historysim.results.report.history import history_page
+from historysim.results.report.page import EXPECTED, Section, code, folded, page, page_of, paragraph, picture, table
+
+page_of.register(Loops, lambda loops: loops_page(loops.to_dataset()))
+page_of.register(LoopTable, lambda levels: levels_page(levels.to_dataset()))
 
 LABELS = {"critical_asperity"}
 """Variables of a sweep that name something, and are no quantity to draw."""
@@ -71,6 +79,7 @@ def _by_group(lines: Sequence[tuple[str, str]]) -> tuple[list[list[str]], list[s
     return [[label, *texts] for label, texts in rows.items()], heading
 
 
+@page_of.register(Sliding)
 def sliding_page(sliding: Sliding) -> str:
     """Return friction over time or distance as one HTML page that fetches nothing."""
     title = f"Friction over {sliding.over}"
@@ -205,3 +214,19 @@ def _left_out(count: int) -> str:
 def _again(command: str) -> Section:
     text = "The scenario above, saved as scenario.toml where its files are, makes it again:"
     return Section("How to reproduce", (paragraph(text), code(command)))
+
+
+def dataset_page(what: xr.Dataset) -> str:
+    """Return the page of a Dataset of this program, by its content.
+
+    Raises
+    ------
+    InputError
+        Another Dataset.
+    """
+    pages = {LOOPS: loops_page, CONTENT_OF_TABLE: levels_page, sweeps.CONTENT: sweep_page}
+    if (content := what.attrs.get("content")) in pages:
+        return pages[content](what)
+    if "total_normal_load" in what:
+        return history_page(what)
+    raise InputError(f"this Dataset has no report; {EXPECTED}")
