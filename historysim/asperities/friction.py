@@ -4,7 +4,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.asperities.laws.base import FrictionLaw
+from historysim.asperities.laws.friction_law import FrictionLaw
 from historysim.basics.arguments import checked
 from historysim.errors import InputError
 

@@ -8,12 +8,23 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.asperities.laws.base import made_from, written
+from historysim.asperities.laws.friction_law import made_from, written
 from historysim.basics.fields import Number, Pressure, Quantity, at_least, one_of
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.registry import Registry
 from historysim.basics.units import as_float, quantity_text
 from historysim.memory.binding import check, fill
+
+__all__ = [
+    "ArchardWear",
+    "EnergyWear",
+    "WearLaw",
+]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
+
 
 Floats = npt.NDArray[np.float64]
 WEAR_LAWS: Registry[type["WearLaw"]] = Registry(

@@ -9,8 +9,8 @@ from historysim.basics.file_kinds import is_log
 from historysim.basics.files import replacing
 from historysim.basics.targets import LOG, PICTURE, RESULT, Output, check_outputs, unmarked
 from historysim.basics.wording import counted
-from historysim.cli.arguments import force_option, path_type, quantity_option, text_options
 from historysim.cli.ending import NotPossible
+from historysim.cli.options import force_option, path_type, quantity_option, text_options
 from historysim.cli.output import notice, print_lines, print_table, save
 from historysim.errors import InputError
 
@@ -67,8 +67,8 @@ def state(log: Path, moment: str | None, asperity: int | None, output: Path | No
         time = float("inf") if moment is None else quantity_option("--at", moment, "s")
         found = events.state(at=time, tell=notice)
         if asperity is not None:
-            from historysim.asperities.summary import reversal_table, summary
-            from historysim.results.plots.asperity import plot_asperity
+            from historysim.asperities.asperity_summary import reversal_table, summary
+            from historysim.results.plots.single_asperity import plot_asperity
 
             one = events.ensemble.asperity(asperity, found)
             print_lines(summary(one))

@@ -8,7 +8,7 @@ import click
 
 from historysim.basics.display import columns, printable, two_columns
 from historysim.basics.files import replacing
-from historysim.basics.targets import Form, csv_table, netcdf
+from historysim.basics.targets import OutputFormat, csv_table, netcdf
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -56,7 +56,7 @@ TABLE_OF_SWEEP = netcdf("a sweep", "sweep")
 """What is written, and how an earlier one is known; see `targets`."""
 
 
-def csv_of_sweep(keys: Iterable[str]) -> Form:
+def csv_of_sweep(keys: Iterable[str]) -> OutputFormat:
     """Return the form of the table of a sweep over keys, with a row for each cell."""
     from historysim.scenario.grid import variable_name
 

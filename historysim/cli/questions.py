@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from historysim.basics.targets import Output, check_outputs
-from historysim.cli.arguments import force_option, path_type
+from historysim.cli.options import force_option, path_type
 from historysim.cli.output import TABLES_OF_QUESTIONS, save_dataset
 from historysim.errors import InputError
 
@@ -61,7 +61,7 @@ def table(
     import xarray as xr
 
     from historysim.results.accessor import Questions
-    from historysim.results.files import open_result
+    from historysim.results.result_files import open_result
 
     with open_result(result) as history:
         asked = getattr(Questions(history), name)

@@ -7,7 +7,7 @@ import click
 
 from historysim.basics.files import replacing
 from historysim.basics.targets import FITTED, PICTURE, SUGGESTED, Output, check_outputs
-from historysim.cli.arguments import (
+from historysim.cli.options import (
     files_read,
     force_option,
     path_type,
@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 
     from historysim.measured.loops import Loops
     from historysim.measured.sliding import Over
+    from historysim.scenario.each_run import Run
     from historysim.scenario.fit import Fit
-    from historysim.scenario.runs import Run
     from historysim.scenario.scenario import Scenario
     from historysim.tables import Format
 
@@ -125,9 +125,9 @@ def loops(
         *(Output(path, (PICTURE,)) for path in pictures),
     ]
     from historysim.measured.definitions import DEFAULT, Definitions
+    from historysim.results.plots.loop_curves import plot_loops
     from historysim.results.plots.loop_levels import plot_loop_levels
-    from historysim.results.plots.loops import plot_loops
-    from historysim.scenario.loops import find_loops
+    from historysim.scenario.loop_search import find_loops
     from historysim.scenario.scenario import load
 
     definitions = Definitions(
@@ -145,7 +145,7 @@ def loops(
     }
     if _is_each(record):
         _check_no_output(outputs)
-        from historysim.scenario.runs import each_run, loop_rows
+        from historysim.scenario.each_run import each_run, loop_rows
 
         _print_runs(each_run(record, lambda run: find_loops(run, **options)), loop_rows)
         return
@@ -190,9 +190,9 @@ def sliding(
 
     FILE is a scenario with a measured record, or a result.
     """
-    from historysim.results.plots.sliding import plot_sliding
+    from historysim.results.plots.friction_trace import plot_sliding
     from historysim.scenario.scenario import load
-    from historysim.scenario.sliding import find_sliding
+    from historysim.scenario.sliding_search import find_sliding
 
     measured = file.suffix == ".toml"
     record = load(file, values) if measured else scenario_or_file(file, values)
@@ -200,7 +200,7 @@ def sliding(
     check_outputs(outputs, files_read(record), force=force)
     if _is_each(record):
         _check_no_output(outputs)
-        from historysim.scenario.runs import each_run, sliding_rows
+        from historysim.scenario.each_run import each_run, sliding_rows
 
         _print_runs(each_run(record, lambda run: find_sliding(run, over=over, windows=windows)), sliding_rows)
         return
@@ -221,7 +221,7 @@ def sliding(
 def compare(scenario: Path, skip: int, output: Path | None, force: bool, values: dict[str, Any]) -> None:
     """Set the model of SCENARIO beside what was measured: time series, loops, energy per loop."""
     output = output or Path(f"{scenario.stem}_comparison.png")
-    from historysim.results.plots.comparison import plot_comparison
+    from historysim.results.plots.measured_and_model import plot_comparison
     from historysim.scenario.compare import compare as compare_scenario
     from historysim.scenario.scenario import load
 
@@ -248,7 +248,7 @@ def fit(scenario: Path, output: Path | None, picture: Path | None, force: bool, 
     """Fit parameters of SCENARIO, as its [fit] says, to what was measured; write the fitted scenario and a picture."""
     output = output or Path(f"{scenario.stem}_fitted.toml")
     picture = picture or output.with_suffix(".png")
-    from historysim.results.plots.comparison import plot_comparison
+    from historysim.results.plots.measured_and_model import plot_comparison
     from historysim.scenario.fit import fit as fit_scenario
     from historysim.scenario.scenario import load
 
@@ -262,7 +262,7 @@ def fit(scenario: Path, output: Path | None, picture: Path | None, force: bool, 
             save(plot_comparison(found.comparison, loaded.title), picture)
 
     if _is_each(loaded):
-        from historysim.scenario.runs import each_run, fit_rows
+        from historysim.scenario.each_run import each_run, fit_rows
 
         runs = each_run(loaded, lambda run: fit_scenario(run, progress=True))
         named = {

@@ -11,17 +11,17 @@ from historysim.basics.hdf5 import check_contained
 from historysim.basics.notices import Teller, silent
 from historysim.errors import InputError, LoadError
 from historysim.loads.events import time_text
-from historysim.loads.schedule import Standing, Start
-from historysim.log import inputs
+from historysim.loads.schedule import Cursor, Start
+from historysim.log import embedded_log
 from historysim.log.file import ENDING, Content, LogFile
-from historysim.log.head import Head
+from historysim.log.header import LogHeader
+from historysim.log.replay_start import start_before
 from historysim.log.snapshot import Snapshot
-from historysim.log.starts import start_before
 from historysim.recording import surface_group
 from historysim.recording.compression import compress
 from historysim.recording.netcdf import FileRecorder
 from historysim.recording.unfinished import Unfinished
-from historysim.replay import Replay
+from historysim.replaying import Replay
 
 if TYPE_CHECKING:
     import h5netcdf
@@ -107,18 +107,18 @@ def write_result(
                 tell(_size_notice(output, target))
             every = snapshot_every or max(1, min(MOST_SNAPSHOT_ROWS, SNAPSHOT_CELLS // len(head.ensemble)))
 
-            def snapshot(standing: Standing, state: "EnsembleState") -> None:
+            def snapshot(cursor: Cursor, state: "EnsembleState") -> None:
                 nonlocal last, keep
-                if standing.rows - last < every or standing.rows == steps:
+                if cursor.rows - last < every or cursor.rows == steps:
                     return
                 # first the rows, then the snapshot that says that they stand
                 written = target.flush()
-                ahead = max(standing.events, *(index + 1 for index in standing.heading))
+                ahead = max(cursor.events, *(index + 1 for index in cursor.heading))
                 batches = content.batches_for(ahead)
                 file.add_snapshot(
-                    Snapshot.of(standing, batches, content.links[batches], state, written, job.ensemble.packages)
+                    Snapshot.of(cursor, batches, content.links[batches], state, written, job.ensemble.packages)
                 )
-                last, keep = standing.rows, True
+                last, keep = cursor.rows, True
 
             job.walk(target, start=start, most_rows=every, progress=progress, after=snapshot)
             target.finish()
@@ -144,14 +144,14 @@ def _start(file: LogFile, content: Content, target: FileRecorder, tell: Teller) 
     known: dict[int, set[bytes]] = {}
     for snapshot in file.snapshots(content):
         if not isinstance(snapshot, str) and snapshot.written:
-            known.setdefault(snapshot.standing.rows, set()).add(snapshot.written)
-    standing = target.standing(known)
-    start = start_before(file, content, math.inf, tell, rows=standing)
-    if start.standing is None:
+            known.setdefault(snapshot.cursor.rows, set()).add(snapshot.written)
+    kept = target.rows_kept(known)
+    start = start_before(file, content, math.inf, tell, rows=kept)
+    if start.cursor is None:
         tell(f"{file.path}: has no snapshot whose rows are there; the replay starts at the beginning")
     else:
-        tell(f"{file.path}: going on from t = {time_text(start.standing.time)}, after {start.rows:,} rows")
-        target.go_on(start.rows, standing[start.rows])
+        tell(f"{file.path}: going on from t = {time_text(start.cursor.time)}, after {start.rows:,} rows")
+        target.go_on(start.rows, kept[start.rows])
     return start
 
 
@@ -165,14 +165,14 @@ def _size_notice(output: Path, target: FileRecorder) -> str:
     )
 
 
-def _write_beside(file: "h5netcdf.File", head: Head, content: Content) -> None:
+def _write_beside(file: "h5netcdf.File", head: LogHeader, content: Content) -> None:
     """Write what stands beside the rows: the surface, and what the result is made from."""
     if head.surface:
         surface_group.write(file, head.surface, head.settings["surface_attributes"])
-    inputs.write(file, head, content)
+    embedded_log.write(file, head, content)
 
 
-def _attributes(head: Head, job: Replay, tip: bytes) -> dict[str, Any]:
+def _attributes(head: LogHeader, job: Replay, tip: bytes) -> dict[str, Any]:
     now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
     return job.attributes() | head.attributes | digest_attribute(tip) | {"date_created": now}
 

@@ -208,7 +208,7 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
             found = fit_parameters(model, start, observation, walked=walked)
     ensemble, instrument = model(found.values)
     stiffness = sticking_stiffness(ensemble, observation)
-    return Fit(scenario, found, Comparison.of(observation, found.passage, instrument, stiffness))
+    return Fit(scenario, found, Comparison.of(observation, found.response, instrument, stiffness))
 
 
 def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: Path) -> str:
@@ -273,7 +273,7 @@ def _move_files(table: Any, before: Path, after: Path) -> None:
 
 @figure_of.register(Fit)
 def _figure(fit: Fit, *, size: Size | None = None, **_: Any) -> "Figure":
-    from historysim.results.plots.comparison import plot_comparison
+    from historysim.results.plots.measured_and_model import plot_comparison
 
     return plot_comparison(fit.comparison, fit.scenario.title, size=size)
 

@@ -7,7 +7,7 @@ from cattrs import Converter
 
 from historysim.basics.fields import Numbers
 from historysim.basics.places import misfit
-from historysim.scenario.friction_course import AnyCourse
+from historysim.scenario.friction_course_section import AnyCourse
 from historysim.scenario.schema import kind_from_toml, table
 
 if TYPE_CHECKING:

@@ -56,7 +56,7 @@ class MapPicture(Panel):
         """Draw into a figure, or a part of one."""
         from historysim.results.plots.summit_scatter import draw_heights
 
-        surface = what.ground().surface
+        surface = what.surface().surface
         if surface is None:
             raise InputError(f"{what.path.name}: picture: the surface is no height map; expected one for the kind map")
         draw_heights(figure, surface, self.title)
@@ -105,7 +105,7 @@ def _summits(scenario: Any) -> "dict[str, Summits]":
     points: list[Mapping[str, Any]] = [{}] if section is None else list(section.grid().points())
     found: dict[str, Summits] = {}
     for point in points:
-        summits = scenario.at(point).ground().summits
+        summits = scenario.at(point).surface().summits
         if summits is None:
             raise InputError(f"{scenario.path.name}: picture: the surface has no summits; expected one that has")
         found[", ".join(_said(key, value) for key, value in point.items()) or "summits"] = summits

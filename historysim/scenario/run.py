@@ -10,9 +10,9 @@ from historysim.basics.processors import threads_of
 from historysim.basics.targets import LOG, RESULT, Output, check_outputs
 from historysim.errors import InputError
 from historysim.loads.events import Event
-from historysim.log import inputs
+from historysim.log import embedded_log
 from historysim.log.file import LogFile, links_of
-from historysim.log.head import Head
+from historysim.log.header import LogHeader
 from historysim.log.result import digest_attribute, log_beside, write_result
 from historysim.recording import surface_group
 from historysim.recording.compression import check_compression
@@ -152,17 +152,15 @@ def _source(path: "str | Path | scenario.Scenario") -> "Path | scenario.Scenario
     return scenario.as_scenario(path)
 
 
-def head_of(loaded: scenario.Scenario, tell: Teller = silent) -> tuple[Head, list[Event]]:
+def head_of(loaded: scenario.Scenario, tell: Teller = silent) -> tuple[LogHeader, list[Event]]:
     """Resolve a scenario: the head of its log, and its events."""
     if loaded.sections.sweep is not None:
         tell(f"{loaded.path.name}: [sweep] is left to historysim sweep; this is the scenario as it stands without it")
-    ground = loaded.solved(loaded.ground())
-    for notice in ground.notices:
-        tell(f"{loaded.path.name}: {notice}")
-    shown, attributes = surface_group.contents(ground.summits, ground.surface, ground.solutions)
-    ensemble, events = loaded.ensemble(ground), loaded.events(tell)
-    head = Head.of(
-        ensemble,
+    built = loaded.build(tell)
+    surface = built.surface
+    shown, attributes = surface_group.contents(surface.summits, surface.surface, surface.solutions)
+    head = LogHeader.of(
+        built.ensemble,
         scenario=loaded.text,
         title=loaded.title,
         metadata=loaded.metadata,
@@ -174,7 +172,7 @@ def head_of(loaded: scenario.Scenario, tell: Teller = silent) -> tuple[Head, lis
         surface=shown,
         surface_attributes=attributes,
     )
-    return head, events
+    return head, built.events
 
 
 def _in_memory(path: Path | scenario.Scenario, *, progress: bool, threads: int, tell: Teller) -> "xr.Dataset":
@@ -186,7 +184,7 @@ def _in_memory(path: Path | scenario.Scenario, *, progress: bool, threads: int, 
             with LogFile(path) as file:
                 head, content = file.head, file.sound()
         else:
-            head, content = inputs.read(path)
+            head, content = embedded_log.read(path)
         events, links = content.events, content.links
     attributes = head.attributes | digest_attribute(links[-1])
     return head.replay(events, threads).dataset(attributes=attributes, progress=progress)
@@ -194,7 +192,7 @@ def _in_memory(path: Path | scenario.Scenario, *, progress: bool, threads: int, 
 
 def _log_again(path: Path, beside: Path, *, resume: bool) -> LogFile:
     """Make the log of a result again, batch by batch, from the result alone."""
-    head, content = inputs.read(path)
+    head, content = embedded_log.read(path)
     if resume and beside.exists():
         file = LogFile(beside, write=True)
         if file.sound().links == content.links:

@@ -7,7 +7,7 @@ from historysim.basics.display import Lines
 from historysim.errors import InputError
 from historysim.scenario.opening import Reading, opened
 from historysim.scenario.scenario import Scenario
-from historysim.scenario.summary import summary as scenario_summary
+from historysim.scenario.scenario_summary import summary as scenario_summary
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,7 +40,7 @@ def show(what: "Showable", *, form: str | None = None, **reading: Unpack[Reading
         Something else, a file that cannot be used, or an option that does not fit what is shown.
     """
     if isinstance(what, str | Path):
-        from historysim.results.files import kind_of
+        from historysim.results.result_files import kind_of
 
         if kind_of(Path(what)) == "height map":
             with opened(what, form="mean", **reading) as measured:
@@ -62,7 +62,7 @@ def _lines(what: Any) -> Lines:
     if isinstance(what, Scenario):
         return Lines(scenario_summary(what))
     if isinstance(what, Surface):
-        from historysim.surfaces.summary import summary
+        from historysim.surfaces.surface_summary import summary
 
         return Lines(summary(what))
     if hasattr(what, "summary"):
@@ -74,7 +74,7 @@ def _height_map(measured: "Surface", form: str) -> Lines:
     """Return lines on a map once a form is taken off, and on its steps in height, before that."""
     from historysim.basics.arguments import representable
     from historysim.surfaces.quantisation import quantisation_notice
-    from historysim.surfaces.summary import summary
+    from historysim.surfaces.surface_summary import summary
 
     with representable():
         lines = [*summary(measured.detrended(form)), ("form taken off", form)]
@@ -83,12 +83,12 @@ def _height_map(measured: "Surface", form: str) -> Lines:
 
 
 def _dataset(history: "xr.Dataset") -> Lines:
-    from historysim.results import analysis, loops, sweeps
+    from historysim.results import analysis, loop_summary, sweeps
 
     if history.attrs.get("content") == sweeps.CONTENT:
         return Lines(sweeps.summary(history))
     if "loop" in history.dims or "loops" in history.coords:
-        return Lines(loops.summary(history))
+        return Lines(loop_summary.summary(history))
     if "total_normal_load" not in history:
         raise InputError("this Dataset is no history; expected one from historysim, with all its variables")
     told = {str(name): str(value) for name, value in history.attrs.items()}

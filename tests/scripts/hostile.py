@@ -347,7 +347,7 @@ def forged_log(path: Path, statements: str) -> None:
 def forged_head(path: Path, settings: dict[str, object]) -> None:
     """Write other settings into a log whose digests agree with them."""
     from historysim.log import canonical
-    from historysim.log.head import Head
+    from historysim.log.header import Head
 
     connection = sqlite3.connect(path)
     told = json.loads(connection.execute("SELECT settings FROM head").fetchone()[0]) | settings

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
-from historysim.asperities.laws.base import LAWS, FrictionLaw, Loaded, made_from
 from historysim.asperities.laws.drawn import DrawnFriction
+from historysim.asperities.laws.friction_law import LAWS, FrictionLaw, Loaded, made_from
 from historysim.asperities.laws.power import PowerLaw
 from historysim.asperities.laws.shear_strength import ShearStrength
 from historysim.asperities.laws.shifted import ShiftedLoad
@@ -24,6 +24,10 @@ __all__ = [
 ]
 
 register = LAWS.register
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
 
 
 def law_from(settings: Mapping[str, Any]) -> FrictionLaw:

@@ -5,7 +5,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from historysim.asperities.laws.base import LAWS, Floats, FrictionLaw
+from historysim.asperities.laws.friction_law import LAWS, Floats, FrictionLaw
 from historysim.basics.fields import Force, Number, at_least, one_of
 from historysim.basics.units import as_float, quantity_text
 

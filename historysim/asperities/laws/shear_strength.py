@@ -4,7 +4,7 @@ from typing import Any
 
 import attrs
 
-from historysim.asperities.laws.base import LAWS, FrictionLaw
+from historysim.asperities.laws.friction_law import LAWS, FrictionLaw
 from historysim.basics.fields import Pressure, SurfaceEnergy, at_least, one_of
 from historysim.basics.units import as_float, quantity_text
 from historysim.errors import InputError

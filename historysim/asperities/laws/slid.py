@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import attrs
 import numpy as np
 
-from historysim.asperities.laws.base import LAWS, Floats, FrictionLaw
+from historysim.asperities.laws.friction_law import LAWS, Floats, FrictionLaw
 from historysim.basics.arguments import checked
 from historysim.basics.fields import Quantity
 from historysim.errors import InputError

@@ -100,13 +100,13 @@ class TractionPicture(Panel):
 
     def draw(self, figure: "Figure | SubFigure", what: "xr.Dataset") -> None:
         """Draw into a figure, or a part of one."""
-        from historysim.results.plots.traction import draw_traction
+        from historysim.results.plots.traction_profile import draw_traction
 
         draw_traction(figure, [what], self.asperity, self.steps, title=self.title, **self._options)
 
     def drawn(self, what: "xr.Dataset | Sequence[xr.Dataset]", size: Size | None = None) -> "Figure":
         """Return a figure of it alone."""
-        from historysim.results.plots.traction import plot_traction
+        from historysim.results.plots.traction_profile import plot_traction
 
         return plot_traction(what, self.asperity, self.steps, size=size, **self._options)
 

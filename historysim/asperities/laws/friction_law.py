@@ -1,0 +1,176 @@
+"""What every friction law is: a value that tells each asperity's coefficient from how it is loaded."""
+
+import abc
+from collections.abc import Mapping
+from typing import Any, ClassVar, TypeVar
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+
+from historysim.basics.library import ffi, lib, pointer
+from historysim.basics.registry import Registry
+from historysim.contact.materials import MaterialPair
+from historysim.errors import InputError, MissingPackageError
+from historysim.memory.binding import check, fill
+
+Floats = npt.NDArray[np.float64]
+Law = TypeVar("Law")
+
+
+LAWS: Registry[type["FrictionLaw"]] = Registry(
+    "historysim.laws",
+    "historysim.asperities.laws.friction_law:FrictionLaw",
+    "friction law",
+    "historysim.asperities.laws",
+)
+"""The laws by their names in scenarios and logs."""
+
+
+def told_of(law: Any) -> dict[str, Any]:
+    """Return the name of a law as ``law``, its numbers, and of a foreign one the package that it comes from."""
+    numbers = attrs.asdict(law, filter=lambda _, number: number is not None) if attrs.has(type(law)) else {}
+    origin = law.registry.origin(type(law))
+    return {
+        "law": law.kind,
+        **({} if origin is None else {"package": [origin.package, origin.version]}),
+        **{key: list(value) if isinstance(value, tuple) else value for key, value in numbers.items()},
+    }
+
+
+def written(law: Any) -> dict[str, Any]:
+    """Return what `told_of` does of a law that can be read again.
+
+    Raises
+    ------
+    InputError
+        Its name is not known, so that what is written could not be read again.
+    """
+    laws: Registry[Any] = law.registry
+    if laws.get(law.kind) is not type(law) or not attrs.has(type(law)):
+        raise InputError(
+            f"the {laws.noun} {law.kind!r} cannot be written down: {type(law).__name__} is not known by that name; "
+            f"expected a class below @register and @attrs.frozen, or one that its package declares in {laws.group}"
+        )
+    return told_of(law)
+
+
+def made_from(settings: Mapping[str, Any], laws: Registry[type[Law]]) -> Law:
+    """Return the law that `written` told.
+
+    Raises
+    ------
+    InputError
+        A name that no law has, a law of a package that is not there, or numbers that it cannot have.
+    """
+    given = dict(settings)
+    kind, package = given.pop("law", None), " ".join(map(str, given.pop("package", ()))).rstrip()
+    if package and kind not in laws:
+        raise MissingPackageError(
+            f"the {laws.noun} {kind!r} is of {package}, which is not there; install that package, or where it is a "
+            "module of your own, import it first"
+        )
+    law = laws.named(kind)
+    try:
+        return law(**given)
+    except TypeError as error:
+        here = laws.origin(law)
+        raise InputError(
+            f"the {laws.noun} {kind!r} of {here or 'historysim'} cannot be made of what was written"
+            f"{f' with {package}' if package else ''} ({error}); expected the version that has written it"
+        ) from error
+
+
+@attrs.frozen(eq=False)
+class Loaded:
+    """How asperities are loaded at one moment.
+
+    Attributes
+    ----------
+    pair : MaterialPair
+    normal_load : array (asperity)
+        [N], > 0.
+    total_normal_load : float
+        Of all asperities together [N].
+    summit_radius : array (asperity)
+        [m].
+    slid_distance : array (asperity)
+        How far each has slid [m].
+    """
+
+    pair: MaterialPair
+    normal_load: Floats
+    total_normal_load: float
+    summit_radius: Floats
+    slid_distance: Floats
+
+
+_DEPENDENCE = {
+    "nothing": "HS_ON_NOTHING",
+    "total": "HS_ON_TOTAL_LOAD",
+    "own": "HS_ON_OWN_LOAD",
+    "slid": "HS_ON_SLID_DISTANCE",
+}
+
+
+class FrictionLaw(abc.ABC):
+    """A friction law.
+
+    The cone of Coulomb's law |τ| ≤ μ p then has the coefficient that the law gives the asperity as a whole at its
+    present load, T_max = μ(N) N: how the limit is spread over its contact stays that of the pressure. This is a choice
+    of the model, common to all laws that depend on the load.
+    """
+
+    registry: ClassVar[Registry[Any]] = LAWS
+    kind: ClassVar[str]
+    """Its name in scenarios and logs."""
+    depends_on: ClassVar[str]
+    """What it depends on: "nothing", "total" (the total load), "own" (the asperity's load), "slid" (what it slid)."""
+
+    same_bits: bool = False
+    """Whether it has the same bits on every machine, as what adds, multiplies, divides and takes square roots does."""
+
+    def core(self) -> dict[str, Any]:
+        """Return the fields of ``hs_law`` that say what it is; a law without a kind there is asked itself."""
+        return {"depends_on": _DEPENDENCE[self.depends_on]}
+
+    def coefficients(self, loaded: Loaded) -> Floats:
+        """Return the coefficient μ of each asperity (asperity).
+
+        Laws of the library are asked there. A law of your own says it here, for arrays.
+        """
+        fields = self.core()
+        if "kind" not in fields:
+            raise NotImplementedError(f"{type(self).__name__} has no coefficients; expected a method that returns them")
+        law, given, found = ffi.new("hs_law *"), ffi.new("hs_loaded *"), np.empty(loaded.normal_load.size)
+        names = ("normal_load", "summit_radius", "slid_distance", "total_normal_load")
+        kept = fill(law, fields), fill(given, {name: getattr(loaded, name) for name in names})
+        given.count = found.size
+        check(lib.hs_coefficients(law, loaded.pair.contact_modulus, given, pointer(found)))
+        del kept
+        return found
+
+    def at_start(self, count: int) -> Floats:
+        """Return the coefficient of each of so many asperities before anything has happened (asperity).
+
+        What carries no load has no friction: 0 where it depends on the load. A law that depends on nothing says it.
+        """
+        if self.depends_on == "nothing":
+            raise NotImplementedError(
+                f"{type(self).__name__} depends on nothing; expected a method at_start that says μ"
+            )
+        return np.zeros(count)
+
+    def steepest_rise(self) -> float:
+        """Return by how much friction rises with the distance slid where it rises most [1/m]; 0 where it does not."""
+        return 0.0
+
+    @property
+    @abc.abstractmethod
+    def text(self) -> str:
+        """Say in a line what it is, what is chosen, and where it comes from."""
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Its name as ``law``, and its numbers, as `law_from` takes them."""
+        return written(self)
