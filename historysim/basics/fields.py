@@ -125,7 +125,7 @@ def fields_of(kind: type) -> Iterator[Field]:
     told = [
         Field(
             each.name,
-            _unit(each.type),
+            unit_in(each.type),
             each.default is attrs.NOTHING,
             None if isinstance(each.default, attrs.Factory) else each.default,  # type: ignore[arg-type]
             _limits(each.validator),
@@ -150,10 +150,11 @@ def markdown(kinds: Mapping[str, type], heading: str) -> str:
     return "\n".join([f"| {heading} | keys | |", "| --- | --- | --- |", *rows])
 
 
-def _unit(kind: Any) -> str:
+def unit_in(kind: Any) -> str:
+    """Return the unit that a field is declared with, empty where it has none."""
     if get_origin(kind) is Annotated:
         return next((each.unit for each in get_args(kind)[1:] if isinstance(each, Quantity)), "")
-    return next((unit for each in get_args(kind) if each is not NoneType and (unit := _unit(each))), "")
+    return next((unit for each in get_args(kind) if each is not NoneType and (unit := unit_in(each))), "")
 
 
 def _limits(validator: Any) -> str:

@@ -82,6 +82,8 @@ class Registry(Mapping[str, T], Generic[T]):
         self._known.pop(name, None)
 
     def __getitem__(self, name: str) -> T:
+        if not isinstance(name, str):
+            raise KeyError(name)
         if name not in self._known:
             self.import_own()
         if name in self._known:
@@ -98,17 +100,24 @@ class Registry(Mapping[str, T], Generic[T]):
         """Return how many there are."""
         return sum(1 for _ in self)
 
-    def named(self, name: Any) -> T:
-        """Return the class of a name.
+    def names(self, among: type = object) -> list[str]:
+        """Return the names, of subclasses of a class alone where one is given."""
+        return [name for name in self if among is object or issubclass(self[name], among)]
+
+    def named(self, name: Any, among: type = object) -> T:
+        """Return the class of a name; parameters as for `names`.
 
         Raises
         ------
         InputError
             None has it, or the package that declares it cannot be used.
         """
-        if isinstance(name, str) and name in self:
-            return self[name]
-        raise InputError(f"{shown(name)}; {nearest(str(name), tuple(self))}")
+        known = name in self
+        if known and issubclass(found := self[name], among):
+            return found
+        # one that is known elsewhere is no slip of the pen
+        word = "" if known or not isinstance(name, str) else name
+        raise InputError(f"{shown(name)}; {nearest(word, self.names(among))}")
 
     def origin(self, kind: type) -> Origin | None:
         """Return the package that a class comes from; None of what comes with this one."""

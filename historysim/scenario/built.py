@@ -158,7 +158,7 @@ def ensemble_on(sections: Sections, name: str, surface: BuiltSurface) -> "Ensemb
             ensemble = Ensemble.from_solutions(pair, surface.solutions, coefficients)
         else:
             with at("surface"):
-                wear = sections.wear.law if sections.wear else None
+                wear = sections.wear.of if sections.wear else None
                 evolving = {"wear": wear, "follow_sliding": sections.record.sliding}
                 ensemble = Ensemble.from_summits(pair, surface.summits, coefficients, **evolving)
         _check_record(sections.record.asperities, len(ensemble))

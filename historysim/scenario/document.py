@@ -19,13 +19,13 @@ from historysim.errors import InputError
 from historysim.scenario.column_keys import column_hooks
 from historysim.scenario.friction_course_section import AnyCourse, course_from_toml
 from historysim.scenario.law_sections import FrictionSection, WearSection, friction_from_toml, wear_from_toml
-from historysim.scenario.loading_kinds import AnyLoading, channel_hooks, loading_from_toml
+from historysim.scenario.loading_kinds import Loading, channel_hooks, loading_from_toml
 from historysim.scenario.overriding import text_with_values, with_values
 from historysim.scenario.picture_kinds import Pictures, pictures_from_toml
 from historysim.scenario.schema import schema_converter, table, text
 from historysim.scenario.sections import RECORDS, MaterialEntry, MaterialTable, Sections
 from historysim.scenario.surface_kinds import (
-    MapKind,
+    HeightMap,
     SurfaceKind,
     channel_from_toml,
     map_from_toml,
@@ -107,12 +107,12 @@ def _converter() -> Converter:
     for kind, hook in (
         (MaterialEntry | None, _material_entry),
         (SurfaceKind, surface_from_toml),
-        (MapKind, map_from_toml),
+        (HeightMap, map_from_toml),
         (int | str | None, channel_from_toml),
         (bool | float | None, prune_from_toml),
         (FrictionSection, friction_from_toml),
         (WearSection, wear_from_toml),
-        (AnyLoading, loading_from_toml),
+        (Loading, loading_from_toml),
         (AnyCourse | None, course_from_toml),
         (str | tuple[int, ...], _record),
         (dict[str, Any], _table),

@@ -29,24 +29,33 @@ class FrictionSection:
 
     Attributes
     ----------
-    friction : float, tuple of float, or FrictionLaw
-    course : FrictionCourse section, optional
+    of : Coefficients or FrictionLaw
+        Whose fields are the keys of the section.
     """
 
-    friction: "float | tuple[float, ...] | FrictionLaw"
-    course: AnyCourse | None = None
+    of: "Coefficients | FrictionLaw"
+
+    @property
+    def friction(self) -> "float | tuple[float, ...] | FrictionLaw":
+        """The coefficients, or the law."""
+        return self.of.coefficient if isinstance(self.of, Coefficients) else self.of
 
     @property
     def law(self) -> "FrictionLaw | None":
         """The law, where it is one."""
-        return None if isinstance(self.friction, float | int | tuple) else self.friction
+        return None if isinstance(self.of, Coefficients) else self.of
+
+    @property
+    def course(self) -> AnyCourse | None:
+        """The course of the coefficient, where it has one."""
+        return self.of.course if isinstance(self.of, Coefficients) else None
 
 
 @attrs.frozen
 class WearSection:
     """``[wear]``: what sliding takes from the asperities."""
 
-    law: "WearLaw"
+    of: "WearLaw"
 
 
 def friction_from_toml(converter: Converter, value: object, _: object) -> FrictionSection:
@@ -67,8 +76,7 @@ def friction_from_toml(converter: Converter, value: object, _: object) -> Fricti
             raise misfit(f"belongs to a law; expected law, one of {', '.join(LAWS)}", key)
     if "coefficient" not in entry:
         raise misfit("missing; expected a coefficient, or law with what it needs", "coefficient")
-    plain = converter.structure(entry, Coefficients)
-    return FrictionSection(plain.coefficient, plain.course)
+    return FrictionSection(converter.structure(entry, Coefficients))
 
 
 def wear_from_toml(converter: Converter, value: object, _: object) -> WearSection:

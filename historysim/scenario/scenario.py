@@ -133,8 +133,8 @@ class Scenario:
         """
         kind: Any = self.sections.surface
         # a map may be scaled, or interact
-        while not isinstance(kind, HeightMap) and hasattr(kind, "kind"):
-            kind = kind.kind
+        while not isinstance(kind, HeightMap) and hasattr(kind, "of"):
+            kind = kind.of
         plain = kind.unprepared() if isinstance(kind, HeightMap) else None
         with reported(self.path.name), at("surface"):
             return plain.ground(self.path.parent) if plain else None

@@ -119,8 +119,12 @@ def table_hook(cls: type, converter: Converter, **fields: Any) -> Callable[[obje
     return structure
 
 
-def kind_from_toml(converter: Converter, value: object, kinds: Registry[Any], key: str = "kind") -> Any:
+def kind_from_toml(
+    converter: Converter, value: object, kinds: Registry[Any], key: str = "kind", among: type = object
+) -> Any:
     """Return what a TOML table says whose ``key`` names the class that its other keys belong to.
+
+    Of ``kinds`` those ``among`` the subclasses of a class.
 
     Raises
     ------
@@ -129,9 +133,9 @@ def kind_from_toml(converter: Converter, value: object, kinds: Registry[Any], ke
     """
     entry = dict(table(value))
     if key not in entry:
-        raise misfit(f"missing; expected one of {', '.join(kinds)}", key)
+        raise misfit(f"missing; expected one of {', '.join(kinds.names(among))}", key)
     with at(key):
-        kind = kinds.named(entry.pop(key))
+        kind = kinds.named(entry.pop(key), among)
     return converter.structure(entry, kind.chosen(entry) if hasattr(kind, "chosen") else kind)
 
 

@@ -10,7 +10,7 @@ from historysim.basics.places import at, misfit
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
 from historysim.scenario.law_sections import FrictionSection, WearSection
-from historysim.scenario.loading_kinds import AnyLoading
+from historysim.scenario.loading_kinds import Loading
 from historysim.scenario.picture_kinds import Pictures
 from historysim.scenario.schema import given
 from historysim.scenario.surface_kinds import SurfaceKind
@@ -242,7 +242,7 @@ class Sections:
 
     materials: MaterialsSection
     surface: SurfaceKind
-    loading: AnyLoading
+    loading: Loading
     friction: FrictionSection | None = None
     wear: WearSection | None = None
     adhesion: AdhesionSection | None = None

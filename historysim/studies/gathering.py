@@ -1,14 +1,14 @@
 """Cells, put together into one Dataset with the swept quantities as its dimensions."""
 
 from collections.abc import Hashable, Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin
+from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
 
 from historysim._version import __version__
 from historysim.basics import findings
-from historysim.basics.fields import Quantity
+from historysim.basics.fields import unit_in
 from historysim.basics.places import at
 from historysim.basics.units import quantity
 from historysim.basics.wording import counted
@@ -177,25 +177,18 @@ def unit_of(sections: Any, key: str) -> str:
         if isinstance(step, int):
             here = here[step]
             continue
-        # a surface may be scaled, or interact
-        while step not in _fields(here) and "kind" in _fields(here):
-            here = here.kind
+        # a surface may be scaled, or interact, and friction may be a law
+        while step not in _fields(here) and "of" in _fields(here):
+            here = here.of
         if step not in _fields(here):
             return ""
-        unit = _unit(_fields(here)[step].type)
+        unit = unit_in(_fields(here)[step].type)
         here = getattr(here, step)
     return unit
 
 
 def _fields(section: Any) -> Mapping[str, "attrs.Attribute[Any]"]:
     return attrs.fields_dict(type(section)) if attrs.has(type(section)) else {}
-
-
-def _unit(kind: Any) -> str:
-    """Return the unit that a field is declared with, empty where it has none."""
-    if get_origin(kind) is Annotated and isinstance(get_args(kind)[1], Quantity):
-        return str(get_args(kind)[1].unit)
-    return next(filter(None, map(_unit, get_args(kind))), "")
 
 
 def _attributes(scenario: Scenario, grid: Grid, there: Sequence["xr.Dataset"]) -> dict[str, Any]:

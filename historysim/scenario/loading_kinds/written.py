@@ -13,7 +13,7 @@ from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted, shown
 from historysim.errors import InputError, path_text
 from historysim.loads.events import EVENT_KINDS, LOAD_KINDS, Event, LoadEvent
-from historysim.scenario.loading_kinds.loading_kind import Loading, one_of_each
+from historysim.scenario.loading_kinds.loading_kind import LOADINGS, Loading, one_of_each
 
 MOST_EVENTS = 10_000_000
 
@@ -147,9 +147,12 @@ class Written(Loading):
     hold: bool | None = None
 
 
+@LOADINGS.register
 @attrs.frozen(kw_only=True)
 class Waypoints(Written):
     """``loading.waypoints``: what is reached, and when."""
+
+    kind = "waypoints"
 
     waypoints: tuple[Waypoint, ...]
 
@@ -268,9 +271,12 @@ class WaypointBlock:
                         line.reach(line.now + after, changes, *place, "waypoints", index)
 
 
+@LOADINGS.register
 @attrs.frozen(kw_only=True)
 class Blocks(Written):
     """``[[loading.blocks]]``: runs of waypoints, one after the other."""
+
+    kind = "blocks"
 
     blocks: tuple[WaypointBlock, ...]
 

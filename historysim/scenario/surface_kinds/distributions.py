@@ -1,6 +1,7 @@
 """Surfaces given by how their summits' heights are distributed, and how many summits there are."""
 
 import abc
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,7 +12,7 @@ from historysim.basics.places import misfit
 from historysim.errors import InputError
 from historysim.scenario.column_keys import NumbersFile
 from historysim.scenario.schema import given
-from historysim.scenario.surface_kinds.surface_kind import BuiltSurface
+from historysim.scenario.surface_kinds.surface_kind import SURFACES, BuiltSurface, SurfaceKind
 from historysim.tables import Column
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ SummitDensity = Annotated[float, Quantity("m-2")]
 
 
 @attrs.frozen(kw_only=True)
-class DistributedSummits(abc.ABC):
+class DistributedSummits(SurfaceKind):
     """So many summits per area, drawn with a seed or, without one, as quantiles."""
 
     radius: Length
@@ -47,11 +48,21 @@ class DistributedSummits(abc.ABC):
             return BuiltSurface(drawn_summits(heights, self.radius, **amount, seed=self.seed))
 
 
+@SURFACES.register
 @attrs.frozen(kw_only=True)
 class GaussianHeights(DistributedSummits):
     """Gaussian heights."""
 
+    kind = "statistics"
+
     rms_height: Length
+
+    @classmethod
+    def chosen(cls, entry: Mapping[str, Any]) -> type[SurfaceKind]:
+        """Return the class of a table, or of a density that is written out, where the keys say so."""
+        if {"file", "columns"} & set(entry):
+            return DistributionTable
+        return InlineDistribution if {"density", "height", "gap"} & set(entry) else cls
 
     def distribution(self, folder: Path) -> "HeightDistribution":  # noqa: ARG002 - it is in the scenario itself
         """Return the distribution of the heights."""

@@ -1,6 +1,8 @@
 """Surfaces given by their summits: one, a list, a table of them, or a regular array."""
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import attrs
 
@@ -9,13 +11,16 @@ from historysim.basics.places import misfit
 from historysim.basics.wording import nearest, shown
 from historysim.scenario.column_keys import NumbersFile
 from historysim.scenario.schema import given
-from historysim.scenario.surface_kinds.surface_kind import BuiltSurface
+from historysim.scenario.surface_kinds.surface_kind import SURFACES, BuiltSurface, SurfaceKind
 from historysim.tables import Column
 
 
+@SURFACES.register
 @attrs.frozen
-class Sphere:
+class Sphere(SurfaceKind):
     """One spherical asperity."""
+
+    kind = "sphere"
 
     radius: Length
 
@@ -26,14 +31,22 @@ class Sphere:
         return BuiltSurface(Summits(0.0, self.radius))
 
 
+@SURFACES.register
 @attrs.frozen
-class InlineSummits:
+class InlineSummits(SurfaceKind):
     """Summits written out in the scenario; a single number stands for all."""
+
+    kind = "summits"
 
     height: Lengths
     radius: Lengths
     x: Lengths | None = None
     y: Lengths | None = None
+
+    @classmethod
+    def chosen(cls, entry: Mapping[str, Any]) -> type[SurfaceKind]:
+        """Return the class of a table, where the keys say so."""
+        return SummitTable if {"file", "columns"} & set(entry) else cls
 
     def ground(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - they are in the scenario itself
         """Return the summits."""
@@ -61,7 +74,7 @@ class SummitColumns:
 
 
 @attrs.frozen(kw_only=True)
-class SummitTable(NumbersFile):
+class SummitTable(NumbersFile, SurfaceKind):
     """Summits from a table."""
 
     columns: SummitColumns
@@ -82,9 +95,12 @@ class SummitTable(NumbersFile):
         return BuiltSurface(summits, friction=found.get("friction"))
 
 
+@SURFACES.register
 @attrs.frozen
-class Textured:
+class Textured(SurfaceKind):
     """A regular array of equal asperities, with scatter on request."""
+
+    kind = "textured"
 
     count: tuple[int, ...]
     pitch: Lengths
