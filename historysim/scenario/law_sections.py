@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import attrs
 from cattrs import Converter
 
-from historysim.basics.fields import Numbers
+from historysim.basics.fields import Numbers, fields_of
 from historysim.basics.places import misfit
 from historysim.scenario.friction_course_section import AnyCourse
 from historysim.scenario.schema import kind_from_toml, table
@@ -71,10 +71,10 @@ def friction_from_toml(converter: Converter, value: object, _: object) -> Fricti
     entry = table(value)
     if "law" in entry:
         return FrictionSection(kind_from_toml(converter, entry, LAWS, "law"))
-    for key in entry:
-        if key not in {"coefficient", "course"}:
+    for key in set(entry) - {"coefficient", "course"}:
+        if any(key == field.name for law in LAWS.values() for field in fields_of(law)):
             raise misfit(f"belongs to a law; expected law, one of {', '.join(LAWS)}", key)
-    if "coefficient" not in entry:
+    if not entry:
         raise misfit("missing; expected a coefficient, or law with what it needs", "coefficient")
     return FrictionSection(converter.structure(entry, Coefficients))
 
