@@ -120,7 +120,9 @@ class Field:
 
 
 def fields_of(kind: type) -> Iterator[Field]:
-    """Yield the fields of an attrs class in their order, those that are needed first."""
+    """Yield the fields of a class in their order, those that are needed first; none of what is no attrs class."""
+    if not attrs.has(kind):
+        return
     attrs.resolve_types(kind)
     told = [
         Field(

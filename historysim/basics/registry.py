@@ -17,7 +17,7 @@ OWN = "historysim"
 
 
 @attrs.frozen
-class Origin:
+class Provider:
     """The package that a kind comes from.
 
     Attributes
@@ -119,16 +119,16 @@ class Registry(Mapping[str, T], Generic[T]):
         word = "" if known or not isinstance(name, str) else name
         raise InputError(f"{shown(name)}; {nearest(word, self.names(among))}")
 
-    def origin(self, kind: type) -> Origin | None:
+    def provider(self, kind: type) -> Provider | None:
         """Return the package that a class comes from; None of what comes with this one."""
         module = kind.__module__
         if module.split(".")[0] == OWN:
             return None
         point = self._foreign().get(getattr(kind, "kind", ""))
         if point is not None and point.dist is not None and point.module == module:
-            return Origin(point.dist.name, point.dist.version)
+            return Provider(point.dist.name, point.dist.version)
         top = module.split(".")[0]
-        return Origin(module, str(getattr(sys.modules.get(top), "__version__", "")), declared=False)
+        return Provider(module, str(getattr(sys.modules.get(top), "__version__", "")), declared=False)
 
     def import_own(self) -> None:
         """Import the modules of this package where its kinds stand, so that they are all there."""

@@ -1,4 +1,4 @@
-"""A command that asks a result a question: table."""
+"""Commands that answer questions: table, of a result; kinds, of what scenarios may name."""
 
 from pathlib import Path
 
@@ -6,7 +6,7 @@ import click
 
 from historysim.basics.targets import Output, check_outputs
 from historysim.cli.options import force_option, path_type
-from historysim.cli.output import TABLES_OF_QUESTIONS, save_dataset
+from historysim.cli.output import TABLES_OF_QUESTIONS, print_lines, save_dataset
 from historysim.errors import InputError
 
 TABLES = (
@@ -73,4 +73,17 @@ def table(
     click.echo(output)
 
 
-COMMANDS = (table,)
+@click.command()
+@click.argument("what", required=False)
+@click.argument("name", required=False)
+def kinds(what: str | None, name: str | None) -> None:
+    """Say which kinds of laws, surfaces, … there are, the NAMEs of one kind, WHAT, or the keys of one of them.
+
+    Those of other packages have the package and its version behind them.
+    """
+    from historysim.scenario.kinds import kinds as told
+
+    print_lines(told(what, name))
+
+
+COMMANDS = (table, kinds)

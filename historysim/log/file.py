@@ -338,7 +338,7 @@ class LogFile:
                 if whole:
                     head.check()
             except InputError as error:
-                raise InputError(f"{self.path}: {error}") from error
+                raise type(error)(f"{self.path}: {error}") from error
             except (ValueError, TypeError, KeyError, OverflowError, AttributeError, RecursionError) as error:
                 raise InputError(f"{self.path}: is damaged: its head cannot be read ({error})") from error
         if not whole:

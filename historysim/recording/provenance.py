@@ -36,11 +36,11 @@ def friction_text(ensemble: Ensemble) -> str:
 
 
 def _of_other_packages(ensemble: Ensemble) -> dict[str, str]:
-    """Return the laws of other packages, whole: name, package and version, numbers."""
+    """Return the packages of others that computed, and their laws, whole: name, package and version, numbers."""
     laws = {"friction_law_settings": ensemble.law, "wear_law_settings": ensemble.wear}
-    return {
-        name: json.dumps(told) for name, law in laws.items() if law is not None and "package" in (told := told_of(law))
-    }
+    told = {name: told_of(law) for name, law in laws.items() if law is not None}
+    packages = {"packages": ", ".join(ensemble.packages)} if ensemble.packages else {}
+    return packages | {name: json.dumps(each) for name, each in told.items() if "package" in each}
 
 
 def attributes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrument) -> dict[str, Any]:

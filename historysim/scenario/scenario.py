@@ -6,7 +6,7 @@ build the same objects that a program would: an ``Ensemble`` and a list of event
 
 import functools
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -81,7 +81,13 @@ class Scenario:
     @property
     def metadata(self) -> dict[str, str]:
         """Who made the data, what for, under which licence (ACDD), and named states: attributes of what is written."""
-        return self.sections.metadata.attributes() | named_states.written(self.sections.loading.names)
+        foreign = {"packages": ", ".join(self.packages)} if self.packages else {}
+        return self.sections.metadata.attributes() | named_states.written(self.sections.loading.names) | foreign
+
+    @property
+    def packages(self) -> tuple[str, ...]:
+        """Packages of others that its surface, its loading and its laws come from, each with its version."""
+        return tuple(dict.fromkeys(_packages(self.sections)))
 
     @property
     def seeds(self) -> list[int]:
@@ -336,6 +342,16 @@ def scenario_of(document: Mapping[str, Any], name: str) -> Scenario:
 def as_scenario(scenario: Scenario | str | os.PathLike[str]) -> Scenario:
     """Return a scenario, read from its file where that is given; errors as for `load`."""
     return scenario if isinstance(scenario, Scenario) else load(scenario)
+
+
+def _packages(section: Any) -> Iterator[str]:
+    """Yield the packages of others that the classes of a section, and of those within it, come from."""
+    registry = getattr(section, "registry", None)
+    if registry is not None and (provider := registry.provider(type(section))) is not None:
+        yield str(provider)
+    for value in attrs.asdict(section, recurse=False).values():
+        if attrs.has(type(value)):
+            yield from _packages(value)
 
 
 def _seeds(section: Any) -> list[int]:

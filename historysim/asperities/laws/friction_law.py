@@ -30,7 +30,7 @@ LAWS: Registry[type["FrictionLaw"]] = Registry(
 def told_of(law: Any) -> dict[str, Any]:
     """Return the name of a law as ``law``, its numbers, and of a foreign one the package that it comes from."""
     numbers = attrs.asdict(law, filter=lambda _, number: number is not None) if attrs.has(type(law)) else {}
-    origin = law.registry.origin(type(law))
+    origin = law.registry.provider(type(law))
     return {
         "law": law.kind,
         **({} if origin is None else {"package": [origin.package, origin.version]}),
@@ -74,7 +74,7 @@ def made_from(settings: Mapping[str, Any], laws: Registry[type[Law]]) -> Law:
     try:
         return law(**given)
     except TypeError as error:
-        here = laws.origin(law)
+        here = laws.provider(law)
         raise InputError(
             f"the {laws.noun} {kind!r} of {here or 'historysim'} cannot be made of what was written"
             f"{f' with {package}' if package else ''} ({error}); expected the version that has written it"

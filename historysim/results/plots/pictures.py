@@ -32,6 +32,7 @@ class Picture:
     One has `draw`, and can stand beside others in ``[[picture]]``, or `drawn`, and fills a figure of its own, or both.
     """
 
+    registry: ClassVar[Registry[Any]] = PICTURES
     kind: ClassVar[str]
     """Its name."""
     of: ClassVar[tuple[str, ...]] = (HISTORY,)

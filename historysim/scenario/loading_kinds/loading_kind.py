@@ -2,7 +2,7 @@
 
 import abc
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import attrs
 
@@ -43,6 +43,7 @@ LOADINGS: Registry[type["Loading"]] = Registry(
 class Loading(abc.ABC):
     """A kind of ``[loading]``: an attrs class, whose fields are its keys, registered under its name."""
 
+    registry: ClassVar[Registry[Any]] = LOADINGS
     kind: ClassVar[str]
 
     substeps: int = 1

@@ -70,6 +70,7 @@ class BuiltSurface:
 class SurfaceKind(abc.ABC):
     """A kind of ``[surface]``: an attrs class, whose fields are its keys, registered under its name."""
 
+    registry: ClassVar[Registry[Any]] = SURFACES
     kind: ClassVar[str]
 
     @classmethod
