@@ -1,10 +1,13 @@
 """``[friction]`` with a law, ``[wear]``, and what else evolves in a scenario."""
 
+from pathlib import Path
+
 import pytest
 
 import historysim as hs
 from historysim.asperities import laws
-from historysim.asperities.wear import ArchardWear, EnergyWear
+from historysim.asperities.wear import WEAR_LAWS, ArchardWear, EnergyWear
+from historysim.basics.fields import markdown
 from historysim.scenario.scenario_summary import summary
 
 SCENARIO = """
@@ -103,3 +106,10 @@ def test_validate_tells_the_laws(tmp_path):
     scenario = loaded(tmp_path, "[friction]\nlaw = 'drawn'\nmean = 0.2\ndeviation = 0.02\nseed = 4")
     assert "seed 4" in dict(summary(scenario))["friction"]
     assert scenario.seeds == [4]
+
+
+def test_the_documentation_has_the_keys_of_the_laws():
+    text = (Path(__file__).parents[2] / "scenarios" / "README.md").read_text(encoding="utf-8")
+    for kinds in (laws.LAWS, WEAR_LAWS):
+        own = {name: kinds[name] for name in kinds if kinds.provider(kinds[name]) is None}
+        assert markdown(own, "`law`") in text

@@ -21,7 +21,7 @@ def _numbers(given: Any) -> tuple[float, ...]:
 @LAWS.register
 @attrs.frozen
 class SlidFriction(FrictionLaw):
-    """Friction that changes with the distance slid by each asperity, straight between the rows of a table.
+    """Friction that changes with the distance slid by each asperity, straight between a table's rows from 0 on.
 
     Parameters
     ----------
