@@ -1,5 +1,6 @@
 """Sweeps: a scenario at many points, each a cell that is computed once, kept, and put together with all others."""
 
+import logging
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor
 
     import xarray as xr
+
+logger = logging.getLogger(__name__)
 
 MOST_AT_ONCE = 16
 """Cells that a worker is given in one go, at most: handing over costs some tenths of a millisecond."""
@@ -183,6 +186,7 @@ def _computed(batch: Batch, name: str, point: Point) -> "xr.Dataset | FailedCell
         # another process may have ended it meanwhile
         if (kept := store.read(name)) is not None:
             return kept
+        logger.info("cell %s: %s", name, point)
         found = _attempt(batch, point)
         if not isinstance(found, FailedCell):
             store.write(name, found)
