@@ -13,6 +13,7 @@ from installed import install
 import historysim as hs
 from historysim.cli import main
 from historysim.errors import InputError, MissingPackageError
+from historysim.loads.event_table import read_events, write_events
 from historysim.scenario.kinds import registries
 
 PROJECT = Path(__file__).parent / "stranger"
@@ -48,6 +49,24 @@ kind = "loops"
 [sweep.over]
 friction.cold = [0.1, 0.3]
 surface.step = ["10 nm", "20 nm"]
+"""
+
+
+WITHOUT = """
+[materials]
+first = "silicon"
+second = "float glass"
+
+[surface]
+kind = "sphere"
+radius = "10 µm"
+
+[friction]
+law = "shear strength"
+shear_strength = "11 MPa"
+
+[loading]
+waypoints = [{ time = 0, normal_load = "1 mN" }]
 """
 
 
@@ -175,7 +194,7 @@ def test_help_lists_it(path):
         *["μ0/(1", "+", "N/N0).", "[stranger", "1.2]"],
     ]
     assert [line.split() for line in lines[1:]] == [["cold", "≥", "0"], ["half_load", "[N]", ">", "0"]]
-    assert set(registries()) == {"laws", "wear", "surfaces", "loadings", "readers", "plots"}
+    assert set(registries()) == {"laws", "wear", "events", "surfaces", "loadings", "readers", "plots"}
     assert "gaps" in called("plot", "--help")
 
 
@@ -185,11 +204,63 @@ def test_a_package_that_cannot_be_loaded_is_named(path, site):
     with pytest.raises(InputError, match=r"of the package stranger cannot be loaded from stranger:Stairs \(division"):
         hs.load(path)
     # what does not need it works
-    path.write_text(
-        SCENARIO.replace('"warming"\ncold = 0.3\nhalf_load = "2 mN"', '"shear strength"\nshear_strength = 1e7')
-        .replace('kind = "stairs"\nstep = "20 nm"', 'kind = "sphere"')
-        .split("[loading]")[0]
-        + '[loading]\nwaypoints = [{ time = 0, normal_load = "1 mN" }]\n',
-        encoding="utf-8",
-    )
+    path.write_text(WITHOUT, encoding="utf-8")
     assert hs.load(path).replay().dataset().sizes["step"] == 1
+
+
+GREASED = (
+    WITHOUT.replace('law = "shear strength"\nshear_strength = "11 MPa"', "coefficient = 0.4")
+    + """
+[record]
+asperities = "all"
+"""
+)
+WAYPOINTS = """waypoints = [
+    { time = 0, normal_load = "1 mN" },
+    { time = 1, tangential_load = "0.1 mN" },
+    { time = 2, grease = { part = 0.5 } },
+    { time = 3, tangential_load = "0 N" },
+]"""
+
+
+def greased(path, waypoints=WAYPOINTS):
+    before = 'waypoints = [{ time = 0, normal_load = "1 mN" }]'
+    path.write_text(GREASED.replace(before, waypoints), encoding="utf-8")
+    return path
+
+
+def test_an_event_of_it_runs_and_is_in_the_log(path, site, tmp_path):
+    hs.run(greased(path), "a.nc").close()
+    with hs.open("a.nc") as history:
+        assert history.present_friction.values.tolist() == [0.4, 0.4, 0.2, 0.2]
+    assert "bit for bit" in called("verify", "a.nc")
+    with hs.EventLog(Path("a.history")) as log:
+        event = log.events()[2]
+        assert (event.name, event.time, event.part) == ("grease", 2.0, 0.5)
+        # a table of events has it, too, and a log takes it
+        write_events(tmp_path / "events.csv", log.events())
+        assert read_events(tmp_path / "events.csv") == log.events()
+        log.append([type(event)(4.0, 0.5)])
+        assert log.replay().present_friction.values.tolist() == [0.4, 0.4, 0.2, 0.2, 0.1]
+    assert "grease" in called("log", "a.history")
+    shutil.rmtree(next(site.glob("*.dist-info")))
+    with (
+        hs.EventLog(Path("a.history")) as log,
+        pytest.raises(MissingPackageError, match=r"holds an event 'grease' of stranger 1.2, which is not there"),
+    ):
+        log.events()
+    with pytest.raises(InputError, match=r"loading.waypoints\[2\].grease: unknown key"):
+        hs.load(path)
+
+
+@pytest.mark.parametrize(
+    ("told", "said"),
+    [
+        ("{ part = -1 }", r"loading.waypoints\[2\].grease: Grease: part is -1.0; expected a number of 0 or more"),
+        ("{ parts = 1 }", r"loading.waypoints\[2\].grease.parts: unknown key; did you mean 'part'"),
+        ("1", r"loading.waypoints\[2\].grease: 1; expected a table"),
+    ],
+)
+def test_keys_of_its_event_are_checked(path, told, said):
+    with pytest.raises(InputError, match=said):
+        hs.load(greased(path, WAYPOINTS.replace("{ part = 0.5 }", told)))

@@ -51,31 +51,39 @@ class Registry(Mapping[str, T], Generic[T]):
         What each of them derives from, as ``"module:Class"``.
     noun : str
         What one is called in messages.
-    homes : str
+    *homes : str
         Packages and modules where those of this package stand.
+    label : str
+        The class variable that holds the name.
     """
 
-    def __init__(self, group: str, base: str, noun: str, *homes: str) -> None:
-        self.group, self.noun, self._base, self._homes = group, noun, base, homes
+    def __init__(self, group: str, base: str, noun: str, *homes: str, label: str = "kind") -> None:
+        self.group, self.noun, self._base, self._homes, self.label = group, noun, base, homes, label
         self._known: dict[str, T] = {}
 
     def register(self, kind: T) -> T:
-        """Make a class known by its ``kind``, for as long as the process runs; to stand above the class.
+        """Make a class known by its name, for as long as the process runs; to stand above the class.
 
         Raises
         ------
         InputError
             It has no name, or one that another class has.
         """
-        name: Any = vars(kind).get("kind")
+        name: Any = vars(kind).get(self.label)
         if not isinstance(name, str) or not name:
-            raise InputError(f"{kind.__name__} has {name!r} as its kind; expected a name, as in kind = 'my own'")
+            raise InputError(
+                f"{kind.__name__} has {name!r} as its {self.label}; expected a name, as in {self.label} = 'my own'"
+            )
         before = self._known.get(name)
         # a class that is carried out again, as in a notebook, takes the place of itself
         if before is not None and _full_name(before) != _full_name(kind):
             raise InputError(f"the {self.noun} {name!r} is {_full_name(before)} already; expected another name")
         self._known[name] = kind
         return kind
+
+    def own(self) -> dict[str, T]:
+        """Return what is registered so far, in that order."""
+        return dict(self._known)
 
     def forget(self, name: str) -> None:
         """Take back what `register` was told of a name."""
@@ -124,7 +132,7 @@ class Registry(Mapping[str, T], Generic[T]):
         module = kind.__module__
         if module.split(".")[0] == OWN:
             return None
-        point = self._foreign().get(getattr(kind, "kind", ""))
+        point = self._foreign().get(getattr(kind, self.label, ""))
         if point is not None and point.dist is not None and point.module == module:
             return Provider(point.dist.name, point.dist.version)
         top = module.split(".")[0]
@@ -154,8 +162,10 @@ class Registry(Mapping[str, T], Generic[T]):
             raise InputError(f"{whose} cannot be loaded from {point.value} ({error}); mend or update it") from error
         module, _, name = self._base.partition(":")
         base = getattr(importlib.import_module(module), name)
-        if not (isinstance(kind, type) and issubclass(kind, base)) or getattr(kind, "kind", None) != point.name:
-            raise InputError(f"{whose} is {kind!r}; expected a subclass of {module}.{name} with kind = {point.name!r}")
+        if not (isinstance(kind, type) and issubclass(kind, base)) or getattr(kind, self.label, None) != point.name:
+            raise InputError(
+                f"{whose} is {kind!r}; expected a subclass of {module}.{name} with {self.label} = {point.name!r}"
+            )
         return cast("T", kind)
 
 

@@ -10,7 +10,6 @@ from historysim.basics.places import at, misfit
 from historysim.basics.wording import counted, shown
 from historysim.errors import InputError
 from historysim.loads.events import Event, NormalDisplacement, NormalLoad
-from historysim.loads.events import misfit as event_misfit
 from historysim.scenario.schema import reported
 from historysim.scenario.sections import Sections
 from historysim.scenario.surface_kinds import BuiltSurface
@@ -97,7 +96,7 @@ def build(sections: Sections, name: str, surface: BuiltSurface, events: list[Eve
     surface = as_loaded(sections, name, surface, events)
     ensemble = ensemble_on(sections, name, surface)
     for event in events:
-        if problem := event_misfit(event, len(ensemble)):
+        if problem := event.misfit(len(ensemble)):
             raise InputError(f"{name}: loading: {event.name} at t = {event.time:g} s: {problem}")
     return BuiltScenario(sections, name, surface, ensemble, events)
 

@@ -19,7 +19,7 @@ from historysim.errors import InputError
 from historysim.scenario.column_keys import column_hooks
 from historysim.scenario.friction_course_section import AnyCourse, course_from_toml
 from historysim.scenario.law_sections import FrictionSection, WearSection, friction_from_toml, wear_from_toml
-from historysim.scenario.loading_kinds import Loading, channel_hooks, loading_from_toml
+from historysim.scenario.loading_kinds import Loading, channel_hooks, loading_from_toml, waypoint_hooks
 from historysim.scenario.overriding import text_with_values, with_values
 from historysim.scenario.picture_kinds import Pictures, pictures_from_toml
 from historysim.scenario.schema import schema_converter, table, text
@@ -121,6 +121,7 @@ def _converter() -> Converter:
         converter.register_structure_hook_func(partial(eq, kind), partial(hook, converter))
     column_hooks(converter)
     channel_hooks(converter)
+    waypoint_hooks(converter)
     return converter
 
 

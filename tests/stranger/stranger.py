@@ -1,12 +1,12 @@
-"""A package of somebody else: a friction law, a wear law, a surface, a loading, a reader and a picture."""
+"""A package of somebody else: a friction law, a wear law, an event, a surface, a loading, a reader and a picture."""
 
 import attrs
 import numpy as np
 
 from historysim.asperities.laws import FrictionLaw
 from historysim.asperities.wear import WearLaw
-from historysim.basics.fields import Force, Length, Number, at_least
-from historysim.loads.events import NormalLoad, TangentialDisplacement
+from historysim.basics.fields import Force, Length, Number, Time, at_least
+from historysim.loads.events import Event, NormalLoad, TangentialDisplacement
 from historysim.results.plots.pictures import Picture
 from historysim.scenario.loading_kinds import Loading
 from historysim.scenario.surface_kinds import BuiltSurface, SurfaceKind
@@ -46,6 +46,20 @@ class SquaredWear(WearLaw):
     @property
     def text(self):
         return f"squared: {self.rate:g} m"
+
+
+@attrs.frozen
+class Grease(Event):
+    """All friction becomes a part of what it was."""
+
+    time: Time = attrs.field(validator=at_least(-np.inf))
+    part: Number = attrs.field(validator=at_least(0.0))
+
+    name, changes_friction = "grease", True
+
+    def act(self, ensemble, state, *, saturate, instrument):
+        del saturate
+        return ensemble.with_friction(state, self.part * state.friction, instrument=instrument)
 
 
 @attrs.frozen

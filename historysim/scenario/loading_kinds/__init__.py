@@ -6,7 +6,7 @@ from historysim.errors import InputError
 from historysim.scenario.loading_kinds.channels import channel_hooks
 from historysim.scenario.loading_kinds.from_file import MeasuredLoading
 from historysim.scenario.loading_kinds.loading_kind import LOADINGS, Loading
-from historysim.scenario.loading_kinds.written import Blocks, Waypoints
+from historysim.scenario.loading_kinds.written import Blocks, Waypoints, waypoint_hooks
 from historysim.scenario.schema import kind_from_toml, table
 
 __all__ = [
@@ -17,6 +17,7 @@ __all__ = [
     "Waypoints",
     "channel_hooks",
     "loading_from_toml",
+    "waypoint_hooks",
 ]
 
 NAMED_BY_A_KEY = (Waypoints.kind, Blocks.kind, MeasuredLoading.kind)
