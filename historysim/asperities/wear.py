@@ -19,6 +19,7 @@ __all__ = [
     "ArchardWear",
     "EnergyWear",
     "WearLaw",
+    "register",
 ]
 
 

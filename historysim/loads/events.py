@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from historysim.asperities.state import EnsembleState
 
 __all__ = [
+    "Event",
     "FrictionChange",
     "FrictionRamp",
     "GeometryChange",
@@ -31,6 +32,7 @@ __all__ = [
     "NormalLoad",
     "TangentialDisplacement",
     "TangentialLoad",
+    "register",
 ]
 
 

@@ -13,7 +13,6 @@ from cattrs import Converter
 from historysim.basics.file_kinds import told_kind
 from historysim.basics.files import what_is_there
 from historysim.basics.limits import at_most, most
-from historysim.basics.places import at
 from historysim.basics.wording import shown
 from historysim.errors import InputError
 from historysim.scenario.column_keys import column_hooks
@@ -92,8 +91,7 @@ _PART = r"""[^\s.=\[\]{},#]"""
 
 def pictures_of(document: Mapping[str, Any]) -> Pictures:
     """Return the pictures of a scenario alone, which a result draws; errors as for `sections_of`."""
-    with at("picture"):
-        return _converter().structure(document.get("picture", []), Pictures)
+    return _converter().structure(document.get("picture", []), Pictures)
 
 
 def sections_of(document: Mapping[str, Any]) -> Sections:

@@ -9,6 +9,7 @@ from historysim.results.sweeps import CONTENT
 from historysim.scenario.document import parsed, pictures_of
 from historysim.scenario.picture_kinds import Pictures
 from historysim.scenario.scenario import Scenario
+from historysim.scenario.schema import reported
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,7 +29,9 @@ def drawable(what: "xr.Dataset | Scenario") -> Pictures:
     if not told:
         return ()
     content = SWEEP if what.attrs.get("content") == CONTENT else HISTORY
-    return tuple(each for each in pictures_of(parsed(str(told))) if content in each.of)
+    # a picture of a package that is not there, say
+    with reported("the scenario in the result: picture"):
+        return tuple(each for each in pictures_of(parsed(str(told))) if content in each.of)
 
 
 def draw_figure(
