@@ -8,7 +8,7 @@ import hashlib
 import json
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import attrs
 
@@ -17,11 +17,6 @@ from historysim.basics.units import as_float, duration_text, is_number
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.tables.lines import brief
-
-if TYPE_CHECKING:
-    from historysim.asperities.ensemble import Ensemble
-    from historysim.asperities.instrument import Instrument
-    from historysim.asperities.state import EnsembleState
 
 __all__ = [
     "Event",
@@ -102,10 +97,11 @@ class Event:
         del count
         return ""
 
-    def act(
-        self, ensemble: "Ensemble", state: "EnsembleState", *, saturate: bool, instrument: "Instrument"
-    ) -> "EnsembleState":
-        """Return the state of an ensemble after a change; of waypoints nothing acts."""
+    def act(self, ensemble: Any, state: Any, *, saturate: bool, instrument: Any) -> Any:
+        """Return the `EnsembleState` of an `Ensemble` behind an `Instrument` after a change; of waypoints nothing acts.
+
+        Facts do not import what they act on, so that whoever reads a log or a result needs no engine.
+        """
         raise NotImplementedError(
             f"{type(self).__name__} has no act; expected a method that returns the state after it"
         )
@@ -363,9 +359,7 @@ class FrictionChange(Event):
         """Return what does not fit so many asperities."""
         return _lists_misfit(count, self.asperities, {"friction": self.friction}, "coefficient")
 
-    def act(
-        self, ensemble: "Ensemble", state: "EnsembleState", *, saturate: bool, instrument: "Instrument"
-    ) -> "EnsembleState":
+    def act(self, ensemble: Any, state: Any, *, saturate: bool, instrument: Any) -> Any:
         """Return the state after it; errors as for `Ensemble.with_friction`."""
         del saturate
         return ensemble.with_friction(state, self.friction, asperities=self.asperities, instrument=instrument)
@@ -483,9 +477,7 @@ class GeometryChange(Event):
         lists = {"summit_height": self.summit_height, "summit_radius": self.summit_radius}
         return _lists_misfit(count, self.asperities, lists, "length")
 
-    def act(
-        self, ensemble: "Ensemble", state: "EnsembleState", *, saturate: bool, instrument: "Instrument"
-    ) -> "EnsembleState":
+    def act(self, ensemble: Any, state: Any, *, saturate: bool, instrument: Any) -> Any:
         """Return the state after it; errors as for `Ensemble.with_geometry`."""
         new: dict[str, Any] = {"summit_height": self.summit_height, "summit_radius": self.summit_radius}
         place: dict[str, Any] = {"asperities": self.asperities, "instrument": instrument}

@@ -59,11 +59,8 @@ def plot(
         else a number of its cells over what was swept, or their loops over one another. Or several histories, or paths
         of them: their loops, or tractions, in one picture.
     picture : str, optional
-        Of a history: "history", "loop" (its colour tells how much slips), "loops" (plain lines, with named states),
-        "slip-map", "contact-map", "distribution" (of summit heights and radii), "traction" (several states of an
-        asperity), "slip-fronts" (of it, step by step), "stiffness" or "wear". Of a sweep: which number, by default the
-        preliminary displacement; or "loops", where loads and displacements along ``step`` are among its outputs. Of a
-        scenario that replays a file: "record", its channels as they were read beside what conditioning left of them.
+        Of a history or a scenario: a name of `historysim.results.plots.pictures.PICTURES`, which ``historysim kinds
+        plots`` lists. Of a sweep: also which number, by default the preliminary displacement.
     step : int, "partial" or "peak", optional
         Of a history, its contact map or asperity distribution at this step; at that where most can be seen, half of the
         contact area slipping; or at that of the greatest normal load. Negative ones count from the end.
