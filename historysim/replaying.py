@@ -165,7 +165,8 @@ class Replay:
             if segment.change is None:
                 return state
             event = segment.change_event
-            return segment.change.act(ensemble, state, saturate=self.saturate, instrument=instrument)
+            after: EnsembleState = segment.change.act(ensemble, state, saturate=self.saturate, instrument=instrument)
+            return after
         except (FrictionLimitError, CurveEndError) as error:
             event = event if event == segment.change_event else segment.event[error.path]
             raise LoadError(f"{self._place(event)}: {error}") from None
