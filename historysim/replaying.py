@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -98,10 +98,10 @@ class Replay:
 
     def write(self, path: str | Path, *, progress: bool = False) -> None:
         """Write the history to a netCDF file, which is there when it is complete, and not before."""
-        from historysim.recording.netcdf import recording
+        from historysim.recording.netcdf import FileRecorder, recording
 
-        place = (self.ensemble, self.asperities, self.steps(), self.attributes(), self.instrument)
-        with recording(Path(path), *place, changes=self.changes, writers=self.threads) as target:
+        made = partial(self.recorder, FileRecorder, attributes=self.attributes(), writers=self.threads)
+        with recording(Path(path), lambda handle: made(handle=handle)) as target:
             self.walk(target, progress=progress)
 
     def state(self, until: float = math.inf, *, start: schedule.Start | None = None) -> "EnsembleState":
@@ -162,16 +162,15 @@ class Replay:
                 until=segment.share,
                 friction=friction_goal(ensemble, segment.ramp, segment.ramp_part),
             )
-            if segment.change is None:
-                return state
-            event = segment.change_event
-            after: EnsembleState = segment.change.act(ensemble, state, saturate=self.saturate, instrument=instrument)
-            return after
+            if segment.change is not None:
+                event = segment.change_event
+                state = segment.change.act(ensemble, state, saturate=self.saturate, instrument=instrument)
         except (FrictionLimitError, CurveEndError) as error:
             event = event if event == segment.change_event else segment.event[error.path]
             raise LoadError(f"{self._place(event)}: {error}") from None
         except InputError as error:
             raise InputError(f"{self._place(event)}: {error}") from None
+        return state
 
     def _place(self, index: int) -> str:
         return f"event {index} at t = {time_text(self.events[index].time)}"

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError, MissingPackageError
 from historysim.loads.events import EVENTS, LOAD_KINDS, Event, FrictionChange, FrictionRamp, GeometryChange, LoadEvent
 
@@ -69,13 +69,7 @@ def columns_of(events: Sequence[Event]) -> Columns:
 
 
 def events_of(columns: Columns) -> list[Event]:
-    """Return the events that stand in columns.
-
-    Raises
-    ------
-    InputError
-        Columns that `columns_of` does not make.
-    """
+    """Return the events that stand in columns; columns that `columns_of` does not make are an InputError."""
     kinds = np.frombuffer(columns.kind, dtype=np.int8)
     if any(len(column) != 8 * kinds.size for column in (columns.time, columns.value)) or len(columns.coefficients) % 8:
         raise InputError("holds columns of different lengths")
@@ -152,11 +146,13 @@ def _name(event: Event) -> tuple[float, ...]:
     return tuple(map(float, f"{event.name}\0{EVENTS.provider(type(event)) or ''}".encode()))
 
 
-def _named(told: Any) -> type[Event]:
+def _named(told: float | tuple[float, ...] | None) -> type[Event]:
+    if not isinstance(told, tuple):
+        raise InputError("holds an event without a name")
     try:
         name, _, package = bytes(map(int, told)).decode().partition("\0")
-    except (TypeError, ValueError) as error:
-        raise InputError("holds an event without a name") from error
+    except ValueError as error:
+        raise InputError("holds an event whose name is no text") from error
     if name not in EVENTS:
         raise MissingPackageError(
             f"holds an event {name!r} of {package}, which is not there; install that package, or where it is a module "
@@ -179,24 +175,14 @@ def _floats(values: list[float]) -> bytes:
 
 
 def link(before: bytes, first: int, columns: Columns) -> bytes:
-    """SHA-256 of a batch of events, chained to the link before it.
-
-    Parameters
-    ----------
-    before : bytes
-        The link before; that of the head for the first batch.
-    first : int
-        Events before this batch.
-    columns : Columns
-        The events.
-    """
+    """Return the SHA-256 of a batch behind so many events, chained to the link before it, first that of the head."""
     total = hashlib.sha256(before + LINK.pack(first, len(columns.kind), len(columns.coefficients)))
     for column in columns:
         total.update(column)
     return total.digest()
 
 
-def array_digest(arrays: Iterable[tuple[str, npt.NDArray[np.float64]]], text: str) -> bytes:
+def array_digest(arrays: Iterable[tuple[str, Floats]], text: str) -> bytes:
     """SHA-256 of a text, and of named arrays with their shapes, as little-endian float64."""
     total = hashlib.sha256(hashlib.sha256(text.encode()).digest())
     for name, array in arrays:

@@ -120,7 +120,7 @@ def write_result(
                 ahead = max(cursor.events, *(index + 1 for index in cursor.heading))
                 batches = content.batches_for(ahead)
                 file.add_snapshot(
-                    Snapshot.of(cursor, batches, content.links[batches], state, written, job.ensemble.packages)
+                    Snapshot.of(cursor, batches, content.links[batches], state, written, packages=job.ensemble.packages)
                 )
                 logger.debug("%s: snapshot after %d of %d steps", file.path, cursor.rows, steps)
                 last, keep = cursor.rows, True

@@ -50,6 +50,7 @@ class Snapshot:
         link: bytes,
         state: "EnsembleState",
         written: bytes = b"",
+        *,
         packages: Iterable[str] = (),
     ) -> Self:
         """Take a snapshot of a state, which packages of others beside this one have computed."""
@@ -81,13 +82,7 @@ def program(packages: Iterable[str] = ()) -> str:
 
 
 def unpacked(ensemble: Ensemble, content: bytes) -> "EnsembleState":
-    """Return the state of an ensemble that a snapshot holds.
-
-    Raises
-    ------
-    InputError
-        Bytes that are no state of this ensemble.
-    """
+    """Return the state of an ensemble that a snapshot holds; other bytes are an InputError."""
     from historysim.asperities.state import EnsembleState
 
     return EnsembleState.from_bytes(content, ensemble.initial_state())

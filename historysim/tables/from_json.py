@@ -15,13 +15,7 @@ from historysim.tables.readers import READERS, TableReader
 
 @contextmanager
 def opened(path: Path, layout: Format) -> Iterator[Contents]:
-    """Yield what a JSON file holds.
-
-    Raises
-    ------
-    InputError
-        Not JSON, in another encoding, or with one key twice.
-    """
+    """Yield what a JSON file holds; no JSON, another encoding, or one key twice is an InputError."""
     text = decoded(path, layout.encoding or "utf-8")
     with readable("JSON"):
         try:
@@ -42,7 +36,7 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return found
 
 
-def _gather(contents: Contents, name: str, value: Any) -> None:
+def _gather(contents: Contents, name: str, value: object) -> None:
     """Add the arrays and texts below a name to the contents."""
     if isinstance(value, dict):
         for key, item in value.items():

@@ -47,7 +47,7 @@ READERS: Registry[type[Reader]] = Registry(
 register = READERS.register
 
 
-def reader_of(path: Path, among: type[Reader]) -> Any:
+def reader_of(path: Path, among: type[Reader]) -> Any:  # noqa: ANN401 - type checkers take no abstract class
     """Return what of a class reads files of the ending of a path; None for a text, and where nothing is known."""
     ending = path.suffix.lower()
     for kind in READERS.values() if ending and ending not in TEXT_ENDINGS else ():
