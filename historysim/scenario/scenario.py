@@ -169,7 +169,7 @@ class Scenario:
                 tell(f"{self.path.name}: {notice}")
         events = self.events(tell)
         logger.info("%s: the surface is made, %d events are read", self.path.name, len(events))
-        return build(self.sections, self.path.name, surface, events)
+        return build(self.sections, self.path.name, surface, events, tell)
 
     def ensemble(self) -> "Ensemble":
         """Return the ensemble.
