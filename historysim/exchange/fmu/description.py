@@ -1,0 +1,163 @@
+"""`modelDescription.xml` of a unit of co-simulation, by FMI 2.0 and 3.0."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+from xml.etree import ElementTree as Xml
+
+from historysim._version import __version__
+from historysim.exchange.fmu.variables import Variable
+
+DIMENSIONS = {
+    "N": {"kg": 1, "m": 1, "s": -2},
+    "m": {"m": 1},
+    "N/m": {"kg": 1, "s": -2},
+    "J": {"kg": 1, "m": 2, "s": -2},
+    "s": {"s": 1},
+}
+TYPES = {
+    2: {"real": "Real", "integer": "Integer", "boolean": "Boolean"},
+    3: {"real": "Float64", "integer": "Int32", "boolean": "Boolean"},
+}
+ABILITIES = {
+    2: {
+        "canHandleVariableCommunicationStepSize": "true",
+        "canInterpolateInputs": "true",
+        "canNotUseMemoryManagementFunctions": "true",
+        "canGetAndSetFMUstate": "true",
+        "canSerializeFMUstate": "true",
+        "providesDirectionalDerivative": "true",
+    },
+    3: {
+        "canHandleVariableCommunicationStepSize": "true",
+        "canGetAndSetFMUState": "true",
+        "canSerializeFMUState": "true",
+        "providesDirectionalDerivatives": "true",
+    },
+}
+
+
+class Unit(NamedTuple):
+    """What a description tells of.
+
+    Attributes
+    ----------
+    identifier : str
+        Of C, and name of the binaries.
+    name, text : str
+    token : str
+        What tells whether description and binary belong together.
+    variables : sequence of Variable
+    starts : dict of str to float
+        Of inputs and parameters, by name.
+    sources : sequence of str
+        C files to compile.
+    """
+
+    identifier: str
+    name: str
+    text: str
+    token: str
+    variables: Sequence[Variable]
+    starts: Mapping[str, float]
+    sources: Sequence[str]
+
+
+def model_description(unit: Unit, version: int) -> bytes:
+    """Return the description of a unit by version 2 or 3 of the standard."""
+    head = {
+        "fmiVersion": f"{version}.0",
+        "modelName": unit.name,
+        "guid" if version == 2 else "instantiationToken": unit.token,
+        "description": unit.text,
+        "generationTool": f"historysim {__version__}",
+        "variableNamingConvention": "flat",
+    }
+    root = Xml.Element("fmiModelDescription", head)
+    interface = Xml.SubElement(root, "CoSimulation", {"modelIdentifier": unit.identifier, **ABILITIES[version]})
+    if version == 2:
+        files = Xml.SubElement(interface, "SourceFiles")
+        for name in unit.sources:
+            Xml.SubElement(files, "File", name=name)
+    units = Xml.SubElement(root, "UnitDefinitions")
+    for symbol, powers in DIMENSIONS.items():
+        one = Xml.SubElement(units, "Unit", name=symbol)
+        Xml.SubElement(one, "BaseUnit", {name: str(power) for name, power in powers.items()})
+    categories = Xml.SubElement(root, "LogCategories")
+    for name in ("logStatusDiscard", "logStatusError", "logStatusFatal"):
+        Xml.SubElement(categories, "Category", name=name)
+    if version == 2:
+        _variables_of_2(root, unit)
+    else:
+        _variables_of_3(root, unit)
+    return _written(root)
+
+
+def build_description(unit: Unit) -> bytes:
+    """Return ``sources/buildDescription.xml``, which FMI 3.0 asks for."""
+    root = Xml.Element("fmiBuildDescription", fmiVersion="3.0")
+    one = Xml.SubElement(root, "BuildConfiguration", modelIdentifier=unit.identifier)
+    files = Xml.SubElement(
+        one, "SourceFileSet", language="C11", compilerOptions="-ffp-contract=off -fno-math-errno -fno-trapping-math"
+    )
+    for name in unit.sources:
+        Xml.SubElement(files, "SourceFile", name=name)
+    return _written(root)
+
+
+def _attributes(variable: Variable, reference: int, starts: Mapping[str, float]) -> dict[str, str]:
+    """Return what both versions say of a variable in the same way, but its type and start."""
+    found = {"name": variable.name, "valueReference": str(reference), "description": variable.text}
+    found |= {"causality": variable.causality, "variability": variable.variability}
+    if variable.name in starts:
+        # an input or parameter is exact by itself
+        found["start"] = repr(float(starts[variable.name]))
+    return found
+
+
+def _typed(variable: Variable) -> dict[str, str]:
+    limits = {"min": "0"} if variable.name in {"friction_factor", "prescribed_normal_load"} else {}
+    return limits | ({"unit": variable.unit} if variable.unit else {})
+
+
+def _variables_of_2(root: Xml.Element, unit: Unit) -> None:
+    shown = Xml.SubElement(root, "ModelVariables")
+    place, outputs = {}, []
+    for reference, variable in enumerate(unit.variables):
+        if variable.causality == "independent":
+            continue
+        attributes = _attributes(variable, reference, unit.starts)
+        start = {"start": attributes.pop("start")} if "start" in attributes else {}
+        one = Xml.SubElement(shown, "ScalarVariable", attributes)
+        Xml.SubElement(one, TYPES[2][variable.kind], start | _typed(variable))
+        place[variable.name] = str(len(place) + 1)
+        if variable.causality == "output":
+            outputs.append(variable)
+    structure = Xml.SubElement(root, "ModelStructure")
+    inputs = " ".join(place[each.name] for each in unit.variables if each.causality == "input")
+    listed = Xml.SubElement(structure, "Outputs")
+    for variable in outputs:
+        Xml.SubElement(listed, "Unknown", index=place[variable.name], dependencies=inputs)
+    initial = Xml.SubElement(structure, "InitialUnknowns")
+    for variable in outputs:
+        Xml.SubElement(initial, "Unknown", index=place[variable.name], dependencies=place["friction_factor"])
+
+
+def _variables_of_3(root: Xml.Element, unit: Unit) -> None:
+    shown = Xml.SubElement(root, "ModelVariables")
+    references = {variable.name: str(reference) for reference, variable in enumerate(unit.variables)}
+    for reference, variable in enumerate(unit.variables):
+        attributes = _attributes(variable, reference, unit.starts) | _typed(variable)
+        Xml.SubElement(shown, TYPES[3][variable.kind], attributes)
+    structure = Xml.SubElement(root, "ModelStructure")
+    inputs = " ".join(references[each.name] for each in unit.variables if each.causality == "input")
+    outputs = [each.name for each in unit.variables if each.causality == "output"]
+    for name in outputs:
+        Xml.SubElement(structure, "Output", valueReference=references[name], dependencies=inputs)
+    for name in outputs:
+        factor = references["friction_factor"]
+        Xml.SubElement(structure, "InitialUnknown", valueReference=references[name], dependencies=factor)
+
+
+def _written(root: Xml.Element) -> bytes:
+    Xml.indent(root)
+    return bytes(Xml.tostring(root, encoding="UTF-8", xml_declaration=True)) + b"\n"
