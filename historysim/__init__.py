@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from historysim.contact.materials import Material as Material
     from historysim.contact.materials import MaterialPair as MaterialPair
     from historysim.contact.materials import material as material
+    from historysim.exchange.fmu.writing import write_fmu as write_fmu
     from historysim.interaction.solutions import NormalSolutions as NormalSolutions
     from historysim.loads.events import FrictionChange as FrictionChange
     from historysim.loads.events import FrictionRamp as FrictionRamp
@@ -93,6 +94,7 @@ _HOMES = {
     "asperities.state": ("EnsembleState",),
     "contact.greenwood_williamson": ("GreenwoodWilliamson",),
     "contact.materials": ("Material", "MaterialPair", "material"),
+    "exchange.fmu.writing": ("write_fmu",),
     "interaction.solutions": ("NormalSolutions",),
     "loads.events": (
         "FrictionChange",

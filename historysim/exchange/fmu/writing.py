@@ -223,8 +223,9 @@ def compiled(code: Mapping[str, str], target: str) -> bytes:
         There is no compiler for it, or it fails.
     """
     here = target == this_platform()
-    command = [*compiler(), *own_options()] if here and compiler() else [*ZIG, "-target", TARGETS.get(target, target)]
-    if command[: len(ZIG)] == ZIG and find_spec("ziglang") is None:
+    found = compiler() if here else []
+    command = found or [*ZIG, "-target", TARGETS.get(target, target)]
+    if not found and find_spec("ziglang") is None:
         raise InstallationError(
             f"no compiler of C for {target} is found; expected "
             + ("cc, gcc or clang, or " if here else "")
@@ -236,7 +237,7 @@ def compiled(code: Mapping[str, str], target: str) -> bytes:
         library = Path(folder, "unit")
         sources = [str(Path(folder, name)) for name in code if name.endswith(".c")]
         try:
-            compile_shared([*command, "-O3"], sources, library, windows=target.endswith("windows"))
+            compile_shared([*command, "-O3", *own_options()], sources, library, windows=target.endswith("windows"))
         except RuntimeError as error:
             raise InstallationError(f"the unit is not compiled for {target}: {error}") from None
         return library.read_bytes()
