@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from historysim.contact.materials import MaterialPair as MaterialPair
     from historysim.contact.materials import material as material
     from historysim.exchange.fmu.writing import write_fmu as write_fmu
+    from historysim.exchange.reduced.reducing import reduce as reduce
+    from historysim.exchange.reduced.writing import write_reduced as write_reduced
     from historysim.interaction.solutions import NormalSolutions as NormalSolutions
     from historysim.loads.events import FrictionChange as FrictionChange
     from historysim.loads.events import FrictionRamp as FrictionRamp
@@ -95,6 +97,8 @@ _HOMES = {
     "contact.greenwood_williamson": ("GreenwoodWilliamson",),
     "contact.materials": ("Material", "MaterialPair", "material"),
     "exchange.fmu.writing": ("write_fmu",),
+    "exchange.reduced.reducing": ("reduce",),
+    "exchange.reduced.writing": ("write_reduced",),
     "interaction.solutions": ("NormalSolutions",),
     "loads.events": (
         "FrictionChange",

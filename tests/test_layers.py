@@ -27,6 +27,7 @@ ROOMS = (
     "results",
     "scenario",
     "studies",
+    "exchange",
     "cli",
 )
 ANYONE = "_version"

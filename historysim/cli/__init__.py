@@ -19,7 +19,7 @@ with contextlib.suppress(ValueError):
 import click  # noqa: E402 - an interrupt may come while it is read
 
 from historysim._version import __version__  # noqa: E402
-from historysim.cli import logs, pictures, questions, records, runs  # noqa: E402
+from historysim.cli import exports, logs, pictures, questions, records, runs  # noqa: E402
 from historysim.cli.ending import Commands  # noqa: E402
 
 with contextlib.suppress(ValueError, NameError):
@@ -33,5 +33,5 @@ def main() -> None:
     """Replay load histories across rough frictional contacts, exactly."""
 
 
-for command in (*runs.COMMANDS, *logs.COMMANDS, *records.COMMANDS, *pictures.COMMANDS, *questions.COMMANDS):
+for command in (*runs.COMMANDS, *logs.COMMANDS, *records.COMMANDS, *pictures.COMMANDS, *questions.COMMANDS, *exports.COMMANDS):
     main.add_command(command)
