@@ -1,6 +1,6 @@
 /* Random calls of a unit of co-simulation, right and wrong ones, for sanitizers: fmu_host URI-OF-RESOURCES GUID CALLS.
  *
- * Prints how many calls were answered in each way. Ends with 1 where a unit that was put back gives other bytes. */
+ * Prints the digests of states that were saved, and how many calls were answered in each way. Ends with 1 where a unit that was put back gives other bytes. */
 #include <math.h>
 #include <stdarg.h>
 #include <stdint.h>
@@ -132,6 +132,17 @@ int main(int count, char **words) {
         }
         ++answers[status];
     }
+    fmi2Reset(c);
+    for (int k = 0; k < STATES; ++k)
+        if (state[k]) {
+            size_t size;
+            uint64_t sum = 14695981039346656037u;
+            if (fmi2SetFMUstate(c, state[k]) != fmi2OK) return 9;
+            char *bytes = bytes_of(c, &size);
+            for (size_t i = 0; i < size; ++i) sum = (sum ^ (unsigned char)bytes[i]) * 1099511628211u;
+            free(bytes);
+            printf("state %d %llx\n", k, (unsigned long long)sum);
+        }
     for (int k = 0; k < STATES; ++k) fmi2FreeFMUstate(c, state + k);
     fmi2FreeInstance(c);
     fmi2FreeInstance(NULL);
