@@ -148,9 +148,8 @@ def test_the_open_simulation_platform_steps_two_units(tmp_path):
     execution = CosimExecution.from_step_size(int(1e7))
     slaves = [CosimLocalSlave(fmu_path=str(tmp_path / f"{name}.fmu"), instance_name=name) for name in ("first", "second")]
     one, other = (execution.add_local_slave(slave) for slave in slaves)
-    assert execution.connect_real_variables(
-        one, names[0]["tangential_load"], other, names[1]["prescribed_tangential_load"]
-    )
+    handing = one, names[0]["tangential_load"], other, names[1]["prescribed_tangential_load"]
+    assert execution.connect_real_variables(*handing) == 0
     by_hand, seen = CosimManipulator.create_override(), CosimObserver.create_last_value()
     execution.add_manipulator(by_hand)
     execution.add_observer(seen)
