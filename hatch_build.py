@@ -27,10 +27,8 @@ DECLARATIONS = "_declarations.py"
 
 # the package itself is not there yet
 _SPEC = importlib.util.spec_from_file_location("compiler", HERE / PLACE / "compiler.py")
-assert _SPEC is not None
-assert _SPEC.loader is not None
-_COMPILING = importlib.util.module_from_spec(_SPEC)
-_SPEC.loader.exec_module(_COMPILING)
+_COMPILING: Any = importlib.util.module_from_spec(_SPEC)  # type: ignore[arg-type] # the file is there
+_SPEC.loader.exec_module(_COMPILING)  # type: ignore[union-attr]
 SAME_BITS, ZIG = _COMPILING.SAME_BITS, _COMPILING.ZIG
 compiler, own_options, compile_shared = _COMPILING.compiler, _COMPILING.own_options, _COMPILING.compile_shared
 

@@ -319,7 +319,11 @@ def test_no_compiler_warns(name, language):
 
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("language", ["c", "c++"])
-@pytest.mark.parametrize("header", sorted(file for file in ROOT.glob("historysim/**/*.h") if EXCHANGE not in file.parents), ids=lambda path: path.name)
+@pytest.mark.parametrize(
+    "header",
+    sorted(file for file in ROOT.glob("historysim/**/*.h") if EXCHANGE not in file.parents),
+    ids=lambda path: path.name,
+)
 def test_each_header_stands_alone(name, language, header):
     program = f'#include "{header}"\n#include "{header}"\nint main(void) {{ return 0; }}\n'
     subprocess.run([name, "-x", language, *WARNINGS, "-"], input=program, text=True, check=True)

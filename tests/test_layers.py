@@ -1,6 +1,7 @@
 """Data flows one way: a module imports only from modules above it."""
 
 import ast
+import collections
 from pathlib import Path
 
 import pytest
@@ -21,7 +22,7 @@ ROOMS = (
     "asperities",
     "loads",
     "recording",
-    "replay",
+    "replaying",
     "log",
     "measured",
     "results",
@@ -32,8 +33,8 @@ ROOMS = (
 )
 ANYONE = "_version"
 FREE = ("", "__main__")
-READERS = ("results.analysis", "results.plots.history")
-ENGINE = {"memory", "asperities", "recording", "replay", "log", "scenario"}
+READERS = ("results.analysis", "results.plots.load_history")
+ENGINE = {"memory", "asperities", "recording", "replaying", "log", "scenario"}
 LONGEST_CORRIDOR = 200
 HEAVY = {"numpy", "scipy", "xarray", "netCDF4", "matplotlib", "cf_units", "tqdm", "h5py", "nptdms"}
 
@@ -154,9 +155,9 @@ def test_every_module_imports_only_from_above():
 
 def test_all_modules_are_read():
     found = imports(ROOT)
-    assert {"", "cli", "replay", "contact.hertz", "results.plots.history"} <= set(found)
-    assert {"loads.schedule", "asperities.ensemble", "recording.recorder"} <= found["replay"][0]
-    assert {"replay", "log.file"} <= found["log.result"][0]
+    assert {"", "cli", "replaying", "contact.hertz", "results.plots.load_history"} <= set(found)
+    assert {"loads.schedule", "asperities.ensemble", "recording.recorder"} <= found["replaying"][0]
+    assert {"replaying", "log.file"} <= found["log.result"][0]
 
 
 def test_every_room_has_its_tests():
@@ -167,10 +168,10 @@ def test_every_room_has_its_tests():
 
 
 def test_the_corridor_is_short_and_knows_neither_logs_nor_scenarios():
-    assert len((ROOT / "replay.py").read_text(encoding="utf-8").splitlines()) < LONGEST_CORRIDOR
-    below = ROOMS[ROOMS.index("replay") + 1 :]
+    assert len((ROOT / "replaying.py").read_text(encoding="utf-8").splitlines()) < LONGEST_CORRIDOR
+    below = ROOMS[ROOMS.index("replaying") + 1 :]
     graph = imports(ROOT)
-    reached = reachable({**graph, "": (set(), set())}, ["replay"])
+    reached = reachable({**graph, "": (set(), set())}, ["replaying"])
     assert {room(name) for name in reached} & set(below) == set()
 
 
@@ -250,3 +251,18 @@ def test_a_heavy_import_is_seen_where_it_runs_at_the_start(tmp_path, source, see
     folder = made(tmp_path, cli="from historysim.basics import quantity", basics=source)
     assert heavy_at_start(folder) == ({"basics": {"numpy"}} if seen else {})
     assert heavy_at_start(made(tmp_path, cli="def f():\n    import historysim.basics")) == {}
+
+
+def test_no_two_modules_have_one_name():
+    found = collections.Counter(path.stem for path in ROOT.rglob("*.py") if path.stem != "__init__")
+    assert [name for name, count in found.items() if count > 1] == []
+
+
+def test_no_two_public_classes_have_one_name():
+    found = collections.Counter(
+        node.name
+        for path in ROOT.rglob("*.py")
+        for node in ast.parse(path.read_text(encoding="utf-8")).body
+        if isinstance(node, ast.ClassDef) and not node.name.startswith("_")
+    )
+    assert [name for name, count in found.items() if count > 1] == []

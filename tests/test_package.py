@@ -10,15 +10,17 @@ from pathlib import Path
 import pytest
 
 import historysim as hs
+from historysim.basics import lazy
 
+MOST_NAMES = 55
+NAMESPACES = ("analysis", "contact", "drift", "events", "laws", "plots", "surfaces", "wear")
 CONTRACT = {
     *("MaterialPair", "Material", "material", "Ensemble", "EnsembleState", "Asperity", "SlipState"),
     *("NormalLoad", "TangentialLoad", "NormalDisplacement", "TangentialDisplacement", "FrictionChange"),
-    *("Surface", "Summits", "random_surface", "read_surface", "textured_summits", "drawn_summits", "quantile_summits"),
-    *("GreenwoodWilliamson", "Instrument", "EventLog"),
-    *("Replay", "replay", "run", "verify", "show", "plot", "analysis"),
-    *("plot_history", "plot_surface", "plot_loops", "plot_comparison", "plot_asperity"),
-    *("plot_adhesion_map", "plot_adhesion_branch"),
+    *("Surface", "Summits", "random_surface", "read_surface", "surfaces", "contact", "plots", "laws", "wear"),
+    *("drift", "events", "Instrument", "EventLog"),
+    *("Replay", "replay", "run", "load", "open", "validate", "verify", "show", "plot", "report", "analysis"),
+    *("compare", "fit", "find_loops", "sweep", "design", "get_include"),
     *("HistorySimError", "InputError", "LoadError", "FrictionLimitError", "__version__"),
 }
 
@@ -36,12 +38,32 @@ def test_what_is_listed_are_the_public_names_alone():
     assert {"importlib", "sys", "Any", "TYPE_CHECKING"}.isdisjoint(dir(hs))
 
 
-def test_type_checkers_are_told_the_names_that_a_program_finds():
-    tree = ast.parse(Path(hs.__file__).read_text(encoding="utf-8"))
-    (told,) = (node for node in tree.body if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING")
-    homes = {alias.name: node.module for node in told.body for alias in node.names}
-    assert all(alias.name == alias.asname for node in told.body for alias in node.names)
-    assert homes == hs._HOME_OF
+@pytest.mark.parametrize("name", NAMESPACES)
+def test_a_namespace_shows_its_public_names_alone(name):
+    space = getattr(hs, name)
+    assert dir(space) == sorted(space.__all__)
+    assert all(not there.startswith("_") and getattr(space, there) is not None for there in dir(space))
+    assert "annotations" not in dir(space)
+
+
+def test_the_names_are_few_enough_to_read():
+    assert len(dir(hs)) <= MOST_NAMES
+
+
+def test_earlier_places_of_names_still_have_them():
+    stub = Path(hs.__file__).with_suffix(".pyi").read_text(encoding="utf-8")
+    for line in stub.partition(lazy.EARLIER)[2].strip().splitlines():
+        name = line.partition("#")[0].split()[-1]
+        assert name not in dir(hs)
+        assert getattr(hs, name) is not None
+
+
+@pytest.mark.parametrize("stub", sorted(Path(hs.__file__).parent.rglob("__init__.pyi"), key=str))
+def test_each_public_name_has_a_line_of_its_own(stub):
+    tree = ast.parse(stub.read_text(encoding="utf-8"))
+    lines = [node for node in tree.body if isinstance(node, ast.ImportFrom)]
+    assert len(lines) == len(tree.body)
+    assert all(len(node.names) == 1 and node.names[0].asname and node.lineno == node.end_lineno for node in lines)
 
 
 def test_everything_that_is_listed_is_there():
@@ -72,7 +94,7 @@ def test_modules_of_the_package_are_reached_before_anybody_imports_them():
     assert done.stdout.split() == ["historysim.results.analysis", "True"]
 
 
-@pytest.mark.parametrize("name", sorted(CONTRACT - {"analysis", "__version__"}))
+@pytest.mark.parametrize("name", sorted(CONTRACT - {*NAMESPACES, "__version__", "design", "sweep"}))
 def test_signatures_are_short_enough_to_read(name):
     thing = getattr(hs, name)
     if inspect.isclass(thing) and issubclass(thing, Exception | int):

@@ -13,7 +13,7 @@ from historysim.asperities.curves import NormalCurves, Superposition
 from historysim.asperities.evolution import Evolution
 from historysim.asperities.friction import FrictionGoal, at_start, coulomb
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
-from historysim.asperities.laws.base import FrictionLaw
+from historysim.asperities.laws.friction_law import FrictionLaw
 from historysim.asperities.state import EnsembleState
 from historysim.asperities.stepper import Stepper, Totals, channel, goals
 from historysim.asperities.wear import WearLaw

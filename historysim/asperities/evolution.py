@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.asperities.friction import FrictionGoal
-from historysim.asperities.laws.base import FrictionLaw, Loaded
+from historysim.asperities.laws.friction_law import FrictionLaw, Loaded
 from historysim.asperities.wear import WearLaw
 from historysim.basics.library import ffi, pointer
 from historysim.contact.materials import MaterialPair

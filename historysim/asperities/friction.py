@@ -4,8 +4,8 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.asperities.laws.base import FrictionLaw
 from historysim.asperities.laws.drawn import DrawnFriction
+from historysim.asperities.laws.friction_law import FrictionLaw
 from historysim.asperities.laws.power import PowerLaw
 from historysim.asperities.laws.slid import SlidFriction
 from historysim.basics.arguments import checked

@@ -8,10 +8,21 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.asperities.laws.base import at_least, made_from, one_of
+from historysim.asperities.laws.friction_law import at_least, made_from, one_of
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.units import as_float, quantity_text
 from historysim.memory.binding import check, fill
+
+__all__ = [
+    "ArchardWear",
+    "EnergyWear",
+    "WearLaw",
+]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
+
 
 Floats = npt.NDArray[np.float64]
 

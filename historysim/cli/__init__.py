@@ -19,7 +19,7 @@ with contextlib.suppress(ValueError):
 import click  # noqa: E402 - an interrupt may come while it is read
 
 from historysim._version import __version__  # noqa: E402
-from historysim.cli import exports, logs, pictures, questions, records, runs  # noqa: E402
+from historysim.cli import exports, logs, questions, records, simulations, viewing  # noqa: E402
 from historysim.cli.ending import Commands  # noqa: E402
 
 with contextlib.suppress(ValueError, NameError):
@@ -27,11 +27,22 @@ with contextlib.suppress(ValueError, NameError):
     signal.signal(signal.SIGINT, _before)
 
 
-@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(
+    cls=Commands,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog="Exit codes: 0 done, 1 the loads cannot be carried out, 2 bad input, 130 interrupted.",
+)
 @click.version_option(__version__)
-def main() -> None:
+@click.option("-v", "--verbose", count=True, help="Say on standard error what is done; twice, in detail.")
+def main(verbose: int) -> None:
     """Replay load histories across rough frictional contacts, exactly."""
+    if verbose:
+        import logging
+
+        logging.basicConfig(format="%(asctime)s %(name)s: %(message)s", datefmt="%H:%M:%S")
+        logging.getLogger("historysim").setLevel(logging.INFO if verbose == 1 else logging.DEBUG)
 
 
-for command in (*runs.COMMANDS, *logs.COMMANDS, *records.COMMANDS, *pictures.COMMANDS, *questions.COMMANDS, *exports.COMMANDS):
-    main.add_command(command)
+for group in (simulations, logs, records, viewing, questions, exports):
+    for command in group.COMMANDS:
+        main.add_command(command)

@@ -6,8 +6,8 @@ from typing import Any
 import click
 
 from historysim.basics.targets import PICTURE, Output, check_outputs
-from historysim.cli.arguments import force_option, path_type, quantity_option, replayed, set_option
-from historysim.cli.output import print_lines, save
+from historysim.cli.options import force_option, json_option, path_type, quantity_option, set_option
+from historysim.cli.output import Answer, notice, save, tell
 
 
 @click.command()
@@ -28,6 +28,7 @@ from historysim.cli.output import print_lines, save
     help="Platforms to compile for, as x86_64-linux,x86_64-windows,aarch64-linux; others than this one by ziglang. "
     "[default: this one]",
 )
+@json_option
 @force_option
 @set_option
 def fmu(
@@ -39,13 +40,16 @@ def fmu(
     saturate: bool | None,
     fmi: str,
     platforms: str | None,
+    as_json: bool,
     force: bool,
     values: dict[str, Any],
 ) -> None:
     """Write the contact of SCENARIO (TOML), of a log or of a result as a unit of co-simulation (FMU)."""
     output = output or Path(f"{scenario.stem}.fmu")
     at = None if moment is None else quantity_option("--at", moment, "s")
-    source = replayed(scenario, values)
+    from historysim.scenario.sources import source_of
+
+    source = source_of(scenario, values)
     from historysim.exchange.fmu.writing import write_fmu
 
     write_fmu(
@@ -58,13 +62,16 @@ def fmu(
         fmi=int(fmi),
         platforms=None if platforms is None else [name.strip() for name in platforms.split(",")],
         force=force,
+        tell=notice,
     )
-    click.echo(output)
+    tell(Answer(files=[output]), as_json=as_json)
 
 
 @click.command()
 @click.argument("scenario", type=path_type)
-@click.option("-e", "--elements", type=click.IntRange(1, 1000), default=32, show_default=True, help="Number of springs.")
+@click.option(
+    "-e", "--elements", type=click.IntRange(1, 1000), default=32, show_default=True, help="Number of springs."
+)
 @click.option("--normal-load", "load", help='Where they are placed, as "50 mN". [default: the largest]')
 @click.option(
     "-o",
@@ -72,7 +79,7 @@ def fmu(
     "outputs",
     type=path_type,
     multiple=True,
-    help="The model: .json, .csv, .mo (Modelica), .m (MATLAB), .tcl (OpenSees), .py (see --for); may come several times.",
+    help="The model: .json, .csv, .mo (Modelica), .m (MATLAB), .tcl (OpenSees), .py (see --for); may come again.",
 )
 @click.option(
     "--for",
@@ -81,6 +88,7 @@ def fmu(
     type=click.Choice(["openseespy", "pyharm", "tmdsimpy"]),
 )
 @click.option("--picture", type=path_type, help="Draw model and contact to this file (PNG, PDF, SVG).")
+@json_option
 @force_option
 @set_option
 def reduce(
@@ -90,13 +98,15 @@ def reduce(
     outputs: tuple[Path, ...],
     form: str | None,
     picture: Path | None,
+    as_json: bool,
     force: bool,
     values: dict[str, Any],
 ) -> None:
     """Reduce the contact of SCENARIO (TOML), of a log or of a result to few springs that slide, with a bound."""
     normal_load = None if load is None else quantity_option("--normal-load", load, "N")
-    source = replayed(scenario, values)
-    from historysim.cli.arguments import files_read
+    from historysim.scenario.sources import source_of
+
+    source = source_of(scenario, values)
     from historysim.exchange.reduced.reducing import reduce as carry_out
     from historysim.exchange.reduced.summary import summary
     from historysim.exchange.reduced.writing import form_of, output_of, write_reduced
@@ -105,17 +115,16 @@ def reduce(
     targets = [output_of(path, form) for path, form in forms.items()]
     if picture is not None:
         targets.append(Output(picture, (PICTURE,)))
-    check_outputs(targets, files_read(source), force=force)
-    model = carry_out(source, elements=elements, normal_load=normal_load)
+    check_outputs(targets, source.files, force=force)
+    model = carry_out(source, elements=elements, normal_load=normal_load, tell=notice)
     for path, name in forms.items():
         write_reduced(model, path, form=name, force=force)
     if picture is not None:
         from historysim.exchange.reduced.picture import plot_reduced
 
         save(plot_reduced(source, model), picture)
-    print_lines([*summary(model), *(("model", str(path)) for path in outputs)])
-    if picture is not None:
-        print_lines([("picture", str(picture))])
+    files = [*outputs, *([] if picture is None else [picture])]
+    tell(Answer(summary(model), files=files, data=model.dataset), as_json=as_json)
 
 
 COMMANDS = (fmu, reduce)

@@ -3,14 +3,16 @@
 from pathlib import Path
 from typing import NamedTuple
 
-from historysim.basics.file_kinds import is_log, is_netcdf
-from historysim.log import inputs
-from historysim.log.file import LogFile
-from historysim.replay import Replay
-from historysim.scenario.scenario import Scenario, as_scenario
+from historysim.basics.notices import Teller, silent
+from historysim.replaying import Replay
+from historysim.scenario import sources
+from historysim.scenario.scenario import Scenario
+
+Exportable = Scenario | sources.Source | Replay | str | Path
+"""A scenario or its file, a log, a result, or a replay."""
 
 
-class Source(NamedTuple):
+class Exported(NamedTuple):
     """A replay, what it is called, and the files that it was read from."""
 
     replay: Replay
@@ -19,8 +21,8 @@ class Source(NamedTuple):
     files: tuple[Path, ...]
 
 
-def source_of(given: Scenario | Replay | str | Path) -> Source:
-    """Return what is exported: a scenario or its file, a log, a result, or a replay.
+def exported(given: Exportable, tell: Teller = silent) -> Exported:
+    """Return what is exported.
 
     Raises
     ------
@@ -28,13 +30,7 @@ def source_of(given: Scenario | Replay | str | Path) -> Source:
         It cannot be used as it is.
     """
     if isinstance(given, Replay):
-        return Source(given, "contact", "", ())
-    if isinstance(given, str | Path) and is_log(Path(given)):
-        with LogFile(Path(given)) as file:
-            head, events = file.head, file.sound().events
-        return Source(head.replay(events), Path(given).stem, head.title, (Path(given),))
-    if isinstance(given, str | Path) and is_netcdf(Path(given)):
-        head, content = inputs.read(Path(given))
-        return Source(head.replay(content.events), Path(given).stem, head.title, (Path(given),))
-    scenario = as_scenario(given)
-    return Source(scenario.replay(), scenario.path.stem, scenario.title, scenario.files)
+        return Exported(given, "contact", "", ())
+    source = sources.source_of(given)
+    header, events, _ = source.content(tell)
+    return Exported(header.replay(events), source.files[0].stem, str(header.settings.get("title", "")), source.files)

@@ -16,6 +16,20 @@ from historysim.basics.units import as_float, duration_text, is_number
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 
+__all__ = [
+    "FrictionChange",
+    "FrictionRamp",
+    "GeometryChange",
+    "NormalDisplacement",
+    "NormalLoad",
+    "TangentialDisplacement",
+    "TangentialLoad",
+]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
+
 
 def _finite(event: object, attribute: "attrs.Attribute[float]", value: float) -> None:
     if not (is_number(value) and math.isfinite(value)):

@@ -17,11 +17,11 @@ from historysim.basics.notices import Teller, silent
 from historysim.errors import InputError
 from historysim.loads.events import Event, time_text
 from historysim.loads.schedule import Start
-from historysim.log import inputs
+from historysim.log import embedded_log
 from historysim.log.file import LogFile
+from historysim.log.replay_start import trusted_snapshots
 from historysim.log.result import log_beside
 from historysim.log.snapshot import program
-from historysim.log.starts import trusted_snapshots
 from historysim.memory.rows import Rows
 from historysim.recording.provenance import made_with
 from historysim.recording.recorder import Recorder, coordinates_of
@@ -176,8 +176,8 @@ def _verify_result(output: Path, log: Path | None, *, progress: bool, tell: Tell
             raise InputError(f"{output}: its log {beside} is not there; put it there, or say where it is with --log")
     with LogFile(beside) as file, _opened(output) as result:
         # what it can be made again from has a checksum of its own
-        if inputs.group_of(result) is not None:
-            inputs.read(output)
+        if embedded_log.group_of(result) is not None:
+            embedded_log.read(output)
         events, digest = _events_of(file, output, result)
         made = f"historysim {getattr(result, 'historysim_version', '?')}"
         elsewhere = _elsewhere(file.head.ensemble, made, str(getattr(result, "made_with", "?")))
@@ -216,7 +216,7 @@ def _verify_log(path: Path, *, tell: Teller) -> Verification:
         good, now = 0, None
         job = head.replay(content.events)
         for kept in [*reversed(starts), None] if content.events else []:
-            until = math.inf if kept is None or kept.standing is None else kept.standing.time
+            until = math.inf if kept is None or kept.cursor is None else kept.cursor.time
             state = job.state(until, start=now)
             if kept is None:
                 break
@@ -224,7 +224,7 @@ def _verify_log(path: Path, *, tell: Teller) -> Verification:
                 good += 1
             else:
                 tell(f"{path}: the snapshot at t = {time_text(until)} differs from the replay; run it again")
-            now = Start(state, kept.standing)
+            now = Start(state, kept.cursor)
         return Verification(path, len(content.events), content.links[-1].hex(), snapshots=good)
 
 

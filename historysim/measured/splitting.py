@@ -17,7 +17,7 @@ from historysim.measured.definitions import DEFAULT, Definitions, FirstLoad, Las
 from historysim.measured.load_steps import at_one_load
 from historysim.measured.loops import BRANCH_QUANTITIES, OF_SLIDING, Loops, NoLoopError, Trace
 from historysim.measured.noise import FEWEST_SAMPLES
-from historysim.measured.preliminary import virgin_displacement
+from historysim.measured.preliminary_readings import virgin_displacement
 from historysim.measured.reduction import (
     channel,
     check_moves,

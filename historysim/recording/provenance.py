@@ -12,7 +12,7 @@ from historysim.asperities.instrument import Instrument
 from historysim.basics import findings
 from historysim.basics.wording import counted
 from historysim.loads.events import Event, digest
-from historysim.recording import validity
+from historysim.recording import recorded_validity
 from historysim.recording.recorder import largest_approach
 
 CONVENTIONS = "CF-1.11, ACDD-1.3"
@@ -35,7 +35,7 @@ def friction_text(ensemble: Ensemble) -> str:
 
 def attributes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrument) -> dict[str, Any]:
     """Return the attributes of a history of these events."""
-    found = validity.findings(ensemble, events, instrument, largest_approach(ensemble, events))
+    found = recorded_validity.findings(ensemble, events, instrument, largest_approach(ensemble, events))
     in_series = {} if instrument.rigid else {"lateral_stiffness": instrument.lateral_stiffness}
     return {
         "Conventions": CONVENTIONS,
@@ -58,5 +58,5 @@ def attributes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrume
         "number_of_asperities": len(ensemble),
         "number_of_events": len(events),
         "event_digest": f"sha256:{digest(events)}",
-        validity.ATTRIBUTE: findings.written(found),
+        recorded_validity.ATTRIBUTE: findings.written(found),
     }

@@ -11,8 +11,7 @@ from typing import Concatenate, ParamSpec, TypeVar
 
 import xarray as xr
 
-from historysim.results import analysis, rebuilt
-from historysim.results import drift as drifts
+from historysim.results import analysis, history_drift, rebuilt
 
 Given = ParamSpec("Given")
 Answer = TypeVar("Answer")
@@ -47,9 +46,9 @@ class Questions:
         self.history = history
 
     asperity = _asked(rebuilt.asperity_at)
-    branch_drift = _asked(drifts.branch_drift)
+    branch_drift = _asked(history_drift.branch_drift)
     critical_asperity = _asked(analysis.critical_asperity)
-    cycle_drift = _asked(drifts.cycle_drift)
+    cycle_drift = _asked(history_drift.cycle_drift)
     drift = _asked(analysis.drift)
     energy_per_cycle = _asked(analysis.energy_per_cycle)
     first_slips = _asked(analysis.first_slips)
@@ -57,14 +56,14 @@ class Questions:
     mean_pressure = _asked(analysis.mean_pressure)
     nominal_pressure = _asked(analysis.nominal_pressure)
     peak_pressure = _asked(analysis.peak_pressure)
-    positioning_error = _asked(drifts.positioning_error)
+    positioning_error = _asked(history_drift.positioning_error)
     preliminary_displacement = _asked(analysis.preliminary_displacement)
     preliminary_displacements = _asked(analysis.preliminary_displacements)
     presliding_work = _asked(analysis.presliding_work)
     profiles = _asked(rebuilt.profiles)
     reversal_points = _asked(rebuilt.reversal_points)
-    run_drift = _asked(drifts.run_drift)
-    seen_at_rest = _asked(drifts.seen_at_rest)
+    run_drift = _asked(history_drift.run_drift)
+    seen_at_rest = _asked(history_drift.seen_at_rest)
     slides_first = _asked(analysis.slides_first)
     slip_shares = _asked(analysis.slip_shares)
     stick_ratio = _asked(analysis.stick_ratio)

@@ -12,10 +12,10 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.state import EnsembleState
 from historysim.errors import InputError
 from historysim.loads.events import Event
-from historysim.log import inputs
+from historysim.log import embedded_log
 from historysim.log.event_log import EventLog
 from historysim.log.result import digest_attribute, log_beside
-from historysim.replay import Replay
+from historysim.replaying import Replay
 
 Answer = TypeVar("Answer")
 
@@ -59,7 +59,7 @@ class Origin:
         InputError
             It does not hold its events, as those of earlier versions, or it is damaged.
         """
-        head, content = inputs.read(path)
+        head, content = embedded_log.read(path)
         job = head.replay(content.events)
         return cls(
             job.ensemble, content.events, lambda at: job.state(until=at), head.surface, head.settings, lambda: job

@@ -16,8 +16,8 @@ from historysim.basics.limits import at_most, most
 from historysim.basics.places import at
 from historysim.basics.wording import shown
 from historysim.errors import InputError
-from historysim.scenario.columns import column_hooks
-from historysim.scenario.friction_course import AnyCourse, course_from_toml
+from historysim.scenario.column_keys import column_hooks
+from historysim.scenario.friction_course_section import AnyCourse, course_from_toml
 from historysim.scenario.loading_kinds import AnyLoading, channel_hooks, loading_from_toml
 from historysim.scenario.overriding import text_with_values, with_values
 from historysim.scenario.picture_kinds import Pictures, pictures_from_toml

@@ -7,7 +7,7 @@ import attrs
 
 from historysim.basics.places import misfit
 from historysim.basics.wording import nearest
-from historysim.scenario.friction_course import AnyCourse
+from historysim.scenario.friction_course_section import AnyCourse
 from historysim.scenario.schema import Force, Number, Numbers, Pressure, Quantity, SurfaceEnergy, given
 
 if TYPE_CHECKING:

@@ -1,7 +1,7 @@
 """Whatever a path names, opened as what it is."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, TypedDict, Unpack
 
@@ -49,7 +49,7 @@ def opened(
     InputError
         There is no such file, it cannot be used, or it is no height map and something is said of its reading.
     """
-    from historysim.results.files import CALLED, kind_of, open_result, read_table
+    from historysim.results.result_files import CALLED, kind_of, open_result, read_table
 
     path = Path(path)
     kind = kind_of(path)
@@ -78,6 +78,43 @@ def opened(
     else:
         with open_result(path) as history:
             yield history
+
+
+def open(  # noqa: A001 - as users of xarray and of files call it
+    path: str | Path, *, form: str | None = None, **reading: Unpack[Reading]
+) -> "Scenario | EventLog | xr.Dataset | Sliding | Surface":
+    """Return what a file holds, whatever it is: ``hs.open("my.nc").contact.slides_first()``.
+
+    Parameters
+    ----------
+    path : path
+        A scenario, a log, a result, friction loops, friction over time or distance, a sweep or a height map.
+    form : str, optional
+        What is taken off a height map, as by `Surface.detrended`; by default a plane.
+    **reading
+        What a height map leaves open, as for `read_surface`.
+
+    Returns
+    -------
+    Scenario, EventLog, xarray.Dataset, Sliding or Surface
+        A result is read lazily; it and a log are closed by their ``close()`` or at the end of a ``with`` block.
+
+    Raises
+    ------
+    InputError
+        There is no such file, it cannot be used, or it is no height map and something is said of its reading.
+    """
+    import xarray as xr
+
+    from historysim.log.event_log import EventLog
+
+    with ExitStack() as stack:
+        content = stack.enter_context(opened(path, form=form, **reading))
+        if isinstance(content, EventLog):
+            return EventLog(path)
+        if isinstance(content, xr.Dataset):
+            content.set_close(stack.pop_all().close)
+    return content
 
 
 def _height_map(path: Path, form: str, **reading: Unpack[Reading]) -> "Surface":

@@ -79,7 +79,7 @@ def _page(what: Any, name: str) -> str:
     from historysim.measured.loops import CONTENT as LOOPS
     from historysim.measured.loops import Loops
     from historysim.measured.sliding import Sliding
-    from historysim.results.report.history import history_page
+    from historysim.results.report.history_report import history_page
     from historysim.results.report.others import levels_page, loops_page, sliding_page, sweep_page
     from historysim.results.sweeps import CONTENT as SWEEP
     from historysim.scenario.fit import Fit

@@ -4,10 +4,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack, cast
 
 from historysim.basics.display import Lines
+from historysim.basics.units import quantity_text
 from historysim.errors import InputError
 from historysim.scenario.opening import Reading, opened
 from historysim.scenario.scenario import Scenario
-from historysim.scenario.summary import summary as scenario_summary
+from historysim.scenario.scenario_summary import summary as scenario_summary
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -16,6 +17,19 @@ if TYPE_CHECKING:
     from historysim.surfaces.heights import Surface
 
     Showable = str | Path | xr.Dataset | Scenario | EventLog | Surface
+
+
+UNITS = {
+    "contact_modulus": "Pa",
+    "shear_modulus": "Pa",
+    "hardness": "Pa",
+    "yield_stress": "Pa",
+    "work_of_adhesion": "J/m²",
+    "lateral_stiffness": "N/m",
+    "displacement_resolution": "m",
+    "load_resolution": "N",
+}
+"""Of the attributes that are quantities."""
 
 
 def show(what: "Showable", *, form: str | None = None, **reading: Unpack[Reading]) -> Lines:
@@ -40,7 +54,7 @@ def show(what: "Showable", *, form: str | None = None, **reading: Unpack[Reading
         Something else, a file that cannot be used, or an option that does not fit what is shown.
     """
     if isinstance(what, str | Path):
-        from historysim.results.files import kind_of
+        from historysim.results.result_files import kind_of
 
         if kind_of(Path(what)) == "height map":
             with opened(what, form="mean", **reading) as measured:
@@ -62,7 +76,7 @@ def _lines(what: Any) -> Lines:
     if isinstance(what, Scenario):
         return Lines(scenario_summary(what))
     if isinstance(what, Surface):
-        from historysim.surfaces.summary import summary
+        from historysim.surfaces.surface_summary import summary
 
         return Lines(summary(what))
     if hasattr(what, "summary"):
@@ -74,7 +88,7 @@ def _height_map(measured: "Surface", form: str) -> Lines:
     """Return lines on a map once a form is taken off, and on its steps in height, before that."""
     from historysim.basics.arguments import representable
     from historysim.surfaces.quantisation import quantisation_notice
-    from historysim.surfaces.summary import summary
+    from historysim.surfaces.surface_summary import summary
 
     with representable():
         lines = [*summary(measured.detrended(form)), ("form taken off", form)]
@@ -83,15 +97,18 @@ def _height_map(measured: "Surface", form: str) -> Lines:
 
 
 def _dataset(history: "xr.Dataset") -> Lines:
-    from historysim.results import analysis, loops, sweeps
+    from historysim.results import analysis, loop_summary, sweeps
 
     if history.attrs.get("content") == sweeps.CONTENT:
         return Lines(sweeps.summary(history))
     if "loop" in history.dims or "loops" in history.coords:
-        return Lines(loops.summary(history))
+        return Lines(loop_summary.summary(history))
     if "total_normal_load" not in history:
         raise InputError("this Dataset is no history; expected one from historysim, with all its variables")
-    told = {str(name): str(value) for name, value in history.attrs.items()}
+    told = {
+        str(name): quantity_text(value, UNITS[name]) if name in UNITS else str(value)
+        for name, value in history.attrs.items()
+    }
     # texts of many lines, such as the scenario, would hide the rest
     short = [(name, text) for name, text in told.items() if "\n" not in text.strip()]
     return Lines([*analysis.summary(history), ("", ""), *short])

@@ -13,7 +13,7 @@ import numpy as np
 from historysim.basics.units import conversion_factor
 from historysim.basics.wording import counted
 from historysim.errors import InputError
-from historysim.scenario.columns import column_from_toml
+from historysim.scenario.column_keys import column_from_toml
 from historysim.tables import Format, Listing, read_table
 
 UNKNOWN = "?"

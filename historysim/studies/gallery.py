@@ -210,7 +210,7 @@ def _figure(what: "Scenario | xr.Dataset") -> list[str]:
 
 
 def _run(scenario: Scenario) -> list[str]:
-    from historysim.results.report.history import history_pictures
+    from historysim.results.report.history_report import history_pictures
     from historysim.scenario.run import run
 
     # the surface stands in a file beside the history

@@ -13,7 +13,7 @@ from historysim.basics.units import quantity
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.recording.provenance import CONVENTIONS, KEYWORDS, made_with
-from historysim.recording.validity import ATTRIBUTE
+from historysim.recording.recorded_validity import ATTRIBUTE
 from historysim.results.sweeps import CONTENT
 from historysim.scenario.grid import Grid, variable_name
 from historysim.scenario.overriding import place_of

@@ -11,7 +11,7 @@ from historysim.basics.places import misfit
 from historysim.basics.wording import nearest, shown
 from historysim.recording import variables
 from historysim.results import analysis
-from historysim.results.drift import branch_drift
+from historysim.results.history_drift import branch_drift
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -25,11 +25,11 @@ from historysim._version import __version__
 from historysim.basics.files import is_file, own_file, replacing
 from historysim.basics.system import lock_byte
 from historysim.recording.provenance import made_with
-from historysim.scenario.files import files_of
+from historysim.scenario.input_files import files_of
 from historysim.scenario.overriding import with_values
 from historysim.scenario.points import document_of
 from historysim.scenario.scenario import Scenario
-from historysim.studies.inputs import content_digest
+from historysim.studies.input_digests import content_digest
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -87,8 +87,8 @@ class Host:
 
         made = fmi2CallbackFunctions()
         made.logger = fmi2CallbackLoggerTYPE(log)
-        made.allocateMemory = fmi2CallbackAllocateMemoryTYPE(lambda number, size: None)
-        made.freeMemory = fmi2CallbackFreeMemoryTYPE(lambda place: None)
+        made.allocateMemory = fmi2CallbackAllocateMemoryTYPE(lambda *_: None)
+        made.freeMemory = fmi2CallbackFreeMemoryTYPE(lambda _: None)
         made.stepFinished = fmi2StepFinishedTYPE(lambda *_: None)
         made.componentEnvironment = None
         return made
@@ -233,7 +233,9 @@ def test_random_steps_and_rollbacks_are_those_of_a_stepper(hosted, kind, normal,
 
 
 # of several coefficients under two loads they are those of a straight path in (d, U), as `Stepper.slopes` says
-@pytest.mark.parametrize(("kind", "normal", "tangential"), [way for way in WAYS if way != ("many coefficients", "load", "load")])
+@pytest.mark.parametrize(
+    ("kind", "normal", "tangential"), [way for way in WAYS if way != ("many coefficients", "load", "load")]
+)
 def test_derivatives_are_those_of_the_step(hosted, kind, normal, tangential):
     make, options = CONTACTS[kind]
     ensemble = make()
@@ -343,7 +345,12 @@ def test_states_of_another_unit_and_damaged_ones_are_refused(hosted):
     host.slave.freeFMUstate(made)
     assert host.state_bytes() == content
     rng = np.random.default_rng(5)
-    damaged = [content[:40], content[:-1], b"", *(_flipped(content, place) for place in rng.integers(len(content), size=60))]
+    damaged = [
+        content[:40],
+        content[:-1],
+        b"",
+        *(_flipped(content, place) for place in rng.integers(len(content), size=60)),
+    ]
     for wrong in (*damaged, other.state_bytes()):
         with pytest.raises(FMICallException) as raised:
             host.slave.deSerializeFMUstate(wrong)
@@ -384,9 +391,7 @@ def test_the_share_that_slips_is_that_of_a_history(hosted, make):
     expected = hs.analysis.slip_shares(history)["slipping_area"].values
     host = hosted(replay, tangential="load").begin()
     got, counts = [], []
-    for normal, tangential in zip(
-        history.total_normal_load.values, history.total_tangential_load.values, strict=True
-    ):
+    for normal, tangential in zip(history.total_normal_load.values, history.total_tangential_load.values, strict=True):
         host.step(normal, tangential)
         got.append(host.get("slipping_share"))
         counts.append(host.get("contact_count"))
@@ -407,7 +412,9 @@ def test_fmpy_simulates_a_shipped_scenario(tmp_path):
     path = tmp_path / "contact.fmu"
     hs.write_fmu(ROOT / "scenarios" / "15_instrument_in_series.toml", path)
     time = np.linspace(0, 1, 101)
-    signal = np.zeros(101, dtype=[("time", float), ("prescribed_normal_load", float), ("prescribed_drive_displacement", float)])
+    signal = np.zeros(
+        101, dtype=[("time", float), ("prescribed_normal_load", float), ("prescribed_drive_displacement", float)]
+    )
     signal["time"] = time
     signal["prescribed_normal_load"] = 0.05
     signal["prescribed_drive_displacement"] = 100e-9 * np.sin(2 * np.pi * time)
@@ -415,9 +422,7 @@ def test_fmpy_simulates_a_shipped_scenario(tmp_path):
     replay = hs.load(ROOT / "scenarios" / "15_instrument_in_series.toml").replay()
     stepper = replay.ensemble.stepper(instrument=replay.instrument)
     for row in range(100):
-        stepper.step(
-            normal_load=0.05, tangential_displacement=float(signal["prescribed_drive_displacement"][row])
-        )
+        stepper.step(normal_load=0.05, tangential_displacement=float(signal["prescribed_drive_displacement"][row]))
         # FMPy interpolates its signal at times that it sums up
         assert found["tangential_load"][row + 1] == pytest.approx(stepper.tangential_load, rel=1e-9, abs=1e-12)
     assert np.ptp(found["tangential_load"]) > 0
@@ -438,7 +443,9 @@ def test_the_sources_are_enough_to_compile_it(tmp_path):
     names = set(re.findall(r"\bfmi2\w+(?=\()", (folder / "sources" / "fmi2.c").read_text(encoding="utf-8")))
     loaded = ctypes.CDLL(str(library))
     assert all(hasattr(loaded, name) for name in names if name[4].isupper())
-    undefined = subprocess.run(["nm", "-D", "--undefined-only", library], capture_output=True, text=True, check=True)
+    undefined = subprocess.run(
+        [shutil.which("nm"), "-D", "--undefined-only", library], capture_output=True, text=True, check=True
+    )
     assert "pthread" not in undefined.stdout
 
 

@@ -1,4 +1,4 @@
-"""Units of co-simulation under masters: FMPy by FMI 3.0, the Open Simulation Platform, and the loop of a controlled stage."""
+"""Units of co-simulation under masters: FMPy by FMI 3.0, the Open Simulation Platform, a controlled stage."""
 
 import numpy as np
 import positioning_stage as stage
@@ -98,7 +98,10 @@ def test_a_controlled_stage_moves_as_in_python(tmp_path):
     unit.setupExperiment()
     unit.enterInitializationMode()
     unit.exitInitializationMode()
-    inputs, force = [names["prescribed_approach"], names["prescribed_tangential_displacement"]], [names["tangential_load"]]
+    inputs, force = (
+        [names["prescribed_approach"], names["prescribed_tangential_displacement"]],
+        [names["tangential_load"]],
+    )
 
     def step(time, length, place):
         unit.setReal(inputs, [start.approach, place])
@@ -114,9 +117,7 @@ def test_a_controlled_stage_moves_as_in_python(tmp_path):
         error = stage.wanted(sample * stage.SAMPLE + 0.0) - place
         integral += error * stage.SAMPLE
         motor = (
-            stage.PROPORTIONAL * error
-            + stage.INTEGRAL * integral
-            + stage.DERIVATIVE * (error - before) / stage.SAMPLE
+            stage.PROPORTIONAL * error + stage.INTEGRAL * integral + stage.DERIVATIVE * (error - before) / stage.SAMPLE
         )
         before = error
         for part in range(stage.SUBSTEPS):
@@ -142,11 +143,16 @@ def test_the_open_simulation_platform_steps_two_units(tmp_path):
     hs.write_fmu(first, tmp_path / "first.fmu", at=0.0)
     hs.write_fmu(second, tmp_path / "second.fmu", at=0.0, tangential="load", saturate=True)
     names = [
-        {each.name: each.valueReference for each in read_model_description(str(tmp_path / f"{name}.fmu")).modelVariables}
+        {
+            each.name: each.valueReference
+            for each in read_model_description(str(tmp_path / f"{name}.fmu")).modelVariables
+        }
         for name in ("first", "second")
     ]
     execution = CosimExecution.from_step_size(int(1e7))
-    slaves = [CosimLocalSlave(fmu_path=str(tmp_path / f"{name}.fmu"), instance_name=name) for name in ("first", "second")]
+    slaves = [
+        CosimLocalSlave(fmu_path=str(tmp_path / f"{name}.fmu"), instance_name=name) for name in ("first", "second")
+    ]
     one, other = (execution.add_local_slave(slave) for slave in slaves)
     handing = one, names[0]["tangential_load"], other, names[1]["prescribed_tangential_load"]
     assert execution.connect_real_variables(*handing) == 0

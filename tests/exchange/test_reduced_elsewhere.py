@@ -71,7 +71,11 @@ def test_octave_steps_it(tmp_path, way, varies):
     script = f"U = {way.tolist()}; N = {loads.tolist()}; s = [];\n"
     script += f"for i = 1:numel(U) [T, s] = contact(U(i), s{third}); printf('%.17g\\n', T); end\n"
     done = subprocess.run(
-        ["octave-cli", "--no-gui", "--quiet", "--eval", script], cwd=tmp_path, capture_output=True, text=True, check=False
+        [shutil.which("octave-cli"), "--no-gui", "--quiet", "--eval", script],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert done.returncode == 0, done.stderr
     expected = model.force(way, loads if varies else None)
@@ -125,7 +129,7 @@ def test_pyharm_has_its_loop(model, tmp_path):
         pytest.skip("needs pyharm-os")
     hs.write_reduced(model, tmp_path / "contact.py", form="pyharm")
     amplitude = 0.8 * VirginCurve(rough(), LOAD).end
-    # its loop begins by itself, and is closed after a period; in a process of its own, for the warnings of what it imports
+    # its loop begins by itself, and is closed after a period; in a process of its own, for its warnings
     script = PYHARM.format(folder=str(tmp_path), amplitude=amplitude)
     done = subprocess.run([sys.executable, "-W", "ignore", "-c", script], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

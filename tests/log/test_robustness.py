@@ -49,7 +49,7 @@ def interrupted(folder, monkeypatch, after=5):
 
     def add(self, snapshot):
         original(self, snapshot)
-        written.append(snapshot.standing.rows)
+        written.append(snapshot.cursor.rows)
         if len(written) == after:
             raise Ended
 
@@ -340,7 +340,7 @@ def test_versions_that_differ_are_told_with_how_much_the_numbers_do(folder):
 
 
 def test_a_log_of_another_version_still_replays(folder, whole, monkeypatch):
-    monkeypatch.setattr("historysim.log.head.__version__", "0.0.9")
+    monkeypatch.setattr("historysim.log.header.__version__", "0.0.9")
     hs.run(folder / "killed.toml", folder / "killed.nc").close()
     monkeypatch.undo()
     told = []
@@ -355,7 +355,7 @@ def test_a_snapshot_that_differs_from_the_replay_is_told(folder):
         content = file.sound()
         snapshot = next(found for found in file.snapshots(content) if not isinstance(found, str))
         state = file.head.ensemble.initial_state()
-        file.add_snapshot(type(snapshot).of(snapshot.standing, snapshot.batches, snapshot.link, state))
+        file.add_snapshot(type(snapshot).of(snapshot.cursor, snapshot.batches, snapshot.link, state))
     told = []
     hs.verify(folder / "killed.history", tell=told.append)
     assert any("differs from the replay" in line for line in told)

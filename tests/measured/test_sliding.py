@@ -12,7 +12,7 @@ import historysim as hs
 from historysim.errors import InputError
 from historysim.measured.measurement import Measurement
 from historysim.measured.sliding import Sliding, sliding_of_channels, sliding_of_history, sliding_of_measurement
-from historysim.results.plots.sliding import plot_sliding
+from historysim.results.plots.friction_trace import plot_sliding
 
 STEADY, START, LENGTH, PEAK = 0.4, 0.5, 2e-3, 0.65
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)

@@ -7,7 +7,7 @@ import sys
 import xarray as xr
 
 import historysim as hs
-from historysim.results import analysis, drift, rebuilt
+from historysim.results import analysis, history_drift, rebuilt
 from historysim.results.accessor import Questions
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
@@ -25,7 +25,7 @@ def test_every_question_is_there_with_its_text():
     named = set(analysis.__all__) - about_files | {"asperity", "profiles", "reversal_points"} | drifts
     assert set(asked()) == named
     for name, method in asked().items():
-        (home,) = (module for module in (analysis, drift, rebuilt) if hasattr(module, FUNCTION.get(name, name)))
+        (home,) = (module for module in (analysis, history_drift, rebuilt) if hasattr(module, FUNCTION.get(name, name)))
         question = getattr(home, FUNCTION.get(name, name))
         assert method.__doc__ == question.__doc__
         assert list(inspect.signature(method).parameters)[1:] == list(inspect.signature(question).parameters)[1:]

@@ -12,8 +12,8 @@ from click.testing import CliRunner
 from historysim.cli import main
 from historysim.errors import InputError
 from historysim.scenario.scenario import load
+from historysim.scenario.scenario_summary import summary
 from historysim.scenario.suggestion import suggested_loading
-from historysim.scenario.summary import summary
 from historysim.tables import Format, describe, what_is_seen
 
 HEAD = """

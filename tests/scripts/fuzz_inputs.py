@@ -28,7 +28,7 @@ with atheris.instrument_imports(include=["historysim"]):
     import historysim as hs
     from historysim.errors import HistorySimError
     from historysim.log import event_log  # noqa: F401
-    from historysim.results import analysis, files
+    from historysim.results import analysis, result_files
     from historysim.scenario import scenario as of_scenario  # noqa: F401
     from historysim.scenario import show
 
@@ -37,7 +37,7 @@ def scenario(path: Path) -> None:
     """Read a scenario, and make what it describes, as long as that is small."""
     loaded = hs.load(path)
     if loaded.sections.surface.__class__.__name__ in {"Sphere", "Summits"}:
-        loaded.checked()
+        loaded.build()
 
 
 def log(path: Path) -> None:
@@ -50,7 +50,7 @@ def log(path: Path) -> None:
 def result(path: Path) -> None:
     """Ask a result what is asked of one."""
     show.show(path)
-    with files.open_result(path) as history:
+    with result_files.open_result(path) as history:
         analysis.summary(history)
 
 

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
-from historysim.asperities.laws.base import FrictionLaw, Loaded, made_from
 from historysim.asperities.laws.drawn import DrawnFriction
+from historysim.asperities.laws.friction_law import FrictionLaw, Loaded, made_from
 from historysim.asperities.laws.power import PowerLaw
 from historysim.asperities.laws.shear_strength import ShearStrength
 from historysim.asperities.laws.shifted import ShiftedLoad
@@ -21,6 +21,11 @@ __all__ = [
     "SlidFriction",
     "law_from",
 ]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
+
 
 LAWS: Mapping[str, type[FrictionLaw]] = {
     law.kind: law for law in (PowerLaw, ShearStrength, ShiftedLoad, SlidFriction, DrawnFriction)

@@ -3,7 +3,7 @@
 import attrs
 import numpy as np
 
-from historysim.asperities.laws.base import Floats, FrictionLaw, Loaded, at_least, one_of
+from historysim.asperities.laws.friction_law import Floats, FrictionLaw, Loaded, at_least, one_of
 from historysim.basics.units import as_float, is_number
 from historysim.errors import InputError
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import attrs
 
-from historysim.asperities.laws.base import FrictionLaw, at_least
+from historysim.asperities.laws.friction_law import FrictionLaw, at_least
 from historysim.basics.units import as_float
 
 

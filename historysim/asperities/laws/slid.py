@@ -6,7 +6,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from historysim.asperities.laws.base import FrictionLaw
+from historysim.asperities.laws.friction_law import FrictionLaw
 from historysim.basics.arguments import checked
 from historysim.errors import InputError
 

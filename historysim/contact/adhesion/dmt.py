@@ -8,9 +8,9 @@ import numpy.typing as npt
 
 from historysim.basics.arguments import Values, checked
 from historysim.contact import hertz
+from historysim.contact.adhesion.contact_units import State
 from historysim.contact.adhesion.parameters import elastic
 from historysim.contact.adhesion.pull_off import carried
-from historysim.contact.adhesion.units import State
 
 
 def dmt_contact_radius(

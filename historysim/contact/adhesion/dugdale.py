@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import Values, checked
-from historysim.contact.adhesion.units import State
+from historysim.contact.adhesion.contact_units import State
 from historysim.errors import InputError
 
 LEAST, GREATEST = 1e-12, 1e12

@@ -7,9 +7,9 @@ import numpy.typing as npt
 from historysim.basics.arguments import Values, checked
 from historysim.basics.frozen_arrays import FrozenArrays
 from historysim.contact.adhesion import dmt, dugdale, jkr
+from historysim.contact.adhesion.contact_units import State, units
 from historysim.contact.adhesion.parameters import maugis_parameter
 from historysim.contact.adhesion.regimes import Regime
-from historysim.contact.adhesion.units import State, units
 from historysim.errors import InputError
 
 

@@ -7,9 +7,9 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import Values, checked
+from historysim.contact.adhesion.contact_units import State
 from historysim.contact.adhesion.parameters import elastic
 from historysim.contact.adhesion.pull_off import Control, carried, is_load
-from historysim.contact.adhesion.units import State
 
 
 def jkr_contact_radius(

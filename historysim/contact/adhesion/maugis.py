@@ -12,9 +12,9 @@ import numpy.typing as npt
 
 from historysim.basics.arguments import Values, checked
 from historysim.contact.adhesion import dugdale
+from historysim.contact.adhesion.contact_units import Units, units
 from historysim.contact.adhesion.parameters import maugis_parameter
 from historysim.contact.adhesion.pull_off import Control, carried, is_load
-from historysim.contact.adhesion.units import Units, units
 
 
 def maugis_contact_radius(

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
-from xml.etree import ElementTree as Xml
+from xml.etree import ElementTree as ET
 
 from historysim._version import __version__
 from historysim.exchange.fmu.variables import Variable
@@ -72,19 +72,19 @@ def model_description(unit: Unit, version: int) -> bytes:
         "generationTool": f"historysim {__version__}",
         "variableNamingConvention": "flat",
     }
-    root = Xml.Element("fmiModelDescription", head)
-    interface = Xml.SubElement(root, "CoSimulation", {"modelIdentifier": unit.identifier, **ABILITIES[version]})
+    root = ET.Element("fmiModelDescription", head)
+    interface = ET.SubElement(root, "CoSimulation", {"modelIdentifier": unit.identifier, **ABILITIES[version]})
     if version == 2:
-        files = Xml.SubElement(interface, "SourceFiles")
+        files = ET.SubElement(interface, "SourceFiles")
         for name in unit.sources:
-            Xml.SubElement(files, "File", name=name)
-    units = Xml.SubElement(root, "UnitDefinitions")
+            ET.SubElement(files, "File", name=name)
+    units = ET.SubElement(root, "UnitDefinitions")
     for symbol, powers in DIMENSIONS.items():
-        one = Xml.SubElement(units, "Unit", name=symbol)
-        Xml.SubElement(one, "BaseUnit", {name: str(power) for name, power in powers.items()})
-    categories = Xml.SubElement(root, "LogCategories")
+        one = ET.SubElement(units, "Unit", name=symbol)
+        ET.SubElement(one, "BaseUnit", {name: str(power) for name, power in powers.items()})
+    categories = ET.SubElement(root, "LogCategories")
     for name in ("logStatusDiscard", "logStatusError", "logStatusFatal"):
-        Xml.SubElement(categories, "Category", name=name)
+        ET.SubElement(categories, "Category", name=name)
     if version == 2:
         _variables_of_2(root, unit)
     else:
@@ -94,13 +94,13 @@ def model_description(unit: Unit, version: int) -> bytes:
 
 def build_description(unit: Unit) -> bytes:
     """Return ``sources/buildDescription.xml``, which FMI 3.0 asks for."""
-    root = Xml.Element("fmiBuildDescription", fmiVersion="3.0")
-    one = Xml.SubElement(root, "BuildConfiguration", modelIdentifier=unit.identifier)
-    files = Xml.SubElement(
+    root = ET.Element("fmiBuildDescription", fmiVersion="3.0")
+    one = ET.SubElement(root, "BuildConfiguration", modelIdentifier=unit.identifier)
+    files = ET.SubElement(
         one, "SourceFileSet", language="C11", compilerOptions="-ffp-contract=off -fno-math-errno -fno-trapping-math"
     )
     for name in unit.sources:
-        Xml.SubElement(files, "SourceFile", name=name)
+        ET.SubElement(files, "SourceFile", name=name)
     return _written(root)
 
 
@@ -119,45 +119,46 @@ def _typed(variable: Variable) -> dict[str, str]:
     return limits | ({"unit": variable.unit} if variable.unit else {})
 
 
-def _variables_of_2(root: Xml.Element, unit: Unit) -> None:
-    shown = Xml.SubElement(root, "ModelVariables")
-    place, outputs = {}, []
+def _variables_of_2(root: ET.Element, unit: Unit) -> None:
+    shown = ET.SubElement(root, "ModelVariables")
+    place: dict[str, str] = {}
+    outputs: list[Variable] = []
     for reference, variable in enumerate(unit.variables):
         if variable.causality == "independent":
             continue
         attributes = _attributes(variable, reference, unit.starts)
         start = {"start": attributes.pop("start")} if "start" in attributes else {}
-        one = Xml.SubElement(shown, "ScalarVariable", attributes)
-        Xml.SubElement(one, TYPES[2][variable.kind], start | _typed(variable))
+        one = ET.SubElement(shown, "ScalarVariable", attributes)
+        ET.SubElement(one, TYPES[2][variable.kind], start | _typed(variable))
         place[variable.name] = str(len(place) + 1)
         if variable.causality == "output":
             outputs.append(variable)
-    structure = Xml.SubElement(root, "ModelStructure")
+    structure = ET.SubElement(root, "ModelStructure")
     inputs = " ".join(place[each.name] for each in unit.variables if each.causality == "input")
-    listed = Xml.SubElement(structure, "Outputs")
+    listed = ET.SubElement(structure, "Outputs")
     for variable in outputs:
-        Xml.SubElement(listed, "Unknown", index=place[variable.name], dependencies=inputs)
-    initial = Xml.SubElement(structure, "InitialUnknowns")
+        ET.SubElement(listed, "Unknown", index=place[variable.name], dependencies=inputs)
+    initial = ET.SubElement(structure, "InitialUnknowns")
     for variable in outputs:
-        Xml.SubElement(initial, "Unknown", index=place[variable.name], dependencies=place["friction_factor"])
+        ET.SubElement(initial, "Unknown", index=place[variable.name], dependencies=place["friction_factor"])
 
 
-def _variables_of_3(root: Xml.Element, unit: Unit) -> None:
-    shown = Xml.SubElement(root, "ModelVariables")
+def _variables_of_3(root: ET.Element, unit: Unit) -> None:
+    shown = ET.SubElement(root, "ModelVariables")
     references = {variable.name: str(reference) for reference, variable in enumerate(unit.variables)}
     for reference, variable in enumerate(unit.variables):
         attributes = _attributes(variable, reference, unit.starts) | _typed(variable)
-        Xml.SubElement(shown, TYPES[3][variable.kind], attributes)
-    structure = Xml.SubElement(root, "ModelStructure")
+        ET.SubElement(shown, TYPES[3][variable.kind], attributes)
+    structure = ET.SubElement(root, "ModelStructure")
     inputs = " ".join(references[each.name] for each in unit.variables if each.causality == "input")
     outputs = [each.name for each in unit.variables if each.causality == "output"]
     for name in outputs:
-        Xml.SubElement(structure, "Output", valueReference=references[name], dependencies=inputs)
+        ET.SubElement(structure, "Output", valueReference=references[name], dependencies=inputs)
     for name in outputs:
         factor = references["friction_factor"]
-        Xml.SubElement(structure, "InitialUnknown", valueReference=references[name], dependencies=factor)
+        ET.SubElement(structure, "InitialUnknown", valueReference=references[name], dependencies=factor)
 
 
-def _written(root: Xml.Element) -> bytes:
-    Xml.indent(root)
-    return bytes(Xml.tostring(root, encoding="UTF-8", xml_declaration=True)) + b"\n"
+def _written(root: ET.Element) -> bytes:
+    ET.indent(root)
+    return bytes(ET.tostring(root, encoding="UTF-8", xml_declaration=True)) + b"\n"

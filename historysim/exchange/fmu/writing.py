@@ -20,15 +20,15 @@ from historysim.asperities.state import EnsembleState
 from historysim.basics.arguments import scalar
 from historysim.basics.compiler import ZIG, compile_shared, compiler, own_options
 from historysim.basics.files import replacing
+from historysim.basics.notices import Teller, silent
 from historysim.basics.targets import Output, check_outputs, marked
 from historysim.basics.wording import listed
 from historysim.errors import InputError, InstallationError
 from historysim.exchange.fmu.description import Unit, build_description, model_description
 from historysim.exchange.fmu.variables import OUTPUTS, variables
-from historysim.exchange.sources import Source, source_of
+from historysim.exchange.sources import Exportable, Exported, exported
 from historysim.memory import get_include
-from historysim.replay import Replay
-from historysim.scenario.scenario import Scenario
+from historysim.replaying import Replay
 
 FMU = marked("a unit of historysim", ".fmu")
 HERE = Path(__file__).parent
@@ -80,7 +80,7 @@ class Controls:
 
 
 def write_fmu(
-    source: Scenario | Replay | str | Path,
+    source: Exportable,
     output: str | Path,
     *,
     at: float | None = None,
@@ -90,6 +90,7 @@ def write_fmu(
     fmi: int = 2,
     platforms: Sequence[str] | None = None,
     force: bool = False,
+    tell: Teller = silent,
 ) -> None:
     """Write a contact as a unit of co-simulation (FMU): plain C with its exact memory, which needs no Python.
 
@@ -98,7 +99,7 @@ def write_fmu(
 
     Parameters
     ----------
-    source : Scenario, Replay or path
+    source : Exportable
         A scenario or its file, a log, a result, or a replay.
     output : path
         The file (.fmu).
@@ -108,8 +109,8 @@ def write_fmu(
         What the inputs are. The normal displacement is the approach from first touch; with an instrument the tangential
         displacement is that of its drive.
     saturate : bool, optional
-        Hold a tangential load beyond the friction limit at the limit; by default what the scenario says. Otherwise such a
-        step is discarded, with a message, and nothing is changed.
+        Hold a tangential load beyond the friction limit at the limit; by default what the scenario says. Otherwise such
+        a step is discarded, with a message, and nothing is changed.
     fmi : {2, 3}
         Version of the standard: 2.0 or 3.0.
     platforms : sequence of str, optional
@@ -117,6 +118,8 @@ def write_fmu(
         the package ``ziglang`` has to be installed. By default this one.
     force : bool
         Replace a file that is no earlier unit, too.
+    tell : callable, optional
+        Takes notices for the user.
 
     Raises
     ------
@@ -133,7 +136,7 @@ def write_fmu(
     if fmi not in {2, 3} or isinstance(fmi, bool):
         raise InputError(f"fmi is {fmi!r}; expected 2 or 3")
     chosen = _checked_platforms(platforms)
-    found = source_of(source)
+    found = exported(source, tell)
     check_outputs([Output(output, (FMU,))], found.files, force=force)
     controls = Controls(normal, tangential, found.replay.saturate if saturate is None else saturate)
     files = unit_files(found, controls, at=at, fmi=fmi, platforms=chosen)
@@ -143,7 +146,7 @@ def write_fmu(
 
 
 def unit_files(
-    source: Source, controls: Controls, *, at: float | None, fmi: int, platforms: Sequence[str]
+    source: Exported, controls: Controls, *, at: float | None, fmi: int, platforms: Sequence[str]
 ) -> dict[str, bytes]:
     """Return all files of a unit by their names; parameters and errors as for `write_fmu`."""
     job = source.replay
@@ -170,9 +173,10 @@ def unit_files(
     absent = [each for each in OUTPUTS if each not in table]
     settings |= {f"V_{variable.key}": str(1000 + number) for number, variable in enumerate(absent)}
     digest = hashlib.sha256()
-    for name, content in sorted({**resources, **code, "settings": repr(settings), "fmi": str(fmi)}.items()):
+    texts = {**code, "settings": repr(settings), "fmi": str(fmi)}
+    for name, content in sorted({**resources, **{name: text.encode() for name, text in texts.items()}}.items()):
         digest.update(f"{name}\0".encode())
-        digest.update(content if isinstance(content, bytes) else content.encode())
+        digest.update(content)
     token = f"{{{uuid.UUID(bytes=digest.digest()[:16], version=4)}}}"
     code["model.h"] = _defines({**settings, "MODEL_TOKEN": f'"{token}"'})
     unit = Unit(
@@ -200,7 +204,7 @@ def unit_files(
 def this_platform() -> str:
     """Return the name of the platform that this program runs on, as FMI 3.0 has it."""
     machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(platform.machine().lower(), platform.machine().lower())
-    return f"{machine}-{ {'win32': 'windows', 'darwin': 'darwin'}.get(sys.platform, 'linux')}"
+    return f"{machine}-{ {'win32': 'windows', 'darwin': 'darwin'}.get(sys.platform, 'linux') }"
 
 
 def _checked_platforms(platforms: Sequence[str] | None) -> list[str]:
@@ -311,8 +315,8 @@ def _page(unit: Unit, controls: Controls, at: float | None) -> bytes:
 <html lang="en"><head><meta charset="utf-8"><title>{escape(unit.name)}</title></head><body>
 <h1>{escape(unit.name)}</h1><p>{escape(unit.text)}</p>
 <p>A rough frictional contact before it slides, with its exact memory, made by historysim. It starts from: {start}. Each
-step carries it straight from where it is to its two inputs, in one exact update, whatever its length. The inputs are where
-the contact is at the end of the step: a simulator that holds its inputs during a step lags by one step, unless it
+step carries it straight from where it is to its two inputs, in one exact update, whatever its length. The inputs are
+where the contact is at the end of the step: a simulator that holds its inputs during a step lags by one step, unless it
 gives their first derivatives (FMI 2.0), or goes back and repeats the step. A tangential load beyond the friction limit
 {beyond}. Derivatives in the inputs are exact; they are given of loads, approach and displacements.</p>
 <p>Compile the sources with <code>-std=c11 -ffp-contract=off</code> for the same bits.</p>

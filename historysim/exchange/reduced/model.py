@@ -1,6 +1,6 @@
 """`ReducedModel`: springs that slide, in parallel, with the bound of their error."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
@@ -8,6 +8,9 @@ import numpy.typing as npt
 
 from historysim.basics.arguments import checked
 from historysim.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Floats = npt.NDArray[np.float64]
 
@@ -35,9 +38,7 @@ class Scaling:
         row = int(np.clip(np.searchsorted(self.normal_load, normal_load) - 1, 0, self.normal_load.size - 2))
         low, high = self.normal_load[row : row + 2]
         part = min(max((normal_load - low) / (high - low), 0.0), 1.0)
-        stiffness, limit = (
-            (1.0 - part) * each[row] + part * each[row + 1] for each in (self.stiffness, self.limit)
-        )
+        stiffness, limit = ((1.0 - part) * each[row] + part * each[row + 1] for each in (self.stiffness, self.limit))
         return stiffness, limit
 
 
@@ -90,8 +91,8 @@ class ReducedModel:
     def force(self, displacement: npt.ArrayLike, normal_load: npt.ArrayLike | None = None) -> Floats:
         """Return the tangential load at the end of each of several steps, from rest [N].
 
-        In a step all springs are strained by the way, with their stiffness at the new normal load, and slide at their limit
-        there.
+        In a step all springs are strained by the way, with their mean stiffness on the way, and slide at their limit at
+        its end.
 
         Parameters
         ----------
@@ -116,8 +117,8 @@ class ReducedModel:
                 raise InputError(f"normal_load has shape {loads.shape}; expected that of displacement, {way.shape}")
             if loads.size and loads.max() > self.scaling.normal_load[-1] * (1 + 1e-9):
                 raise InputError(
-                    f"normal_load reaches {loads.max():g} N; expected at most {self.scaling.normal_load[-1]:g} N, where "
-                    "the table of the model ends"
+                    f"normal_load reaches {loads.max():g} N; expected at most {self.scaling.normal_load[-1]:g} N, "
+                    "where the table of the model ends"
                 )
         mean = stiffness
         for step, place in enumerate(way):
@@ -128,6 +129,26 @@ class ReducedModel:
             force = np.clip(force + mean * (place - before), -limit, limit)
             before, found[step] = place, force.sum()
         return found
+
+    def dataset(self) -> "xr.Dataset":
+        """Return the springs as a table along ``spring``, with the bounds as attributes."""
+        import xarray as xr
+
+        columns = {
+            "stiffness": (self.stiffness, "N m-1"),
+            "limit": (self.limit, "N"),
+            "slip_displacement": (self.slip_displacement, "m"),
+        }
+        return xr.Dataset(
+            {name: ("spring", values, {"units": unit}) for name, (values, unit) in columns.items()},
+            attrs={
+                "normal_load": self.normal_load,
+                "bound": self.bound,
+                "bound_of_load": self.bound * self.friction_limit,
+                "bound_of_energy": self.energy_bound,
+                **{f"error of {name}": value for name, value in self.errors.items()},
+            },
+        )
 
     def as_dict(self) -> dict[str, Any]:
         """Return all of it as plain lists and numbers, with units in the names."""

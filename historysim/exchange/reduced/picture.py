@@ -1,17 +1,14 @@
 """Picture of a reduced model beside its contact."""
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from historysim.exchange.reduced.model import ReducedModel
 from historysim.exchange.reduced.virgin import VirginCurve
-from historysim.exchange.sources import source_of
-from historysim.replay import Replay
+from historysim.exchange.sources import Exportable, exported
 from historysim.results.plots.paper import COLUMN, Size, new_figure
 from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, scaled
-from historysim.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -22,14 +19,12 @@ AMPLITUDE = 0.8
 """Of the loop, over the displacement at which everything slides."""
 
 
-def plot_reduced(
-    source: Scenario | Replay | str | Path, model: ReducedModel, *, size: Size | None = None
-) -> "Figure":
+def plot_reduced(source: Exportable, model: ReducedModel, *, size: Size | None = None) -> "Figure":
     """Draw the virgin curve and a loop of a contact and of its reduced model, the band of the bound, and the springs.
 
     Parameters
     ----------
-    source : Scenario, Replay or path
+    source : Exportable
         What the model was made of.
     model : ReducedModel
     size : (float, float), optional
@@ -46,7 +41,7 @@ def plot_reduced(
     InputError
         The source cannot be used.
     """
-    ensemble = source_of(source).replay.ensemble
+    ensemble = exported(source).replay.ensemble
     curve = VirginCurve(ensemble, model.normal_load)
     out = AMPLITUDE * curve.end
     way = np.concatenate(
@@ -70,7 +65,9 @@ def plot_reduced(
         for end in (POINTS, 3 * POINTS - 1, way.size):
             part = slice(max(begin - 1, 0), end)
             name = "bound" if begin == 0 else None
-            upper.fill_between(lengths[part], low[part], high[part], color=FAINT, alpha=0.3, linewidth=0, label=name, zorder=1)
+            upper.fill_between(
+                lengths[part], low[part], high[part], color=FAINT, alpha=0.3, linewidth=0, label=name, zorder=1
+            )
             begin = end
         upper.plot(lengths[:-1], exact, color=INK, linewidth=0.9, label="contact")
         upper.plot(lengths[:-1], reduced, color=SPRINGS, linewidth=0.7, linestyle="--", label=f"{len(model)} springs")

@@ -1,18 +1,19 @@
 """Where springs are placed, and by how much they may be wrong.
 
-At a held normal load a contact is a sum of stops, T = ∫ E_r[U] dμ(r), and so are springs that slide in parallel. E_r, the
-force of a spring of stiffness 1 that slides at the deflection r, changes with r by at most |dr|, whatever the history. With
-e(U), the virgin curve of the contact less that of the springs, integration by parts gives ΔT = ∫ e'(r) dE_r, so that
+At a held normal load a contact is a sum of stops, T = ∫ E_r[U] dμ(r), and so are springs that slide in parallel.
+E_r, the force of a spring of stiffness 1 that slides at the deflection r, changes with r by at most |dr|, whatever the
+history. With e(U), the virgin curve of the contact less that of the springs, integration by parts gives
+ΔT = ∫ e'(r) dE_r, so that
 
     |ΔT| ≤ ∫ |e'(r)| dr        for every history, nested reversals and all.
 
 It is sharp: a spiral of reversals has dE_r/dr = ±1 with the sign of e' throughout (`worst_history`). A closed loop of
-amplitude A takes W(A) = 8 ∫ T dU - 4 A T(A), with integrals from 0 to A of the virgin curve; a history takes the sum over its
-closed loops (rainflow), each of which is therefore off by at most max |8 ∫ e dU - 4 A e(A)|.
+amplitude A takes W(A) = 8 ∫ T dU - 4 A T(A), with integrals from 0 to A of the virgin curve; a history takes the sum
+over its closed loops (rainflow), each of which is therefore off by at most max |8 ∫ e dU - 4 A e(A)|.
 
-Springs whose virgin curve is a polyline of chords of the contact's have its friction limit, and e is never negative. Between
-two nodes e rises and falls once, so that ∫ |e'| there is twice its maximum, at the displacement where the stiffness is the
-chord's. Nodes are placed for the least sum of these.
+Springs whose virgin curve is a polyline of chords of the contact's have its friction limit, and e is never negative.
+Between two nodes e rises and falls once, so that ∫ |e'| there is twice its maximum, at the displacement where the
+stiffness is the chord's. Nodes are placed for the least sum of these.
 """
 
 from typing import NamedTuple
@@ -62,7 +63,8 @@ def _least(curve: VirginCurve, elements: int) -> Floats:
 
     def nodes(logarithms: Floats) -> Floats:
         parts = np.exp(logarithms - logarithms.max())
-        return np.append(0.0, np.cumsum(parts) / parts.sum()) * curve.end
+        node: Floats = np.append(0.0, np.cumsum(parts) / parts.sum()) * curve.end
+        return node
 
     def sum_and_gradient(logarithms: Floats) -> tuple[float, Floats]:
         node = nodes(logarithms)
@@ -85,7 +87,7 @@ def _least(curve: VirginCurve, elements: int) -> Floats:
         found = minimize(sum_and_gradient, np.log(widths), jac=True, method="L-BFGS-B", options={"maxiter": 500})
         if found.fun < sum_and_gradient(np.log(widths))[0]:
             widths = np.diff(nodes(found.x))
-    node = np.cumsum(widths) * (curve.end / widths.sum())
+    node: Floats = np.cumsum(widths) * (curve.end / widths.sum())
     node[-1] = curve.end
     return node
 

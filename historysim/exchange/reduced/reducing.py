@@ -1,20 +1,18 @@
 """`reduce`: the contact of a scenario as few springs that slide, with a proven bound."""
 
-from pathlib import Path
-
 import attrs
 import numpy as np
 import numpy.typing as npt
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.basics.arguments import scalar
+from historysim.basics.notices import Teller, silent
 from historysim.errors import InputError
 from historysim.exchange.reduced.model import ReducedModel, Scaling
 from historysim.exchange.reduced.placing import placed
 from historysim.exchange.reduced.virgin import VirginCurve
-from historysim.exchange.sources import source_of
-from historysim.replay import Replay
-from historysim.scenario.scenario import Scenario
+from historysim.exchange.sources import Exportable, exported
+from historysim.replaying import Replay
 
 Floats = npt.NDArray[np.float64]
 
@@ -30,23 +28,25 @@ SAME = 1e-9
 
 
 def reduce(
-    source: Scenario | Replay | str | Path, *, elements: int = 32, normal_load: float | None = None
+    source: Exportable, *, elements: int = 32, normal_load: float | None = None, tell: Teller = silent
 ) -> ReducedModel:
     """Return springs in parallel that slide (Jenkins, Maxwell slip, discrete Iwan) in place of a contact.
 
     They are placed for the least bound of their error at a normal load, which holds for every history at that load (see
     `historysim.exchange.reduced.placing`). The springs are those of the contact itself: an instrument in series stays a
-    part of the other program. Where the normal load of the scenario varies, a table says how the springs go with it, and the
-    errors are measured, on the scenario's own history and on random ones; nothing is proven there.
+    part of the other program. Where the scenario varies the normal load, a table says how the springs go with it, and
+    the errors are measured, on the scenario's own history and on random ones; nothing is proven there.
 
     Parameters
     ----------
-    source : Scenario, Replay or path
+    source : Exportable
         A scenario or its file, a log, a result, or a replay.
     elements : int
         Number of springs, 1 to 1000.
     normal_load : float, optional
         Normal load at which they are placed [N], > 0; by default the largest at which the contact is moved.
+    tell : callable, optional
+        Takes notices for the user.
 
     Raises
     ------
@@ -57,21 +57,21 @@ def reduce(
     """
     if not isinstance(elements, int) or isinstance(elements, bool) or not 1 <= elements <= MOST_ELEMENTS:
         raise InputError(f"elements is {elements!r}; expected a whole number from 1 to {MOST_ELEMENTS}")
-    found = source_of(source)
+    found = exported(source, tell)
     ensemble = found.replay.ensemble
     changes = found.replay.changes
     if changes.friction or changes.sliding or changes.wear or changes.geometry:
         raise InputError(
-            "friction or summits change (a law of friction, wear, or events), which springs of a fixed limit do not follow; "
-            "expected constant coefficients and summits"
+            "friction or summits change (a law of friction, wear, or events), which springs of a fixed limit do not "
+            "follow; expected constant coefficients and summits"
         )
     loads, displacement, forces = _own_history(found.replay)
     moved = loads[np.append(False, np.diff(displacement) != 0.0)]
     moved = moved[moved > 0.0]
     if normal_load is None and not moved.size:
         raise InputError(
-            "the scenario never moves its contact tangentially under a load; expected normal_load, at which springs are "
-            "placed (--normal-load)"
+            "the scenario never moves its contact tangentially under a load; expected normal_load, at which springs "
+            "are placed (--normal-load)"
         )
     load = float(moved.max()) if normal_load is None else scalar("normal_load", normal_load, above=0.0)
     curve = VirginCurve(ensemble, load)
@@ -148,7 +148,7 @@ def _largest_limit(ensemble: Ensemble, load: float) -> float:
 def _random_history(
     model: ReducedModel, ensemble: Ensemble, least: float, rng: np.random.Generator
 ) -> tuple[Floats, Floats, Floats]:
-    """Return normal loads, from a least one on, and displacements of a random history, and the exact tangential loads."""
+    """Return normal loads, from a least one on, displacements, and exact tangential loads of a random history."""
     curve = VirginCurve(ensemble, model.normal_load)
     reach = curve.end * rng.uniform(0.3, 1.5)
     way = rng.uniform(-reach, reach, RANDOM_STEPS)

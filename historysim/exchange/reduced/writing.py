@@ -5,14 +5,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-
 from historysim._version import __version__
 from historysim.basics.files import replacing
 from historysim.basics.targets import Output, check_outputs, marked
 from historysim.basics.wording import listed
 from historysim.errors import InputError
-from historysim.exchange.reduced.model import ReducedModel
+from historysim.exchange.reduced.model import Floats, ReducedModel
 
 
 class Form(NamedTuple):
@@ -89,7 +87,7 @@ def output_of(output: Path, form: str) -> Output:
     return Output(output, (marked("a reduced model of historysim", FORMS[form].ending),))
 
 
-# ---- texts --------------------------------------------------------------------------------------------------------------
+# ---- texts ----------------------------------------------------------------------------------------------------------
 
 
 def _head(model: ReducedModel, comment: str) -> str:
@@ -99,8 +97,8 @@ def _head(model: ReducedModel, comment: str) -> str:
         f"{model.title}",
         f"{len(model)} springs in parallel that slide, for a normal load of {model.normal_load:.9g} N.",
         f"Error of the tangential load of every history at that load: at most {model.bound:.3g} of the friction limit,",
-        f"{model.bound * model.friction_limit:.6g} of {model.friction_limit:.6g} N. Error of the energy of a closed loop: at",
-        f"most {model.energy_bound:.6g} J.",
+        f"{model.bound * model.friction_limit:.6g} of {model.friction_limit:.6g} N.",
+        f"Error of the energy of a closed loop: at most {model.energy_bound:.6g} J.",
     ]
     if model.scaling is not None:
         lines.append("Where the normal load varies no bound is known; found, over the friction limit:")
@@ -129,7 +127,7 @@ def _opensees(model: ReducedModel, _: str) -> str:
     tags = " ".join(f"[expr $tag + {i}]" for i, _ in rows)
     return (
         _head(model, "#")
-        + "# Set tag before; the tags from tag to tag + the number of springs have to be free. Force in N, deformation in m.\n"
+        + "# Set tag before; the tags above it, one for each spring, have to be free. Force in N, deformation in m.\n"
         + "if {![info exists tag]} { set tag 1 }\n"
         + "\n".join(lines)
         + f"\nuniaxialMaterial Parallel $tag {tags}\n"
@@ -208,11 +206,11 @@ def _matlab(model: ReducedModel, name: str) -> str:
     )
 
 
-def _rows(table: "np.typing.NDArray[np.float64]") -> str:
+def _rows(table: Floats) -> str:
     return "[\n" + "\n".join("  " + " ".join(map(repr, map(float, row))) for row in table) + "\n]"
 
 
-def _row(values: "np.typing.NDArray[np.float64]") -> str:
+def _row(values: Floats) -> str:
     return "[" + " ".join(map(repr, map(float, values))) + "]"
 
 

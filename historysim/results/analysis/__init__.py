@@ -5,6 +5,7 @@ read, so that a history may be larger than memory.
 """
 
 from historysim.results.analysis.cycles import energy_per_cycle, friction_loops
+from historysim.results.analysis.history_summary import summary, validity
 from historysim.results.analysis.preliminary import critical_asperity, drift, preliminary_displacement
 from historysim.results.analysis.presliding import preliminary_displacements, presliding_work
 from historysim.results.analysis.pressure import (
@@ -18,7 +19,6 @@ from historysim.results.analysis.recorded import is_complete
 from historysim.results.analysis.shares import slip_shares, telling_step
 from historysim.results.analysis.slips import first_slips, slides_first
 from historysim.results.analysis.stiffness import tangential_stiffness
-from historysim.results.analysis.summary import summary, validity
 from historysim.results.analysis.time_series import time_series
 
 __all__ = [
@@ -44,3 +44,7 @@ __all__ = [
     "total_mean_pressure",
     "validity",
 ]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

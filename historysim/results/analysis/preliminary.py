@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from historysim.results.analysis.blocks import parts
 from historysim.results.analysis.recorded import (
     CHANGING_HEIGHT,
     Friction,
@@ -16,6 +15,7 @@ from historysim.results.analysis.recorded import (
     present_friction,
     shape_of,
 )
+from historysim.results.analysis.step_blocks import parts
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -117,6 +117,18 @@ def capacity(history: Recorded) -> tuple[Floats, npt.NDArray[np.int64]]:
     friction = present_friction(history)
     changes = friction.changes or CHANGING_HEIGHT in history
     return _changing_capacity(history, friction) if changes else _steady_capacity(history, friction.of(0))
+
+
+def friction_of(history: Recorded, label: npt.NDArray[np.int64]) -> Floats:
+    """Return the friction coefficient of one asperity at each step [1], of which there is a label each."""
+    friction = present_friction(history)
+    position = {int(name): place for place, name in enumerate(history["asperity"].values)}
+    places = np.array([position.get(int(name), 0) for name in label])
+    found = np.empty(label.size)
+    for rows in parts(history):
+        values = np.broadcast_to(friction.of(rows), (places[rows].size, len(position)))
+        found[rows] = values[np.arange(len(values)), places[rows]]
+    return found
 
 
 def _steady_capacity(history: Recorded, friction: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:

@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from historysim.results.analysis.blocks import blocks
 from historysim.results.analysis.recorded import STATES, check_recorded
+from historysim.results.analysis.step_blocks import blocks
 
 if TYPE_CHECKING:
     import xarray as xr

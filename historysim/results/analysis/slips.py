@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from historysim.results.analysis.blocks import parts
 from historysim.results.analysis.recorded import (
     GROSS_SLIP,
     PARTIAL_SLIP,
@@ -14,6 +13,7 @@ from historysim.results.analysis.recorded import (
     present_friction,
     shape_of,
 )
+from historysim.results.analysis.step_blocks import parts
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -13,7 +13,7 @@ from historysim.asperities.state import EnsembleState
 from historysim.basics.units import prefixed, quantity_text
 from historysim.errors import InputError
 from historysim.log.event_log import EventLog
-from historysim.replay import Replay
+from historysim.replaying import Replay
 from historysim.results.origin import Origin, ask_origin
 from historysim.results.plots.paper import PAGE, Size, new_figure
 from historysim.results.plots.style import INK, STATE_COLOURS, plain_title

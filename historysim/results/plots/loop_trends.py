@@ -8,7 +8,7 @@ import xarray as xr
 
 from historysim.basics.units import prefixed
 from historysim.measured.statistics import LoopStatistics
-from historysim.results.loops import of_mean
+from historysim.results.loop_summary import of_mean
 from historysim.results.plots.paper import PAGE, Size, new_figure
 from historysim.results.plots.style import FAINT, STATE_COLOURS, plain_title
 

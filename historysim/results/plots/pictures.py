@@ -8,15 +8,15 @@ import xarray as xr
 
 from historysim.errors import InputError
 from historysim.results.plots.contact_map import SOLVED, plot_interacting
-from historysim.results.plots.history import plot_history
+from historysim.results.plots.load_history import plot_history
 from historysim.results.plots.loop import plot_loop
 from historysim.results.plots.paper import Size
 from historysim.results.plots.slip_map import plot_slip_map
-from historysim.results.plots.stiffness import plot_stiffness
+from historysim.results.plots.stiffness_curve import plot_stiffness
 from historysim.results.plots.surface import plot_distribution, plot_surface, surface_of
 from historysim.results.plots.together import LoopMarks, plot_together
-from historysim.results.plots.traction import plot_slip_fronts, plot_traction
-from historysim.results.plots.wear import plot_wear
+from historysim.results.plots.traction_profile import plot_slip_fronts, plot_traction
+from historysim.results.plots.worn_summits import plot_wear
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

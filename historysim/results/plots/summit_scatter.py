@@ -9,7 +9,7 @@ import numpy.typing as npt
 from historysim.basics.units import prefixed
 from historysim.basics.wording import counted
 from historysim.errors import InputError
-from historysim.results.plots.lines import LINES
+from historysim.results.plots.line_styles import LINES
 from historysim.results.plots.paper import COLUMN, PAGE, Size, new_figure
 from historysim.results.plots.style import INK, legend_below, plain_title
 from historysim.surfaces.heights import Surface

@@ -8,7 +8,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from historysim.errors import InputError
-from historysim.results.plots.lines import LINES
+from historysim.results.plots.line_styles import LINES
 from historysim.results.plots.paper import COLUMN, Size, new_figure
 from historysim.results.plots.style import FAINT, INK, by_factors, plain_title
 from historysim.results.plots.swept_cells import cell_label, selected

@@ -14,7 +14,7 @@ from historysim.basics.wording import counted, nearest
 from historysim.errors import InputError
 from historysim.results import analysis
 from historysim.results.analysis.recorded import is_complete
-from historysim.results.plots.lines import MOST_LINES
+from historysim.results.plots.line_styles import MOST_LINES
 from historysim.results.plots.words import OF_A_SCENARIO, member_text, name_of, symbol_of
 
 

@@ -13,7 +13,7 @@ from historysim.errors import InputError
 from historysim.recording.named_states import named_states, state_label, step_of
 from historysim.results.analysis.presliding import first_loading
 from historysim.results.dense import dense
-from historysim.results.plots.lines import LINES, line_style
+from historysim.results.plots.line_styles import LINES, line_style
 from historysim.results.plots.paper import COLUMN, Size, new_figure
 from historysim.results.plots.style import FAINT, INK, legend_below, plain_title
 from historysim.results.plots.swept_cells import Cell, cells_of

@@ -6,12 +6,11 @@ import xarray as xr
 
 from historysim.measured.comparison import Comparison
 from historysim.measured.sliding import UNITS, Sliding
-from historysim.results import loops as loops_of_record
-from historysim.results import sweeps
-from historysim.results.plots.comparison import plot_comparison
+from historysim.results import loop_summary, sweeps
+from historysim.results.plots.friction_trace import plot_sliding
 from historysim.results.plots.loop_levels import plot_loop_levels
 from historysim.results.plots.loop_trends import plot_loop_trends
-from historysim.results.plots.sliding import plot_sliding
+from historysim.results.plots.measured_and_model import plot_comparison
 from historysim.results.plots.swept import plot_swept
 from historysim.results.report.page import Section, code, folded, page, paragraph, picture, table
 
@@ -24,7 +23,7 @@ MOST_ROWS = 500
 def loops_page(loops: xr.Dataset) -> str:
     """Return friction loops, as `Loops.to_dataset` gives them, as one HTML page that fetches nothing."""
     title = str(loops.attrs.get("title") or "Friction loops")
-    lines = loops_of_record.summary(loops)
+    lines = loop_summary.summary(loops)
     split = next((number for number, (label, _) in enumerate(lines) if not label), len(lines))
     return page(
         title,
@@ -45,7 +44,7 @@ def loops_page(loops: xr.Dataset) -> str:
 
 def levels_page(levels: xr.Dataset) -> str:
     """Return loops by their loads or amplitudes, as `LoopTable.to_dataset` gives them, as one HTML page."""
-    lines = loops_of_record.summary(levels)
+    lines = loop_summary.summary(levels)
     split = next((number for number, (label, _) in enumerate(lines) if not label), len(lines))
     along = "normal load" if "level" in levels.dims else "amplitude"
     told = f"Mean ± standard deviation of one loop, both directions, of the loops of each {along}."

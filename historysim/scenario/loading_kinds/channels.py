@@ -10,8 +10,8 @@ from historysim.basics.places import misfit
 from historysim.basics.wording import shown
 from historysim.errors import InputError
 from historysim.loads.events import LOAD_KINDS
-from historysim.scenario.columns import NumbersFile
-from historysim.scenario.loading_kinds.base import one_of_each
+from historysim.scenario.column_keys import NumbersFile
+from historysim.scenario.loading_kinds.loading_kind import one_of_each
 from historysim.scenario.schema import Force, Frequencies, Frequency, Length, Number, Quantity, Time, given
 from historysim.tables import Column
 

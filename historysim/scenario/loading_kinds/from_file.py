@@ -9,8 +9,8 @@ from historysim.basics.notices import Teller, silent
 from historysim.basics.places import at
 from historysim.errors import InputError
 from historysim.loads.events import Event
-from historysim.scenario.loading_kinds.base import Loading
 from historysim.scenario.loading_kinds.channels import FILE_REMARK, HUM_REMARK, MeasuredFile
+from historysim.scenario.loading_kinds.loading_kind import Loading
 
 if TYPE_CHECKING:
     from historysim.measured.measurement import Measurement

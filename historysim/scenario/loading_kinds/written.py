@@ -12,7 +12,7 @@ from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted, shown
 from historysim.errors import InputError, path_text
 from historysim.loads.events import EVENT_KINDS, LOAD_KINDS, Event, LoadEvent
-from historysim.scenario.loading_kinds.base import Loading, one_of_each
+from historysim.scenario.loading_kinds.loading_kind import Loading, one_of_each
 from historysim.scenario.schema import Force, Length, Lengths, Numbers, Quantity, Time
 
 MOST_EVENTS = 10_000_000
@@ -219,7 +219,7 @@ class Each:
 
 
 @attrs.frozen
-class Block:
+class WaypointBlock:
     """Waypoints to run, some number of times, at each of some values."""
 
     waypoints: tuple[Waypoint, ...]
@@ -272,7 +272,7 @@ class Block:
 class Blocks(Written):
     """``[[loading.blocks]]``: runs of waypoints, one after the other."""
 
-    blocks: tuple[Block, ...]
+    blocks: tuple[WaypointBlock, ...]
 
     def events(self, folder: Path, tell: Teller = silent) -> list[Event]:  # noqa: ARG002 - they are in the scenario
         """Return the events, and tell where a channel runs on unnamed."""

@@ -9,18 +9,18 @@ from historysim.basics.places import misfit
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
 from historysim.scenario.schema import Number, table
-from historysim.scenario.surface_kinds.base import Ground, SurfaceKind
 from historysim.scenario.surface_kinds.distributions import DistributionTable, GaussianHeights, InlineDistribution
+from historysim.scenario.surface_kinds.given_summits import InlineSummits, Sphere, SummitTable, Textured
 from historysim.scenario.surface_kinds.interacting import Interacting
-from historysim.scenario.surface_kinds.maps import MapKind, MeasuredMap, RandomMap, SumOfMaps
+from historysim.scenario.surface_kinds.map_kinds import MapKind, MeasuredMap, RandomMap, SumOfMaps
 from historysim.scenario.surface_kinds.normal_curve import NormalCurveTable
 from historysim.scenario.surface_kinds.scaled import Scaled
-from historysim.scenario.surface_kinds.summits import InlineSummits, Sphere, SummitTable, Textured
+from historysim.scenario.surface_kinds.surface_kind import BuiltSurface, SurfaceKind
 
 __all__ = [
     "KINDS",
     "MAPS",
-    "Ground",
+    "BuiltSurface",
     "MapKind",
     "SurfaceKind",
     "channel_from_toml",

@@ -20,3 +20,7 @@ __all__ = [
     "texture_for_a_drift",
     "texture_tolerances",
 ]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from historysim.basics.arguments import checked
 from historysim.basics.frozen_arrays import FrozenArrays
 from historysim.errors import InputError
-from historysim.surfaces.statistics.maps import Curve, Floats, centred, checked_map, frozen, ring_means, square
+from historysim.surfaces.statistics.centred_map import Curve, Floats, centred, checked_map, frozen, ring_means, square
 
 Axis = Literal["x", "y"]
 

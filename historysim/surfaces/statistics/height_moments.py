@@ -6,7 +6,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.surfaces.statistics.maps import Floats, centred, checked_map
+from historysim.surfaces.statistics.centred_map import Floats, centred, checked_map
 from historysim.surfaces.statistics.spectral_moments import SpectralMoments, ratio
 
 

@@ -11,7 +11,7 @@ from historysim.basics.arguments import checked
 from historysim.basics.frozen_arrays import FrozenArrays
 from historysim.errors import InputError
 from historysim.surfaces.form import fit_form
-from historysim.surfaces.statistics.maps import Curve, Floats, centred, checked_map, frozen, ring_means, square
+from historysim.surfaces.statistics.centred_map import Curve, Floats, centred, checked_map, frozen, ring_means, square
 
 
 @attrs.frozen(eq=False, getstate_setstate=False)

@@ -8,7 +8,7 @@ from springs import Contact, SpringRow
 import historysim as hs
 from historysim.errors import InputError
 from historysim.results import analysis, rebuilt
-from historysim.results.analysis import blocks
+from historysim.results.analysis import step_blocks
 
 E, G, MU = 40e9, 8e9, 0.2
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=E, shear_modulus=G)
@@ -269,7 +269,7 @@ QUESTIONS = [
 @pytest.mark.parametrize("question", QUESTIONS)
 def test_what_is_read_in_blocks_is_what_is_in_memory(history, question, tmp_path, monkeypatch):
     history.to_netcdf(tmp_path / "h.nc")
-    monkeypatch.setattr(blocks, "CELLS_AT_ONCE", 7 * history.sizes["asperity"])
+    monkeypatch.setattr(step_blocks, "CELLS_AT_ONCE", 7 * history.sizes["asperity"])
     with xr.open_dataset(tmp_path / "h.nc", decode_times=False) as opened:
         lazy = question(opened)
         if isinstance(lazy, xr.DataArray) and lazy.ndim == 2:
@@ -293,7 +293,7 @@ def test_of_dask_arrays_the_answer_is_the_same_and_none_is_computed_before_it_is
 def test_a_question_reads_no_more_than_it_says(history, tmp_path, monkeypatch):
     """No more steps of a variable at a time than a block has."""
     history.to_netcdf(tmp_path / "h.nc")
-    monkeypatch.setattr(blocks, "CELLS_AT_ONCE", 4 * history.sizes["asperity"])
+    monkeypatch.setattr(step_blocks, "CELLS_AT_ONCE", 4 * history.sizes["asperity"])
     with xr.open_dataset(tmp_path / "h.nc", decode_times=False, cache=False) as opened:
         read, kind = [], type(opened["slip_state"].variable._data)
         original = kind.get_duck_array

@@ -3,7 +3,7 @@ import pytest
 import xarray as xr
 
 import historysim as hs
-from historysim.results.report.history import CAPTIONS
+from historysim.results.report.history_report import CAPTIONS
 
 pytest.importorskip("tamaas", reason='needs pip install "historysim[interaction]"')
 

@@ -12,7 +12,7 @@ from historysim.errors import InputError
 from historysim.results import analysis, rebuilt
 from historysim.results.plots.pictures import PICTURES
 from historysim.results.plots.style import STATE_COLOURS
-from historysim.results.plots.traction import plot_slip_fronts, plot_traction
+from historysim.results.plots.traction_profile import plot_slip_fronts, plot_traction
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
 ENSEMBLE = hs.Ensemble(PAIR, [0.0, -20e-9, -35e-9, -60e-9], [10e-6, 30e-6, 15e-6, 40e-6], [0.2, 0.12, 0.2, 0.2])

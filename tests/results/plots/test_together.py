@@ -5,7 +5,7 @@ import pytest
 
 import historysim as hs
 from historysim.errors import InputError
-from historysim.results.plots.lines import MOST_LINES
+from historysim.results.plots.line_styles import MOST_LINES
 from historysim.results.plots.swept_cells import cells_of, selected
 from historysim.results.plots.together import LOOP
 

@@ -7,7 +7,7 @@ from html import unescape
 import pytest
 
 import historysim as hs
-from historysim.results.report.history import validity_section
+from historysim.results.report.history_report import validity_section
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
 EVENTS = [hs.NormalLoad(0.0, 4e-3), hs.TangentialDisplacement(1.0, 5e-9), hs.TangentialDisplacement(2.0, -5e-9)]

@@ -1,0 +1,191 @@
+"""Commands that replay a scenario: run, validate, sweep, design."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from historysim.basics.system import processors
+from historysim.basics.targets import PICTURE, Output, check_outputs
+from historysim.cli.options import force_option, json_option, path_type, set_option
+from historysim.cli.output import TABLE_OF_SWEEP, Answer, csv_of_sweep, notice, save, tell
+from historysim.errors import InputError
+
+
+@click.command()
+@click.argument("scenario", type=path_type)
+@click.option("-o", "--output", type=path_type, help="The result (netCDF). [default: SCENARIO's name with .nc, here]")
+@click.option("--plot", "with_picture", is_flag=True, help="Also draw the result, beside it, with .png.")
+@click.option("--picture", type=path_type, help="Also draw the result to this file (PNG, PDF, SVG).")
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing.")
+@click.option("--resume", is_flag=True, help="Go on where an earlier run was ended, from its log.")
+@click.option(
+    "--snapshot-every",
+    type=click.IntRange(1),
+    metavar="STEPS",
+    help="Steps that a crash costs at most. [default: some seconds of replay]",
+)
+@click.option("--compression", type=click.Choice(["none", "zlib", "zstd"]), default="none", show_default=True)
+@click.option(
+    "--threads",
+    type=click.IntRange(1),
+    help="Threads that record many asperities; the result is the same. [default: one for each processor, up to 4]",
+)
+@json_option
+@force_option
+@set_option
+def run(
+    scenario: Path,
+    values: dict[str, Any],
+    output: Path | None,
+    with_picture: bool,
+    picture: Path | None,
+    quiet: bool,
+    resume: bool,
+    snapshot_every: int | None,
+    compression: str,
+    threads: int | None,
+    as_json: bool,
+    force: bool,
+) -> None:
+    """Replay SCENARIO (TOML), or the log or the result of a run, and write the history to a netCDF file.
+
+    The log, NAME.history, stands beside the result from the beginning.
+    """
+    output = output or Path(f"{scenario.stem}.nc")
+    pictures = [path for path in (output.with_suffix(".png") if with_picture else None, picture) if path is not None]
+    from historysim.scenario.run import write
+    from historysim.scenario.sources import source_of
+
+    source = source_of(scenario, values)
+    outputs = [*source.outputs(output), *(Output(path, (PICTURE,)) for path in pictures)]
+    check_outputs(outputs, source.files, force=force)
+    write(
+        source,
+        output,
+        progress=not quiet,
+        resume=resume,
+        snapshot_every=snapshot_every,
+        compression=compression,
+        threads=threads,
+        force=force,
+        tell=notice,
+    )
+    if pictures:
+        from historysim.results.result_files import open_result
+        from historysim.scenario.plot import plot
+
+        with open_result(output) as history:
+            drawn = plot(history)
+            for path in pictures:
+                save(drawn, path)
+    if not quiet:
+        from historysim.results import analysis, recorded_file
+
+        with recorded_file.opened(output) as recorded:
+            lines = analysis.summary(recorded)
+        files = [("result", str(output)), *(("picture", str(path)) for path in pictures)]
+        tell(Answer([*lines, *files]), as_json=as_json)
+
+
+@click.command()
+@click.argument("scenario", type=path_type)
+@json_option
+@set_option
+def validate(scenario: Path, as_json: bool, values: dict[str, Any]) -> None:
+    """Check SCENARIO (TOML) and the files that it names, without running it."""
+    from historysim.studies.validation import validate as validated
+
+    tell(Answer(validated(scenario, values)), as_json=as_json)
+    if not as_json:
+        click.echo("valid")
+
+
+@click.command()
+@click.argument("scenario", type=path_type)
+@click.option(
+    "-o", "--output", type=path_type, help="The table (.nc or .csv). [default: SCENARIO's name with .nc, here]"
+)
+@click.option(
+    "--store",
+    type=path_type,
+    help="The folder in which cells are kept as they end. [default: NAME.cells beside it]",
+)
+@click.option("--workers", type=click.IntRange(1), help="Processes that compute. [default: one for each processor]")
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing.")
+@json_option
+@force_option
+@set_option
+def sweep(
+    scenario: Path,
+    output: Path | None,
+    store: Path | None,
+    workers: int | None,
+    quiet: bool,
+    as_json: bool,
+    force: bool,
+    values: dict[str, Any],
+) -> None:
+    """Replay SCENARIO (TOML) at all points of its [sweep], and write what comes out to one file.
+
+    A sweep that was ended goes on where it was; a cell that cannot be computed is told and leaves a gap.
+    """
+    output = output or Path(f"{scenario.stem}.nc")
+    store = store or output.with_suffix(".cells")
+    if store.exists() and not store.is_dir():
+        raise InputError(f"{store}: is a file; expected a folder for the cells, or the name of a new one")
+    from historysim.results import sweeps
+    from historysim.scenario.scenario import load
+    from historysim.studies.sweep import sweep as carry_out
+    from historysim.studies.sweep import sweep_of
+
+    loaded = load(scenario, values)
+    grid, _ = sweep_of(loaded)
+    forms = TABLE_OF_SWEEP, csv_of_sweep(key for axis in grid.axes for key in axis.keys)
+    check_outputs([Output(output, forms)], loaded.files, force=force)
+    found = carry_out(loaded, store=store, workers=workers or processors(), progress=not quiet, tell=notice)
+    sweeps.write(found, output)
+    if not quiet:
+        files = [("cells kept in", str(store)), ("result", str(output))]
+        tell(Answer([*sweeps.summary(found), *files], data=lambda: found), as_json=as_json)
+
+
+@click.command()
+@click.argument("scenario", type=path_type)
+@click.option(
+    "-o", "--output", type=path_type, help="Also write what was found at each point to this file (.nc or .csv)."
+)
+@click.option("--workers", type=click.IntRange(1), help="Processes that compute. [default: one for each processor]")
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing.")
+@json_option
+@force_option
+@set_option
+def design(
+    scenario: Path,
+    output: Path | None,
+    workers: int | None,
+    quiet: bool,
+    as_json: bool,
+    force: bool,
+    values: dict[str, Any],
+) -> None:
+    """Find the value of a key of SCENARIO (TOML) at which the history gives what is wanted, as its [design] says."""
+    from historysim.results.sweeps import write
+    from historysim.scenario.scenario import load
+    from historysim.studies.design import design as carry_out
+    from historysim.studies.design import problem_of, summary
+
+    loaded = load(scenario, values)
+    if output is not None:
+        problem, grid = problem_of(loaded)
+        forms = TABLE_OF_SWEEP, csv_of_sweep([*(key for axis in grid.axes for key in axis.keys), problem.key])
+        check_outputs([Output(output, forms)], loaded.files, force=force)
+    found = carry_out(loaded, workers=workers or processors(), progress=not quiet, tell=notice)
+    if output is not None:
+        write(found, output)
+    if not quiet:
+        files = [("result", str(output))] if output else []
+        tell(Answer([*summary(found), *files], data=lambda: found), as_json=as_json)
+
+
+COMMANDS = (run, validate, sweep, design)

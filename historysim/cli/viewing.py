@@ -1,0 +1,233 @@
+"""Commands that look at files: show, plot, report, gallery."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+
+from historysim.basics.system import processors
+from historysim.basics.targets import MOVING, PAGE, PICTURE, Output, check_outputs
+from historysim.cli.options import files_read, force_option, json_option, path_type, scenario_or_file, set_option
+from historysim.cli.output import Answer, notice, save, tell
+from historysim.errors import InputError
+
+
+def height_map_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Add the options that say what a height map leaves open."""
+    for option in (
+        click.option("--form", help="What to take off a height map first. [default: plane]"),
+        click.option("--channel", help="Channel of a height map, by its number from 0 or its name."),
+        click.option("--lateral-unit", help="Unit of its coordinates, if it has some without."),
+        click.option("--height-unit", help="Unit of its heights, if it names none."),
+        click.option("--pixel-size", multiple=True, help='As "0.5 µm", if it has none; twice for x and y.'),
+    ):
+        command = option(command)
+    return command
+
+
+@click.command()
+@click.argument("file", type=path_type)
+@json_option
+@set_option
+@height_map_options
+def show(file: Path, as_json: bool, values: dict[str, Any], **height_map: Any) -> None:
+    """Say in a few lines what FILE holds.
+
+    A scenario, a result, a log, a sweep, a height map, or what `loops -o` and `sliding -o` have written.
+    """
+    from historysim.scenario.show import show as shown
+
+    tell(Answer(shown(scenario_or_file(file, values), **_given(height_map))), as_json=as_json)
+
+
+@click.command()
+@click.argument("files", type=path_type, nargs=-1, required=True, metavar="FILE…")
+@click.option(
+    "-o",
+    "--output",
+    type=path_type,
+    help="The picture (PNG, PDF, SVG), or the contact map moving over the last loop of a result (GIF, MP4). "
+    "[default: FILE's name with .png]",
+)
+@click.option(
+    "--picture",
+    help="Of a result: history, loop, loops, slip-map, contact-map, distribution, traction, slip-fronts, stiffness or "
+    "wear; of several: loops or traction; of a sweep: loops, or which number; of a scenario with a measured file: "
+    "record.",
+)
+@click.option("--steps", help="Of loops and traction: states by number or name, as K,L,120.")
+@click.option("--across", type=click.Choice(["radius", "diameter"]), help="What a traction is drawn over.")
+@click.option("--labels", help="Of loops and traction: what the lines are called, with commas between.")
+@click.option("--step", help="Draw the contact map of a result at this step: a number, partial or peak.")
+@click.option("--asperity", type=int, help="Whose traction is drawn; with --adhesion, whose equilibria.")
+@click.option("--panels", help="Of the picture history: some of loop,loads,states,energy.")
+@click.option("--size", metavar="WIDTHxHEIGHT", help="Of the picture, in millimetres, as 90x70.")
+@click.option("--adhesion", is_flag=True, help="Draw the adhesion map of a scenario, with asperities of it.")
+@force_option
+@set_option
+@height_map_options
+def plot(
+    files: tuple[Path, ...],
+    output: Path | None,
+    picture: str | None,
+    step: str | None,
+    steps: str | None,
+    across: str | None,
+    labels: str | None,
+    asperity: int | None,
+    panels: str | None,
+    size: str | None,
+    adhesion: bool,
+    force: bool,
+    values: dict[str, Any],
+    **height_map: Any,
+) -> None:
+    """Draw FILE, or several results in one picture.
+
+    A result: what [picture] of its scenario says, or the friction loop, the loads, and the slip state of the
+    asperities; with --step the surface, its summits in contact coloured by their slip state; other pictures by name.
+    Several results: their friction loops over one another. A scenario or a height map: the surface with its
+    summits. Friction loops: how they change from one to the next. Friction over time or distance: that. A sweep: a
+    number over what was swept.
+    """
+    millimetres = None if size is None else _millimetres(size)
+    file = files[0]
+    from historysim.results.result_files import kind_of
+
+    kind = kind_of(file)
+    if output is None:
+        # pictures of results stand beside them, others here
+        folder = file.parent if kind in {"result", "loops", "sliding", "sweep"} else Path()
+        surface = step is not None or kind in {"scenario", "height map"}
+        kind_of_picture = f"_{picture}" if picture else "_adhesion" if adhesion else "_surface" if surface else ""
+        output = folder / f"{file.stem}{kind_of_picture}.png"
+    if kind == "log":
+        raise InputError(f"{file}: is a log; expected its result; historysim run {file} makes it again")
+    if len(files) > 1 and values:
+        raise InputError("--set: belongs to one scenario; expected one FILE")
+    one = scenario_or_file(file, values)
+    check_outputs([Output(output, (PICTURE, MOVING))], [*files_read(one), *files], force=force)
+    what = one if len(files) == 1 else list(files)
+    if output.suffix.lower() in MOVING.endings:
+        others = {
+            "picture": picture,
+            "step": step,
+            "asperity": asperity,
+            "panels": panels,
+            "adhesion": adhesion or None,
+            "steps": steps,
+            "across": across,
+            "labels": labels,
+        }
+        if len(files) > 1:
+            raise InputError(f"{output}: a moving picture is of one result; expected one FILE")
+        if unused := [f"--{name}" for name, value in others.items() if value is not None]:
+            raise InputError(f"{output}: a moving picture takes no {', '.join(unused)}; expected another ending")
+        _animate(file, output, millimetres)
+        return
+    from historysim.scenario.plot import plot as drawn
+
+    number = int(step) if step is not None and step.removeprefix("-").isdecimal() else step
+    figure = drawn(
+        what,
+        picture=picture,
+        step=number,
+        steps=None if steps is None else _listed("--steps", steps),
+        across=across,
+        labels=() if labels is None else _listed("--labels", labels),
+        panels=None if panels is None else panels.split(","),
+        adhesion=adhesion,
+        asperity=asperity,
+        size=millimetres,
+        **_given(height_map),
+    )
+    save(figure, output)
+    click.echo(output)
+
+
+@click.command()
+@click.argument("file", type=path_type)
+@click.option("-o", "--output", type=path_type, help="The page (HTML). [default: FILE's name with _report.html]")
+@force_option
+def report(file: Path, output: Path | None, force: bool) -> None:
+    """Write a report of FILE: one HTML page that opens anywhere, without a network.
+
+    A result: summary, validity, pictures, provenance, and a slider through time that moves loop and contact map. A
+    sweep; what `loops -o`, `loops --levels` and `sliding -o` have written; a scenario whose loading is measured, which
+    is fitted or compared.
+    """
+    output = output or file.with_name(f"{file.stem}_report.html")
+    check_outputs([Output(output, (PAGE,))], files_read(file), force=force)
+    from historysim.scenario.report import report as written
+
+    written(file, output)
+    click.echo(output)
+
+
+@click.command()
+@click.argument("folder", type=path_type, default="scenarios")
+@click.option("-o", "--output", type=path_type, default="gallery.html", show_default=True, help="The page (HTML).")
+@click.option("--workers", type=click.IntRange(1), help="Processes that compute. [default: one for each processor]")
+@click.option(
+    "--scripts",
+    is_flag=True,
+    help="Also carry out the Python scripts in FOLDER that say that they are examples: run code of people you trust.",
+)
+@force_option
+def gallery(folder: Path, output: Path, workers: int | None, scripts: bool, force: bool) -> None:
+    """Run all scenarios in FOLDER and write their pictures to one HTML page that opens anywhere.
+
+    Scenarios with [sweep] are swept; hidden files and folders are left out. FOLDER is "scenarios" where none is named,
+    as in the repository. Scripts are carried out with --scripts only, and only those that hold a line
+    "# historysim gallery: example".
+    """
+    from historysim.studies.gallery import files_of_gallery
+    from historysim.studies.gallery import gallery as written
+
+    check_outputs([Output(output, (PAGE,))], files_of_gallery(folder, scripts=scripts), force=force)
+    written(folder, output, workers=workers or processors(), scripts=scripts, progress=True, tell=notice)
+    click.echo(output)
+
+
+def _animate(file: Path, output: Path, size: tuple[float, float] | None) -> None:
+    """Write a moving picture of a result."""
+    from historysim.results.plots.animation import animate_contact_map, save_animation
+    from historysim.results.result_files import open_result
+
+    with open_result(file) as history:
+        save_animation(animate_contact_map(history, size=size), output)
+    click.echo(output)
+
+
+def _listed(option: str, text: str) -> list[str]:
+    """Return what stands between commas."""
+    found = [part.strip() for part in text.split(",")]
+    if not all(found):
+        raise InputError(f"{option} {text!r}: expected texts with a comma between each two")
+    return found
+
+
+def _millimetres(text: str) -> tuple[float, float]:
+    """Return width and height of a picture."""
+    try:
+        width, height = map(float, text.lower().split("x"))
+    except ValueError as error:
+        raise InputError(f"--size {text}: expected width and height in millimetres, as 90x70") from error
+    return width, height
+
+
+def _given(height_map: dict[str, Any]) -> dict[str, Any]:
+    """Return the options of a height map that were given, as `read_surface` takes them."""
+    given = {name: value for name, value in height_map.items() if value not in {None, ()}}
+    if "pixel_size" in given:
+        sizes = given["pixel_size"]
+        if len(sizes) > 2:
+            raise InputError(f"--pixel-size came {len(sizes)} times; expected it once, or twice for x and y")
+        given["pixel_size"] = sizes[0], sizes[-1]
+    if given.get("channel", "").isdecimal():
+        given["channel"] = int(given["channel"])
+    return given
+
+
+COMMANDS = (show, plot, report, gallery)

@@ -1,0 +1,262 @@
+"""The head of a log: everything beside the events that decides what comes out, so that no other file is needed."""
+
+import functools
+import json
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, Self
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+
+from historysim._version import __version__
+from historysim.asperities.curves import NormalCurves
+from historysim.asperities.ensemble import Ensemble
+from historysim.asperities.instrument import RIGID, Instrument
+from historysim.asperities.laws import DrawnFriction, law_from
+from historysim.asperities.wear import wear_law_from
+from historysim.basics.arguments import workable
+from historysim.basics.limits import at_most, most
+from historysim.basics.wording import shown
+from historysim.contact.materials import MaterialPair
+from historysim.errors import InputError
+from historysim.loads.events import Event
+from historysim.log.canonical import array_digest
+from historysim.recording.provenance import made_with
+from historysim.replaying import Replay
+
+Array = npt.NDArray[Any]
+
+FORMAT = 1
+FORMAT_OF_CURVES = 2
+"""Form of a log whose asperities are patches of normal curves, which earlier versions would take for summits."""
+FORMAT_OF_LAWS = 3
+"""Form of a log whose asperities evolve, which earlier versions would leave as they are."""
+FORMATS = (FORMAT, FORMAT_OF_CURVES, FORMAT_OF_LAWS)
+OF_THE_ENSEMBLE = ("summit_height", "summit_radius", "friction", "x", "y")
+SURFACE, CURVES = "surface.", "curves."
+OF_THE_PAIR = ("contact_modulus", "shear_modulus", "hardness", "yield_stress", "work_of_adhesion")
+OF_SETTINGS: Mapping[str, Any] = {
+    **dict.fromkeys(("historysim_version", "made_with", "scenario", "title"), str),
+    **dict.fromkeys(("contact_modulus", "shear_modulus", "tolerance"), int | float),
+    "seed": int | list | None,
+    "lateral_stiffness": int | float | None,
+    "substeps": int,
+    "saturate": bool,
+    "record": str | list,
+    "surface_attributes": dict,
+}
+"""What each setting has to be."""
+RESOLUTIONS = ("displacement_resolution", "load_resolution")
+
+
+# slots would leave no room for what is computed once
+@attrs.frozen(eq=False, slots=False)
+class LogHeader:
+    """What a log begins with.
+
+    Attributes
+    ----------
+    settings : dict
+        Numbers and texts that can stand in JSON: versions, the scenario as TOML text with its title and seed (a list
+        of several; None where nothing is drawn by chance), the moduli [Pa], the tolerance of the ensemble, the lateral
+        stiffness of the instrument [N/m] (None where rigid), substeps, saturate, and what is recorded; as far as they
+        are known, the limits of the pair, the nominal area [m²], the resolutions of the instrument, and what the
+        scenario says of who made it and under which licence.
+    arrays : dict
+        Of the ensemble, and what the result shows of the surface under names that begin with ``surface.``.
+    """
+
+    settings: Mapping[str, Any]
+    arrays: Mapping[str, Array] = attrs.field(repr=False)
+
+    @classmethod
+    def of(
+        cls,
+        ensemble: Ensemble,
+        *,
+        scenario: str = "",
+        title: str = "",
+        metadata: Mapping[str, str] | None = None,
+        seeds: Sequence[int] = (),
+        substeps: int = 1,
+        saturate: bool = False,
+        record: Any = "touching",
+        instrument: Instrument = RIGID,
+        surface: Mapping[str, Array] | None = None,
+        surface_attributes: Mapping[str, Any] | None = None,
+    ) -> Self:
+        """Put a head together; parameters as for `historysim.replay`, and the surface group of the result."""
+        arrays = {name: getattr(ensemble, name) for name in OF_THE_ENSEMBLE}
+        curves = {} if ensemble.curves is None else ensemble.curves.arrays
+        arrays |= {f"{CURVES}{name}": values for name, values in curves.items()}
+        arrays |= {f"{SURFACE}{name}": values for name, values in (surface or {}).items()}
+        evolution = _evolution(ensemble)
+        settings = {
+            "format": FORMAT_OF_CURVES if curves else FORMAT_OF_LAWS if evolution else FORMAT,
+            "historysim_version": __version__,
+            "made_with": made_with(),
+            "scenario": scenario,
+            "title": title,
+            "seed": seeds[0] if len(seeds) == 1 else list(seeds) or None,
+            "contact_modulus": ensemble.pair.contact_modulus,
+            "shear_modulus": ensemble.pair.shear_modulus,
+            "tolerance": ensemble.tolerance,
+            "lateral_stiffness": None if instrument.rigid else instrument.lateral_stiffness,
+            **_known(ensemble, instrument),
+            **({"metadata": dict(metadata)} if metadata else {}),
+            **evolution,
+            "substeps": substeps,
+            "saturate": bool(saturate),
+            "record": record if isinstance(record, str) else [int(index) for index in record],
+            "surface_attributes": {
+                key: value.tolist() if isinstance(value, np.generic | np.ndarray) else value
+                for key, value in (surface_attributes or {}).items()
+            },
+        }
+        kept = {
+            name: values.astype("<f8", order="C", copy=False) for name, values in arrays.items() if values is not None
+        }
+        return cls(settings, kept)
+
+    @property
+    def text(self) -> str:
+        """The settings, as they stand in the file."""
+        return json.dumps(self.settings, sort_keys=True, ensure_ascii=False, allow_nan=False)
+
+    @functools.cached_property
+    def link(self) -> bytes:
+        """The first link of the chain."""
+        return array_digest(sorted(self.arrays.items()), self.text)
+
+    def check(self) -> None:
+        """Check that settings are of their types, and that ensemble and instrument can be made of them.
+
+        Raises
+        ------
+        InputError
+            A setting of another type, or numbers that no ensemble has.
+        """
+        for name, kinds in OF_SETTINGS.items():
+            value = self.settings.get(name)
+            if (value is None and name not in self.settings) or not isinstance(value, kinds):
+                raise InputError(f"is damaged: its setting {name} is {shown(value)}, which it cannot be")
+        metadata = self.settings.get("metadata", {})
+        if not isinstance(metadata, dict) or not all(isinstance(each, str) for each in metadata.values()):
+            raise InputError("is damaged: its metadata are no texts")
+        record = self.settings["record"]
+        if isinstance(record, list) and not all(type(each) is int for each in record):
+            raise InputError("is damaged: what it records are no indices")
+        if isinstance(self.settings["substeps"], bool) or not 1 <= self.substeps <= most("STEPS"):
+            raise InputError(f"says {shown(self.settings['substeps'])} as substeps; {at_most('STEPS')}")
+        try:
+            for name in OF_THE_ENSEMBLE[:2]:
+                workable(name, self.arrays[name])
+            # either is computed once
+            _ = self.ensemble, self.instrument
+        except InputError as error:
+            raise InputError(f"is damaged: its asperities cannot be used ({error})") from error
+
+    @functools.cached_property
+    def ensemble(self) -> Ensemble:
+        """The ensemble, whole."""
+        own: dict[str, Any] = {name: self.arrays[name] for name in OF_THE_ENSEMBLE if name in self.arrays}
+        pair = MaterialPair.from_moduli(**{name: self.settings[name] for name in OF_THE_PAIR if name in self.settings})
+        given = {name.removeprefix(CURVES): values for name, values in self.arrays.items() if name.startswith(CURVES)}
+        curves = NormalCurves(**given) if given else None
+        if (law := self.settings.get("friction_law")) is not None:
+            kept, own["friction"] = own["friction"], law_from(law)
+            if law["law"] == DrawnFriction.kind and not np.array_equal(own["friction"].drawn(kept.size), kept):
+                # another version of numpy draws otherwise; what stands in the log holds
+                own["friction"] = kept
+        return Ensemble(
+            pair,
+            **own,
+            nominal_area=self.settings.get("nominal_area"),
+            tolerance=self.settings["tolerance"],
+            curves=curves,
+            wear=wear_law_from(self.settings["wear"]) if "wear" in self.settings else None,
+            follow_sliding=self.settings.get("follow_sliding", False),
+        )
+
+    @property
+    def instrument(self) -> Instrument:
+        """The instrument in series with the contact."""
+        stiffness = self.settings["lateral_stiffness"]
+        resolutions = {name: self.settings[name] for name in RESOLUTIONS if name in self.settings}
+        return Instrument(math.inf if stiffness is None else stiffness, **resolutions)
+
+    @property
+    def substeps(self) -> int:
+        """Rows per interval between event times."""
+        return int(self.settings["substeps"])
+
+    def replay(self, events: Sequence[Event], threads: int | None = None) -> Replay:
+        """Return the replay of events as this head says, on so many threads.
+
+        Raises
+        ------
+        InputError
+            More rows than are allowed.
+        """
+        if (steps := len(events) * self.substeps) > most("STEPS"):
+            raise InputError(f"the log makes {steps:,} steps; {at_most('STEPS')}")
+        return Replay(
+            self.ensemble,
+            events,
+            substeps=self.substeps,
+            saturate=bool(self.settings["saturate"]),
+            record=self.settings["record"],
+            instrument=self.instrument,
+            threads=threads,
+        )
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """Attributes of a result that the scenario adds to those of its replay."""
+        told = {name: self.settings[name] for name in ("scenario", "title", "seed")}
+        known = {name: value for name, value in told.items() if value not in (None, "")}
+        return {**known, **self.settings.get("metadata", {})}
+
+    @property
+    def version(self) -> str:
+        """The version of the program that made the log."""
+        return str(self.settings["historysim_version"])
+
+    @property
+    def surface(self) -> dict[str, Array]:
+        """Arrays of the surface group of the result."""
+        return {name.removeprefix(SURFACE): values for name, values in self.arrays.items() if name.startswith(SURFACE)}
+
+
+def _evolution(ensemble: Ensemble) -> dict[str, Any]:
+    """Return what makes asperities evolve, as far as anything does."""
+    law = {} if ensemble.law is None else {"friction_law": ensemble.law.settings}
+    wear = {} if ensemble.wear is None else {"wear": ensemble.wear.settings}
+    return law | wear | ({"follow_sliding": True} if ensemble.follow_sliding else {})
+
+
+def _known(ensemble: Ensemble, instrument: Instrument) -> dict[str, float]:
+    """Return what only the checks of the model need, as far as it is known."""
+    area = {} if ensemble.nominal_area is None else {"nominal_area": ensemble.nominal_area}
+    resolutions = {name: getattr(instrument, name) for name in RESOLUTIONS}
+    return area | ensemble.pair.limits | {name: value for name, value in resolutions.items() if value > 0}
+
+
+def head_from(text: str, arrays: Mapping[str, Array]) -> LogHeader:
+    """Take a head from a file.
+
+    Raises
+    ------
+    InputError
+        A form that this version does not know.
+    """
+    settings = json.loads(text)
+    if not isinstance(settings, dict) or settings.get("format") not in FORMATS:
+        form = settings.get("format") if isinstance(settings, dict) else settings
+        raise InputError(
+            f"is a log of form {form!r}; expected one of {', '.join(map(str, FORMATS))}; a later version of historysim "
+            "has written it"
+        )
+    return LogHeader(settings, arrays)

@@ -1,0 +1,197 @@
+"""The corridor: events → schedule → ensemble → recorder. Whatever replays builds a `Replay`, and walks it here."""
+
+import math
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+
+from historysim.asperities.ensemble import Ensemble
+from historysim.asperities.instrument import RIGID, Instrument, as_instrument
+from historysim.basics.processors import threads_of
+from historysim.basics.progress import progress_bar
+from historysim.errors import CurveEndError, FrictionLimitError, InputError, LoadError
+from historysim.loads import schedule
+from historysim.loads.acting import changed, friction_goal
+from historysim.loads.events import Event, as_events, events_text, time_text
+from historysim.recording import provenance
+from historysim.recording.changes import Changes
+from historysim.recording.recorder import DatasetRecorder, Recorder, Selection, StateOnly, chosen_asperities
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from historysim.asperities.state import EnsembleState
+
+RecorderType = TypeVar("RecorderType", bound=Recorder)
+
+
+# slots would leave no place for what is computed once
+@attrs.frozen(eq=False, slots=False)
+class Replay:
+    """Load events across an ensemble, and what is recorded of it: nothing is computed before it is asked for.
+
+    Parameters
+    ----------
+    ensemble : Ensemble
+    events : sequence of events
+        In the order of their times; at one time, in the order in which they happen.
+    substeps : int
+        Rows recorded per interval between event times; they do not change the result.
+    saturate : bool
+        Hold tangential loads beyond the friction limit at the limit, and flag the step, instead of raising.
+    record : {"touching", "all", "totals"} or sequence of int
+        Asperities to record: those that touch at any time, all, none (totals alone), or a few by index.
+    instrument : Instrument, optional
+        In series with the contact: tangential displacements of the events are those of its drive, recorded, too.
+    threads : int, optional
+        Threads that record many asperities; one for each processor, up to 4, by default. Results are the same bits.
+
+    Raises
+    ------
+    InputError, LoadError
+        When it is carried out: what cannot be used as it is, and a load that the contact cannot carry, with its event.
+    """
+
+    ensemble: Ensemble
+    events: Sequence[Event] = attrs.field(converter=as_events, repr=events_text)
+    substeps: int = attrs.field(default=1, kw_only=True)
+    saturate: bool = attrs.field(default=False, kw_only=True)
+    record: Selection = attrs.field(default="touching", kw_only=True)
+    instrument: Instrument = attrs.field(default=RIGID, kw_only=True, converter=as_instrument)
+    threads: int = attrs.field(default=None, kw_only=True, converter=threads_of, repr=False)
+
+    @cached_property
+    def asperities(self) -> npt.NDArray[np.int64] | None:
+        """Indices of the asperities that are recorded, ascending; None for totals alone."""
+        return chosen_asperities(self.ensemble, self.events, self.record)
+
+    @cached_property
+    def changes(self) -> Changes:
+        """What changes beside the loads, and is recorded at each step."""
+        return Changes.of(self.ensemble, self.events)
+
+    def steps(self, until: float = math.inf) -> int:
+        """Return the number of rows that are recorded up to a time [s]."""
+        return schedule.row_count(self.events, self.substeps, until)
+
+    def attributes(self) -> dict[str, Any]:
+        """Return the attributes that say where the history comes from."""
+        return provenance.attributes(self.ensemble, self.events, self.instrument)
+
+    def recorder(self, kind: type[RecorderType], *, until: float = math.inf, **options: Any) -> RecorderType:
+        """Return a recorder of a kind for this replay; ``options`` are its own."""
+        here: dict[str, Any] = {"instrument": self.instrument, "changes": self.changes}
+        return kind(self.ensemble, self.asperities, self.steps(until), **here, **options)
+
+    def dataset(
+        self, *, until: float = math.inf, attributes: dict[str, Any] | None = None, progress: bool = False
+    ) -> "xr.Dataset":
+        """Return the history up to a time [s] as a Dataset in memory; attributes replace those of the same name."""
+        target = self.recorder(DatasetRecorder, until=until)
+        self.walk(target, until=until, progress=progress)
+        return target.dataset(self.attributes() | (attributes or {}))
+
+    def write(self, path: str | Path, *, progress: bool = False) -> None:
+        """Write the history to a netCDF file, which is there when it is complete, and not before."""
+        from historysim.recording.netcdf import recording
+
+        place = (self.ensemble, self.asperities, self.steps(), self.attributes(), self.instrument)
+        with recording(Path(path), *place, changes=self.changes, writers=self.threads) as target:
+            self.walk(target, progress=progress)
+
+    def state(self, until: float = math.inf, *, start: schedule.Start | None = None) -> "EnsembleState":
+        """Return the state at a time [s]: before the first event nothing has happened, after the last all is held."""
+        return self.walk(self.recorder(StateOnly, until=until), until=until, start=start)
+
+    def walk(
+        self,
+        target: Recorder,
+        *,
+        start: schedule.Start | None = None,
+        until: float = math.inf,
+        most_rows: int | None = None,
+        progress: bool = False,
+        after: "Callable[[schedule.Cursor, EnsembleState], None] | None" = None,
+    ) -> "EnsembleState":
+        """Walk the events, record their rows, and return the last state.
+
+        Parameters
+        ----------
+        target : Recorder
+        start : Start, optional
+            The beginning by default.
+        until : float
+            Time [s] at which to stop; between two event times a row is recorded there.
+        most_rows : int, optional
+            Rows after which a segment is broken, where that shall be earlier than the recorder asks for.
+        progress : bool
+            Show a progress bar on standard error where that is a terminal and the replay is long.
+        after : callable, optional
+            Called with where the schedule stands, and the state there, when a segment ends with a time.
+        """
+        start = start or schedule.Start(self.ensemble.initial_state())
+        state, columns = start.state, () if target.asperities is None else target.asperities
+        at_once = min(most_rows or target.rows_at_once, target.rows_at_once)
+        plan = schedule.segments(self.events, self.substeps, at_once, start=start.cursor, until=until)
+        bar = progress_bar(progress, "step", target.steps, initial=start.rows, delay=2)
+        with bar as done:
+            for segment in plan:
+                rows = target.blank(segment.row_time.size)
+                state = self._walked(segment, state, rows=rows, asperities=columns, threads=self.threads)
+                target.record(segment.row_time)
+                if after is not None and segment.cursor is not None:
+                    after(segment.cursor, state)
+                done(segment.row_time.size)
+        return state
+
+    def _walked(self, segment: schedule.Segment, state: "EnsembleState", **recorded: Any) -> "EnsembleState":
+        """Return the state after a segment, and name the event where that is not to be had."""
+        ensemble, instrument, event = self.ensemble, self.instrument, segment.event[0]
+        try:
+            state = ensemble.walk(
+                state,
+                segment.paths,
+                **recorded,
+                saturate=self.saturate,
+                instrument=instrument,
+                until=segment.share,
+                friction=friction_goal(ensemble, segment.ramp, segment.ramp_part),
+            )
+            if segment.change is None:
+                return state
+            event = segment.change_event
+            return changed(ensemble, state, segment.change, saturate=self.saturate, instrument=instrument)
+        except (FrictionLimitError, CurveEndError) as error:
+            event = event if event == segment.change_event else segment.event[error.path]
+            raise LoadError(f"{self._place(event)}: {error}") from None
+        except InputError as error:
+            raise InputError(f"{self._place(event)}: {error}") from None
+
+    def _place(self, index: int) -> str:
+        return f"event {index} at t = {time_text(self.events[index].time)}"
+
+
+def replay(
+    ensemble: Ensemble,
+    events: Sequence[Event],
+    *,
+    substeps: int = 1,
+    saturate: bool = False,
+    record: Selection = "touching",
+    instrument: Instrument = RIGID,
+    threads: int | None = None,
+) -> "xr.Dataset":
+    """Replay load events across an ensemble; parameters and errors as in `Replay`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions ``step`` and ``asperity``; see `historysim.recording.variables` for what stands in it.
+    """
+    job = Replay(ensemble, events, substeps=substeps, saturate=saturate, record=record, instrument=instrument)
+    return attrs.evolve(job, threads=threads).dataset()

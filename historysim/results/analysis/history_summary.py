@@ -1,0 +1,157 @@
+"""A history in a few lines, and what the model assumes that did not hold."""
+
+from contextlib import suppress
+
+import numpy as np
+import numpy.typing as npt
+
+from historysim.basics import findings
+from historysim.basics.findings import Finding
+from historysim.basics.units import duration_text, quantity_text
+from historysim.errors import InputError
+from historysim.results.analysis.preliminary import capacity, friction_of
+from historysim.results.analysis.recorded import CHANGING_HEIGHT, Recorded, is_complete, present_friction
+from historysim.results.analysis.slips import NEVER, first_steps, order_of_sliding
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+MOST_COEFFICIENTS = 4
+"""Friction coefficients that a summary names."""
+WORTH_TELLING = 1.05
+"""Ratio of traction to friction limit from which a summary tells it."""
+
+
+def validity(history: Recorded) -> tuple[Finding, ...]:
+    """Return which assumptions of the model did not hold where the asperities were pressed most.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+
+    Returns
+    -------
+    tuple of Finding
+        Name, value, limit and text of each; see `historysim.asperities.validity.findings`. None of a history of a
+        version that did not check them.
+    """
+    return findings.read(history.attrs.get("validity", "[]"))
+
+
+def summary(history: Recorded) -> list[tuple[str, str]]:
+    """Return in a few lines what happened.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+
+    Returns
+    -------
+    list of (label, text)
+        Steps and duration, asperities touched, peak loads, preliminary displacement and critical asperity at
+        the peak normal load, which asperity slides first and which last, dissipated energy, what has evolved, steps at
+        which the tangential load was held at the limit, and a warning for each assumption of the model that does not
+        hold.
+    """
+    normal, tangential = history["total_normal_load"].values, history["total_tangential_load"].values
+    peak = int(normal.argmax())
+    time = history["time"].values
+    lines = [
+        ("steps", f"{time.size:,} over {duration_text(time[-1] - time[0])}"),
+        ("asperities touched", _touched(history)),
+        ("peak normal load", quantity_text(normal[peak], "N")),
+        ("peak tangential load", quantity_text(np.abs(tangential).max(), "N")),
+    ]
+    try:
+        displacement, asperity = capacity(history)
+    except InputError:
+        reason = "its version did not record changes of friction: run it again"
+        if not is_complete(history):
+            reason = "not all asperities that touch are recorded"
+        lines.append(("preliminary displacement", f"not available: {reason}"))
+    else:
+        lines += [
+            ("preliminary displacement", _preliminary(history, normal, displacement, asperity)),
+            ("critical asperity", f"{asperity[peak]}, the last to slide" if displacement[peak] > 0 else "none"),
+        ]
+    with suppress(InputError):
+        lines.append(("slides first", _first_to_slide(history)))
+    lines.append(("dissipated energy", quantity_text(history["total_dissipated_energy"].values[-1], "J")))
+    lines += _evolved(history)
+    if held := int(history["saturated"].values.sum()):
+        lines.append(("held at the limit", f"{held:,} steps"))
+    if (
+        "largest_traction_ratio" in history
+        and (largest := history["largest_traction_ratio"].values.max()) > WORTH_TELLING
+    ):
+        lines.append(
+            ("traction", f"up to {largest:.2f} μp where friction fell: the model is that far from Coulomb's law")
+        )
+    return [*lines, *(("warning", finding.text) for finding in validity(history))]
+
+
+def _preliminary(history: Recorded, normal: Floats, displacement: Floats, asperity: Integers) -> str:
+    """Return at which displacement a virgin contact slides as a whole; where friction changes, at each coefficient."""
+    touches = displacement > 0
+    if not touches.any():
+        return "none, nothing touches"
+    changes = present_friction(history).changes
+    friction = np.round(friction_of(history, asperity), 6)[touches] if changes else np.zeros(touches.sum())
+    normal, displacement = normal[touches], displacement[touches]
+    _, first = np.unique(friction, return_index=True)
+    coefficients = friction[np.sort(first)]
+    if coefficients.size > MOST_COEFFICIENTS:
+        coefficients = coefficients[[0, -1]]
+    told = []
+    for coefficient in coefficients:
+        of_it = np.flatnonzero(friction == coefficient)
+        at = of_it[normal[of_it].argmax()]
+        where = f" at μ = {coefficient:.4g}" if coefficients.size > 1 else ""
+        told.append(
+            f"{quantity_text(float(displacement[at]), 'm')}{where} under {quantity_text(float(normal[at]), 'N')}"
+        )
+    return f"{', '.join(told)}, loaded from rest"
+
+
+def _evolved(history: Recorded) -> list[tuple[str, str]]:
+    """Return how far asperities have slid, what they have lost, and what was forgotten with their shapes."""
+    lines = []
+    if "total_slid_distance" in history:
+        lines.append(("slid together", quantity_text(history["total_slid_distance"].values[-1], "m")))
+    if "worn_volume" in history:
+        worn = history["worn_volume"].isel(step=-1).values
+        lines.append(("worn volume", f"{worn.sum():.4g} m³ of the recorded asperities"))
+    if "erased_memories" in history and (erased := int(history["erased_memories"].values[-1])):
+        energy = quantity_text(history["erased_energy"].values[-1], "J")
+        lines.append(("erased memories", f"{erased:,}, with an elastic energy of {energy}"))
+    return lines
+
+
+def _touched(history: Recorded) -> str:
+    most = int(history["contact_count"].values.max())
+    total = f" of {history.attrs['number_of_asperities']:,}" if "number_of_asperities" in history.attrs else ""
+    if not is_complete(history):
+        return f"{most:,}{total} at one time"
+    separation = history["separation"].values
+    if CHANGING_HEIGHT in history:
+        touches = history[CHANGING_HEIGHT].values > separation[:, np.newaxis]
+    else:
+        touches = history["summit_height"].values[np.newaxis] > separation.min()
+    touched = int(touches.any(axis=0).sum())
+    return f"{touched:,}{total}" + (f", {most:,} at one time" if most < touched else "")
+
+
+def _first_to_slide(history: Recorded) -> str:
+    steps = first_steps(history)["slide"]
+    order = order_of_sliding(history, steps)
+    recorded = "" if is_complete(history) else " recorded"
+    if not order.size:
+        return f"none{recorded} does"
+    began = steps[steps != NEVER]
+    together = int((began == began.min()).sum())
+    # what happens between two steps is known to have an order, and not always which
+    among = f", one of {together:,} that do between the same two steps" if together > 1 else ""
+    last = f"; asperity {order[-1]} last" if order.size > 1 else ""
+    some = f"; {order.size:,} of {steps.size:,} slide" if order.size < steps.size else ""
+    of_recorded = " (of those recorded)" if recorded else ""
+    return f"asperity {order[0]}{among}{last}{some}{of_recorded}"

@@ -1,0 +1,100 @@
+"""Pictures of wear: the volume that asperities have lost, over time, or over the distance that they slid."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from historysim.errors import InputError
+from historysim.results.analysis.recorded import shape_of
+from historysim.results.plots.along_path import kept_steps
+from historysim.results.plots.line_styles import line_style
+from historysim.results.plots.paper import COLUMN, Size, new_figure
+from historysim.results.plots.style import INK, plain_title, scaled
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+MOST = 8
+"""Asperities whose own volume is drawn: those that lose most."""
+
+
+def check_worn(history: xr.Dataset) -> None:
+    """Check that a history tells what its asperities lose.
+
+    Raises
+    ------
+    InputError
+        It does not.
+    """
+    if "worn_volume" not in history:
+        raise InputError("the history has no worn_volume; expected one of a scenario with [wear], with its asperities")
+
+
+def draw_wear(axes: "Axes", history: xr.Dataset, over: str = "time") -> None:
+    """Draw the worn volume of all asperities, and of those that lose most, into axes."""
+    kept = kept_steps(history.sizes["step"])
+    worn = history["worn_volume"].isel(step=kept).values
+    total = worn.sum(axis=1)
+    # µm³ for those with a micrometre to wear: prefixes of cubes are read with the metre
+    factor, unit = (1e27, "nm³") if total.max(initial=0.0) < 1e-21 else (1e18, "µm³")
+    if over == "time":
+        along, label = history["time"].values[kept], "time (s)"
+    else:
+        values, length = scaled(history["total_slid_distance"].values[kept], "m")
+        along, label = values, f"distance that all slid ({length})"
+    axes.plot(along, total * factor, color=INK, linewidth=1.3, label="all")
+    most = np.argsort(-worn[-1], kind="stable")[: min(MOST, worn.shape[1])]
+    most = most[worn[-1, most] > 0]
+    if worn.shape[1] > 1:
+        for number, column in enumerate(most):
+            name = f"asperity {int(history['asperity'].values[column])}"
+            axes.plot(along, worn[:, column] * factor, label=name, **line_style(number, most.size))
+    axes.set(title="Wear", xlabel=label, ylabel=f"worn volume ({unit})", ylim=(0, None))
+    axes.margins(x=0.01)
+    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+
+
+def plot_wear(history: xr.Dataset, *, size: Size | None = None) -> "Figure":
+    """Draw the volume that asperities lose: over time, over the distance slid, and the summits before and after.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history of asperities that wear.
+    size : (float, float), optional
+        Width and height [mm].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A figure 180 mm wide, or of that size.
+
+    Raises
+    ------
+    InputError
+        Nothing wears.
+    """
+    check_worn(history)
+    with new_figure(size, (2 * COLUMN, 75.0)) as figure:
+        left, right = figure.subplots(1, 2, width_ratios=(1.5, 1))
+        draw_wear(left, history)
+        names = ("height", "radius")
+        heights, radii = (np.stack([_summits(history, name, step) for step in (0, -1)]) for name in names)
+        heights, unit = scaled(heights, "m")
+        radii, radius_unit = scaled(radii, "m")
+        for row, (marker, name) in enumerate((("o", "before"), ("s", "after"))):
+            right.plot(heights[row], radii[row], marker, ms=4, mfc="none", label=name)
+        right.set(xlabel=f"summit height $z$ ({unit})", ylabel=f"summit radius $R$ ({radius_unit})")
+        right.set_title("Summits")
+        right.legend(loc="best")
+        if title := history.attrs.get("title"):
+            figure.suptitle(plain_title(str(title)), x=0.01, ha="left", fontsize=9.5)
+    return figure
+
+
+def _summits(history: xr.Dataset, name: str, step: int) -> npt.NDArray[np.float64]:
+    found: npt.NDArray[np.float64] = shape_of(history, f"summit_{name}", step)
+    return found

@@ -1,0 +1,72 @@
+"""A scenario in a few lines."""
+
+import numpy as np
+
+from historysim.basics.units import duration_text, quantity_text
+from historysim.basics.wording import counted
+from historysim.recording import recorded_validity
+from historysim.scenario.scenario import Scenario
+from historysim.scenario.sections import SweepSection
+from historysim.scenario.surface_kinds import BuiltSurface
+
+
+def summary(scenario: Scenario) -> list[tuple[str, str]]:
+    """Return what a scenario asks for, in a few lines; it is checked on the way.
+
+    Parameters
+    ----------
+    scenario : Scenario
+
+    Returns
+    -------
+    list of (label, text)
+        Title, asperities, events and how long they last, substeps, what is recorded, laws of friction and wear, of a
+        map that is filtered or otherwise prepared its statistics before and after, with ``[adhesion]`` how adhesive the
+        asperities are, what is to be known about how the surface was made, and a warning for each assumption of the
+        model that does not hold at the greatest load.
+
+    Raises
+    ------
+    InputError
+        The scenario, or a file that it names, cannot be used as it is.
+    """
+    surface = scenario.surface()
+    notices = list(surface.notices)
+    built = scenario.build(notices.append, surface)
+    ensemble, events, contact = built.ensemble, built.events, built.adhering()
+    recorded = scenario.record if isinstance(scenario.record, str) else f"{len(scenario.record):,} chosen"
+    before = scenario.unprepared_surface()
+    return [
+        ("title", " ".join(scenario.title.split()) or scenario.path.stem),
+        ("asperities", f"{len(ensemble):,}"),
+        ("events", f"{len(events):,} over {duration_text(events[-1].time - events[0].time)}"),
+        ("substeps", str(scenario.substeps)),
+        ("recorded asperities", recorded),
+        *([("friction", ensemble.law.text)] if ensemble.law else []),
+        *([("wear", ensemble.wear.text)] if ensemble.wear else []),
+        *([("sweep", _sweep_line(scenario.sections.sweep))] if scenario.sections.sweep else []),
+        *([("map as it comes", _map_line(before)), ("map as prepared", _map_line(built.surface))] if before else []),
+        *(contact.summary() if contact else []),
+        *(("note", notice) for notice in notices),
+        *(("warning", finding.text) for finding in recorded_validity.findings(ensemble, events, scenario.instrument)),
+    ]
+
+
+def _sweep_line(sweep: SweepSection) -> str:
+    grid = sweep.grid()
+    axes = " × ".join(f"{len(axis.values)} of {' with '.join(axis.keys)}" for axis in grid.axes)
+    return f"{counted(len(grid), 'cell', 'cells')}: {axes}"
+
+
+def _map_line(built: BuiltSurface) -> str:
+    """Return in a line what the map and the summits of a surface are like."""
+    surface, summits = built.surface, built.summits
+    if surface is None or summits is None:
+        return "none"
+    found = surface.statistics()
+    heights = f"Rq {quantity_text(found.rms_height, 'm')}, Rz {quantity_text(found.height_range, 'm')}"
+    points = " × ".join(map(str, surface.shape))
+    radius = quantity_text(float(np.median(summits.radius)), "m")
+    return (
+        f"{points} points, {heights}, rms slope {found.rms_slope:.3g}, {len(summits):,} summits, median radius {radius}"
+    )

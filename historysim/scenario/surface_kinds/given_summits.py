@@ -1,0 +1,117 @@
+"""Surfaces given by their summits: one, a list, a table of them, or a regular array."""
+
+from pathlib import Path
+
+import attrs
+
+from historysim.basics.places import misfit
+from historysim.basics.wording import nearest, shown
+from historysim.scenario.column_keys import NumbersFile
+from historysim.scenario.schema import Length, Lengths, Number, given
+from historysim.scenario.surface_kinds.surface_kind import BuiltSurface
+from historysim.tables import Column
+
+
+@attrs.frozen
+class Sphere:
+    """One spherical asperity."""
+
+    radius: Length
+
+    def ground(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - a sphere needs no file
+        """Return one summit at height 0."""
+        from historysim.surfaces.summits import Summits
+
+        return BuiltSurface(Summits(0.0, self.radius))
+
+
+@attrs.frozen
+class InlineSummits:
+    """Summits written out in the scenario; a single number stands for all."""
+
+    height: Lengths
+    radius: Lengths
+    x: Lengths | None = None
+    y: Lengths | None = None
+
+    def ground(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - they are in the scenario itself
+        """Return the summits."""
+        import numpy as np
+
+        from historysim.surfaces.summits import Summits
+
+        sizes = {key: np.size(value) for key, value in given(self).items()}
+        for key, size in sizes.items():
+            if size == 0:
+                raise misfit("an empty array; expected one number, or one for each summit", key)
+        height = np.broadcast_to(self.height, max(sizes.values())) if sizes["height"] == 1 else self.height
+        return BuiltSurface(Summits(height, self.radius, self.x, self.y))
+
+
+@attrs.frozen
+class SummitColumns:
+    """Which column of the summit table holds what."""
+
+    height: Column
+    radius: Column
+    x: Column | None = None
+    y: Column | None = None
+    friction: Column | None = None
+
+
+@attrs.frozen(kw_only=True)
+class SummitTable(NumbersFile):
+    """Summits from a table."""
+
+    columns: SummitColumns
+
+    def ground(self, folder: Path) -> BuiltSurface:
+        """Return the summits of the table."""
+        from historysim.surfaces.summits import Summits
+
+        units = {"height": "m", "radius": "m", "x": "m", "y": "m", "friction": "1"}
+        rows = self.table(folder, given(self.columns), units)
+        found = rows.columns
+        for key, expected in (("radius", "more than 0"), ("friction", "0 or more")):
+            for row, value in enumerate(found.get(key, ())):
+                if value < 0 or (value == 0 and key == "radius"):
+                    problem = f"{rows.place(row)}: {key} is {value:g}; expected {expected}, in SI"
+                    raise misfit(f"{self.name}: {problem}", "file")
+        summits = Summits(found["height"], found["radius"], found.get("x"), found.get("y"))
+        return BuiltSurface(summits, friction=found.get("friction"))
+
+
+@attrs.frozen
+class Textured:
+    """A regular array of equal asperities, with scatter on request."""
+
+    count: tuple[int, ...]
+    pitch: Lengths
+    radius: Length
+    scaling: str | None = None
+    height_scatter: Length = 0.0
+    radius_scatter: Number = 0.0
+    seed: int | None = None
+
+    def ground(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - a texture needs no file
+        """Return the array; by a scaling law the radius is that of the one asperity which the array replaces."""
+        import math
+
+        from historysim.basics.arguments import representable
+        from historysim.surfaces.textured import LAWS, split, textured_summits
+
+        radius = self.radius
+        if self.scaling is not None:
+            if self.scaling not in LAWS:
+                raise misfit(f"{shown(self.scaling)}; {nearest(self.scaling, LAWS)}", "scaling")
+            radius = float(split(radius, max(math.prod(self.count), 1), self.scaling))
+        with representable():
+            summits = textured_summits(
+                self.count,  # type: ignore[arg-type] # its length is checked there
+                self.pitch,  # type: ignore[arg-type] # likewise
+                radius,
+                height_scatter=self.height_scatter,
+                radius_scatter=self.radius_scatter,
+                seed=self.seed,
+            )
+        return BuiltSurface(summits)

@@ -1,0 +1,258 @@
+"""Surfaces given by a height map: random, measured, or the sum of two."""
+
+import abc
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Protocol
+
+import attrs
+
+from historysim.basics.places import at, misfit
+from historysim.basics.wording import counted
+from historysim.errors import InputError
+from historysim.scenario.schema import Length, Lengths, Number, Quantity
+from historysim.scenario.surface_kinds.surface_kind import BuiltSurface
+
+if TYPE_CHECKING:
+    from historysim.surfaces.heights import Surface
+    from historysim.surfaces.summits import Summits
+
+PREPARATION = (
+    "crop_x",
+    "crop_y",
+    "spikes",
+    "outliers",
+    "s_filter",
+    "resolution",
+    "l_filter",
+    "robust",
+    "prune",
+)
+"""Keys that prepare a map, beside its form."""
+
+Angle = Annotated[float, Quantity("rad")]
+
+
+class MapKind(Protocol):
+    """A surface that is a height map."""
+
+    def surface(self, folder: Path) -> "Surface":
+        """Return the map; paths are relative to the folder."""
+
+    def noticed(self, folder: Path) -> "tuple[Surface, tuple[str, ...]]":
+        """Return the map, and what the user should know about how it was made."""
+
+
+@attrs.frozen(kw_only=True)
+class HeightMap(abc.ABC):
+    """What every kind with a height map has."""
+
+    rule: int = 9
+    s_filter: Length | None = None
+    l_filter: Length | None = None
+    robust: bool = False
+    resolution: Lengths | None = None
+    prune: bool | float | None = None
+    ball_radius: Length | None = None
+
+    @abc.abstractmethod
+    def surface(self, folder: Path) -> "Surface":
+        """Return the map."""
+
+    def noticed(self, folder: Path) -> "tuple[Surface, tuple[str, ...]]":
+        """Return the map, and nothing that the user should know."""
+        return self.surface(folder), ()
+
+    def unprepared(self) -> "HeightMap | None":
+        """Return the same kind with its map as it comes, and all its summits; None where this is that."""
+        default = {field.name: field.default for field in attrs.fields(type(self)) if field.name in PREPARATION}
+        plain = attrs.evolve(self, **default)
+        return None if plain == self else plain
+
+    def filtered(self, surface: "Surface") -> "Surface":
+        """Return a map after its S-filter, on the points of the resolution that is asked for, after its L-filter."""
+        if self.robust and self.s_filter is None and self.l_filter is None:
+            raise misfit("there is no filter; expected s_filter or l_filter beside it", "robust")
+        if self.s_filter is not None:
+            with at("s_filter"):
+                surface = surface.smoothed(self.s_filter, robust=self.robust)
+        if self.resolution is not None:
+            with at("resolution"):
+                surface = surface.at_resolution(self.resolution)
+        if self.l_filter is not None:
+            with at("l_filter"):
+                surface = surface.roughness(self.l_filter, robust=self.robust)
+        return surface
+
+    def _summits(self, surface: "Surface") -> "Summits":
+        """Return the summits, without those that rise less than a share of the height range."""
+        from historysim.surfaces.summits import WOLF
+
+        if not self.prune:
+            return surface.summits(self.rule)
+        share = WOLF if self.prune is True else self.prune
+        return surface.summits(self.rule, prominence=share * surface.statistics().height_range)
+
+    def ground(self, folder: Path) -> BuiltSurface:
+        """Return the summits of the map, and the map."""
+        from historysim.basics.arguments import representable
+
+        with representable():
+            surface, notices = self.noticed(folder)
+            if self.ball_radius is not None:
+                with at("ball_radius"):
+                    surface = surface.on_ball(self.ball_radius)
+            summits = self._summits(surface)
+        if not len(summits):
+            points = " × ".join(map(str, surface.shape))
+            raise InputError(
+                f"the {self.rule}-point rule finds no summit among {points} points; expected a point with lower ones "
+                "all around, none of them missing or beyond the border"
+            )
+        return BuiltSurface(summits, surface, notices=notices, ball_radius=self.ball_radius)
+
+
+def _cropped(
+    surface: "Surface", x: "float | tuple[float, ...] | None", y: "float | tuple[float, ...] | None"
+) -> "Surface":
+    """Return the points of a map between two positions along x and along y, their heights as they are."""
+    for key, ends in (("x", x), ("y", y)):
+        if ends is not None:
+            with at(f"crop_{key}"):
+                surface = surface.cropped(**{key: ends})
+    return surface
+
+
+@attrs.frozen(kw_only=True)
+class RandomMap(HeightMap):
+    """Random heights with an autocorrelation function."""
+
+    shape: tuple[int, ...]
+    pixel_size: Lengths
+    rms_height: Length
+    autocorrelation_length: Lengths
+    seed: int
+    autocorrelation: str = "exponential"
+    skewness: Number = 0.0
+    kurtosis: Number = 3.0
+    crop_x: Lengths | None = None
+    crop_y: Lengths | None = None
+
+    def surface(self, folder: Path) -> "Surface":  # noqa: ARG002 - it needs no file
+        """Return the map."""
+        from historysim.surfaces.random import random_surface
+
+        made = random_surface(
+            self.shape,  # type: ignore[arg-type] # its length is checked there
+            self.pixel_size,
+            self.rms_height,
+            self.autocorrelation_length,
+            seed=self.seed,
+            autocorrelation=self.autocorrelation,
+            skewness=self.skewness,
+            kurtosis=self.kurtosis,
+        )
+        return self.filtered(_cropped(made, self.crop_x, self.crop_y))
+
+
+@attrs.frozen(kw_only=True)
+class MeasuredMap(HeightMap):
+    """A measured height map."""
+
+    file: str
+    pixel_size: Lengths | None = None
+    height_unit: str | None = None
+    lateral_unit: str | None = None
+    channel: int | str | None = None
+    crop_x: Lengths | None = None
+    crop_y: Lengths | None = None
+    spikes: Number | None = None
+    form: str = "plane"
+    degree: int | None = None
+    outliers: Number | None = None
+    rms_height: Length | None = None
+    mirrored: bool = False
+
+    def __attrs_post_init__(self) -> None:
+        """Check the thresholds."""
+        for key in ("spikes", "outliers"):
+            value = getattr(self, key)
+            if value is not None and not value > 0:
+                raise misfit(f"{value:g}; expected a number of standard deviations, greater than 0", key)
+
+    def surface(self, folder: Path) -> "Surface":
+        """Return the map of the file, prepared."""
+        return self.noticed(folder)[0]
+
+    def noticed(self, folder: Path) -> "tuple[Surface, tuple[str, ...]]":
+        """Return the map of the file, prepared, and what the user should know about it."""
+        from historysim.surfaces.outliers import outliers, spikes
+        from historysim.surfaces.quantisation import quantisation_notice
+
+        measured = _cropped(self._read(folder), self.crop_x, self.crop_y)
+        coarse = quantisation_notice(measured) if self.s_filter is None else None
+        notices = [f"{self.file}: {coarse}"] if coarse else []
+        if self.spikes is not None:
+            found = spikes(measured.heights, self.spikes)
+            measured = measured.without(found)
+            notices.append(f"{self.file}: {counted(int(found.sum()), 'point', 'points')} taken off as spikes")
+        with at("form"):
+            measured = measured.detrended(self.form, self.degree)
+        if self.outliers is not None:
+            found = outliers(measured.heights, self.outliers)
+            measured = measured.without(found)
+            notices.append(f"{self.file}: {counted(int(found.sum()), 'point', 'points')} taken off as outliers")
+        measured = self.filtered(measured)
+        if self.rms_height is not None:
+            with at("rms_height"):
+                measured = measured.scaled(self.rms_height)
+        return measured.mirrored() if self.mirrored else measured, tuple(notices)
+
+    def _read(self, folder: Path) -> "Surface":
+        from historysim.surfaces.reading import read_surface
+
+        with at("file"):
+            return read_surface(
+                folder / self.file,
+                pixel_size=self.pixel_size,  # type: ignore[arg-type] # its length is checked there
+                height_unit=self.height_unit,
+                lateral_unit=self.lateral_unit,
+                channel=self.channel,
+            )
+
+
+@attrs.frozen(kw_only=True)
+class SumOfMaps(HeightMap):
+    """Two rough surfaces against each other, as the sum of both against a flat."""
+
+    first: MapKind
+    second: MapKind
+    shift: Lengths = (0.0, 0.0)
+    rotation: Angle = 0.0
+    interpolation: str = "spline"
+
+    def surface(self, folder: Path) -> "Surface":
+        """Return the sum of both maps."""
+        return self.noticed(folder)[0]
+
+    def noticed(self, folder: Path) -> "tuple[Surface, tuple[str, ...]]":
+        """Return the sum of both maps, and what splines take from the second one."""
+        from historysim.surfaces.smoothing import smoothing_notice
+
+        with at("first"):
+            first, notices = self.first.noticed(folder)
+        with at("second"):
+            second, more = self.second.noticed(folder)
+        total = first.combined(
+            second,
+            shift=self.shift,
+            rotation=self.rotation,
+            interpolation=self.interpolation,  # type: ignore[arg-type] # its value is checked there
+        )
+        smoothed = None
+        if self.interpolation == "spline":
+            smoothed = smoothing_notice(first, second, shift=self.shift, rotation=self.rotation)
+        return self.filtered(total), (
+            *notices,
+            *more,
+            *([f"second surface of the sum: {smoothed}"] if smoothed else []),
+        )

@@ -1,0 +1,61 @@
+"""What every kind of ``[surface]`` gives, and has to do."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+import attrs
+
+if TYPE_CHECKING:
+    from historysim.interaction.solutions import NormalSolutions
+    from historysim.surfaces.heights import Surface
+    from historysim.surfaces.summits import Summits
+
+
+@attrs.frozen(eq=False)
+class Curve:
+    """A normal curve: approaches from first touch [m], loads [N] and, where they are known, contact areas [m²]."""
+
+    approach: Any
+    load: Any
+    area: Any = None
+
+
+@attrs.frozen(eq=False)
+class BuiltSurface:
+    """What a ``[surface]`` gives.
+
+    Attributes
+    ----------
+    summits : Summits, optional
+        The summits that become asperities; None where a normal curve is given.
+    surface : Surface, optional
+        The height map that they were found on.
+    friction : array (summit), optional
+        Their friction coefficients, where the surface has its own.
+    notices : tuple of str
+        What the user should know about how it was made.
+    interacts : bool
+        Whether the contact is that of the whole map, whose parts press on one another, and not of its summits.
+    solutions : NormalSolutions, optional
+        Those of the map, once they are there.
+    curve : Curve, optional
+        The contact itself, where it is known already.
+    ball_radius : float, optional
+        Radius of the ball that the map lies on [m]: the nominal area is then that of its contact.
+    """
+
+    summits: "Summits | None"
+    surface: "Surface | None" = None
+    friction: Any = None
+    notices: tuple[str, ...] = ()
+    interacts: bool = False
+    solutions: "NormalSolutions | None" = None
+    curve: Curve | None = None
+    ball_radius: float | None = None
+
+
+class SurfaceKind(Protocol):
+    """``[surface]``: one class for each kind; a new kind is a new class in ``KINDS``."""
+
+    def ground(self, folder: Path) -> BuiltSurface:
+        """Return the summits, with the map that they were found on; paths are relative to the folder."""

@@ -1,0 +1,132 @@
+"""Readings of the preliminary displacement, against closed forms of one sphere and at the noise of instruments."""
+
+import attrs
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import historysim as hs
+from historysim.contact import mindlin
+from historysim.measured import preliminary_readings
+from historysim.measured.definitions import Definitions
+from historysim.measured.measurement import Measurement
+from historysim.measured.splitting import loops_of_channels, loops_of_measurement
+from historysim.results import analysis
+
+PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+DISPLACEMENT_NOISE, LOAD_NOISE = 1e-9, 6e-6  # of the instruments
+LOOPS, AMPLITUDE, STEP = 40, 50e-9, 2.5e-9
+LOADS = {50e-3: 0.12, 90e-3: 0.2}
+
+
+def theory(normal_load, friction):
+    sphere = hs.Ensemble(PAIR, 0.0, 2.5e-3, friction)
+    return PAIR.displacement_ratio * friction * float(sphere.approach_at(normal_load))
+
+
+@pytest.fixture(scope="module", params=list(LOADS))
+def swung(request):
+    """Triangular loops of one sphere whose reversals lie between the samples; the normal load and its θμδ."""
+    friction = LOADS[request.param]
+    way = np.arange(STEP * 0.37, 4 * AMPLITUDE * LOOPS, STEP)
+    turns = np.arange(AMPLITUDE, way[-1], 2 * AMPLITUDE)
+    every = np.sort(np.concatenate([way, turns]))
+    moved = np.interp(every, [0, *turns], [0, *(AMPLITUDE * (-1.0) ** np.arange(turns.size))])
+    moved[every > turns[-1]] = (
+        AMPLITUDE * (-1) ** (turns.size - 1) * (1 - (every[every > turns[-1]] - turns[-1]) / 50e-9)
+    )
+    events = [hs.NormalLoad(0.0, request.param)]
+    events += [hs.TangentialDisplacement(float(at), float(u)) for at, u in zip(every, moved, strict=True)]
+    history = hs.replay(hs.Ensemble(PAIR, 0.0, 2.5e-3, friction), events, record="totals")
+    sampled = history.isel(step=np.isin(history.time.values, way))
+    return sampled, request.param, theory(request.param, friction)
+
+
+def noisy(sampled, normal_load, seed=None, lateral_stiffness=np.inf):
+    u, load = sampled.tangential_displacement.values, sampled.total_tangential_load.values
+    if seed is not None:
+        random = np.random.default_rng(seed)
+        u = u + DISPLACEMENT_NOISE * random.normal(size=u.size)
+        load = load + LOAD_NOISE * random.normal(size=u.size)
+    u = u + load / lateral_stiffness
+    return loops_of_channels(sampled.time, u, load, normal_load, dead_band=10e-9, lateral_stiffness=lateral_stiffness)
+
+
+def test_the_bias_at_the_noise_of_the_instruments(swung):
+    sampled, normal_load, truth = swung
+    for seed, share in ((None, 0.003), (1, 0.02)):
+        found = noisy(sampled, normal_load, seed)
+        assert len(found) == LOOPS - 1
+        virgin = found.statistics("virgin_displacement")
+        assert virgin.count == LOOPS - 1
+        assert virgin.mean == pytest.approx(truth, rel=share)
+        for name, factor in (
+            ("preliminary_displacement", preliminary_readings.reversal_factor(0.95)),
+            ("displacement_from_zero_load", preliminary_readings.zero_load_factor(0.95)),
+        ):
+            assert found.statistics(name).mean == pytest.approx(factor * truth, abs=1e-9)
+
+
+def test_an_instrument_is_taken_off_the_virgin_displacement(swung):
+    sampled, normal_load, truth = swung
+    found = noisy(sampled, normal_load, lateral_stiffness=334e3)
+    assert found.statistics("virgin_displacement").mean == pytest.approx(truth, rel=0.003)
+    assert found.statistics("preliminary_displacement").mean > 1.1 * preliminary_readings.reversal_factor(0.95) * truth
+    lines = dict(found.summary())
+    assert lines["preliminary displacement"].endswith("and what the load bends the instrument of 334 kN/m by")
+
+
+def test_factors_are_those_of_theory():
+    """To slip: 2 from the reversal, 2^(1/3) from zero load (the source's Eq. 4.5)."""
+    assert preliminary_readings.reversal_factor(1 - 1e-15) == pytest.approx(2, abs=1e-9)
+    assert preliminary_readings.zero_load_factor(1 - 1e-15) == pytest.approx(2 ** (1 / 3), abs=1e-9)
+    contact = {"normal_load": 1.0, "contact_radius": 1.0, "shear_modulus": 1.0, "friction": 1.0}
+    slide = float(mindlin.preliminary_displacement(**contact))
+    for reached in (0.5, 0.8, 0.95):
+        # from sliding backward to forward
+        load = -1 + 2 * reached
+        u = float(mindlin.displacement_after_reversal(-load, reversal_load=1.0, **contact))
+        assert (slide - u) / slide == pytest.approx(preliminary_readings.reversal_factor(reached), rel=1e-12)
+
+
+def test_the_summary_says_which_is_which(swung):
+    sampled, normal_load, _ = swung
+    lines = dict(noisy(sampled, normal_load).summary())
+    assert lines["preliminary displacement"] == (
+        "from the reversal to where 0.95 of the way from the reversal to the friction force is first reached: "
+        "1.73 θμδ on a sphere"
+    )
+    assert lines["displacement from zero load"].startswith("to the same place: 0.988 θμδ on a sphere; to slip itself")
+    other = loops_of_channels(
+        sampled.time,
+        sampled.tangential_displacement,
+        sampled.total_tangential_load,
+        normal_load,
+        definitions=Definitions(reached=0.8),
+    )
+    assert "0.8 of the way" in dict(other.summary())["preliminary displacement"]
+
+
+def test_the_virgin_displacement_is_what_the_analysis_of_a_history_says(swung):
+    """On one sphere, at one normal load, from its history as from a record of it."""
+    _, normal_load, truth = swung
+    events = [hs.NormalLoad(0.0, normal_load)]
+    events += [hs.TangentialDisplacement(1.0 + i, AMPLITUDE * (-1) ** i) for i in range(4)]
+    history = hs.replay(hs.Ensemble(PAIR, 0.0, 2.5e-3, LOADS[normal_load]), events, substeps=100)
+    assert float(analysis.preliminary_displacement(history)[-1]) == pytest.approx(truth, rel=1e-9)
+    assert analysis.friction_loops(history).statistics("virgin_displacement").mean == pytest.approx(truth, rel=1e-6)
+
+
+def test_what_is_not_known():
+    u = np.concatenate([np.linspace(-1, 1, 5), np.linspace(1, -1, 5)[1:]])
+    # all of the way in one sample
+    steep = loops_of_channels(np.arange(9.0), u, [-1, 1, 1, 1, 1, -1, -1, -1, -1], dead_band=0.1)
+    assert np.isnan(steep.virgin_displacement).all()
+    # a load that never changes its sign has no zero
+    above = attrs.evolve(
+        Measurement(np.arange(9.0), {"tangential_displacement": u}),
+        response={"tangential_load": np.array([2.0, 2.5, 2.8, 3, 3, 2.5, 2.2, 2, 2])},
+    )
+    found = loops_of_measurement(above)
+    assert np.isnan(found.displacement_from_zero_load[0, 0])
+    assert_allclose(found.preliminary_displacement[0, 0], 0.5 * 2.5, rtol=0.2)

@@ -1,0 +1,129 @@
+"""Pictures of histories: what stands in them. That they look well was seen by eye."""
+
+import io
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+import xarray as xr
+
+import historysim as hs
+from historysim.results.plots import along_path, slip_map, style
+from historysim.results.plots import load_history as plots
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
+HEIGHTS = np.array([0.0, -20e-9, -10e-9, -500e-9])
+
+
+def replayed(record="all", friction=0.2, loops=2):
+    swings = [(1.0, 50e-9), (3.0, -50e-9), (4.0, 0.0)]
+    events = [hs.NormalLoad(0.0, 5e-3)]
+    events += [hs.TangentialDisplacement(4.0 * loop + after, value) for loop in range(loops) for after, value in swings]
+    return hs.replay(hs.Ensemble(PAIR, HEIGHTS, 1e-5, friction), events, substeps=10, record=record)
+
+
+def drawn(history):
+    figure = plots.plot_history(history)
+    picture = io.BytesIO()
+    figure.savefig(picture, dpi=50)
+    assert picture.getvalue().startswith(b"\x89PNG")
+    return figure, {axes.get_title(loc="left"): axes for axes in figure.axes}
+
+
+def test_loop_loads_and_slip_state_are_drawn():
+    _, panels = drawn(replayed())
+    assert panels["Friction loop"].get_xlabel() == "tangential displacement $U$ (nm)"
+    assert panels["Friction loop"].get_ylabel() == "tangential load $T$ (mN)"
+    assert panels["Loads"].get_ylabel() == "normal load\n$N$ (mN)"
+    legend = [text.get_text() for text in panels["Slip state"].get_legend().get_texts()]
+    assert legend == list(style.STATES)
+
+
+def test_the_map_shows_each_asperity_highest_on_top():
+    history = replayed()
+    _, panels = drawn(history)
+    shown = np.asarray(panels["Slip state"].get_images()[0].get_array())
+    assert (shown == history.slip_state.values[:, [0, 2, 1, 3]].T).all()
+    labels = [label.get_text() for label in panels["Slip state"].get_yticklabels()]
+    assert labels == ["0", "2", "1", "3"]
+
+
+def limits(figure):
+    return [line for axes in figure.axes for line in axes.get_lines() if line.get_label() == "friction limit"]
+
+
+@pytest.mark.parametrize("record", ["touching", "totals", [0]])
+def test_the_friction_limit_is_drawn_whatever_is_recorded(record):
+    friction = [0.1, 0.2, 0.3, 0.4]
+    whole = replayed(friction=friction)
+    expected = (whole.normal_load * whole.friction).sum("asperity").values
+    figure, _ = drawn(replayed(friction=friction, record=record))
+    (line,) = limits(figure)
+    factor = 1e3 if "(mN)" in line.axes.get_ylabel() else 1e6
+    assert line.get_ydata() == pytest.approx(expected * factor, rel=1e-9)
+
+
+def test_totals_alone_show_the_energy_instead_of_the_map():
+    _, panels = drawn(replayed(record="totals"))
+    assert "Slip state" not in panels
+    assert panels["Dissipated energy"].get_ylabel() == "energy (pJ)"
+
+
+@pytest.mark.parametrize(
+    "events", [[hs.NormalLoad(0.0, 0.0)], [hs.NormalLoad(0.0, 1e-3)], [hs.TangentialLoad(1.0, 0.0)]]
+)
+@pytest.mark.parametrize("record", ["touching", "all", "totals"])
+def test_the_emptiest_histories_can_be_drawn(events, record):
+    drawn(hs.replay(hs.Ensemble(PAIR, HEIGHTS, 1e-5, 0.2), events, record=record))
+
+
+def test_a_title_is_text_and_not_mathematics():
+    history = replayed()
+    history.attrs["title"] = "costs $5 or $\\frac{"
+    figure, _ = drawn(history)
+    assert figure.get_suptitle() == "costs \\$5 or \\$\\frac{"
+
+
+def test_long_histories_are_thinned(monkeypatch):
+    monkeypatch.setattr(along_path, "MOST_POINTS", 30)
+    monkeypatch.setattr(slip_map, "MOST_COLUMNS", 20)
+    monkeypatch.setattr(slip_map, "MOST_ROWS", 2)
+    history = replayed(loops=5)
+    _, panels = drawn(history)
+    assert history.sizes["step"] > 100
+    image = panels["Slip state"].get_images()[0]
+    assert image.get_array().shape[0] == 2
+    assert image.get_array().shape[1] <= 20
+    assert image.get_extent()[1] == history.sizes["step"] - 0.5
+    points = panels["Loads"].get_lines()[0].get_xdata()
+    assert len(points) <= 31
+    assert points[-1] == history.time[-1]
+
+
+def test_drawing_changes_neither_the_history_nor_the_settings():
+    history, settings = replayed(), dict(mpl.rcParams)
+    before = history.copy(deep=True)
+    drawn(history)
+    xr.testing.assert_identical(history, before)
+    assert dict(mpl.rcParams) == settings
+
+
+def test_states_differ_in_lightness():
+    weights = np.array([0.2126, 0.7152, 0.0722])
+    lightness = [float(weights @ mpl.colors.to_rgb(colour)) for colour in style.STATE_COLOURS]
+    assert np.abs(np.diff(sorted(lightness))).min() > 0.12
+
+
+def test_the_colours_of_lines_become_darker_throughout():
+    lightness = along_path.line_colours()(np.linspace(0, 1, 50))[:, :3] @ [0.2126, 0.7152, 0.0722]
+    assert (np.diff(lightness) < 0).all()
+    # dark enough at the light end for white paper
+    assert lightness[0] < 0.85
+
+
+def test_swings_ignore_noise():
+    steps = np.concatenate([np.linspace(0, 1, 50), np.linspace(1, -1, 100), np.linspace(-1, 1, 100)])
+    noisy = steps + np.random.default_rng(0).normal(0, 0.01, steps.size)
+    swings = list(along_path.swings(noisy))
+    assert len(swings) == 3
+    assert [steps[end] for _, end in swings] == pytest.approx([1, -1, 1], abs=0.1)

@@ -1,0 +1,135 @@
+"""Pictures of friction loops: what stands in them. That they look well was seen by eye."""
+
+import io
+
+import numpy as np
+import pytest
+
+import historysim as hs
+from historysim.measured.definitions import Definitions, FirstDisplacement
+from historysim.measured.splitting import loops_of_channels
+from historysim.results import analysis
+from historysim.results.plots import loop_curves as plots
+from historysim.results.plots import style
+
+PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+
+
+@pytest.fixture(scope="module")
+def model():
+    events = [hs.NormalLoad(0.0, 50e-3)]
+    events += [hs.TangentialDisplacement(1.0 + i, 60e-9 * (-1) ** i) for i in range(8)]
+    return analysis.friction_loops(hs.replay(hs.Ensemble(PAIR, 0.0, 2.5e-3, 0.12), events, substeps=50))
+
+
+@pytest.fixture(scope="module")
+def measured(model):
+    record = model.trace
+    noise = np.random.default_rng(1).normal(size=(2, record.time.size))
+    return loops_of_channels(
+        record.time,
+        record.displacement + 0.1e-9 * noise[0],
+        1.1 * record.tangential_load + 2e-5 * noise[1],
+        50e-3,
+        dead_band=5e-9,
+        skip=1,
+    )
+
+
+def drawn(*sets, **options):
+    figure = plots.plot_loops(*sets, **options)
+    picture = io.BytesIO()
+    figure.savefig(picture, dpi=50)
+    assert picture.getvalue().startswith(b"\x89PNG")
+    return figure, figure.axes
+
+
+def legend(figure):
+    return [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+def test_loops_and_their_means_are_drawn(model):
+    figure, (loops, *trends) = drawn(model)
+    assert figure.get_size_inches()[0] * 25.4 == pytest.approx(180)
+    assert loops.get_xlabel() == "tangential displacement $U$ (nm)"
+    assert loops.get_ylabel() == "tangential load $T$ (mN)"
+    assert legend(figure) == ["3 loops", "means"]
+    texts = [text.get_text() for text in loops.texts if text.get_text()]
+    way = model.statistics("preliminary_displacement").mean
+    stiffness = model.statistics("tangential_stiffness").mean
+    assert texts == ["6 mN", "6 mN", f"{way * 1e9:.3g} nm", f"{stiffness / 1e3:.3g} kN/m"]
+    forward, backward, reached = (line for line in loops.get_lines() if line.get_linestyle() == "--")
+    assert forward.get_ydata() == pytest.approx([6, 6])
+    assert backward.get_ydata() == pytest.approx([-6, -6])
+    assert reached.get_xdata() == pytest.approx(2 * [(way - 60e-9) * 1e9])
+    assert [axes.get_title(loc="left") for axes in trends] == [
+        "friction force (mN)",
+        "preliminary displacement (nm)",
+        "stiffness at reversal (kN/m)",
+        "energy per loop (nJ)",
+    ]
+
+
+def test_the_whole_record_is_drawn(model):
+    _, (loops, *_) = drawn(model)
+    record = model.trace
+    start, end = model.ends[0, 0], model.ends[-1, 2]
+    colours = {line.get_color(): line for line in loops.get_lines() if len(line.get_xdata()) > 2}
+    assert set(colours) == {style.FAINT, plots.COLOURS[0]}
+    drawn_lines = [line for line in loops.get_lines() if line.get_color() == plots.COLOURS[0]]
+    assert drawn_lines[0].get_xdata() == pytest.approx(record.displacement[start : end + 1] * 1e9)
+    assert drawn_lines[0].get_ydata() == pytest.approx(record.tangential_load[start : end + 1] * 1e3)
+    assert drawn_lines[1].get_xdata().size == 101  # one loop of 2 × 50 substeps, the typical one
+
+
+def test_a_measured_record_and_its_model_are_drawn_together(measured, model):
+    figure, (loops, force, *_) = drawn(measured, model, labels=("UNAT, $50$ mN", "model"), title="a $ b $ c")
+    assert legend(figure) == [r"UNAT, \$50\$ mN, 2 loops", "model, 3 loops", "means"]
+    assert {line.get_color() for line in loops.get_lines()} >= set(plots.COLOURS)
+    points = {
+        (line.get_color(), line.get_marker()): line.get_xdata().tolist()
+        for line in force.get_lines()
+        if line.get_marker() != "None"
+    }
+    first, second = plots.COLOURS
+    # the first measured one was skipped
+    assert points == {(first, "^"): [1, 2], (first, "v"): [1, 2], (second, "^"): [0, 1, 2], (second, "v"): [0, 1, 2]}
+    # what is marked is the mean of the measured loops
+    text = next(text.get_text() for text in loops.texts if text.get_text())
+    assert text == f"{measured.statistics('friction_force', 'forward').mean * 1e3:.3g} mN"
+
+
+def test_what_is_not_known_is_not_marked(model):
+    record = model.trace
+    coarse = loops_of_channels(
+        record.time[::25],
+        record.displacement[::25],
+        record.tangential_load[::25],
+        dead_band=1e-9,
+        definitions=Definitions(initial=FirstDisplacement(1e-9)),
+    )
+    _, (loops, *_) = drawn(coarse)
+    assert not any(text.get_text().endswith("N/m") for text in loops.texts)
+
+
+def test_a_long_record_is_thinned(model, monkeypatch):
+    monkeypatch.setattr(plots, "MOST_POINTS", 40)
+    _, (loops, *_) = drawn(model)
+    assert max(len(line.get_xdata()) for line in loops.get_lines()) <= 42
+    one = loops_of_channels(
+        model.trace.time, model.trace.displacement, model.trace.tangential_load, dead_band=1e-9, skip=2
+    )
+    figure, _ = drawn(one)
+    assert legend(figure)[0] == "1 loop"
+
+
+def test_coordinates_of_a_stage_are_drawn_from_their_middle(measured):
+    trace = measured.trace
+    far = loops_of_channels(trace.time, trace.displacement - 0.11, trace.tangential_load, trace.normal_load)
+    axes = plots.plot_loops(far).axes[0]
+    low, high = axes.get_xlim()
+    drawn = max(np.ptp(line.get_xdata()) for line in axes.lines)
+    # what is drawn fills the axes, whatever the unit
+    assert drawn > 0.8 * (high - low)
+    assert axes.get_xlabel().startswith("tangential displacement $U$ (")
+    assert axes.get_xlabel().endswith("(nm), from -110 mm")

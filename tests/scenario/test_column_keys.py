@@ -1,0 +1,89 @@
+"""Columns of files of numbers, as a scenario asks for them."""
+
+import tomllib
+
+import attrs
+import pytest
+
+from historysim.errors import InputError
+from historysim.scenario.column_keys import NumbersFile, column_from_toml
+from historysim.tables import Column, describe, read_table
+
+
+@pytest.fixture
+def file(tmp_path):
+    return tmp_path / "f.txt"
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [
+        ("F", Column("F")),
+        ({"column": "F"}, Column("F")),
+        ({"column": 3}, Column(3)),
+        ({"column": "F", "unit": "mN", "occurrence": 2}, Column("F", "mN", occurrence=2)),
+        ({"column": "F", "index": 2}, Column("F", index=2)),
+    ],
+)
+def test_columns_of_a_scenario(value, expected):
+    assert column_from_toml(value) == expected
+
+
+@pytest.mark.parametrize(
+    ("value", "said"),
+    [
+        (3, "3; expected a text"),
+        ("", "the text ''; expected a text that is not blank"),
+        ({}, "column: missing; expected the name of a column in the file"),
+        ({"column": "F", "units": "N"}, "units: unknown key; did you mean 'unit'?"),
+        ({"column": " "}, "column: the text ' '; expected a text that is not blank"),
+        ({"column": 0}, "column: 0; expected a position counted from 1"),
+        ({"column": True}, "column: true; expected a name, or a position counted from 1"),
+        ({"column": 1.5}, "column: 1.5; expected a name, or a position counted from 1"),
+        ({"column": "F", "unit": ""}, "unit: the text ''; expected a text that is not blank"),
+        ({"column": "F", "unit": 3}, "unit: 3; expected a text that is not blank"),
+        ({"column": "F", "occurrence": 0}, "occurrence: 0; expected an integer of 1 or more"),
+        ({"column": "F", "index": "1"}, "index: the text '1'; expected an integer of 1 or more"),
+        ({"column": 2, "occurrence": 2}, "column: a position is one column already; expected it alone"),
+    ],
+)
+def test_columns_that_are_none(value, said):
+    with pytest.raises(InputError) as refused:
+        column_from_toml(value)
+    assert str(refused.value) == said
+
+
+def test_what_is_listed_can_be_asked_for(file):
+    file.write_text('remark,t,t,"F ""N"""\nx,0,1,2\n,3,4,5\n', encoding="utf-8")
+    for place, listing in enumerate(describe(file)[1:]):
+        column = column_from_toml(tomllib.loads(f"column = {listing.column}")["column"])
+        found = read_table(file, {"c": column}, {"c": "1"}).columns["c"]
+        assert found.tolist() == [place, place + 3]
+
+
+@attrs.frozen(kw_only=True, slots=False)
+class Section(NumbersFile):
+    columns: tuple[Column, ...] = ()
+
+
+def refusal(folder, column, **keys):
+    with pytest.raises(InputError) as refused:
+        Section(file="f.txt", **keys).table(folder, {"load": column}, {"load": "N"})
+    return refused.value.place, refused.value.args[0]
+
+
+def test_what_is_wrong_with_the_file_is_said_of_it(file):
+    place, problem = refusal(file.parent, Column("F"))
+    assert place == ("file",)
+    assert problem == f"f.txt: there is no such file in {file.parent}; expected a path relative to the scenario"
+    file.write_text("t,F\n0,x\n", encoding="utf-8")
+    place, problem = refusal(file.parent, Column("F"))
+    assert place == ("file",)
+    assert problem.startswith("f.txt: line 2, column 'F': 'x'; expected a finite number")
+
+
+def test_what_is_wrong_with_a_unit_is_said_of_it(file):
+    file.write_text("t,F (kN)\n0,1\n", encoding="utf-8")
+    place, problem = refusal(file.parent, Column("F (kN)", "mm"))
+    assert place == ("columns", "load", "unit")
+    assert problem.startswith("'mm' is not a unit of a force")
