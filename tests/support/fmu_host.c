@@ -67,7 +67,9 @@ int main(int count, char **words) {
     if (fmi2Instantiate("one", fmi2CoSimulation, words[2], NULL, NULL, 0, 0)) return 8;
     for (long call = atol(words[3]); call > 0; --call) {
         fmi2ValueReference vr[2] = {(fmi2ValueReference)one_of(chance() < 0.02 ? 2000 : REFERENCES), 0};
-        fmi2Real value[2] = {number(), number() * 1e-6};
+        /* one after the other: compilers differ in the order within a list */
+        double first = number(), second = number() * 1e-6, time = chance(), length = chance() < 0.95 ? chance() : number();
+        fmi2Real value[2] = {first, second};
         fmi2Integer whole[2] = {chance() < 0.95 ? 1 : one_of(4), 1};
         int slot = one_of(STATES), kind = one_of(24);
         fmi2Status status = fmi2OK;
@@ -80,7 +82,7 @@ int main(int count, char **words) {
         } else if (kind < 12) {
             fmi2ValueReference both[2] = {0, 1};
             status = fmi2SetReal(c, both, 2, value);
-            if (status == fmi2OK) status = fmi2DoStep(c, chance(), chance() < 0.95 ? chance() : number(), fmi2True);
+            if (status == fmi2OK) status = fmi2DoStep(c, time, length, fmi2True);
         } else if (kind == 12) {
             status = fmi2GetReal(c, vr, 1, value);
         } else if (kind == 13) {
@@ -109,7 +111,8 @@ int main(int count, char **words) {
             char *bytes = bytes_of(c, &size), *again;
             size_t same;
             fmi2FMUstate made = NULL;
-            if (chance() < 0.5) bytes[one_of((int)size)] ^= (char)(1 << one_of(8));
+            int place = one_of((int)size), bit = one_of(8);
+            if (chance() < 0.5) bytes[place] ^= (char)(1 << bit);
             status = fmi2DeSerializeFMUstate(c, bytes, size, &made);
             if (status == fmi2OK) {
                 fmi2SetFMUstate(c, made);
