@@ -50,7 +50,7 @@ def fmu(
     from historysim.scenario.sources import source_of
 
     source = source_of(scenario, values)
-    from historysim.exchange.fmu.writing import write_fmu
+    from historysim.exchange.fmu.unit_file import write_fmu
 
     write_fmu(
         source,
@@ -107,9 +107,9 @@ def reduce(
     from historysim.scenario.sources import source_of
 
     source = source_of(scenario, values)
+    from historysim.exchange.reduced.model_files import form_of, output_of
+    from historysim.exchange.reduced.reduced_summary import summary
     from historysim.exchange.reduced.reducing import reduce as carry_out
-    from historysim.exchange.reduced.summary import summary
-    from historysim.exchange.reduced.writing import form_of, output_of, write_reduced
 
     forms = {path: form_of(path, form if path.suffix.lower() == ".py" else None) for path in outputs}
     targets = [output_of(path, form) for path, form in forms.items()]
@@ -118,9 +118,9 @@ def reduce(
     check_outputs(targets, source.files, force=force)
     model = carry_out(source, elements=elements, normal_load=normal_load, tell=notice)
     for path, name in forms.items():
-        write_reduced(model, path, form=name, force=force)
+        model.write(path, form=name, force=force)
     if picture is not None:
-        from historysim.exchange.reduced.picture import plot_reduced
+        from historysim.exchange.reduced.reduced_picture import plot_reduced
 
         save(plot_reduced(source, model), picture)
     files = [*outputs, *([] if picture is None else [picture])]

@@ -15,7 +15,7 @@ from c_core import ROOT
 
 import historysim as hs
 from historysim.basics.compiler import compiler
-from historysim.exchange.fmu.writing import this_platform
+from historysim.exchange.fmu.unit_file import this_platform
 
 fmpy = pytest.importorskip("fmpy", reason="needs FMPy: pip install historysim[exchange]")
 pytestmark = pytest.mark.skipif(not compiler(), reason="needs a C compiler")

@@ -12,7 +12,7 @@ from c_core import SANITIZED, SUPPORT, WARNINGS
 
 import historysim as hs
 from historysim.basics.compiler import SAME_BITS, ZIG, compiler
-from historysim.exchange.fmu.writing import this_platform
+from historysim.exchange.fmu.unit_file import this_platform
 
 pytestmark = pytest.mark.skipif(not compiler(), reason="needs a C compiler")
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=7e10, shear_modulus=2e10)
@@ -151,7 +151,7 @@ def test_another_processor_has_the_same_bits(tmp_path):
 
 
 def test_a_platform_without_a_compiler_is_told(tmp_path, monkeypatch):
-    monkeypatch.setattr("historysim.exchange.fmu.writing.find_spec", lambda _: None)
+    monkeypatch.setattr("historysim.exchange.fmu.unit_file.find_spec", lambda _: None)
     other = next(name for name in MACHINES if name != this_platform())
     with pytest.raises(hs.HistorySimError, match="pip install ziglang"):
         hs.write_fmu(hs.Replay(CONTACTS["one"](), EVENTS), tmp_path / "a.fmu", platforms=[other])

@@ -13,8 +13,8 @@ import pytest
 from reduced_contacts import LOAD, job, rough
 
 import historysim as hs
+from historysim.exchange.reduced.model_files import FORMS
 from historysim.exchange.reduced.virgin import VirginCurve
-from historysim.exchange.reduced.writing import FORMS
 
 
 @pytest.fixture(scope="module")
@@ -28,12 +28,12 @@ def way():
 
 
 def test_json_and_csv_have_all_numbers(model, tmp_path):
-    hs.write_reduced(model, tmp_path / "a.json")
+    model.write(tmp_path / "a.json")
     found = json.loads((tmp_path / "a.json").read_text(encoding="utf-8"))
     assert found["stiffness_N_per_m"] == model.stiffness.tolist()
     assert found["limit_N"] == model.limit.tolist()
     assert found["bound_of_load_N"] == model.bound * model.friction_limit
-    hs.write_reduced(model, tmp_path / "a.csv")
+    model.write(tmp_path / "a.csv")
     lines = (tmp_path / "a.csv").read_text(encoding="utf-8").splitlines()
     rows = [*csv.DictReader(line for line in lines if not line.startswith("#"))]
     assert [float(row["stiffness [N/m]"]) for row in rows] == model.stiffness.tolist()
@@ -46,18 +46,18 @@ def test_every_form_says_its_bound_and_is_replaced_only_by_its_like(model, tmp_p
     path = tmp_path / f"contact{FORMS[name].ending}"
     path.write_text("mine", encoding="utf-8")
     with pytest.raises(hs.InputError, match="is there already"):
-        hs.write_reduced(model, path, form=name)
-    hs.write_reduced(model, path, form=name, force=True)
-    hs.write_reduced(model, path, form=name)
+        model.write(path, form=name)
+    model.write(path, form=name, force=True)
+    model.write(path, form=name)
     assert f"{model.bound:.3g}"[:4] in path.read_text(encoding="utf-8")
 
 
 def test_wrong_names_are_told(model, tmp_path):
     for name, message in (("a.xyz", "expected one of .json"), ("1a.m", "no name of a function"), ("a-b.mo", "no name")):
         with pytest.raises(hs.InputError, match=re.escape(message)):
-            hs.write_reduced(model, tmp_path / name)
+            model.write(tmp_path / name)
     with pytest.raises(hs.InputError, match="form 'abaqus' is not known"):
-        hs.write_reduced(model, tmp_path / "a.json", form="abaqus")
+        model.write(tmp_path / "a.json", form="abaqus")
     assert not list(tmp_path.iterdir())
 
 
@@ -66,7 +66,7 @@ def test_wrong_names_are_told(model, tmp_path):
 def test_octave_steps_it(tmp_path, way, varies):
     model = hs.reduce(job(rough(), varies=varies), elements=8)
     loads = np.random.default_rng(5).uniform(0.2, 1.0, way.size) * LOAD
-    hs.write_reduced(model, tmp_path / "contact.m")
+    model.write(tmp_path / "contact.m")
     third = ", N(i)" if varies else ""
     script = f"U = {way.tolist()}; N = {loads.tolist()}; s = [];\n"
     script += f"for i = 1:numel(U) [T, s] = contact(U(i), s{third}); printf('%.17g\\n', T); end\n"
@@ -92,7 +92,7 @@ def imported(path):
 @pytest.mark.filterwarnings("ignore")
 def test_opensees_strains_it(model, tmp_path, way):
     ops = pytest.importorskip("openseespy.opensees", reason="needs OpenSeesPy", exc_type=ImportError)
-    hs.write_reduced(model, tmp_path / "contact.py")
+    model.write(tmp_path / "contact.py")
     ops.wipe()
     imported(tmp_path / "contact.py").contact(ops, 10)
     ops.testUniaxialMaterial(10)
@@ -127,7 +127,7 @@ print(json.dumps(total.tolist()))
 def test_pyharm_has_its_loop(model, tmp_path):
     if importlib.util.find_spec("pyHarm") is None:
         pytest.skip("needs pyharm-os")
-    hs.write_reduced(model, tmp_path / "contact.py", form="pyharm")
+    model.write(tmp_path / "contact.py", form="pyharm")
     amplitude = 0.8 * VirginCurve(rough(), LOAD).end
     # its loop begins by itself, and is closed after a period; in a process of its own, for its warnings
     script = PYHARM.format(folder=str(tmp_path), amplitude=amplitude)
@@ -140,6 +140,6 @@ def test_pyharm_has_its_loop(model, tmp_path):
 
 
 def test_tmdsimpy_gets_forces_of_each_spring(model, tmp_path):
-    hs.write_reduced(model, tmp_path / "contact.py", form="tmdsimpy")
+    model.write(tmp_path / "contact.py", form="tmdsimpy")
     made = imported(tmp_path / "contact.py").contact(lambda *given: given, "Q", "T")
     assert made == [("Q", "T", *pair) for pair in zip(model.stiffness.tolist(), model.limit.tolist(), strict=True)]

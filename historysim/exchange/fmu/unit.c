@@ -1,10 +1,9 @@
 #include "unit.h"
 
-#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
+
+#include "internal.h"
 
 #if defined(_WIN32)
 #include <windows.h>
@@ -221,22 +220,9 @@ int hs_unit_step(hs_unit *unit, double time, double length) {
 
 /* ---- outputs -------------------------------------------------------------------------------------------------------------- */
 
-/* Number of entries of an ascending list below a value. */
-static int64_t below(const double *list, int64_t count, double value) {
-    int64_t low = 0, high = count;
-    while (low < high) {
-        int64_t middle = (low + high) / 2;
-        if (list[middle] < value)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return low;
-}
-
 static double area_at(const hs_unit *unit, double approach) {
     const double *at = unit->table + 2, *area = at + unit->rows + 1;
-    int64_t last = unit->rows, row = below(at, last + 1, approach);
+    int64_t last = unit->rows, row = hs_touching(at, last + 1, approach);
     if (row == 0) return area[0];
     if (row > last) return area[last];
     return area[row - 1] + (area[row] - area[row - 1]) * ((approach - at[row - 1]) / (at[row] - at[row - 1]));
@@ -305,7 +291,7 @@ int hs_unit_get(hs_unit *unit, unsigned reference, double *value) {
     case V_DISSIPATED_ENERGY: *value = memory->dissipated * units->energy; break;
     case V_SLIPPING_SHARE: return slipping_share(unit, value);
     case V_CONTACT_COUNT:
-        *value = (double)(PATCHES ? below(unit->table + 4 + 2 * unit->rows, unit->patches, memory->approach * units->length)
+        *value = (double)(PATCHES ? hs_touching(unit->table + 4 + 2 * unit->rows, unit->patches, memory->approach * units->length)
                                   : hs_contact_count(memory));
         break;
     case V_SATURATED: *value = memory->excess != 0.0; break;

@@ -8,10 +8,11 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.basics.arguments import scalar
 from historysim.basics.notices import Teller, silent
 from historysim.errors import InputError
-from historysim.exchange.reduced.model import ReducedModel, Scaling
+from historysim.exchange.exported import Exportable, exported
 from historysim.exchange.reduced.placing import placed
+from historysim.exchange.reduced.reduced_model import ReducedModel
+from historysim.exchange.reduced.springs import Scaling
 from historysim.exchange.reduced.virgin import VirginCurve
-from historysim.exchange.sources import Exportable, exported
 from historysim.replaying import Replay
 
 Floats = npt.NDArray[np.float64]

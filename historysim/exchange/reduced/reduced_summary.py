@@ -1,7 +1,7 @@
 """A reduced model in a few lines."""
 
 from historysim.basics.units import quantity_text
-from historysim.exchange.reduced.model import ReducedModel
+from historysim.exchange.reduced.reduced_model import ReducedModel
 
 
 def summary(model: ReducedModel) -> list[tuple[str, str]]:

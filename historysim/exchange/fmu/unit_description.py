@@ -5,7 +5,7 @@ from typing import NamedTuple
 from xml.etree import ElementTree as ET
 
 from historysim._version import __version__
-from historysim.exchange.fmu.variables import Variable
+from historysim.exchange.fmu.unit_variables import UnitVariable
 
 DIMENSIONS = {
     "N": {"kg": 1, "m": 1, "s": -2},
@@ -46,7 +46,7 @@ class Unit(NamedTuple):
     name, text : str
     token : str
         What tells whether description and binary belong together.
-    variables : sequence of Variable
+    variables : sequence of UnitVariable
     starts : dict of str to float
         Of inputs and parameters, by name.
     sources : sequence of str
@@ -57,7 +57,7 @@ class Unit(NamedTuple):
     name: str
     text: str
     token: str
-    variables: Sequence[Variable]
+    variables: Sequence[UnitVariable]
     starts: Mapping[str, float]
     sources: Sequence[str]
 
@@ -104,7 +104,7 @@ def build_description(unit: Unit) -> bytes:
     return _written(root)
 
 
-def _attributes(variable: Variable, reference: int, starts: Mapping[str, float]) -> dict[str, str]:
+def _attributes(variable: UnitVariable, reference: int, starts: Mapping[str, float]) -> dict[str, str]:
     """Return what both versions say of a variable in the same way, but its type and start."""
     found = {"name": variable.name, "valueReference": str(reference), "description": variable.text}
     found |= {"causality": variable.causality, "variability": variable.variability}
@@ -114,7 +114,7 @@ def _attributes(variable: Variable, reference: int, starts: Mapping[str, float])
     return found
 
 
-def _typed(variable: Variable) -> dict[str, str]:
+def _typed(variable: UnitVariable) -> dict[str, str]:
     limits = {"min": "0"} if variable.name in {"friction_factor", "prescribed_normal_load"} else {}
     return limits | ({"unit": variable.unit} if variable.unit else {})
 
@@ -122,7 +122,7 @@ def _typed(variable: Variable) -> dict[str, str]:
 def _variables_of_2(root: ET.Element, unit: Unit) -> None:
     shown = ET.SubElement(root, "ModelVariables")
     place: dict[str, str] = {}
-    outputs: list[Variable] = []
+    outputs: list[UnitVariable] = []
     for reference, variable in enumerate(unit.variables):
         if variable.causality == "independent":
             continue

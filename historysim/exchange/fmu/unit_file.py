@@ -24,9 +24,9 @@ from historysim.basics.notices import Teller, silent
 from historysim.basics.targets import Output, check_outputs, marked
 from historysim.basics.wording import listed
 from historysim.errors import InputError, InstallationError
-from historysim.exchange.fmu.description import Unit, build_description, model_description
-from historysim.exchange.fmu.variables import OUTPUTS, variables
-from historysim.exchange.sources import Exportable, Exported, exported
+from historysim.exchange.exported import Exportable, Exported, exported
+from historysim.exchange.fmu.unit_description import Unit, build_description, model_description
+from historysim.exchange.fmu.unit_variables import OUTPUTS, variables
 from historysim.memory import get_include
 from historysim.replaying import Replay
 

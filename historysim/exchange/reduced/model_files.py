@@ -10,10 +10,10 @@ from historysim.basics.files import replacing
 from historysim.basics.targets import Output, check_outputs, marked
 from historysim.basics.wording import listed
 from historysim.errors import InputError
-from historysim.exchange.reduced.model import Floats, ReducedModel
+from historysim.exchange.reduced.springs import Floats, Springs
 
 
-class Form(NamedTuple):
+class ProgramForm(NamedTuple):
     """A kind of file.
 
     Attributes
@@ -29,48 +29,21 @@ class Form(NamedTuple):
     """
 
     ending: str
-    text: Callable[[ReducedModel, str], str]
+    text: Callable[[Springs, str], str]
     scales: bool
     what: str
 
 
-def write_reduced(
-    model: ReducedModel,
-    output: str | Path,
-    *,
-    form: str | None = None,
-    force: bool = False,
-    reads: tuple[Path, ...] = (),
-) -> None:
-    """Write a reduced model for another program.
-
-    Parameters
-    ----------
-    model : ReducedModel
-    output : path
-    form : str, optional
-        One of `FORMS`; by default by the ending.
-    force : bool
-        Replace a file that is none of historysim, too.
-    reads : tuple of Path
-        Files that the model was made from, which are not replaced.
-
-    Raises
-    ------
-    InputError
-        An ending or form that is not known.
-    OSError
-        It cannot be written.
-    """
-    output = Path(output)
+def write_springs(model: Springs, output: Path, *, form: str | None, force: bool) -> None:
+    """Write springs for another program; see `ReducedModel.write`."""
     name = form_of(output, form)
-    check_outputs([output_of(output, name)], reads, force=force)
+    check_outputs([output_of(output, name)], [], force=force)
     with replacing(output) as unfinished:
         unfinished.write_text(FORMS[name].text(model, output.stem), encoding="utf-8", newline="\n")
 
 
 def form_of(output: Path, form: str | None) -> str:
-    """Return the form of a file by its name, unless one is given; errors as for `write_reduced`."""
+    """Return the form of a file by its name, unless one is given; errors as for `ReducedModel.write`."""
     if form is not None:
         if form not in FORMS:
             raise InputError(f"form {form!r} is not known; expected one of {listed(FORMS)}")
@@ -90,7 +63,7 @@ def output_of(output: Path, form: str) -> Output:
 # ---- texts ----------------------------------------------------------------------------------------------------------
 
 
-def _head(model: ReducedModel, comment: str) -> str:
+def _head(model: Springs, comment: str) -> str:
     """Return lines that say what a file holds."""
     lines = [
         f"Reduced model of a rough frictional contact, made by historysim {__version__}.",
@@ -106,11 +79,11 @@ def _head(model: ReducedModel, comment: str) -> str:
     return "".join(f"{comment} {' '.join(line.split())}\n" for line in lines)
 
 
-def _json(model: ReducedModel, _: str) -> str:
+def _json(model: Springs, _: str) -> str:
     return json.dumps({"generator": f"historysim {__version__}", **model.as_dict()}, indent=1, allow_nan=False) + "\n"
 
 
-def _csv(model: ReducedModel, _: str) -> str:
+def _csv(model: Springs, _: str) -> str:
     rows = zip(model.stiffness, model.limit, model.slip_displacement, strict=True)
     lines = ["spring,stiffness [N/m],limit [N],slip_displacement [m]"]
     lines += [f"{number},{k!r},{f!r},{r!r}" for number, (k, f, r) in enumerate(map(_floats, rows))]
@@ -121,7 +94,7 @@ def _floats(values: tuple[float, ...]) -> list[float]:
     return [float(value) for value in values]
 
 
-def _opensees(model: ReducedModel, _: str) -> str:
+def _opensees(model: Springs, _: str) -> str:
     rows = [*enumerate(zip(model.stiffness, model.slip_displacement, strict=True), start=1)]
     lines = [f"uniaxialMaterial ElasticPP [expr $tag + {i}] {float(k)!r} {float(r)!r}" for i, (k, r) in rows]
     tags = " ".join(f"[expr $tag + {i}]" for i, _ in rows)
@@ -134,7 +107,7 @@ def _opensees(model: ReducedModel, _: str) -> str:
     )
 
 
-def _openseespy(model: ReducedModel, _: str) -> str:
+def _openseespy(model: Springs, _: str) -> str:
     springs = [*map(_floats, zip(model.stiffness, model.slip_displacement, strict=True))]
     return (
         _head(model, "#")
@@ -150,7 +123,7 @@ def _openseespy(model: ReducedModel, _: str) -> str:
     )
 
 
-def _pyharm(model: ReducedModel, _: str) -> str:
+def _pyharm(model: Springs, _: str) -> str:
     springs = zip(model.stiffness, model.limit, strict=True)
     elements = {
         f"contact_{number}": {"type": "Jenkins", "k": k, "mu": 1.0, "N0": limit}
@@ -168,7 +141,7 @@ def _pyharm(model: ReducedModel, _: str) -> str:
     )
 
 
-def _tmdsimpy(model: ReducedModel, _: str) -> str:
+def _tmdsimpy(model: Springs, _: str) -> str:
     springs = [*map(_floats, zip(model.stiffness, model.limit, strict=True))]
     return (
         _head(model, "#")
@@ -182,7 +155,7 @@ def _tmdsimpy(model: ReducedModel, _: str) -> str:
     )
 
 
-def _matlab(model: ReducedModel, name: str) -> str:
+def _matlab(model: Springs, name: str) -> str:
     if not name.isidentifier() or not name.isascii():
         raise InputError(f"{name}.m: is no name of a function of MATLAB; expected letters, digits and _")
     scaling, more = model.scaling, model.scaling is not None
@@ -214,7 +187,7 @@ def _row(values: Floats) -> str:
     return "[" + " ".join(map(repr, map(float, values))) + "]"
 
 
-def _modelica(model: ReducedModel, name: str) -> str:
+def _modelica(model: Springs, name: str) -> str:
     if not name.isidentifier() or not name.isascii():
         raise InputError(f"{name}.mo: is no name of a model of Modelica; expected letters, digits and _")
     stiffness, limit = ("{" + ", ".join(map(repr, map(float, each))) + "}" for each in (model.stiffness, model.limit))
@@ -236,13 +209,13 @@ def _modelica(model: ReducedModel, name: str) -> str:
 
 
 FORMS = {
-    "json": Form(".json", _json, True, "any program"),
-    "csv": Form(".csv", _csv, False, "any program"),
-    "modelica": Form(".mo", _modelica, False, "Modelica (untried here)"),
-    "matlab": Form(".m", _matlab, True, "MATLAB and Octave"),
-    "opensees": Form(".tcl", _opensees, False, "OpenSees"),
-    "openseespy": Form(".py", _openseespy, False, "OpenSeesPy"),
-    "pyharm": Form(".py", _pyharm, False, "pyHarm"),
-    "tmdsimpy": Form(".py", _tmdsimpy, False, "TMDSimPy (untried here)"),
+    "json": ProgramForm(".json", _json, True, "any program"),
+    "csv": ProgramForm(".csv", _csv, False, "any program"),
+    "modelica": ProgramForm(".mo", _modelica, False, "Modelica (untried here)"),
+    "matlab": ProgramForm(".m", _matlab, True, "MATLAB and Octave"),
+    "opensees": ProgramForm(".tcl", _opensees, False, "OpenSees"),
+    "openseespy": ProgramForm(".py", _openseespy, False, "OpenSeesPy"),
+    "pyharm": ProgramForm(".py", _pyharm, False, "pyHarm"),
+    "tmdsimpy": ProgramForm(".py", _tmdsimpy, False, "TMDSimPy (untried here)"),
 }
 """What is written, by name."""

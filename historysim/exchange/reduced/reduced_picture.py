@@ -4,9 +4,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from historysim.exchange.reduced.model import ReducedModel
+from historysim.exchange.exported import Exportable, exported
+from historysim.exchange.reduced.reduced_model import ReducedModel
 from historysim.exchange.reduced.virgin import VirginCurve
-from historysim.exchange.sources import Exportable, exported
 from historysim.results.plots.paper import COLUMN, Size, new_figure
 from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, scaled
 

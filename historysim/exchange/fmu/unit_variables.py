@@ -4,7 +4,7 @@ import attrs
 
 
 @attrs.frozen
-class Variable:
+class UnitVariable:
     """One variable.
 
     Attributes
@@ -55,11 +55,11 @@ DRIVEN = (
 )
 
 OUTPUTS = (
-    Variable("normal_load", "NORMAL_LOAD", "output", "continuous", "N", "total normal load", differentiable=True),
-    Variable(
+    UnitVariable("normal_load", "NORMAL_LOAD", "output", "continuous", "N", "total normal load", differentiable=True),
+    UnitVariable(
         "tangential_load", "TANGENTIAL_LOAD", "output", "continuous", "N", "total tangential load", differentiable=True
     ),
-    Variable(
+    UnitVariable(
         "approach",
         "APPROACH",
         "output",
@@ -68,7 +68,7 @@ OUTPUTS = (
         "approach of the highest summit from first touch; negative is a gap",
         differentiable=True,
     ),
-    Variable(
+    UnitVariable(
         "tangential_displacement",
         "TANGENTIAL_DISPLACEMENT",
         "output",
@@ -77,7 +77,7 @@ OUTPUTS = (
         "rigid tangential displacement of the contact",
         differentiable=True,
     ),
-    Variable(
+    UnitVariable(
         "drive_displacement",
         "DRIVE_DISPLACEMENT",
         "output",
@@ -86,7 +86,7 @@ OUTPUTS = (
         "displacement of the instrument's drive, U + T/k; that of the contact where the instrument is rigid",
         differentiable=True,
     ),
-    Variable(
+    UnitVariable(
         "tangential_stiffness",
         "TANGENTIAL_STIFFNESS",
         "output",
@@ -94,7 +94,7 @@ OUTPUTS = (
         "N/m",
         "dT/dU of the contact at a held approach, on the side of the last step",
     ),
-    Variable(
+    UnitVariable(
         "coupling_stiffness",
         "COUPLING_STIFFNESS",
         "output",
@@ -102,8 +102,8 @@ OUTPUTS = (
         "N/m",
         "dT/dd at a held displacement, d the approach, on the side of the last step",
     ),
-    Variable("normal_stiffness", "NORMAL_STIFFNESS", "output", "continuous", "N/m", "dN/dd, d the approach"),
-    Variable(
+    UnitVariable("normal_stiffness", "NORMAL_STIFFNESS", "output", "continuous", "N/m", "dN/dd, d the approach"),
+    UnitVariable(
         "dissipated_energy",
         "DISSIPATED_ENERGY",
         "output",
@@ -111,7 +111,7 @@ OUTPUTS = (
         "J",
         "energy that friction has taken since nothing touched",
     ),
-    Variable(
+    UnitVariable(
         "slipping_share",
         "SLIPPING_SHARE",
         "output",
@@ -119,10 +119,10 @@ OUTPUTS = (
         "",
         "share of the contact area outside the stick radii",
     ),
-    Variable(
+    UnitVariable(
         "contact_count", "CONTACT_COUNT", "output", "discrete", "", "asperities, or patches, that touch", "integer"
     ),
-    Variable(
+    UnitVariable(
         "saturated",
         "SATURATED",
         "output",
@@ -134,7 +134,7 @@ OUTPUTS = (
 )
 
 
-def variables(normal: str, tangential: str, *, driven: bool, areas: bool) -> tuple[Variable, ...]:
+def variables(normal: str, tangential: str, *, driven: bool, areas: bool) -> tuple[UnitVariable, ...]:
     """Return all variables; where one stands is its value reference.
 
     Parameters
@@ -148,13 +148,13 @@ def variables(normal: str, tangential: str, *, driven: bool, areas: bool) -> tup
     """
     tangential_input = DRIVEN if driven and tangential == "displacement" else TANGENTIAL[tangential]
     inputs = [
-        Variable(name, key, "input", "continuous", unit, text)
+        UnitVariable(name, key, "input", "continuous", unit, text)
         for (name, unit, text), key in (
             (NORMAL[normal], "PRESCRIBED_NORMAL"),
             (tangential_input, "PRESCRIBED_TANGENTIAL"),
         )
     ]
-    factor = Variable(
+    factor = UnitVariable(
         "friction_factor",
         "FRICTION_FACTOR",
         "parameter",
@@ -162,6 +162,6 @@ def variables(normal: str, tangential: str, *, driven: bool, areas: bool) -> tup
         "",
         "factor on all friction coefficients of the start state, 0 or more",
     )
-    time = Variable("time", "TIME", "independent", "continuous", "s", "time")
+    time = UnitVariable("time", "TIME", "independent", "continuous", "s", "time")
     outputs = [each for each in OUTPUTS if areas or each.key != "SLIPPING_SHARE"]
     return (*inputs, factor, *outputs, time)

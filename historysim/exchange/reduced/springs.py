@@ -1,4 +1,4 @@
-"""`ReducedModel`: springs that slide, in parallel, with the bound of their error."""
+"""`Springs`: springs that slide, in parallel, with the bound of their error."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -43,7 +43,7 @@ class Scaling:
 
 
 @attrs.frozen(eq=False)
-class ReducedModel:
+class Springs:
     """Springs in parallel, each of which slides at a limit (Jenkins, Maxwell slip, discrete Iwan), for a contact.
 
     Attributes
