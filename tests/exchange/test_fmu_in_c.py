@@ -42,7 +42,11 @@ def unpacked(source, folder, **options):
 
 @pytest.mark.parametrize(
     ("kind", "normal", "tangential"),
-    [("one", "load", "displacement"), ("many", "load", "load"), ("patches", "displacement", "load")],
+    [
+        ("many", "load", "load"),
+        pytest.param("one", "load", "displacement", marks=pytest.mark.slow),
+        pytest.param("patches", "displacement", "load", marks=pytest.mark.slow),
+    ],
 )
 def test_random_calls_neither_crash_nor_leak(tmp_path, kind, normal, tangential):
     replay = hs.Replay(CONTACTS[kind](), EVENTS, instrument=hs.Instrument(lateral_stiffness=1e6))
