@@ -79,7 +79,7 @@ class Controls:
             raise InputError(f"{attribute.name} is {value!r}; expected 'load' or 'displacement'")
 
 
-def write_fmu(
+def write_fmu(  # noqa: PLR0913 - options by name, as the command has them
     source: Exportable,
     output: str | Path,
     *,

@@ -92,7 +92,7 @@ def reduce(
         most = max(load, float(loads.max()))
         model = attrs.evolve(model, scaling=_scaling(ensemble, node / curve.end, most))
     least = float(moved.min()) if moved.size else load
-    return attrs.evolve(model, errors=_errors(model, ensemble, least, loads, displacement, forces))
+    return attrs.evolve(model, errors=_errors(model, ensemble, least, (loads, displacement, forces)))
 
 
 def _springs(node: Floats, load: Floats) -> tuple[Floats, Floats]:
@@ -123,9 +123,10 @@ def _scaling(ensemble: Ensemble, part: Floats, most: float) -> Scaling:
 
 
 def _errors(
-    model: ReducedModel, ensemble: Ensemble, least: float, loads: Floats, displacement: Floats, forces: Floats
+    model: ReducedModel, ensemble: Ensemble, least: float, history: tuple[Floats, Floats, Floats]
 ) -> dict[str, float]:
     """Return the largest errors on the scenario's own history and on random ones, over the largest friction limit."""
+    loads, displacement, forces = history
     scale = _largest_limit(ensemble, max(float(loads.max()), model.normal_load))
     found = {}
     varies = model.scaling is not None
