@@ -131,7 +131,8 @@ def test_pyharm_has_its_loop(model, tmp_path):
     amplitude = 0.8 * VirginCurve(rough(), LOAD).end
     # its loop begins by itself, and is closed after a period; in a process of its own, for its warnings
     script = PYHARM.format(folder=str(tmp_path), amplitude=amplitude)
-    done = subprocess.run([sys.executable, "-W", "ignore", "-c", script], capture_output=True, text=True, check=False)
+    command = [sys.executable, "-W", "ignore", "-c", script]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout.splitlines()[-1])
     place = amplitude * np.sin(np.arange(400) * 2 * np.pi / 400)
