@@ -272,7 +272,7 @@ def page() -> str:
         parts += [f"## {heading}"] + ([text] if text else [])
         if heading == "`[materials]`":
             parts.append(f"Built in: {', '.join(f'`{chr(34)}{name}{chr(34)}`' for name in MATERIALS)}.")
-        parts += [markdown(own_kinds(each), "`law`") for each in kinds if each in (LAWS, WEAR_LAWS)]
+        parts += [markdown(own_kinds(each), "`law`") for each in (LAWS, WEAR_LAWS) if each in kinds]
         for title, kind in titled(kinds):
             if kind in done:
                 continue
