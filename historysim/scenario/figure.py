@@ -1,7 +1,7 @@
 """The figure of a scenario: its ``[picture]`` drawn from its result, its sweep, or its surfaces, panel by panel."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import attrs
 
@@ -23,8 +23,8 @@ from historysim.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure, SubFigure
 
+    from historysim.results.plots.paper import Drawn, Page, Place
     from historysim.surfaces.summits import Summits
 
 OF_A_HISTORY, OF_A_SWEEP, OF_A_SCENARIO = (
@@ -37,8 +37,8 @@ PANEL, HEIGHT, LOADS, SUMMITS, TITLE = 90.0, 78.0, 50.0, 35.0, 8.0
 """Width and height of a panel, what loads beside a loop and summits add to its width, height of the title [mm]."""
 TRACTION = ("across", "limit", "fronts", "change_from", "labels", "title")
 """Options that a picture of tractions hands on."""
-ACROSS = 3
-"""Panels in a row."""
+ACROSS, NARROWEST = 3, 55.0
+"""Panels in a row, and the width that each has at least [mm]."""
 
 
 def drawable(what: "xr.Dataset | Scenario") -> Pictures:
@@ -52,37 +52,45 @@ def drawable(what: "xr.Dataset | Scenario") -> Pictures:
     return tuple(each for each in pictures_of(parsed(str(told))) if isinstance(each, kinds))
 
 
-def draw_figure(
-    what: "xr.Dataset | Scenario", pictures: Sequence[AnyPicture], size: tuple[float, float] | None = None
-) -> "Figure":
+def draw_figure(what: "xr.Dataset | Scenario", pictures: Sequence[AnyPicture], **place: "Unpack[Place]") -> "Drawn":
     """Return pictures of a result, a sweep or a scenario side by side, the title of the scenario above them.
+
+    Parameters
+    ----------
+    what : xarray.Dataset or Scenario
+    pictures : sequence of pictures
+    **place
+        ``size`` [mm], ``figure`` or, of one picture, ``ax``; see `Place`. In a narrow figure they stand below one
+        another.
 
     Raises
     ------
     InputError
-        What the pictures need is not there, or their options do not fit.
+        What the pictures need is not there, or their options do not fit; or they are too many for the size.
     """
-    from historysim.results.plots.paper import new_figure
-    from historysim.results.plots.style import FAINT, plain_title
+    from historysim.results.plots.paper import paper
 
     across = min(len(pictures), ACROSS)
-    rows = -(-len(pictures) // across)
     extra = LOADS if any(isinstance(each, LoopsPicture) and each.loads for each in pictures) else 0.0
     extra += max((PANEL if each.apart else SUMMITS for each in pictures if isinstance(each, SummitsPicture)), default=0)
-    width = PANEL * across + extra
-    title = what.title if isinstance(what, Scenario) else str(what.attrs.get("title", ""))
-    with new_figure(size, (width, HEIGHT * rows + TITLE)) as figure:
+    default = PANEL * across + extra, HEIGHT * -(-len(pictures) // across) + TITLE
+    with paper(draw_figure, default, place) as page:
+        if page.given is not None and len(pictures) == 1:
+            _draw(page, what, pictures[0])
+            return page.drawn
+        figure = page.several(len(pictures))
+        across = min(across, max(int(page.width / NARROWEST), 1))
         # also of one picture: what stands below it, and the line below all, are then told apart
-        parts: Any = figure.subfigures(rows, across, squeeze=False).ravel()
+        parts: Any = figure.subfigures(-(-len(pictures) // across), across, squeeze=False).ravel()
         for part, picture in zip(parts, pictures, strict=False):
-            _draw(part, what, picture)
-        figure.suptitle(plain_title(title, round(width * 0.6), 2), x=0.01, ha="left", fontsize=8.5)
+            _draw(page.part(part), what, picture)
+        page.heading(what.title if isinstance(what, Scenario) else str(what.attrs.get("title", "")))
         if told := "" if isinstance(what, Scenario) else _beyond(what):
-            figure.supxlabel(told, x=0.99, ha="right", fontsize=6, color=FAINT)
-    return figure
+            page.foot(told)
+    return page.drawn
 
 
-def _draw(figure: "Figure | SubFigure", what: Any, picture: AnyPicture) -> None:
+def _draw(page: "Page", what: Any, picture: AnyPicture) -> None:
     match picture:
         case LoopsPicture():
             from historysim.results.plots.swept_cells import cells_of
@@ -91,35 +99,35 @@ def _draw(figure: "Figure | SubFigure", what: Any, picture: AnyPicture) -> None:
             own = attrs.fields_dict(LoopMarks)
             marks = LoopMarks(**{name: getattr(picture, name) for name in own})
             cells = cells_of(what, LOOP, picture.labels, picture.where)
-            draw_together(figure, cells, marks, picture.title)
+            draw_together(page, cells, marks, picture.title)
         case TractionPicture():
             from historysim.results.plots.traction_profile import draw_traction
 
             options = {name: getattr(picture, name) for name in TRACTION}
-            draw_traction(figure, [what], picture.asperity, picture.steps, **options)
+            draw_traction(page, [what], picture.asperity, picture.steps, **options)
         case SummitsPicture():
             from historysim.results.plots.summit_scatter import draw_summit_scatter
 
             found = _summits(what)
             labels = picture.labels or tuple(found)
-            draw_summit_scatter(figure, list(found.values()), labels, apart=picture.apart, title=picture.title)
+            draw_summit_scatter(page, list(found.values()), labels, apart=picture.apart, title=picture.title)
         case MapPicture():
             from historysim.results.plots.summit_scatter import draw_heights
 
-            draw_heights(figure, _map(what), picture.title)
+            draw_heights(page, _map(what), picture.title)
         case CurvePicture():
             from historysim.results.plots.swept import draw_swept
             from historysim.results.plots.swept_cells import selected
 
             names = ("each", "spread", "fit", "logarithmic", "labels", "title")
             options = {name: getattr(picture, name) for name in names}
-            draw_swept(figure, selected(what, picture.where), picture.quantity, picture.over, **options)
+            draw_swept(page, selected(what, picture.where), picture.quantity, picture.over, **options)
         case BarsPicture():
             from historysim.results.plots.swept import draw_bars
             from historysim.results.plots.swept_cells import selected
 
             chosen = selected(what, picture.where)
-            draw_bars(figure, chosen, picture.quantity, picture.groups, picture.title)
+            draw_bars(page, chosen, picture.quantity, picture.groups, picture.title)
 
 
 BEYOND = {

@@ -1,11 +1,13 @@
 """Pictures of whatever has one."""
 
+import inspect
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
 import attrs
 
+from historysim.basics.wording import nearest
 from historysim.errors import InputError
 from historysim.scenario.opening import Reading, opened
 from historysim.scenario.scenario import Scenario
@@ -14,7 +16,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     import xarray as xr
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure, SubFigure
 
     from historysim.asperities.adhering import AdheringAsperities
     from historysim.asperities.asperity import Asperity
@@ -24,6 +27,7 @@ if TYPE_CHECKING:
     from historysim.measured.loops import Loops
     from historysim.measured.measurement import Measurement
     from historysim.measured.sliding import Sliding
+    from historysim.results.plots.paper import Drawn, Place
     from historysim.scenario.fit import Fit
     from historysim.surfaces.heights import Surface
 
@@ -43,10 +47,12 @@ def plot(
     adhesion: bool = False,
     asperity: int | None = None,
     size: tuple[float, float] | None = None,
+    figure: "Figure | SubFigure | None" = None,
+    ax: "Axes | None" = None,
     form: str | None = None,
     **reading: Unpack[Reading],
-) -> "Figure":
-    """Return a picture of a history, a surface, a scenario, loops, a comparison or an asperity, or of a file of them.
+) -> "Drawn":
+    """Draw a history, a surface, a scenario, loops, a comparison or an asperity, or a file of them.
 
     Each kind has a function of its own with more to choose: `plot_history`, `plot_surface`, `plot_loops`,
     `plot_comparison`, `plot_asperity`, `plot_swept`, `plot_adhesion_map`, `plot_adhesion_branch`.
@@ -80,7 +86,11 @@ def plot(
     asperity : int, optional
         With `adhesion`, the equilibria of this asperity in place of the map; of a history, whose traction is drawn.
     size : (float, float), optional
-        Width and height of the picture [mm].
+        Width and height of a new figure [mm].
+    figure : Figure or SubFigure, optional
+        Draw into this figure of matplotlib, or into this part of one.
+    ax : Axes, optional
+        Draw into these axes: what has one panel.
     form : str, optional
         What is taken off the height map of a file first; by default a plane.
     **reading
@@ -88,14 +98,20 @@ def plot(
 
     Returns
     -------
-    matplotlib.figure.Figure
+    Figure, SubFigure or Axes
+        What was given, or a new figure.
 
     Raises
     ------
     InputError
         Something that has no picture, a file that cannot be used, or an option that does not fit what is drawn.
     """
-    options = _Options(picture, step, panels, adhesion, asperity, size, steps, across, tuple(labels))
+    known = [name for name in inspect.signature(plot).parameters if name != "reading"]
+    for name in reading:
+        if name not in Reading.__annotations__:
+            raise InputError(f"plot takes no {name!r}; {nearest(name, [*known, *Reading.__annotations__])}")
+    place: Place = {"size": size, "figure": figure, "ax": ax}
+    options = _Options(picture, step, panels, adhesion, asperity, place, steps, across, tuple(labels))
     if isinstance(what, list | tuple) and what and all(_is_result(each) for each in what):
         return _several(what, options)
     if isinstance(what, str | Path):
@@ -115,7 +131,7 @@ class _Options:
     panels: "Sequence[str] | None"
     adhesion: bool
     asperity: int | None
-    size: tuple[float, float] | None
+    place: "Place"
     steps: "Sequence[int | str] | None" = None
     across: str | None = None
     labels: tuple[str, ...] = ()
@@ -132,7 +148,7 @@ def _is_result(what: object) -> bool:
     return isinstance(what, str | Path | xr.Dataset)
 
 
-def _several(what: "Sequence[Any]", chosen: _Options) -> "Figure":
+def _several(what: "Sequence[Any]", chosen: _Options) -> "Drawn":
     """Draw several histories in one picture."""
     import xarray as xr
 
@@ -148,10 +164,10 @@ def _several(what: "Sequence[Any]", chosen: _Options) -> "Figure":
             if not isinstance(history, xr.Dataset) or "total_normal_load" not in history:
                 raise InputError(f"{each}: is no result of historysim run; expected results alone, or one other file")
             found.append(history)
-        return draw_several(found, chosen.picture, asperity=chosen.asperity, size=chosen.size, **chosen.lines())
+        return draw_several(found, chosen.picture, asperity=chosen.asperity, **chosen.place, **chosen.lines())
 
 
-def _drawn(what: Any, name: str, title: str, chosen: _Options) -> "Figure":
+def _drawn(what: Any, name: str, title: str, chosen: _Options) -> "Drawn":
     import xarray as xr
 
     from historysim.measured.measurement import Measurement
@@ -181,14 +197,14 @@ def _drawn(what: Any, name: str, title: str, chosen: _Options) -> "Figure":
     if isinstance(what, Surface):
         from historysim.results.plots.surface import plot_surface
 
-        return plot_surface(what, title=title, size=chosen.size)
+        return plot_surface(what, title=title, **chosen.place)
     if isinstance(what, Scenario):
         if chosen.adhesion:
             return _adhesion(what, chosen)
         from historysim.scenario.figure import draw_figure, drawable
 
         pictures = drawable(what)
-        return draw_figure(what, pictures, chosen.size) if pictures else _ground(what, chosen)
+        return draw_figure(what, pictures, **chosen.place) if pictures else _ground(what, chosen)
     return _object(what, name, chosen)
 
 
@@ -207,7 +223,7 @@ def _plain(chosen: _Options) -> bool:
     return not chosen.lines() and all(value is None for value in given)
 
 
-def _sweep(what: "xr.Dataset", chosen: _Options) -> "Figure":
+def _sweep(what: "xr.Dataset", chosen: _Options) -> "Drawn":
     from historysim.results.plots.together import LOOP, LoopMarks, plot_together
 
     loops = all(name in what and "step" in what[name].dims for name in LOOP)
@@ -217,20 +233,20 @@ def _sweep(what: "xr.Dataset", chosen: _Options) -> "Figure":
         if "across" in options:
             raise InputError("across: belongs to the picture traction of a result; expected steps or labels here")
         marks = LoopMarks(steps=options.pop("steps", None))
-        return plot_together(what, options.pop("labels", ()), marks=marks, size=chosen.size)
+        return plot_together(what, options.pop("labels", ()), marks=marks, **chosen.place)
     if chosen.lines():
         raise InputError(f"{next(iter(chosen.lines()))}: belongs to the picture {LOOPS} of a sweep; expected it")
     from historysim.results.plots.swept import plot_swept
 
-    return plot_swept(what, chosen.picture or _first_quantity(what), size=chosen.size)
+    return plot_swept(what, chosen.picture or _first_quantity(what), **chosen.place)
 
 
-def _dataset(what: "xr.Dataset", name: str, chosen: _Options) -> "Figure":
+def _dataset(what: "xr.Dataset", name: str, chosen: _Options) -> "Drawn":
     if _plain(chosen):
         from historysim.scenario.figure import draw_figure, drawable
 
         if pictures := drawable(what):
-            return draw_figure(what, pictures, chosen.size)
+            return draw_figure(what, pictures, **chosen.place)
     if what.attrs.get("content") == "sweep":
         return _sweep(what, chosen)
     if "total_normal_load" in what:
@@ -242,19 +258,19 @@ def _dataset(what: "xr.Dataset", name: str, chosen: _Options) -> "Figure":
     if "summit_height" in what:
         from historysim.results.plots.surface import plot_surface
 
-        return plot_surface(what, size=chosen.size)
+        return plot_surface(what, **chosen.place)
     if "loop" in what.dims:
         from historysim.results.plots.loop_trends import plot_loop_trends
 
-        return plot_loop_trends(what, size=chosen.size)
+        return plot_loop_trends(what, **chosen.place)
     if "loops" in what.coords:
         from historysim.results.plots.loop_levels import plot_loop_levels
 
-        return plot_loop_levels(what, size=chosen.size)
+        return plot_loop_levels(what, **chosen.place)
     raise InputError(f"{name} is no history; expected a Dataset from historysim, with all its variables")
 
 
-def _history(history: "xr.Dataset", chosen: _Options) -> "Figure":
+def _history(history: "xr.Dataset", chosen: _Options) -> "Drawn":
     from historysim.results.plots.pictures import draw
 
     return draw(
@@ -263,29 +279,29 @@ def _history(history: "xr.Dataset", chosen: _Options) -> "Figure":
         step=chosen.step,
         asperity=chosen.asperity,
         panels=chosen.panels,
-        size=chosen.size,
+        **chosen.place,
         **chosen.lines(),
     )
 
 
-def _ground(scenario: Scenario, chosen: _Options) -> "Figure":
+def _ground(scenario: Scenario, chosen: _Options) -> "Drawn":
     from historysim.recording import surface_group
     from historysim.results.plots.surface import plot_surface
 
     ground = scenario.ground()
     title = scenario.title or scenario.path.stem
-    return plot_surface(surface_group.dataset(ground.summits, ground.surface), title=title, size=chosen.size)
+    return plot_surface(surface_group.dataset(ground.summits, ground.surface), title=title, **chosen.place)
 
 
-def _record(what: "Scenario | Measurement", title: str, chosen: _Options) -> "Figure":
+def _record(what: "Scenario | Measurement", title: str, chosen: _Options) -> "Drawn":
     from historysim.results.plots.record import plot_record
 
     if isinstance(what, Scenario):
-        return plot_record(what.measurement(), title=what.title or what.path.stem, size=chosen.size)
-    return plot_record(what, title=title, size=chosen.size)
+        return plot_record(what.measurement(), title=what.title or what.path.stem, **chosen.place)
+    return plot_record(what, title=title, **chosen.place)
 
 
-def _adhesion(scenario: Scenario, chosen: _Options) -> "Figure":
+def _adhesion(scenario: Scenario, chosen: _Options) -> "Drawn":
     from historysim.results.plots.adhesion_branch import plot_adhesion_branch
     from historysim.results.plots.adhesion_map import plot_adhesion_map
 
@@ -295,13 +311,13 @@ def _adhesion(scenario: Scenario, chosen: _Options) -> "Figure":
             f"{scenario.path}: has no [adhesion], or nothing touches; expected both to draw how adhesive it is"
         )
     if chosen.asperity is None:
-        return plot_adhesion_map(contact.examples(), size=chosen.size)
+        return plot_adhesion_map(contact.examples(), **chosen.place)
     branch = contact.branch(chosen.asperity)
     title = f"Equilibria of asperity {chosen.asperity} after {branch.model.label}"
-    return plot_adhesion_branch(branch, title=title, size=chosen.size)
+    return plot_adhesion_branch(branch, title=title, **chosen.place)
 
 
-def _object(what: object, name: str, chosen: _Options) -> "Figure":
+def _object(what: object, name: str, chosen: _Options) -> "Drawn":
     from historysim.asperities.adhering import AdheringAsperities
     from historysim.asperities.asperity import Asperity
     from historysim.contact.adhesion import Branch
@@ -318,16 +334,16 @@ def _object(what: object, name: str, chosen: _Options) -> "Figure":
     from historysim.results.plots.single_asperity import plot_asperity
     from historysim.scenario.fit import Fit
 
-    size = chosen.size
-    drawn: Mapping[type, Callable[[Any], Figure]] = {
-        Loops: lambda loops: plot_loops(loops, size=size),
-        Comparison: lambda comparison: plot_comparison(comparison, size=size),
-        Asperity: lambda asperity: plot_asperity(asperity, size=size),
-        AdheringAsperities: lambda adhering: plot_adhesion_map(adhering.examples(), size=size),
-        Branch: lambda branch: plot_adhesion_branch(branch, size=size),
-        Fit: lambda fit: plot_comparison(fit.comparison, fit.scenario.title, size=size),
-        LoopTable: lambda table: plot_loop_levels(table.to_dataset(), size=size),
-        Sliding: lambda sliding: plot_sliding(sliding, size=size),
+    place = chosen.place
+    drawn: Mapping[type, Callable[[Any], Drawn]] = {
+        Loops: lambda loops: plot_loops(loops, **place),
+        Comparison: lambda comparison: plot_comparison(comparison, **place),
+        Asperity: lambda asperity: plot_asperity(asperity, **place),
+        AdheringAsperities: lambda adhering: plot_adhesion_map(adhering.examples(), **place),
+        Branch: lambda branch: plot_adhesion_branch(branch, **place),
+        Fit: lambda fit: plot_comparison(fit.comparison, fit.scenario.title, **place),
+        LoopTable: lambda table: plot_loop_levels(table.to_dataset(), **place),
+        Sliding: lambda sliding: plot_sliding(sliding, **place),
     }
     for kind, picture in drawn.items():
         if isinstance(what, kind):

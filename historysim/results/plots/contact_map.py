@@ -1,7 +1,7 @@
 """The contact of a rough map whose asperities press on one another, point by point, at one time of a log."""
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, Unpack
 
 import attrs
 import numpy as np
@@ -15,20 +15,21 @@ from historysim.errors import InputError
 from historysim.log.event_log import EventLog
 from historysim.replaying import Replay
 from historysim.results.origin import Origin, ask_origin
-from historysim.results.plots.paper import PAGE, Size, new_figure
-from historysim.results.plots.style import INK, STATE_COLOURS, plain_title
+from historysim.results.plots.paper import PAGE, Drawn, Page, Place, paper
+from historysim.results.plots.style import DIVERGING, INK, STATE_COLOURS
 from historysim.results.plots.surface import position_of
 from historysim.surfaces.heights import Surface
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
 
 Floats = npt.NDArray[np.float64]
 
 Extent = tuple[float, float, float, float]
 Answer = TypeVar("Answer")
 
+NO_CONTACT = "#d9d9d6"
 STICKS, SLIPS = 1.0, 2.0
 SOLVED = "solved_pressure"
 """What the surface of a result holds where its asperities press on one another."""
@@ -53,7 +54,7 @@ class Zones:
     unit: str
 
 
-def plot_contact_map(log: EventLog, at: float, *, title: str = "", size: Size | None = None) -> "Figure":
+def plot_contact_map(log: EventLog, at: float, *, title: str = "", **place: Unpack[Place]) -> Drawn:
     """Draw the stick and slip zones, the pressures and the tractions of a contact, and what independent summits give.
 
     Parameters
@@ -64,13 +65,13 @@ def plot_contact_map(log: EventLog, at: float, *, title: str = "", size: Size | 
         Time [s].
     title : str
         A heading; by default that of the log.
-    size : (float, float), optional
-        Width and height [mm].
+    **place
+        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
 
     Returns
     -------
-    matplotlib.figure.Figure
-        A figure 180 mm wide: the contact of the whole map; that of the summits of the same map, each by itself
+    Figure, SubFigure or Axes
+        What was given, or a new figure 180 mm wide: the contact of the whole map; that of the summits of the same map, each by itself
         (9-point rule), under the same events up to the same normal load; pressures; tractions.
 
     Raises
@@ -81,10 +82,12 @@ def plot_contact_map(log: EventLog, at: float, *, title: str = "", size: Size | 
     origin = Origin.of_log(log)
     if SOLVED not in origin.surface:
         raise InputError(f'{log.path}: has no contact maps; expected the log of a surface with interaction = "full"')
-    return _drawn(origin, origin.state(at), at, title, size)
+    with paper(plot_contact_map, DEFAULT, place) as page:
+        _draw(page, origin, origin.state(at), at, title)
+    return page.drawn
 
 
-def plot_interacting(history: xr.Dataset, step: int | str = "partial", *, size: Size | None = None) -> "Figure":
+def plot_interacting(history: xr.Dataset, step: int | str = "partial", **place: Unpack[Place]) -> Drawn:
     """Draw what `plot_contact_map` does, at a step of a history that comes from the file of a result.
 
     Parameters
@@ -100,7 +103,9 @@ def plot_interacting(history: xr.Dataset, step: int | str = "partial", *, size: 
         A step that the history does not have, or one that does not come from a file with its events.
     """
     at = float(history["time"].values[position_of(step, history)])
-    return _drawn(*_answered(history, lambda origin: (origin, origin.state(at))), at, "", size)
+    with paper(plot_interacting, DEFAULT, place) as page:
+        _draw(page, *_answered(history, lambda origin: (origin, origin.state(at))), at, "")
+    return page.drawn
 
 
 def zones_at(history: xr.Dataset, steps: Sequence[int]) -> Zones:
@@ -143,7 +148,10 @@ def _extent(origin: Origin) -> tuple[Extent, str]:
     return (0.0, x * factor, 0.0, y * factor), f"{prefix}m"
 
 
-def _drawn(origin: Origin, state: EnsembleState, at: float, title: str, size: Size | None) -> "Figure":
+DEFAULT = PAGE, 163.0
+
+
+def _draw(page: Page, origin: Origin, state: EnsembleState, at: float, title: str) -> None:
     arrays, ensemble = origin.surface, origin.ensemble
     shape = origin.settings["surface_attributes"]["shape"]
     pixel = tuple(float(side / count) for side, count in zip(_sides(arrays), shape, strict=True))
@@ -152,33 +160,33 @@ def _drawn(origin: Origin, state: EnsembleState, at: float, title: str, size: Si
     pressure = _on_map(origin, np.clip(found.normal @ arrays[SOLVED], 0.0, None) * modulus, touching)
     traction = _on_map(origin, found.tangential @ arrays[SOLVED] * modulus, touching)
     extent, unit = _extent(origin)
-    with new_figure(size, (PAGE, 163.0)) as figure:
-        axes = figure.subplots(2, 2, sharex=True, sharey=True)
-        draw_zones(axes[0, 0], _zone(origin, state), extent, "whole map")
-        draw_zones(axes[0, 1], _independent(origin, at, shape, pixel), extent, "independent summits")
+    rows = 2 if page.height >= 0.6 * page.width else 1
+    axes: Any = page.several(4).subplots(rows, 2, sharex=True, sharey=True, squeeze=False)
+    draw_zones(axes[0, 0], _zone(origin, state), extent, "whole map")
+    draw_zones(axes[0, 1], _independent(origin, at, shape, pixel), extent, "independent summits")
+    if rows == 2:
         _draw_field(axes[1, 0], pressure, extent, "pressure", signed=False)
         _draw_field(axes[1, 1], traction, extent, "traction", signed=True)
-        for axis in axes[1]:
-            axis.set_xlabel(f"$x$ ({unit})")
-        for axis in axes[:, 0]:
-            axis.set_ylabel(f"$y$ ({unit})")
-        draw_legend(figure)
-        caption = (
-            f"t = {at:.6g} s:  N = {quantity_text(state.normal_load, 'N')},  "
-            f"T = {quantity_text(state.tangential_load, 'N')},  U = {quantity_text(state.tangential_displacement, 'm')}"
-        )
-        heading = plain_title(title or str(origin.settings["title"]))
-        figure.suptitle("\n".join(filter(None, [heading, caption])), x=0.01, ha="left", fontsize=9)
-    return figure
+    else:
+        page.left_out("pressure", "traction")
+    for axis in axes[-1]:
+        axis.set_xlabel(f"$x$ ({unit})")
+    for axis in axes[:, 0]:
+        axis.set_ylabel(f"$y$ ({unit})")
+    page.legend(handles=zone_handles())
+    caption = (
+        f"t = {at:.6g} s:  N = {quantity_text(state.normal_load, 'N')},  "
+        f"T = {quantity_text(state.tangential_load, 'N')},  U = {quantity_text(state.tangential_displacement, 'm')}"
+    )
+    page.heading(title or str(origin.settings["title"]), caption)
 
 
-def draw_legend(figure: "Figure") -> None:
-    """Name below a figure what the colours of its zones are."""
+def zone_handles() -> "list[Patch]":
+    """Return what a legend shows of the colours of zones."""
     from matplotlib.patches import Patch
 
     states = zip((STATE_COLOURS[1], STATE_COLOURS[3]), ("sticks", "slips"), strict=True)
-    handles = [Patch(facecolor=colour, edgecolor=INK, linewidth=0.4, label=label) for colour, label in states]
-    figure.legend(handles=handles, loc="outside lower left", ncols=2, columnspacing=2.0)
+    return [Patch(facecolor=colour, edgecolor=INK, linewidth=0.4, label=label) for colour, label in states]
 
 
 def _sides(arrays: Any) -> tuple[float, float]:
@@ -220,14 +228,16 @@ def draw_zones(axes: "Axes", zone: Floats, extent: Extent, name: str) -> None:
 
 
 def _draw_field(axes: "Axes", values: Floats, extent: Extent, name: str, *, signed: bool) -> None:
-    """Draw a quantity point by point; one with a sign from dark to light, which grey print tells apart, too."""
+    """Draw a quantity point by point; of one with a sign zero is white, and what does not touch is grey."""
+    import matplotlib as mpl
+
     largest = float(np.nanmax(np.abs(values), initial=0.0)) or 1.0
     factor, prefix = prefixed(largest)
     image = axes.imshow(
         values.T * factor,
         origin="lower",
         extent=extent,
-        cmap="viridis",
+        cmap=mpl.colormaps[DIVERGING].with_extremes(bad=NO_CONTACT) if signed else "viridis",
         vmin=-largest * factor if signed else 0.0,
         vmax=largest * factor,
         interpolation="nearest",

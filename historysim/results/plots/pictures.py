@@ -1,7 +1,7 @@
 """The pictures of a history by their names."""
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any, Unpack
 
 import attrs
 import xarray as xr
@@ -10,7 +10,7 @@ from historysim.errors import InputError
 from historysim.results.plots.contact_map import SOLVED, plot_interacting
 from historysim.results.plots.load_history import plot_history
 from historysim.results.plots.loop import plot_loop
-from historysim.results.plots.paper import Size
+from historysim.results.plots.paper import Drawn, Place
 from historysim.results.plots.slip_map import plot_slip_map
 from historysim.results.plots.stiffness_curve import plot_stiffness
 from historysim.results.plots.surface import plot_distribution, plot_surface, surface_of
@@ -18,21 +18,18 @@ from historysim.results.plots.together import LoopMarks, plot_together
 from historysim.results.plots.traction_profile import plot_slip_fronts, plot_traction
 from historysim.results.plots.worn_summits import plot_wear
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
-
-def _contact_map(history: xr.Dataset, **options: Any) -> "Figure":
+def _contact_map(history: xr.Dataset, **options: Any) -> Drawn:
     surface = surface_of(history)
     # asperities that press on one another have no summits, but maps of their own
     return plot_interacting(history, **options) if SOLVED in surface else plot_surface(surface, history, **options)
 
 
-def _distribution(history: xr.Dataset, **options: Any) -> "Figure":
+def _distribution(history: xr.Dataset, **options: Any) -> Drawn:
     return plot_distribution(surface_of(history), history, **options)
 
 
-def _loops(history: xr.Dataset, *, steps: Sequence[int | str] | None = None, **options: Any) -> "Figure":
+def _loops(history: xr.Dataset, *, steps: Sequence[int | str] | None = None, **options: Any) -> Drawn:
     return plot_together(history, marks=LoopMarks(steps=steps), **options)
 
 
@@ -40,7 +37,7 @@ def _loops(history: xr.Dataset, *, steps: Sequence[int | str] | None = None, **o
 class _Picture:
     """A picture, and which options it takes beside its size."""
 
-    draw: Callable[..., "Figure"]
+    draw: Callable[..., Drawn]
     takes: tuple[str, ...] = ()
 
 
@@ -68,8 +65,8 @@ def draw(
     steps: Sequence[int | str] | None = None,
     across: str | None = None,
     labels: Sequence[str] | None = None,
-    size: Size | None = None,
-) -> "Figure":
+    **place: Unpack[Place],
+) -> Drawn:
     """Return a picture of a history by its name.
 
     Parameters
@@ -79,8 +76,8 @@ def draw(
         A key of `PICTURES`.
     step, asperity, panels, steps, across, labels
         For the pictures that take them.
-    size : (float, float), optional
-        Width and height [mm].
+    **place
+        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
 
     Raises
     ------
@@ -96,7 +93,7 @@ def draw(
         if name not in chosen.takes:
             others = ", ".join(known for known, each in PICTURES.items() if name in each.takes)
             raise InputError(f"{name} {value}: the picture {picture} takes none; expected with {others}")
-    return chosen.draw(history, **given, size=size)
+    return chosen.draw(history, **given, **place)
 
 
 SEVERAL = ("loops", "traction")
@@ -111,8 +108,8 @@ def draw_several(
     steps: Sequence[int | str] | None = None,
     across: str | None = None,
     labels: Sequence[str] = (),
-    size: Size | None = None,
-) -> "Figure":
+    **place: Unpack[Place],
+) -> Drawn:
     """Return one picture of several histories: their loops, or the tractions of an asperity of each.
 
     Raises
@@ -123,7 +120,7 @@ def draw_several(
     if (picture or SEVERAL[0]) == SEVERAL[0]:
         if across is not None or asperity is not None:
             raise InputError(f"{'asperity' if across is None else 'across'}: belongs to the picture traction")
-        return plot_together(histories, labels, marks=LoopMarks(steps=steps), size=size)
+        return plot_together(histories, labels, marks=LoopMarks(steps=steps), **place)
     if picture != SEVERAL[1]:
         raise InputError(f"picture is {picture!r}; of several results expected one of {', '.join(SEVERAL)}")
-    return plot_traction(histories, asperity, steps, across=across or "radius", labels=labels, size=size)
+    return plot_traction(histories, asperity, steps, across=across or "radius", labels=labels, **place)

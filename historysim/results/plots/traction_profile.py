@@ -1,7 +1,7 @@
 """Pictures of the traction over the radius of an asperity: several states in one, and its slip fronts, step by step."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -14,11 +14,8 @@ from historysim.results import rebuilt
 from historysim.results.analysis.recorded import GROSS_SLIP, check_any, check_recorded, column_of
 from historysim.results.analysis.shares import telling_step
 from historysim.results.plots.along_path import line_colours, swings
-from historysim.results.plots.paper import COLUMN, Size, new_figure
-from historysim.results.plots.style import FAINT, STATE_COLOURS, legend_below, plain_title
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure, SubFigure
+from historysim.results.plots.paper import COLUMN, Drawn, Page, Place, paper
+from historysim.results.plots.style import FAINT, STATE_COLOURS
 
 Floats = npt.NDArray[np.float64]
 
@@ -39,8 +36,8 @@ def plot_traction(
     fronts: bool = False,
     change_from: int | str | None = None,
     labels: Sequence[str] = (),
-    size: Size | None = None,
-) -> "Figure":
+    **place: Unpack[Place],
+) -> Drawn:
     """Draw the traction of an asperity over its radius, or its diameter, at several steps, with the friction limits.
 
     Parameters
@@ -62,13 +59,13 @@ def plot_traction(
         A state; how the traction of each later one differs from its is drawn, too, as thin dashed lines.
     labels : sequence of str, optional
         What the lines are called; by default the names of the states, or steps and times.
-    size : (float, float), optional
-        Width and height [mm].
+    **place
+        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
 
     Returns
     -------
-    matplotlib.figure.Figure
-        A figure 90 mm wide, or of that size.
+    Figure, SubFigure or Axes
+        What was given, or a new figure 90 mm wide.
 
     Raises
     ------
@@ -77,9 +74,9 @@ def plot_traction(
         `historysim.results.rebuilt.asperity_at`.
     """
     several = [history] if isinstance(history, xr.Dataset) else list(history)
-    with new_figure(size, (COLUMN, 85.0)) as figure:
+    with paper(plot_traction, (COLUMN, 85.0), place) as page:
         draw_traction(
-            figure,
+            page,
             several,
             asperity,
             steps,
@@ -89,16 +86,16 @@ def plot_traction(
             change_from=change_from,
             labels=labels,
         )
-        if len(several) == 1 and (title := several[0].attrs.get("title")):
-            figure.suptitle(plain_title(str(title), 54, 2), x=0.01, ha="left", fontsize=8.5)
-    return figure
+        if len(several) == 1:
+            page.heading(str(several[0].attrs.get("title", "")))
+    return page.drawn
 
 
 ACROSS = ("radius", "diameter")
 
 
 def draw_traction(
-    figure: "Figure | SubFigure",
+    page: Page,
     histories: Sequence[xr.Dataset],
     asperity: int | None = None,
     steps: Sequence[int | str] | None = None,
@@ -110,7 +107,7 @@ def draw_traction(
     labels: Sequence[str] = (),
     title: str = "",
 ) -> None:
-    """Draw tractions into a figure, or into a part of one; parameters and errors as for `plot_traction`."""
+    """Draw tractions on a page; parameters and errors as for `plot_traction`."""
     if across not in ACROSS:
         raise InputError(f"across is {across!r}; expected one of {', '.join(ACROSS)}")
     parts, names, asperities, before = list[xr.Dataset](), list[str](), list[int](), list[xr.Dataset | None]()
@@ -131,7 +128,7 @@ def draw_traction(
     most = max(float(part["friction_limit"].max()) for part in parts)
     factor, prefix = prefixed(most)
     along, unit = prefixed(max(float(part["radius"][-1]) for part in parts))
-    axes = figure.add_subplot()
+    axes = page.axes()
     axes.axhline(0, color=FAINT, linewidth=0.4, zorder=0)
     shades = line_colours()(np.linspace(0, 1, len(parts)))
     drawn: list[tuple[float, float]] = []
@@ -167,8 +164,7 @@ def draw_traction(
         xlabel=rf"{'distance from the centre' if across == 'diameter' else 'radius'} $r$ ({unit}m)",
         ylabel=rf"traction $\tau$ ({prefix}Pa)",
     )
-    longest = max(map(len, [*(labels or names), changes if change_from is not None else ""]))
-    legend_below(figure, axes, columns=2 if longest > 10 else 4)
+    page.legend(axes)
 
 
 def _to_edge(part: xr.Dataset, name: str) -> Floats:
@@ -189,9 +185,8 @@ def plot_slip_fronts(
     history: xr.Dataset,
     asperity: int | None = None,
     steps: Sequence[int | str] | None = None,
-    *,
-    size: Size | None = None,
-) -> "Figure":
+    **place: Unpack[Place],
+) -> Drawn:
     """Draw the traction across an asperity step by step, each line above the one before, with the fronts of its slip.
 
     Parameters
@@ -200,13 +195,13 @@ def plot_slip_fronts(
         As for `plot_traction`.
     steps : sequence of int or str, optional
         Up to 200 states, by step or name; by default 24 of the swing as in `plot_traction`.
-    size : (float, float), optional
-        Width and height [mm].
+    **place
+        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
 
     Returns
     -------
-    matplotlib.figure.Figure
-        A figure 90 mm wide, or of that size. The stick zone is drawn thick; where it ends is the slip front.
+    Figure, SubFigure or Axes
+        What was given, or a new figure 90 mm wide. The stick zone is drawn thick; where it ends is the slip front.
 
     Raises
     ------
@@ -227,8 +222,8 @@ def plot_slip_fronts(
         "slips": {"color": STATE_COLOURS[2], "linewidth": 0.8},
         "sticks": {"color": STATE_COLOURS[1], "linewidth": 1.6},
     }
-    with new_figure(size, (COLUMN, 110.0)) as figure:
-        axes = figure.add_subplot()
+    with paper(plot_slip_fronts, (COLUMN, 110.0), place) as page:
+        axes = page.axes()
         for row in range(len(chosen)):
             half = found["traction"].values[row] / largest * height
             line = row + np.concatenate([half[:0:-1], half])
@@ -241,8 +236,8 @@ def plot_slip_fronts(
         axes.set_yticks(ticks, labels)
         axes.set(title=f"Slip fronts of asperity {asperity}", xlabel=f"$r$ ({radius_unit}m)", ylabel="step, time")
         scale = f"one line is {quantity_text(largest / height, 'Pa', 3)} above the next"
-        legend_below(figure, axes, extra=scale, columns=2)
-    return figure
+        page.legend(axes, extra=scale)
+    return page.drawn
 
 
 def _chosen(
