@@ -94,11 +94,27 @@ def _events():
 
 @cache
 def friction_changes():
-    """Return a ball of which friction rises between the states."""
-    ball = hs.Ensemble(PAIR, 0.0, 2.5e-3, 0.2)
-    events = [hs.NormalLoad(0.0, 50e-3), hs.TangentialLoad(1.0, 6e-3), hs.FrictionChange(2.0, 0.4)]
-    events += [hs.TangentialLoad(3.0, 9e-3), hs.TangentialLoad(4.0, -9e-3)]
-    return hs.replay(ball, events, substeps=20).assign_attrs(title="Friction rises from 0.2 to 0.4")
+    """Return a ball whose friction rises between the states."""
+    start = ROUGH.index("[surface]")
+    text = (
+        ROUGH[:start].replace(TITLE, "Friction rises from 0.2 to 0.4")
+        + """
+[surface]
+kind = "sphere"
+radius = "2.5 mm"
+[friction]
+coefficient = 0.2
+[loading]
+waypoints = [
+    { time = 0, normal_load = "50 mN" },
+    { time = 1, tangential_load = "6 mN", name = "A" },
+    { time = 2, friction = 0.4, name = "B" },
+    { time = 3, tangential_load = "9 mN", name = "C" },
+    { time = 4, tangential_load = "-9 mN", name = "D" },
+]
+"""
+    )
+    return hs.run(written("friction", text), folder() / "friction.nc")
 
 
 @cache
@@ -169,7 +185,7 @@ PICTURES = {
     "contact-map": lambda **p: hs.plot(rough(), picture="contact-map", **p),
     "distribution": lambda **p: hs.plot(rough(), picture="distribution", **p),
     "traction": lambda **p: hs.plot(rough(), picture="traction", **p),
-    "traction-friction": lambda **p: hs.plot(friction_changes(), picture="traction", steps=[0, 20, 60, 70, 80], **p),
+    "traction-friction": lambda **p: hs.plot(friction_changes(), picture="traction", **p),
     "slip-fronts": lambda **p: hs.plot(rough(), picture="slip-fronts", **p),
     "stiffness": lambda **p: hs.plot(rough(), picture="stiffness", **p),
     "wear": lambda **p: hs.plot_wear(worn(), **p),

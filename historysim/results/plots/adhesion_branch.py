@@ -1,6 +1,6 @@
 """Picture of the equilibria of one adhesive contact."""
 
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -9,9 +9,6 @@ from historysim.basics.units import prefixed
 from historysim.contact.adhesion import Branch
 from historysim.results.plots.paper import Drawn, Place, paper
 from historysim.results.plots.style import FAINT, INK, MARK
-
-if TYPE_CHECKING:
-    pass
 
 
 def plot_adhesion_branch(branch: Branch, *, title: str = "", **place: Unpack[Place]) -> Drawn:
@@ -45,11 +42,11 @@ def plot_adhesion_branch(branch: Branch, *, title: str = "", **place: Unpack[Pla
             axes.plot(x, y, label=name + load, color=MARK, ls="none", zorder=3, clip_on=False, **mark)
         axes.margins(0.06)
         axes.set(
+            title=(title or f"Equilibria after {branch.model.label}").replace("$", r"\$"),
             xlabel=rf"approach $\delta$ ({length_prefix}m)",
             ylabel=f"normal load $N$ ({force_prefix}N)",
         )
         page.legend(axes)
-        page.heading(title or f"Equilibria after {branch.model.label}")
     return page.drawn
 
 

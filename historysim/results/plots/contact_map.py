@@ -71,8 +71,8 @@ def plot_contact_map(log: EventLog, at: float, *, title: str = "", **place: Unpa
     Returns
     -------
     Figure, SubFigure or Axes
-        What was given, or a new figure 180 mm wide: the contact of the whole map; that of the summits of the same map, each by itself
-        (9-point rule), under the same events up to the same normal load; pressures; tractions.
+        What was given, or a new figure 180 mm wide: the contact of the whole map; that of the summits of the same map,
+        each by itself (9-point rule), under the same events up to the same normal load; pressures; tractions.
 
     Raises
     ------

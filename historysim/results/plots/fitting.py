@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, SubFigure
 
-LEAST_PANEL = 13.0, 9.0
+LEAST_PANEL = 13.0, 8.0
 """Width and height of the smallest panel that can be read [mm]."""
 ROUNDS = 4
 POINTS_PER_INCH, MILLIMETRES_PER_INCH = 72.0, 25.4
@@ -21,7 +21,7 @@ SMALL = 6.5
 
 
 def fit(figure: "Figure") -> tuple[float, float] | None:
-    """Break and shorten texts of a figure that do not fit their axes, and return what size it needs, if it is too small.
+    """Break and shorten texts of a figure that do not fit their axes; return what size it needs if it is too small.
 
     Returns
     -------
@@ -32,7 +32,7 @@ def fit(figure: "Figure") -> tuple[float, float] | None:
     for _ in range(ROUNDS):
         figure.draw_without_rendering()
         # every panel is asked, also where one before it has changed
-        if not any([_fit_panel(axes) for axes in panels]):
+        if not sum(_fit_panel(axes) for axes in panels):
             break
     missing = [0.0, 0.0]
     inch = figure.dpi / MILLIMETRES_PER_INCH
@@ -72,7 +72,10 @@ def _fit_panel(axes: "Axes") -> bool:
         length = extent.width if axis is axes.xaxis else extent.height
         if label.get_text() and length > room + 2 * APART * point:
             changed |= _shortened(label)
-    return changed | _fit_titles(axes, box.width)
+    # a map is narrower than its place
+    paper = axes.figure.bbox
+    place = paper.x0 + axes.get_position(original=True).x1 * paper.width
+    return changed | _fit_titles(axes, max(place - box.x0, box.width))
 
 
 def _shortened(label: Any) -> bool:

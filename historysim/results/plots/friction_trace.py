@@ -1,6 +1,6 @@
 """Picture of friction over time or distance: samples, windows, the static peak, and the approach to a steady value."""
 
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 
@@ -8,9 +8,6 @@ from historysim.basics.units import prefixed
 from historysim.measured.sliding import UNITS, Sliding
 from historysim.results.plots.paper import PAGE, Drawn, Place, paper
 from historysim.results.plots.style import FAINT, INK, STATE_COLOURS
-
-if TYPE_CHECKING:
-    pass
 
 MOST_POINTS = 20_000
 
@@ -37,9 +34,9 @@ def plot_sliding(sliding: Sliding, *, title: str = "", **place: Unpack[Place]) -
         factor, prefix = prefixed(float(np.abs(sliding.place).max())) if sliding.over == "distance" else (1.0, "")
         stride = -(-sliding.place.size // MOST_POINTS)
         dots: dict[str, Any] = {"linestyle": "", "marker": ".", "ms": 2.2, "mew": 0, "color": FAINT, "alpha": 0.6}
-        place, friction = sliding.place[::stride] * factor, sliding.coefficient[::stride]
+        at, friction = sliding.place[::stride] * factor, sliding.coefficient[::stride]
         if np.isfinite(friction).any():
-            axes.plot(place, friction, rasterized=True, label="samples", zorder=1, **dots)
+            axes.plot(at, friction, rasterized=True, label="samples", zorder=1, **dots)
         means = sliding.window_place * factor, sliding.window_mean
         axes.plot(*means, "o", color=STATE_COLOURS[1], ms=3, label="windows", zorder=2)
         if sliding.approach is not None:

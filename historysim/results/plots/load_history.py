@@ -66,13 +66,16 @@ def plot_history(history: xr.Dataset, *, panels: Sequence[str] | None = None, **
             page.left_out(*(CALLED[name] for name in shown if name not in fitting))
         else:
             page.several(len(shown) + 1)
+            if worn and page.height < HIGH_WITH_WEAR:
+                page.left_out(CALLED[shown.pop()])
+                worn = []
             _draw_wide(page, history, thin, shown, (1.1, 1.9, map_height, *worn))
         page.heading(str(history.attrs.get("title", "")))
     return page.drawn
 
 
-WIDE, HIGH = 140.0, 85.0
-"""Width and height from which on the loads stand beside the loop [mm]."""
+WIDE, HIGH, HIGH_WITH_WEAR = 140.0, 85.0, 135.0
+"""Width and height from which on the loads stand beside the loop; height from which on wear stands below [mm]."""
 HEIGHTS = {"loop": 42.0, "loads": 42.0, "states": 34.0, "energy": 26.0, "wear": 30.0}
 """Room that each panel takes at least where they stand below one another [mm]."""
 CALLED = {"loop": "friction loop", "loads": "loads", "states": "slip states", "energy": "energy", "wear": "wear"}
@@ -97,7 +100,8 @@ def _draw_wide(
     figure = page.figure
     grid = figure.add_gridspec(len(heights), 2, width_ratios=(1, 1), height_ratios=heights)
     normal_axes = figure.add_subplot(grid[0, 1])
-    draw_loop(figure.add_subplot(grid[:2, 0]), thin, "colour: time, as on the right")
+    loop = figure.add_subplot(grid[:2, 0])
+    draw_loop(loop, thin, "colour: time, as on the right")
     _draw_loads(normal_axes, figure.add_subplot(grid[1, 1], sharex=normal_axes), thin)
     last = figure.add_subplot(grid[2, :])
     if "states" in panels:
@@ -106,7 +110,9 @@ def _draw_wide(
         _draw_energy(last, thin)
     if "wear" in panels:
         draw_wear(figure.add_subplot(grid[3, :]), history)
-    page.legend(*figure.axes[1:], handles=state_handles() if "states" in panels else ())
+    page.legend(
+        *(axes for axes in figure.axes if axes is not loop), handles=state_handles() if "states" in panels else ()
+    )
 
 
 def _check_panels(history: xr.Dataset, panels: Sequence[str]) -> None:
@@ -135,7 +141,7 @@ def _draw_chosen(page: Page, history: xr.Dataset, thin: xr.Dataset, panels: Sequ
         grid = figure.add_gridspec(len(panels), 1, height_ratios=[HEIGHTS[name] for name in panels])
         for row, name in enumerate(panels):
             if name == "loads":
-                parts = grid[row, 0].subgridspec(2, 1, height_ratios=(1, 1.6))
+                parts = grid[row, 0].subgridspec(2, 1, height_ratios=(1, 1.3))
                 normal = figure.add_subplot(parts[0])
                 _draw_loads(normal, figure.add_subplot(parts[1], sharex=normal), thin)
             else:

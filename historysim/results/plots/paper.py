@@ -142,10 +142,10 @@ class Page:
                 )
                 box = legend.get_window_extent()
                 if box.width <= 0.95 * room and box.height <= HIGHEST_LEGEND * room * self.height / self.width:
-                    for handle in legend.legend_handles:
+                    for line in legend.legend_handles:
                         # samples are small, and their colour is to be seen
-                        if isinstance(handle, Line2D) and handle.get_marker() == ".":
-                            handle.set_markersize(6.0)
+                        if isinstance(line, Line2D) and line.get_marker() == ".":
+                            line.set_markersize(6.0)
                     return
                 legend.remove()
         width = self.width * 0.8
@@ -223,7 +223,9 @@ def paper(draws: Callable[..., Any], default: Size, place: "Mapping[str, Any] | 
     for name in place:
         if name not in known:
             raise InputError(f"{draws.__name__} takes no {name!r}; {nearest(name, known)}")
-    size, figure, ax = (place.get(name) for name in ("size", "figure", "ax"))
+    size: Any = place.get("size")
+    figure: Any = place.get("figure")
+    ax: Any = place.get("ax")
     if sum(each is not None for each in (size, figure, ax)) > 1:
         raise InputError("size, figure, ax: expected one of them: a figure and axes have a size of their own")
     _check_kind("figure", figure, "add_subplot")

@@ -1,15 +1,12 @@
 """Picture of the traction that one asperity remembers."""
 
-from typing import TYPE_CHECKING, Unpack
+from typing import Unpack
 
 import numpy as np
 
 from historysim.asperities.asperity import Asperity
 from historysim.results.plots.paper import COLUMN, Drawn, Place, paper
 from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, scaled
-
-if TYPE_CHECKING:
-    pass
 
 POINTS = 801
 

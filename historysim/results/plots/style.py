@@ -75,14 +75,29 @@ def plain_title(title: str, width: float, size: float, lines: int = 1) -> str:
     lines : int
     """
     # a number and its unit stay together
-    whole = re.sub(r"(?<=\d) (?=[nµm]?[mN]\b|[kMG]?Pa\b)|(?<==) (?=\S)|(?<=\w) (?==)", "\N{NO-BREAK SPACE}", title)
+    whole = re.sub(UNBROKEN, "\N{NO-BREAK SPACE}", " ".join(title.split()))
     found = broken(whole.replace("$", r"\$"), width * POINTS_PER_MILLIMETRE, size)
     if len(found) > lines:
-        found = [*found[: lines - 1], f"{found[lines - 1]} …"]
-    return "\n".join(found)
+        last = found[lines - 1]
+        while " " in last and width_of(f"{last} …", size) > width * POINTS_PER_MILLIMETRE:
+            last = last.rsplit(" ", 1)[0]
+        found = [*found[: lines - 1], f"{last} …"]
+    return "\n".join(found).replace("\N{NO-BREAK SPACE}", " ")
 
 
+UNBROKEN = r"(?<=\d) (?=[nµm]?[mN]\b|[kMG]?Pa\b)|(?<==) (?=\S)|(?<=\w) (?==)"
+"""Spaces at which no line is broken: before a unit, and beside an equals sign."""
 POINTS_PER_MILLIMETRE = 72 / 25.4
+
+
+def width_of(line: str, size: float, *, bold: bool = False) -> float:
+    """Return the width of a line [pt] in letters of a size [pt]."""
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import text_to_path
+
+    letters = FontProperties(size=size, weight="bold" if bold else "normal")
+    measured: float = text_to_path.get_text_width_height_descent(line, letters, ismath=False)[0]
+    return measured
 
 
 def broken(text: str, width: float, size: float, *, bold: bool = False) -> list[str]:
@@ -95,18 +110,9 @@ def broken(text: str, width: float, size: float, *, bold: bool = False) -> list[
         Of a line, and of the letters [pt].
     bold : bool
     """
-    from matplotlib.font_manager import FontProperties
-    from matplotlib.textpath import text_to_path
-
-    letters = FontProperties(size=size, weight="bold" if bold else "normal")
-
-    def long(line: str) -> bool:
-        measured: float = text_to_path.get_text_width_height_descent(line, letters, ismath=False)[0]
-        return measured > width
-
     lines: list[str] = []
     for word in text.split(" "):
-        if lines and not long(f"{lines[-1]} {word}"):
+        if lines and width_of(f"{lines[-1]} {word}", size, bold=bold) <= width:
             lines[-1] += f" {word}"
         else:
             lines.append(word)

@@ -119,7 +119,8 @@ def draw_summit_scatter(
     grid[0].set_ylim(0, 1.05 * top)
     grid[0].set_ylabel(f"summit radius $R$ ({radius_unit}m)")
     for axes in grid:
-        if axes.get_subplotspec() is None or axes.get_subplotspec().is_last_row():
+        spec = axes.get_subplotspec()
+        if spec is None or spec.is_last_row():
             axes.set_xlabel(f"summit height $z$ ({height_unit}m)", color=INK)
     if title and not apart:
         grid[0].set_title(title)
@@ -140,7 +141,8 @@ def draw_heights(page: Page, surface: Surface, title: str = "") -> None:
     image = axes.imshow(
         surface.heights.T * factor, origin="lower", extent=extent, cmap="viridis", interpolation="nearest"
     )
-    bar = axes.figure.colorbar(image, ax=axes, shrink=0.9)
+    # as high as the map, whatever room there is
+    bar = axes.figure.colorbar(image, cax=axes.inset_axes((1.03, 0, 0.045, 1)))
     bar.set_label(f"height $z$ ({prefix}m)")
     bar.outline.set_linewidth(0.4)
     axes.spines[["top", "right"]].set_visible(True)

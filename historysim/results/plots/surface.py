@@ -145,9 +145,8 @@ def plot_surface(
                 draw_map(axes, surface, state, pale=contact is not None)
         if beside is not None:
             draw_distribution(beside, surface, state, contact)
-        elif axes is not None:
-            # a title tells panels apart
-            axes.set_title("")
+        elif surface.sizes["summit"] <= 1:
+            page.foot(f"no asperity distribution: {counted(surface.sizes['summit'], 'summit', 'summits')}")
         page.legend(handles=legend_handles(surface, state, contact, flat=beside is not None))
         heading = title or str((surface if history is None else history).attrs.get("title", ""))
         page.heading(heading, contact.caption if contact else "")

@@ -1,7 +1,7 @@
 """Pictures of the traction over the radius of an asperity: several states in one, and its slip fronts, step by step."""
 
 from collections.abc import Sequence
-from typing import Any, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,9 @@ from historysim.results.analysis.shares import telling_step
 from historysim.results.plots.along_path import line_colours, swings
 from historysim.results.plots.paper import COLUMN, Drawn, Page, Place, paper
 from historysim.results.plots.style import FAINT, STATE_COLOURS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Floats = npt.NDArray[np.float64]
 
@@ -131,25 +134,18 @@ def draw_traction(
     axes = page.axes()
     axes.axhline(0, color=FAINT, linewidth=0.4, zorder=0)
     shades = line_colours()(np.linspace(0, 1, len(parts)))
-    drawn: list[tuple[float, float]] = []
+    known = list(dict.fromkeys(f"{_friction(part):.3g}" for part in parts if _friction(part) > 0))
     changes = r"change from " + str(change_from)
     for colour, name, part, base in zip(shades, labels or names, parts, before, strict=True):
         # a traction ends at the edge of the contact; what lies beyond is no part of it
         edge = float(part["contact_radius"])
         radius = _both_sides(np.append(np.minimum(part["radius"].values, edge), edge) * along, across, odd=True)
-        bound = _both_sides(_to_edge(part, "friction_limit") * factor, across)
-        ends = (edge, float(bound.max()))
-        if limit and not any(np.allclose(ends, other, rtol=1e-9) for other in drawn):
-            dashes: dict[str, Any] = {"color": FAINT, "linewidth": 0.8, "linestyle": "--", "zorder": 1}
-            axes.plot(radius, bound, label=None if drawn else r"$\pm\mu p$", **dashes)
-            axes.plot(radius, -bound, **dashes)
-            drawn.append(ends)
+        if limit:
+            _draw_limit(axes, part, radius, factor, across, known)
         traction = _both_sides(_to_edge(part, "traction") * factor, across)
         axes.plot(radius, traction, color=colour, linewidth=1.2, label=name)
         if base is not None:
-            # both contacts are as large where the normal load is held; elsewhere the radii differ
-            there = np.interp(part["radius"].values, base["radius"].values, base["traction"].values, right=0.0)
-            change = traction - _both_sides(np.append(there, 0.0) * factor, across)
+            change = traction - _both_sides(_at_radii_of(part, base) * factor, across)
             thin: dict[str, Any] = {"color": colour, "linewidth": 0.8, "linestyle": (0, (3, 1.5))}
             axes.plot(radius, change, label=changes, **thin)
         stick = float(part["stick_radius"]) * along
@@ -165,6 +161,43 @@ def draw_traction(
         ylabel=rf"traction $\tau$ ({prefix}Pa)",
     )
     page.legend(axes)
+
+
+DASHES = (4, 2), (1, 1.5), (6, 2, 1, 2), (2, 2), (8, 3)
+"""Dashes of the limits of one friction coefficient, and of the next."""
+
+
+def _draw_limit(
+    axes: "Axes", part: xr.Dataset, radius: Floats, factor: float, across: str, frictions: Sequence[str]
+) -> None:
+    """Draw ±μp of a state with its own friction, its dashes those of this friction; once where states have the same."""
+    bound, told = _both_sides(_to_edge(part, "friction_limit") * factor, across), f"{_friction(part):.3g}"
+    if told not in frictions or any(
+        line.get_gid() == LIMIT and np.allclose(line.get_data(), (radius, bound), rtol=1e-9, atol=0.0)
+        for line in axes.get_lines()
+    ):
+        return
+    pattern = (0, DASHES[frictions.index(told) % len(DASHES)])
+    dashes: dict[str, Any] = {"color": FAINT, "linewidth": 0.8, "linestyle": pattern, "zorder": 1}
+    name = r"$\pm\mu p$" + (rf", $\mu$ = {told}" if len(frictions) > 1 else "")
+    axes.plot(radius, bound, label=name, gid=LIMIT, **dashes)
+    axes.plot(radius, -bound, **dashes)
+
+
+LIMIT = "friction limit"
+"""What limits are known by among the lines."""
+
+
+def _friction(part: xr.Dataset) -> float:
+    """Return the friction coefficient of a state; 0 where nothing touches."""
+    pressure = float(part["pressure"].max())
+    return float(part["friction_limit"].max()) / pressure if pressure > 0 else 0.0
+
+
+def _at_radii_of(part: xr.Dataset, base: xr.Dataset) -> Floats:
+    """Return the traction of one state at the radii of another, and 0 at its edge."""
+    # both contacts are as large where the normal load is held; elsewhere the radii differ
+    return np.append(np.interp(part["radius"].values, base["radius"].values, base["traction"].values, right=0.0), 0.0)
 
 
 def _to_edge(part: xr.Dataset, name: str) -> Floats:

@@ -11,7 +11,7 @@ from historysim.results.analysis.recorded import shape_of
 from historysim.results.plots.along_path import kept_steps
 from historysim.results.plots.line_styles import line_style
 from historysim.results.plots.paper import COLUMN, Drawn, Place, paper
-from historysim.results.plots.style import FAINT, INK, scaled
+from historysim.results.plots.style import FAINT, INK, MARK, STATE_COLOURS, scaled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -99,8 +99,8 @@ def _draw_summits(axes: "Axes", history: xr.Dataset) -> None:
     heights, radii = (np.stack([_summits(history, name, step) for step in (0, -1)]) for name in names)
     heights, unit = scaled(heights, "m")
     radii, radius_unit = scaled(radii, "m")
-    for row, (marker, name) in enumerate((("o", "before"), ("s", "after"))):
-        axes.plot(heights[row], radii[row], marker, ms=4, mfc="none", label=name)
+    for row, (marker, name, colour) in enumerate((("o", "before", MARK), ("s", "after", STATE_COLOURS[2]))):
+        axes.plot(heights[row], radii[row], marker, ms=4, mfc="none", color=colour, label=name)
     axes.set(xlabel=f"summit height $z$ ({unit})", ylabel=f"summit radius $R$ ({radius_unit})")
     axes.set_title("Summits")
     axes.set_title("○ before  □ after", loc="right", color=FAINT, fontsize=7, fontweight="normal")
