@@ -173,7 +173,8 @@ def _draw_limit(
     """Draw ±μp of a state with its own friction, its dashes those of this friction; once where states have the same."""
     bound, told = _both_sides(_to_edge(part, "friction_limit") * factor, across), f"{_friction(part):.3g}"
     if told not in frictions or any(
-        line.get_gid() == LIMIT and np.allclose(line.get_data(), (radius, bound), rtol=1e-9, atol=0.0)
+        line.get_gid() == LIMIT
+        and np.allclose(line.get_xydata(), np.column_stack([radius, bound]), rtol=1e-9, atol=0.0)
         for line in axes.get_lines()
     ):
         return
