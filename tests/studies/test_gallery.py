@@ -80,7 +80,7 @@ def test_all_are_run_swept_or_carried_out_and_what_fails_is_named(folder):
     found = sections(text)
     assert list(found) == ["01_ball.toml", "02_sweep.toml", "bad.toml", "below/03_script.py", "none.py", "wrong.py"]
     # loop, loads and states; traction
-    assert [body.count("data:image/png;base64,") for body in found.values()] == [2, 1, 0, 1, 0, 0]
+    assert [body.count("data:image/webp;base64,") for body in found.values()] == [2, 1, 0, 1, 0, 0]
     assert "<h2>A ball &amp; a flat</h2>" in found["01_ball.toml"]
     assert "<p>Second paragraph, of two lines.</p>" in found["01_ball.toml"]
     assert "<h2>A script.</h2>" in found["below/03_script.py"]
@@ -158,6 +158,6 @@ def test_pictures_and_tables_of_their_own(tmp_path):
     told = []
     found = sections(hs.gallery(tmp_path, scripts=True, tell=told.append))
     assert told == []
-    assert [body.count("data:image/png;base64,") for body in found.values()] == [2, 1, 1]
+    assert [body.count("data:image/webp;base64,") for body in found.values()] == [2, 1, 1]
     assert re.search(r"<th[^>]*>length</th>", found["1_script.py"])
     assert "4.0" in found["1_script.py"]

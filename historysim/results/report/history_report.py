@@ -9,6 +9,7 @@ import xarray as xr
 from historysim.errors import InputError
 from historysim.results import analysis
 from historysim.results.plots.pictures import draw
+from historysim.results.report.installation import installing
 from historysim.results.report.page import Section, code, folded, page, paragraph, picture, table
 
 INSTALL = 'pip install "historysim[report]"'
@@ -24,12 +25,14 @@ CAPTIONS = {
 SEVERAL_LINES = ("scenario", "validity")
 
 
-def history_page(history: xr.Dataset) -> str:
+def history_page(history: xr.Dataset, figures: Sequence[str] = ()) -> str:
     """Return a history as one HTML page that fetches nothing.
 
     Parameters
     ----------
     history : xarray.Dataset
+    figures : sequence of str
+        Pictures of its own, as HTML, before those of every history.
 
     Returns
     -------
@@ -38,8 +41,28 @@ def history_page(history: xr.Dataset) -> str:
     title = str(history.attrs.get("title") or "Load history")
     library, interactive = _interactive(history)
     sections = [_summary(history), validity_section(history), interactive]
-    sections += [_figures(history), *_provenance(history)]
+    sections += [_figures(history, figures), *_provenance(history)]
     return page(title, sections, head=library)
+
+
+def interactive_page(history: xr.Dataset) -> str:
+    """Return the interactive part of a history as one HTML page that fetches nothing.
+
+    Raises
+    ------
+    InputError
+        There is nothing to move through, or Bokeh is not installed.
+    """
+    if "slip_state" not in history:
+        raise InputError("the history is of totals alone; expected one with asperities, to move through")
+    try:
+        from historysim.results.report.explorer import explorer
+
+        library, body, notes = explorer(history)
+    except ModuleNotFoundError as error:
+        raise InputError(f"the interactive picture needs Bokeh; expected {INSTALL}") from error
+    title = str(history.attrs.get("title") or "Load history")
+    return page(title, [Section("Through time", (*(paragraph(note, "note") for note in notes), body))], head=library)
 
 
 def _summary(history: xr.Dataset) -> Section:
@@ -105,7 +128,7 @@ def history_pictures(history: xr.Dataset, names: Sequence[str] | None = None) ->
     return drawn
 
 
-def _figures(history: xr.Dataset) -> Section:
+def _figures(history: xr.Dataset, figures: Sequence[str]) -> Section:
     names: list[str] = list(CAPTIONS) if "slip_state" in history else ["history", "stiffness"]
     left_out: tuple[str, ...] = ()
     if "stick_area" in history:
@@ -115,7 +138,7 @@ def _figures(history: xr.Dataset) -> Section:
         # a map of one point tells nothing
         left_out = ("contact-map",)
     names = [name for name in names if name not in left_out]
-    return Section("Pictures", tuple(history_pictures(history, names)))
+    return Section("Pictures", (*figures, *history_pictures(history, names)))
 
 
 def _provenance(history: xr.Dataset) -> list[Section]:
@@ -127,21 +150,21 @@ def _provenance(history: xr.Dataset) -> list[Section]:
     source = history.encoding.get("source")
     name = Path(source).name if source else "result.nc"
     if "log_digest" in told:
-        log = Path(name).with_suffix(".history")
-        again = (
-            f"historysim run {name} -o again.nc         # from the result alone, which holds its events\n"
-            f"historysim run {log} -o again.nc    # or from the log beside it, as of earlier versions\n"
-            f"historysim verify {name}                  # replays the log, and compares bit for bit"
-        )
-        where = paragraph("The result makes itself again, bit for bit:")
+        again = f"historysim run {name} -o again.nc\nhistorysim verify {name}"
+        where = paragraph("The result holds its events: it makes itself again, and is compared bit for bit:")
     elif told.get("scenario"):
         again = f"historysim run scenario.toml -o {name}"
         where = paragraph("The scenario above, saved as scenario.toml, makes the result again:")
     else:
         again = "history = historysim.replay(ensemble, events)"
         where = paragraph("The history was made from Python, from an ensemble and events that it does not hold:")
-    version = code(f"pip install historysim=={told.get('historysim_version', '')}")
     return [
         Section("Provenance", tuple(parts)),
-        Section("How to reproduce", (where, code(again), paragraph("With the same version:"), version)),
+        Section("How to reproduce", (where, code(again), *same_version(str(told.get("historysim_version", ""))))),
     ]
+
+
+def same_version(version: str) -> tuple[str, str]:
+    """Return how the version that made a result is installed, as parts of a page."""
+    text, commands = installing(version)
+    return paragraph(text), code(commands)

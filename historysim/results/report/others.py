@@ -98,15 +98,15 @@ def sliding_page(sliding: Sliding) -> str:
     )
 
 
-def sweep_page(sweep: xr.Dataset) -> str:
-    """Return a sweep, as `historysim.sweep` gives it, as one HTML page that fetches nothing."""
+def sweep_page(sweep: xr.Dataset, figures: Sequence[str] = ()) -> str:
+    """Return a sweep, as `historysim.sweep` gives it, as one HTML page that fetches nothing, its own pictures first."""
     lines = sweeps.summary(sweep)
     warnings = [paragraph(text, "warning") for label, text in lines if label == "warning"]
     held = paragraph("All assumptions that are checked hold in every cell.")
     heading, *rows = ([str(value) for value in row] for row in sweeps.rows(sweep, steps=False))
     shown = table([_short(row) for row in rows[:MOST_ROWS]], heading)
     listed = [shown] if len(rows) <= MOST_ROWS else [shown, paragraph(_left_out(len(rows)), "note")]
-    pictures = sweep_pictures(sweep)
+    pictures = [*figures, *sweep_pictures(sweep)]
     attributes = {str(name): str(value) for name, value in sweep.attrs.items()}
     scenario = attributes.get("scenario", "")
     provenance = [table([(name, text) for name, text in attributes.items() if "\n" not in text.strip()])]
