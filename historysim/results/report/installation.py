@@ -62,10 +62,10 @@ def _origin() -> dict[str, dict[str, str]]:
 
 def _folder(origin: dict[str, dict[str, str]]) -> Path | None:
     """Return the folder that the package was installed from, or runs in; None of one from an index."""
-    if "dir_info" in origin:
-        return Path(url2pathname(urlsplit(str(origin["url"])).path))
     own = Path(historysim.__file__).resolve().parents[1]
-    return own if (own / ".git").exists() else None
+    if (own / ".git").exists():
+        return own
+    return Path(url2pathname(urlsplit(str(origin["url"])).path)) if "dir_info" in origin else None
 
 
 def _git(folder: Path, *command: str) -> str:
