@@ -136,7 +136,7 @@ VALUES = {
     "history": lambda: hs.replay(ensemble(), EVENTS[:4]),
     "Changes": lambda: Changes(friction=True),
     "Variable": lambda: PER_ASPERITY,
-    "LogHeader": lambda: LogHeader.of(ensemble(), title="a run", seeds=[1]),
+    "LogHeader": lambda: LogHeader.of(hs.Replay(ensemble(), ()), title="a run", seeds=[1]),
     "Snapshot": lambda: Snapshot.of(ended().cursor, 1, b"link", stepped(), b"told"),
     "Verdict": lambda: Verdict(3, "abc", "batch 2 cannot be read"),
     "Verification": lambda: Verification("out.nc", 3, "abc", differences=(Difference("separation", 2, found=np.nan),)),
@@ -153,8 +153,8 @@ VALUES = {
 
 OF_ASPERITIES = {"Ensemble", "EnsembleState", "Start", "Replay", "LogHeader"}
 """Of these, or of what stands in them, it is not asked yet whether arrays stay read-only."""
-NO_VALUES = {"Asperity", "ContactBatch", "EventLog", "LoopMarks"}
-"""They look into an ensemble, change at each step, hold an open file, and are options of a picture."""
+NO_VALUES = {"Asperity", "ContactBatch", "EventLog"}
+"""They look into an ensemble, change at each step, and hold an open file."""
 
 
 def taken_apart(value, met=None, *, hard=True):

@@ -14,9 +14,9 @@ from conventions import conventions, discovery
 
 import historysim as hs
 from historysim.basics.file_kinds import is_netcdf
-from historysim.loads.schedule import stretches
+from historysim.loads.schedule import segments
 from historysim.recording import netcdf, recorder
-from historysim.recording.netcdf import recording
+from historysim.recording.netcdf import FileRecorder, recording
 from historysim.recording.recorder import DatasetRecorder, chosen_asperities
 from historysim.recording.variables import COORDINATES, PER_ASPERITY, PRESENT_FRICTION, TOTALS, WHERE_FRICTION_CHANGES
 
@@ -100,15 +100,19 @@ def steps(plan):
     return sum(stretch.row_time.size for stretch in plan)
 
 
+def into(path, ensemble, asperities, count, attributes):
+    return recording(path, lambda handle: FileRecorder(ensemble, asperities, count, handle, attributes))
+
+
 def stream(path, ensemble, events=EVENTS, record="touching", most_rows=None):
-    plan = list(stretches(events, 2, most_rows))
+    plan = list(segments(events, 2, most_rows))
     asperities = chosen_asperities(ensemble, events, record)
-    with recording(path, ensemble, asperities, steps(plan), {"Conventions": "CF-1.11"}) as file:
+    with into(path, ensemble, asperities, steps(plan), {"Conventions": "CF-1.11"}) as file:
         fill(file, plan)
 
 
 def in_memory(ensemble, events=EVENTS, record="touching"):
-    plan = list(stretches(events, 2))
+    plan = list(segments(events, 2))
     target = DatasetRecorder(ensemble, chosen_asperities(ensemble, events, record), steps(plan))
     fill(target, plan)
     return target.dataset({"Conventions": "CF-1.11"})
@@ -264,7 +268,7 @@ def fingerprint(state):
 
 
 def test_recording_changes_no_state(ensemble, tmp_path):
-    plan = list(stretches(EVENTS[:6]))
+    plan = list(segments(EVENTS[:6]))
     before = ensemble.initial_state()
     for stretch in plan[:-1]:
         before = ensemble.with_friction(ensemble.walk(before, stretch.paths), stretch.change.friction)
@@ -274,7 +278,7 @@ def test_recording_changes_no_state(ensemble, tmp_path):
     for asperities in (None, np.arange(5), np.array([3])):
         chosen = () if asperities is None else asperities
         target = DatasetRecorder(ensemble, asperities, times.size)
-        with recording(tmp_path / "out.nc", ensemble, asperities, times.size, {}) as file:
+        with into(tmp_path / "out.nc", ensemble, asperities, times.size, {}) as file:
             for kind in (target, file):
                 after = ensemble.walk(before, paths, rows=kind.blank(times.size), asperities=chosen)
                 assert fingerprint(after) == ended
@@ -444,7 +448,7 @@ def test_the_dimensions_have_fixed_lengths(ensemble, tmp_path):
 
 def test_complete_is_the_last_thing_written(ensemble, tmp_path, monkeypatch):
     path = tmp_path / "out.nc"
-    plan = list(stretches(EVENTS))
+    plan = list(segments(EVENTS))
     moved = []
     replace = Path.replace
 
@@ -454,7 +458,7 @@ def test_complete_is_the_last_thing_written(ensemble, tmp_path, monkeypatch):
         return replace(self, target)
 
     monkeypatch.setattr(Path, "replace", watched)
-    with recording(path, ensemble, None, steps(plan), {"Conventions": "CF-1.11"}) as file:
+    with into(path, ensemble, None, steps(plan), {"Conventions": "CF-1.11"}) as file:
         fill(file, plan)
         file.flush()
         (unfinished,) = tmp_path.iterdir()
@@ -478,8 +482,8 @@ def test_what_fails_in_the_middle_leaves_nothing_behind(ensemble, tmp_path, rais
     before = names(tmp_path)
 
     def fail():
-        with recording(path, ensemble, np.arange(5), 100, {}) as file:
-            fill(file, list(stretches(EVENTS[:3])))
+        with into(path, ensemble, np.arange(5), 100, {}) as file:
+            fill(file, list(segments(EVENTS[:3])))
             assert len(names(tmp_path)) == len(before) + 1
             raise raised
 
@@ -567,11 +571,11 @@ def test_a_full_disk_is_an_error_that_names_the_file(ensemble, tmp_path):
     stream(tmp_path / "small.nc", ensemble)
     path = tmp_path / "out.nc"
     path.write_bytes(b"an older result")
-    plan = list(stretches(EVENTS, 20_000))
+    plan = list(segments(EVENTS, 20_000))
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
 
     def overflow():
-        with recording(path, ensemble, np.arange(5), steps(plan), {}) as file:
+        with into(path, ensemble, np.arange(5), steps(plan), {}) as file:
             resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 20, limits[1]))
             fill(file, plan)
 
