@@ -63,7 +63,7 @@ def plot_loops(
     sets, offset = _near_zero([loops] if model is None else [loops, model])
     with paper(plot_loops, (PAGE, 117.0), place) as page:
         figure = page.several(1 + len(TRENDS))
-        axes, places = _places(page)
+        axes, places = _places(page, trends=len(loops) > 1)
         levels = int(loops.load_level.max()) + 1
         if levels > 1:
             _draw_levels(axes, sets, labels)
@@ -83,9 +83,12 @@ WIDE, HIGH = 140.0, 85.0
 """Width and height from which on the trends stand beside the loops [mm]."""
 
 
-def _places(page: Page) -> "tuple[Axes, list[SubplotSpec]]":
+def _places(page: Page, *, trends: bool) -> "tuple[Axes, list[SubplotSpec]]":
     """Return the axes of the loops, and places for as many trends as fit, beside or below them."""
     figure = page.figure
+    if not trends:
+        page.foot("no trends from loop to loop: there is one")
+        return figure.add_subplot(), []
     if page.width >= WIDE and page.height >= HIGH:
         grid = figure.add_gridspec(len(TRENDS), 2, width_ratios=(1.75, 1))
         return figure.add_subplot(grid[:, 0]), [grid[row, 1] for row in range(len(TRENDS))]

@@ -277,8 +277,8 @@ def new_figure(size: Size | None, default: Size) -> Iterator["Figure"]:
     InputError
         What is no width and height from 20 to 2000 mm, or a size in which a panel would be too small.
     """
-    from historysim.results.plots.fitting import fit
     from historysim.results.plots.printed import PrintedFigure
+    from historysim.results.plots.text_fitting import fit
 
     given = default if size is None else size
     sides = checked("size", given, above=0)

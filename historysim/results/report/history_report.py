@@ -138,7 +138,10 @@ def _figures(history: xr.Dataset, figures: Sequence[str]) -> Section:
         # a map of one point tells nothing
         left_out = ("contact-map",)
     names = [name for name in names if name not in left_out]
-    return Section("Pictures", (*figures, *history_pictures(history, names)))
+    drawn = [*figures, *history_pictures(history, names)]
+    if history.sizes.get("asperity") == 1:
+        drawn.append(paragraph("No contact map: one asperity is a point in it.", "note"))
+    return Section("Pictures", tuple(drawn))
 
 
 def _provenance(history: xr.Dataset) -> list[Section]:

@@ -8,10 +8,11 @@ from pathlib import Path
 from urllib.parse import urlsplit
 from urllib.request import url2pathname
 
-import historysim
 from historysim._version import __version__
 
 PACKAGE = "historysim"
+OWN = Path(__file__).resolve().parents[3]
+"""The folder in which the package lies."""
 
 
 def installing(version: str) -> tuple[str, str]:
@@ -62,9 +63,8 @@ def _origin() -> dict[str, dict[str, str]]:
 
 def _folder(origin: dict[str, dict[str, str]]) -> Path | None:
     """Return the folder that the package was installed from, or runs in; None of one from an index."""
-    own = Path(historysim.__file__).resolve().parents[1]
-    if (own / ".git").exists():
-        return own
+    if (OWN / ".git").exists():
+        return OWN
     return Path(url2pathname(urlsplit(str(origin["url"])).path)) if "dir_info" in origin else None
 
 

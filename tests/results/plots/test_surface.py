@@ -268,7 +268,7 @@ def test_a_single_summit_and_the_flat_below_it(positions):
     summits = Summits(0.0, 1e-5, **positions)
     history = history_of(summits)
     figure, panels = rendered(surface_group.dataset(summits), history)
-    assert figure.get_suptitle().endswith("  1 asperity in contact")
+    assert figure.get_suptitle().endswith(", 1 asperity in contact")
     if not positions:
         axes = panels[DISTRIBUTION]
         separation = float(history["separation"][-1])
@@ -352,7 +352,7 @@ def test_a_history_in_which_nothing_touches():
     figure, panels = rendered(surface_group.dataset(summits), history)
     check_marks(panels[MAP], summits.x, summits.y, np.zeros(2))
     assert flat(panels[DISTRIBUTION]) == pytest.approx(5e-9)
-    assert figure.get_suptitle().endswith("  0 asperities in contact")
+    assert figure.get_suptitle().endswith(", 0 asperities in contact")
     _, panels = drawn(surface_of(history), history)
     assert DISTRIBUTION not in panels
     assert "no asperity distribution: 0 summits" in [text.get_text() for text in figure.texts]

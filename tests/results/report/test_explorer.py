@@ -63,6 +63,13 @@ def history():
     return hs.replay(ENSEMBLE, EVENTS, substeps=10)
 
 
+@pytest.fixture(scope="module")
+def report(history, tmp_path_factory):
+    path = tmp_path_factory.mktemp("report") / "r.html"
+    assert len(hs.report(history, path)) < 3e6
+    return path
+
+
 def check(shown, history, label):
     """What is shown belongs to one step and one asperity of the history."""
     row = history.isel(step=shown["value"])
@@ -89,11 +96,8 @@ def check(shown, history, label):
     )
 
 
-def test_the_slider_moves_loop_and_map_and_a_click_shows_an_asperity(history, tmp_path):
-    path = tmp_path / "r.html"
-    text = hs.report(history, path)
-    assert len(text) < 3e6
-    with opened(path) as page:
+def test_the_slider_moves_loop_and_map_and_a_click_shows_an_asperity(history, report):
+    with opened(report) as page:
         page.wait_for_function(READY)
         first = page.evaluate(SHOWN)
         # the page opens where half of the area slips, at the asperity that carries most
@@ -121,10 +125,8 @@ def test_the_slider_moves_loop_and_map_and_a_click_shows_an_asperity(history, tm
 
 @pytest.mark.parametrize("dark", [False, True])
 @pytest.mark.parametrize("width", [420, 1400])
-def test_the_page_fits_the_screen_light_and_dark(history, tmp_path, width, dark):
-    path = tmp_path / "r.html"
-    hs.report(history, path)
-    with opened(path, width=width, dark=dark) as page:
+def test_the_page_fits_the_screen_light_and_dark(report, width, dark):
+    with opened(report, width=width, dark=dark) as page:
         page.wait_for_function(READY)
         root = "document.documentElement"
         # only what scrolls by itself is wider

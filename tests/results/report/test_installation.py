@@ -21,9 +21,7 @@ def installed(monkeypatch, tmp_path):
                 return origin and json.dumps(origin)
 
         monkeypatch.setattr(metadata, "distribution", lambda _: Found)
-        package = tmp_path / "site-packages" / "historysim"
-        package.mkdir(parents=True, exist_ok=True)
-        monkeypatch.setattr(installation.historysim, "__file__", str(package / "__init__.py"))
+        monkeypatch.setattr(installation, "OWN", tmp_path / "site-packages")
 
     return told
 
