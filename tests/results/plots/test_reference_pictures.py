@@ -25,7 +25,7 @@ TOO_SMALL = {("figure", (90, 70))}
 KEPT = Path(__file__).parents[2] / "reference_pictures"
 MADE_WITH = "3.11"
 """Other versions of matplotlib set letters and ticks otherwise."""
-DOTS_PER_INCH, COLOURS = 80, 32
+DOTS_PER_INCH, COLOURS = 80, 64
 DIFFERENCE = 6.0
 """Root of the mean square difference of two pictures, of 255."""
 
