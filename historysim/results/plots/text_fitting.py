@@ -1,6 +1,7 @@
 """Texts of a figure that fit its size: labels and titles that are longer than their axes are broken, then shortened."""
 
 import re
+import warnings
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -30,7 +31,9 @@ def fit(figure: "Figure") -> tuple[float, float] | None:
     """
     panels = list(_panels(figure))
     for _ in range(ROUNDS):
-        figure.draw_without_rendering()
+        # titles on more lines take more room
+        if not _laid_out(figure):
+            return _size_laid_out(figure)
         # every panel is asked, also where one before it has changed
         if not sum(_fit_panel(axes) for axes in panels):
             break
@@ -49,6 +52,30 @@ def fit(figure: "Figure") -> tuple[float, float] | None:
     rows, columns = _rows_and_columns(panels)
     width, height = (side * MILLIMETRES_PER_INCH for side in figure.get_size_inches())
     return width + max(missing[0], 0) * columns, height + max(missing[1], 0) * rows
+
+
+def _laid_out(figure: "Figure") -> bool:
+    """Lay out a figure, and return whether there is room for its panels."""
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        figure.draw_without_rendering()
+    return not any("not applied" in str(each.message) for each in told)
+
+
+def _size_laid_out(figure: "Figure") -> tuple[float, float]:
+    """Return about the least width and height [mm] at which there is room for the panels, by trying."""
+    size = figure.get_size_inches()
+    wanted = size
+    while not _laid_out(figure) and wanted.max() < LARGEST:
+        wanted = wanted + STEP / MILLIMETRES_PER_INCH
+        figure.set_size_inches(*wanted)
+    figure.set_size_inches(*size)
+    width, height = wanted * MILLIMETRES_PER_INCH
+    return max(width, LEAST_FIGURE[0]), max(height, LEAST_FIGURE[1])
+
+
+STEP, LARGEST, LEAST_FIGURE = 10.0, 20.0, (70.0, 55.0)
+"""Steps of a size that is tried [mm], the largest one [inch], and what is asked for at least [mm]."""
 
 
 def _panels(figure: "Figure | SubFigure") -> Iterator["Axes"]:

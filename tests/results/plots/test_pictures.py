@@ -2,6 +2,7 @@
 
 import io
 import itertools
+import re
 
 import matplotlib as mpl
 import numpy as np
@@ -265,3 +266,12 @@ def test_a_misspelt_option_is_told_with_the_right_one(history, call, meant):
 
 def test_a_figure_shows_itself_in_a_notebook(history):
     assert hs.plot(history)._repr_png_().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("size", [(30, 25), (20, 20), (60, 22)])
+@pytest.mark.parametrize("picture", ["history", "stiffness", "loops"])
+def test_a_size_in_which_nothing_can_be_read_is_refused_with_one_that_can(history, picture, size):
+    with pytest.raises(InputError, match="expected about") as refused:
+        hs.plot(history, picture=picture, size=size)
+    least = re.search(r"about (\d+) × (\d+) mm", str(refused.value)).groups()
+    assert hs.plot(history, picture=picture, size=tuple(map(float, least))).axes
