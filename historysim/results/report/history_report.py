@@ -8,6 +8,7 @@ import xarray as xr
 
 from historysim.errors import InputError
 from historysim.results import analysis
+from historysim.results.analysis.history_summary import readable_attributes
 from historysim.results.plots.pictures import draw
 from historysim.results.report.installation import installing
 from historysim.results.report.page import Section, code, folded, page, paragraph, picture, table
@@ -146,7 +147,7 @@ def _figures(history: xr.Dataset, figures: Sequence[str]) -> Section:
 
 def _provenance(history: xr.Dataset) -> list[Section]:
     told: dict[str, Any] = {str(name): value for name, value in history.attrs.items()}
-    rows = [(name, str(value)) for name, value in told.items() if name not in SEVERAL_LINES]
+    rows = [(name, text) for name, text in readable_attributes(history).items() if name not in SEVERAL_LINES]
     parts = [table(rows)]
     if scenario := told.get("scenario"):
         parts.append(folded("the scenario, as it stands in the result", str(scenario)))
