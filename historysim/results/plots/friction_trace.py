@@ -7,6 +7,7 @@ import numpy as np
 from historysim.basics.units import prefixed
 from historysim.measured.sliding import UNITS, Sliding
 from historysim.results.plots.paper import PAGE, Drawn, Place, paper
+from historysim.results.plots.pictures import figure_of
 from historysim.results.plots.style import FAINT, INK, STATE_COLOURS
 
 MOST_POINTS = 20_000
@@ -55,3 +56,8 @@ def plot_sliding(sliding: Sliding, *, title: str = "", **place: Unpack[Place]) -
         page.legend(axes)
         page.heading(title)
     return page.drawn
+
+
+@figure_of.register(Sliding)
+def _of_sliding(what: Sliding, *, place: Place, **_: Any) -> Drawn:
+    return plot_sliding(what, **place)

@@ -7,7 +7,9 @@ import numpy.typing as npt
 import xarray as xr
 
 from historysim.basics.units import prefixed, quantity_text
+from historysim.measured.loop_table import LoopTable
 from historysim.results.plots.paper import PAGE, Drawn, Place, paper
+from historysim.results.plots.pictures import figure_of
 from historysim.results.plots.style import FAINT, INK, STATE_COLOURS
 
 if TYPE_CHECKING:
@@ -105,3 +107,8 @@ def _draw_law(axes: "Axes", table: xr.Dataset, quantity: str, load_factor: float
         return
     axes.plot(load * load_factor, law * factor, color=FAINT, linewidth=0.9, linestyle=(0, (4, 2)), zorder=0)
     axes.set_title(text, loc="right", color=FAINT, fontsize=7.5, fontweight="normal")
+
+
+@figure_of.register(LoopTable)
+def _of_levels(what: LoopTable, *, place: Place, **_: Any) -> Drawn:
+    return plot_loop_levels(what.to_dataset(), **place)

@@ -11,6 +11,7 @@ from historysim.loads.events import LOAD_KINDS
 from historysim.measured.conditioning import sampling_rate
 from historysim.measured.measurement import Measurement
 from historysim.results.plots.paper import PAGE, Drawn, Place, paper
+from historysim.results.plots.pictures import figure_of
 from historysim.results.plots.style import FAINT, MARK
 
 if TYPE_CHECKING:
@@ -123,3 +124,8 @@ def _draw_spectrum(
             # of a sine, its amplitude; the first bins hold what is left of the mean
             axes.semilogy(frequency[2:], np.sqrt(2 * power[2:]) * factor, color=colour, linewidth=width)
     axes.margins(x=0.01)
+
+
+@figure_of.register(Measurement)
+def _of_record(what: Measurement, *, title: str = "", place: Place, **_: Any) -> Drawn:
+    return plot_record(what, title=title, **place)

@@ -1,11 +1,12 @@
 """Picture of the traction that one asperity remembers."""
 
-from typing import Unpack
+from typing import Any, Unpack
 
 import numpy as np
 
 from historysim.asperities.asperity import Asperity
 from historysim.results.plots.paper import COLUMN, Drawn, Place, paper
+from historysim.results.plots.pictures import figure_of
 from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, scaled
 
 POINTS = 801
@@ -46,3 +47,8 @@ def plot_asperity(asperity: Asperity, **place: Unpack[Place]) -> Drawn:
         axes.set_title(f"asperity {asperity.index}, {asperity.slip_state.name.lower().replace('_', ' ')}")
         page.legend(axes)
     return page.drawn
+
+
+@figure_of.register(Asperity)
+def _of_asperity(what: Asperity, *, place: Place, **_: Any) -> Drawn:
+    return plot_asperity(what, **place)

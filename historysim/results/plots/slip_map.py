@@ -2,12 +2,14 @@
 
 from typing import TYPE_CHECKING, Unpack
 
+import attrs
 import numpy as np
 import xarray as xr
 
 from historysim.results.analysis.recorded import check_any, check_recorded
 from historysim.results.plots.along_path import mark_steps_and_times
 from historysim.results.plots.paper import PAGE, Drawn, Place, paper
+from historysim.results.plots.pictures import PICTURES, Picture
 from historysim.results.plots.style import INK, STATE_COLOURS, STATES
 
 if TYPE_CHECKING:
@@ -81,3 +83,15 @@ def state_handles() -> "list[Patch]":
 
     states = zip(STATE_COLOURS, STATES, strict=True)
     return [Patch(facecolor=colour, edgecolor=INK, linewidth=0.5, label=name) for colour, name in states]
+
+
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class SlipMapPicture(Picture):
+    """The slip state of each asperity at each step."""
+
+    kind = "slip-map"
+
+    def drawn(self, what: xr.Dataset, **place: Unpack[Place]) -> Drawn:
+        """Return a figure of it alone."""
+        return plot_slip_map(what, **place)

@@ -16,6 +16,7 @@ from historysim.recording import surface_group
 from historysim.results.analysis.recorded import shape_of
 from historysim.results.analysis.shares import telling_step
 from historysim.results.plots.paper import COLUMN, PAGE, Drawn, Page, Place, paper
+from historysim.results.plots.pictures import PICTURES, Picture, figure_of
 from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, STATES, by_factors
 from historysim.surfaces.heights import Surface
 
@@ -423,3 +424,22 @@ def legend_handles(
     if "height" in surface and 1 not in surface["height"].shape and surface["height"].isnull().any():
         handles.append(Patch(facecolor=MISSING, label="missing height"))
     return handles
+
+
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class DistributionPicture(Picture):
+    """Radii of summits over their heights, coloured by their slip state."""
+
+    step: int | str = "partial"
+
+    kind = "distribution"
+
+    def drawn(self, what: xr.Dataset, **place: Unpack[Place]) -> Drawn:
+        """Return a figure of it alone."""
+        return plot_distribution(surface_of(what), what, self.step, **place)
+
+
+@figure_of.register(Surface)
+def _of_surface(what: Surface, *, title: str = "", place: Place, **_: Any) -> Drawn:
+    return plot_surface(what, title=title, **place)

@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING, Any, Unpack
 
+import attrs
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
@@ -11,6 +12,7 @@ from historysim.results.analysis.recorded import shape_of
 from historysim.results.plots.along_path import kept_steps
 from historysim.results.plots.line_styles import line_style
 from historysim.results.plots.paper import COLUMN, Drawn, Place, paper
+from historysim.results.plots.pictures import PICTURES, Picture
 from historysim.results.plots.style import FAINT, INK, MARK, STATE_COLOURS, scaled
 
 if TYPE_CHECKING:
@@ -109,3 +111,15 @@ def _draw_summits(axes: "Axes", history: xr.Dataset) -> None:
 def _summits(history: xr.Dataset, name: str, step: int) -> npt.NDArray[np.float64]:
     found: npt.NDArray[np.float64] = shape_of(history, f"summit_{name}", step)
     return found
+
+
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class WearPicture(Picture):
+    """The volume that asperities lose, and their summits before and after."""
+
+    kind = "wear"
+
+    def drawn(self, what: xr.Dataset, **place: Unpack[Place]) -> Drawn:
+        """Return a figure of it alone."""
+        return plot_wear(what, **place)
