@@ -41,6 +41,7 @@ from historysim.scenario.fit import fit as fit
 from historysim.scenario.loop_search import find_loops as find_loops
 from historysim.scenario.opening import open as open  # noqa: A004 - called as that of xarray
 from historysim.scenario.plot import plot as plot
+from historysim.scenario.report import explore as explore
 from historysim.scenario.report import report as report
 from historysim.scenario.run import run as run
 from historysim.scenario.scenario import load as load

@@ -19,6 +19,7 @@ from historysim.results.netcdf_table import CONTENT as TABLE
 from historysim.results.readable import check_history
 from historysim.results.recorded_file import damage_told
 from historysim.results.sweeps import CONTENT as SWEEP
+from historysim.results.written_table import is_table
 
 Kind = Literal["scenario", "log", "result", "loops", "sliding", "sweep", "table", "height map"]
 
@@ -45,7 +46,7 @@ CALLED: Mapping[Kind, str] = {
 
 READABLE = (
     "expected a scenario, a result of historysim run, its log, friction loops, friction over time or distance, a "
-    "sweep, or a height map"
+    "sweep, a table, or a height map"
 )
 
 
@@ -63,7 +64,7 @@ def kind_of(path: Path) -> Kind:
     if is_log(path):
         return "log"
     if not is_netcdf(path):
-        return "height map"
+        return "table" if is_table(path) else "height map"
     import netCDF4
 
     check_named(path)

@@ -1,7 +1,7 @@
 """The figure of a scenario: its ``[picture]`` drawn from its result, its sweep, or its surfaces, panel by panel."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 from historysim.basics import findings
 from historysim.results.plots.pictures import HISTORY, SCENARIO, SWEEP, Picture
@@ -13,12 +13,13 @@ from historysim.scenario.schema import reported
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
+
+    from historysim.results.plots.paper import Drawn, Place
 
 PANEL, HEIGHT, TITLE = 90.0, 78.0, 8.0
 """Width and height of a panel, height of the title [mm]."""
-ACROSS = 3
-"""Panels in a row."""
+ACROSS, NARROWEST = 3, 55.0
+"""Panels in a row, and the width that each has at least [mm]."""
 
 
 def drawable(what: "xr.Dataset | Scenario") -> Pictures:
@@ -34,34 +35,40 @@ def drawable(what: "xr.Dataset | Scenario") -> Pictures:
         return tuple(each for each in pictures_of(parsed(str(told))) if content in each.of)
 
 
-def draw_figure(
-    what: "xr.Dataset | Scenario", pictures: Sequence[Picture], size: tuple[float, float] | None = None
-) -> "Figure":
+def draw_figure(what: "xr.Dataset | Scenario", pictures: Sequence[Picture], **place: "Unpack[Place]") -> "Drawn":
     """Return pictures of a result, a sweep or a scenario side by side, the title of the scenario above them.
+
+    Parameters
+    ----------
+    what : xarray.Dataset or Scenario
+    pictures : sequence of pictures
+    **place
+        ``size`` [mm], ``figure`` or, of one picture, ``ax``; see `Place`. In a narrow figure they stand below one
+        another.
 
     Raises
     ------
     InputError
-        What the pictures need is not there, or their options do not fit.
+        What the pictures need is not there, or their options do not fit; or they are too many for the size.
     """
-    from historysim.results.plots.paper import new_figure
-    from historysim.results.plots.style import FAINT, plain_title
+    from historysim.results.plots.paper import paper
 
-    if not pictures[0].fits_beside():
-        return pictures[0].drawn(what, size)
     across = min(len(pictures), ACROSS)
-    rows = -(-len(pictures) // across)
     width = PANEL * across + max(each.beside for each in pictures)
-    title = what.title if isinstance(what, Scenario) else str(what.attrs.get("title", ""))
-    with new_figure(size, (width, HEIGHT * rows + TITLE)) as figure:
+    with paper(draw_figure, (width, HEIGHT * -(-len(pictures) // across) + TITLE), place) as page:
+        if page.given is not None and len(pictures) == 1:
+            pictures[0].draw(page, what)
+            return page.drawn
+        figure = page.several(len(pictures))
+        across = min(across, max(int(page.width / NARROWEST), 1))
         # also of one picture: what stands below it, and the line below all, are then told apart
-        parts: Any = figure.subfigures(rows, across, squeeze=False).ravel()
+        parts: Any = figure.subfigures(-(-len(pictures) // across), across, squeeze=False).ravel()
         for part, picture in zip(parts, pictures, strict=False):
-            picture.draw(part, what)
-        figure.suptitle(plain_title(title, round(width * 0.6), 2), x=0.01, ha="left", fontsize=8.5)
+            picture.draw(page.part(part), what)
+        page.heading(what.title if isinstance(what, Scenario) else str(what.attrs.get("title", "")))
         if told := "" if isinstance(what, Scenario) else _beyond(what):
-            figure.supxlabel(told, x=0.99, ha="right", fontsize=6, color=FAINT)
-    return figure
+            page.foot(told)
+    return page.drawn
 
 
 BEYOND = {

@@ -17,7 +17,7 @@ from historysim.basics.progress import progress_bar
 from historysim.basics.targets import FITTED, Output, check_outputs
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
-from historysim.results.plots.pictures import Size, figure_of
+from historysim.results.plots.pictures import figure_of
 from historysim.results.report.page import page_of
 from historysim.scenario.compare import sticking_stiffness
 from historysim.scenario.scenario import Scenario, as_scenario
@@ -26,10 +26,9 @@ from historysim.scenario.sections import FitSection
 from historysim.scenario.surface_kinds.scaled import Scaled
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from historysim.measured.comparison import Comparison
     from historysim.measured.fitting import Parameter, ParameterFit
+    from historysim.results.plots.paper import Drawn, Place
 
 Model = Callable[[Mapping[str, float]], tuple[Ensemble, Instrument]]
 
@@ -272,10 +271,10 @@ def _move_files(table: Any, before: Path, after: Path) -> None:
 
 
 @figure_of.register(Fit)
-def _figure(fit: Fit, *, size: Size | None = None, **_: Any) -> "Figure":
+def _figure(fit: Fit, *, place: "Place", **_: Any) -> "Drawn":
     from historysim.results.plots.measured_and_model import plot_comparison
 
-    return plot_comparison(fit.comparison, fit.scenario.title, size=size)
+    return plot_comparison(fit.comparison, fit.scenario.title, **place)
 
 
 @page_of.register(Fit)

@@ -5,6 +5,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, TypedDict, Unpack
 
+from historysim.basics.file_kinds import is_netcdf
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
@@ -12,6 +13,7 @@ if TYPE_CHECKING:
 
     from historysim.log.event_log import EventLog
     from historysim.measured.sliding import Sliding
+    from historysim.results.written_table import WrittenTable
     from historysim.scenario.scenario import Scenario
     from historysim.surfaces.heights import Surface
 
@@ -28,7 +30,7 @@ class Reading(TypedDict, total=False):
 @contextmanager
 def opened(
     path: str | Path, *, form: str | None = None, **reading: Unpack[Reading]
-) -> Iterator["Scenario | EventLog | xr.Dataset | Sliding | Surface"]:
+) -> Iterator["Scenario | EventLog | xr.Dataset | Sliding | Surface | WrittenTable"]:
     """Open a scenario, a log, a result, a file of loops or of sliding, a sweep or a height map; close it in the end.
 
     Parameters
@@ -41,7 +43,7 @@ def opened(
 
     Yields
     ------
-    Scenario, EventLog, xarray.Dataset, Sliding or Surface
+    Scenario, EventLog, xarray.Dataset, Sliding, WrittenTable or Surface
         Of results, of friction loops and of sweeps, a Dataset.
 
     Raises
@@ -68,7 +70,13 @@ def opened(
         with EventLog(path) as log:
             yield log
     elif kind == "table":
-        raise InputError(f"{path}: is a table, as historysim table writes it; any program for netCDF reads it")
+        from historysim.results import written_table
+
+        yield (
+            written_table.WrittenTable.of(read_table(path), path.name)
+            if is_netcdf(path)
+            else written_table.WrittenTable.read(path)
+        )
     elif kind == "sliding":
         from historysim.measured.sliding import Sliding
 
@@ -82,13 +90,13 @@ def opened(
 
 def open(  # noqa: A001 - as users of xarray and of files call it
     path: str | Path, *, form: str | None = None, **reading: Unpack[Reading]
-) -> "Scenario | EventLog | xr.Dataset | Sliding | Surface":
+) -> "Scenario | EventLog | xr.Dataset | Sliding | Surface | WrittenTable":
     """Return what a file holds, whatever it is: ``hs.open("my.nc").contact.slides_first()``.
 
     Parameters
     ----------
     path : path
-        A scenario, a log, a result, friction loops, friction over time or distance, a sweep or a height map.
+        A scenario, a log, a result, friction loops, friction over time or distance, a sweep, a table or a height map.
     form : str, optional
         What is taken off a height map, as by `Surface.detrended`; by default a plane.
     **reading
@@ -96,7 +104,7 @@ def open(  # noqa: A001 - as users of xarray and of files call it
 
     Returns
     -------
-    Scenario, EventLog, xarray.Dataset, Sliding or Surface
+    Scenario, EventLog, xarray.Dataset, Sliding, WrittenTable or Surface
         A result is read lazily; it and a log are closed by their ``close()`` or at the end of a ``with`` block.
 
     Raises

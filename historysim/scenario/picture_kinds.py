@@ -1,6 +1,6 @@
 """``[picture]``: what a scenario's figure shows. `historysim plot` of its result or sweep, and the gallery, draw it."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import attrs
 from cattrs import Converter
@@ -8,13 +8,12 @@ from cattrs import Converter
 from historysim.basics.places import misfit
 from historysim.errors import InputError
 from historysim.results.plots.panels import Panel
-from historysim.results.plots.pictures import PICTURES, SCENARIO, Picture, Size
+from historysim.results.plots.paper import Drawn, Page, Place
+from historysim.results.plots.pictures import PICTURES, SCENARIO, Picture
 from historysim.scenario.schema import array_of, kind_from_toml
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-
-    from matplotlib.figure import Figure, SubFigure
 
     from historysim.surfaces.summits import Summits
 
@@ -47,13 +46,13 @@ class SummitsPicture(Panel):
         """Width of several surfaces [mm]."""
         return APART if self.apart else TOGETHER
 
-    def draw(self, figure: "Figure | SubFigure", what: Any) -> None:
-        """Draw into a figure, or a part of one."""
+    def draw(self, page: Page, what: Any) -> None:
+        """Draw on a page."""
         from historysim.results.plots.summit_scatter import draw_summit_scatter
 
         found = _summits(what)
         labels = self.labels or tuple(found)
-        draw_summit_scatter(figure, list(found.values()), labels, apart=self.apart, title=self.title)
+        draw_summit_scatter(page, list(found.values()), labels, apart=self.apart, title=self.title)
 
 
 @PICTURES.register
@@ -63,14 +62,14 @@ class MapPicture(Panel):
 
     kind, of = "map", (SCENARIO,)
 
-    def draw(self, figure: "Figure | SubFigure", what: Any) -> None:
-        """Draw into a figure, or a part of one."""
+    def draw(self, page: Page, what: Any) -> None:
+        """Draw on a page."""
         from historysim.results.plots.summit_scatter import draw_heights
 
         surface = what.surface().surface
         if surface is None:
             raise InputError(f"{what.path.name}: picture: the surface is no height map; expected one for the kind map")
-        draw_heights(figure, surface, self.title)
+        draw_heights(page, surface, self.title)
 
 
 @PICTURES.register
@@ -80,11 +79,11 @@ class RecordPicture(Picture):
 
     kind, of = "record", (SCENARIO,)
 
-    def drawn(self, what: Any, size: Size | None = None) -> "Figure":
+    def drawn(self, what: Any, **place: Unpack[Place]) -> Drawn:
         """Return a figure of it alone."""
         from historysim.results.plots.record import plot_record
 
-        return plot_record(what.measurement(), title=what.title or what.path.stem, size=size)
+        return plot_record(what.measurement(), title=what.title or what.path.stem, **place)
 
 
 Pictures = tuple[Picture, ...]

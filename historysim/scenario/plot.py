@@ -1,11 +1,13 @@
 """Pictures of whatever has one."""
 
+import inspect
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
 import attrs
 
+from historysim.basics.wording import nearest
 from historysim.errors import InputError
 from historysim.scenario.opening import Reading, opened
 from historysim.scenario.scenario import Scenario
@@ -14,7 +16,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     import xarray as xr
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure, SubFigure
 
     from historysim.asperities.adhering import AdheringAsperities
     from historysim.asperities.asperity import Asperity
@@ -24,6 +27,7 @@ if TYPE_CHECKING:
     from historysim.measured.loops import Loops
     from historysim.measured.measurement import Measurement
     from historysim.measured.sliding import Sliding
+    from historysim.results.plots.paper import Drawn, Place
     from historysim.scenario.fit import Fit
     from historysim.surfaces.heights import Surface
 
@@ -43,10 +47,12 @@ def plot(
     adhesion: bool = False,
     asperity: int | None = None,
     size: tuple[float, float] | None = None,
+    figure: "Figure | SubFigure | None" = None,
+    ax: "Axes | None" = None,
     form: str | None = None,
     **reading: Unpack[Reading],
-) -> "Figure":
-    """Return a picture of a history, a surface, a scenario, loops, a comparison or an asperity, or of a file of them.
+) -> "Drawn":
+    """Draw a history, a surface, a scenario, loops, a comparison or an asperity, or a file of them.
 
     Each kind has a function of its own with more to choose: `plot_history`, `plot_surface`, `plot_loops`,
     `plot_comparison`, `plot_asperity`, `plot_swept`, `plot_adhesion_map`, `plot_adhesion_branch`.
@@ -77,7 +83,11 @@ def plot(
     asperity : int, optional
         With `adhesion`, the equilibria of this asperity in place of the map; of a history, whose traction is drawn.
     size : (float, float), optional
-        Width and height of the picture [mm].
+        Width and height of a new figure [mm].
+    figure : Figure or SubFigure, optional
+        Draw into this figure of matplotlib, or into this part of one.
+    ax : Axes, optional
+        Draw into these axes: what has one panel.
     form : str, optional
         What is taken off the height map of a file first; by default a plane.
     **reading
@@ -85,7 +95,8 @@ def plot(
 
     Returns
     -------
-    matplotlib.figure.Figure
+    Figure, SubFigure or Axes
+        What was given, or a new figure.
 
     Raises
     ------
@@ -97,7 +108,12 @@ def plot(
     >>> figure = hs.plot("scenarios/12_textured_surface.toml")
     >>> figure.savefig("surface.png")
     """
-    options = _Options(picture, step, panels, adhesion, asperity, size, steps, across, tuple(labels))
+    known = [name for name in inspect.signature(plot).parameters if name != "reading"]
+    for name in reading:
+        if name not in Reading.__annotations__:
+            raise InputError(f"plot takes no {name!r}; {nearest(name, [*known, *Reading.__annotations__])}")
+    place: Place = {"size": size, "figure": figure, "ax": ax}
+    options = _Options(picture, step, panels, adhesion, asperity, place, steps, across, tuple(labels))
     if isinstance(what, list | tuple) and what and all(_is_result(each) for each in what):
         return _several(what, options)
     if isinstance(what, str | Path):
@@ -117,7 +133,7 @@ class _Options:
     panels: "Sequence[str] | None"
     adhesion: bool
     asperity: int | None
-    size: tuple[float, float] | None
+    place: "Place"
     steps: "Sequence[int | str] | None" = None
     across: str | None = None
     labels: tuple[str, ...] = ()
@@ -134,7 +150,7 @@ def _is_result(what: object) -> bool:
     return isinstance(what, str | Path | xr.Dataset)
 
 
-def _several(what: "Sequence[Any]", chosen: _Options) -> "Figure":
+def _several(what: "Sequence[Any]", chosen: _Options) -> "Drawn":
     """Draw several histories in one picture."""
     import xarray as xr
 
@@ -151,10 +167,10 @@ def _several(what: "Sequence[Any]", chosen: _Options) -> "Figure":
                 raise InputError(f"{each}: is no result of historysim run; expected results alone, or one other file")
             found.append(history)
         options = chosen.lines() | ({} if chosen.asperity is None else {"asperity": chosen.asperity})
-        return draw(found, chosen.picture or LOOPS, chosen.size, **options)
+        return draw(found, chosen.picture or LOOPS, chosen.place, **options)
 
 
-def _drawn(what: Any, name: str, title: str, chosen: _Options) -> "Figure":
+def _drawn(what: Any, name: str, title: str, chosen: _Options) -> "Drawn":
     import xarray as xr
 
     from historysim.results.plots.pictures import PICTURES, SCENARIO, draw, figure_of
@@ -180,15 +196,15 @@ def _drawn(what: Any, name: str, title: str, chosen: _Options) -> "Figure":
         return _dataset(what, name, chosen)
     if not isinstance(what, Scenario):
         PICTURES.import_own()
-        return figure_of(what, title=title, size=chosen.size, name=name)
+        return figure_of(what, title=title, place=chosen.place, name=name)
     if chosen.adhesion:
         return _adhesion(what, chosen)
     if chosen.picture is not None:
-        return draw(what, chosen.picture, chosen.size, of=SCENARIO)
+        return draw(what, chosen.picture, chosen.place, of=SCENARIO)
     from historysim.scenario.figure import draw_figure, drawable
 
     pictures = drawable(what)
-    return draw_figure(what, pictures, chosen.size) if pictures else _ground(what, chosen)
+    return draw_figure(what, pictures, **chosen.place) if pictures else _ground(what, chosen)
 
 
 def _first_quantity(sweep: "xr.Dataset") -> str:
@@ -206,7 +222,7 @@ def _plain(chosen: _Options) -> bool:
     return not chosen.lines() and all(value is None for value in given)
 
 
-def _sweep(what: "xr.Dataset", chosen: _Options) -> "Figure":
+def _sweep(what: "xr.Dataset", chosen: _Options) -> "Drawn":
     from historysim.results.plots.pictures import PICTURES, SWEEP, draw
     from historysim.results.plots.together import LOOP
 
@@ -215,20 +231,20 @@ def _sweep(what: "xr.Dataset", chosen: _Options) -> "Figure":
     picture = LOOPS if chosen.picture is None and loops and not numbers else chosen.picture
     # a number of the sweep is a picture, too
     if picture is not None and picture not in what.data_vars and picture in PICTURES:
-        return draw(what, picture, chosen.size, of=SWEEP, **chosen.lines())
+        return draw(what, picture, chosen.place, of=SWEEP, **chosen.lines())
     if chosen.lines():
         raise InputError(f"{next(iter(chosen.lines()))}: belongs to the picture {LOOPS} of a sweep; expected it")
     from historysim.results.plots.swept import plot_swept
 
-    return plot_swept(what, picture or _first_quantity(what), size=chosen.size)
+    return plot_swept(what, picture or _first_quantity(what), **chosen.place)
 
 
-def _dataset(what: "xr.Dataset", name: str, chosen: _Options) -> "Figure":
+def _dataset(what: "xr.Dataset", name: str, chosen: _Options) -> "Drawn":
     if _plain(chosen):
         from historysim.scenario.figure import draw_figure, drawable
 
         if pictures := drawable(what):
-            return draw_figure(what, pictures, chosen.size)
+            return draw_figure(what, pictures, **chosen.place)
     if what.attrs.get("content") == "sweep":
         return _sweep(what, chosen)
     if "total_normal_load" in what:
@@ -240,37 +256,37 @@ def _dataset(what: "xr.Dataset", name: str, chosen: _Options) -> "Figure":
     if "summit_height" in what:
         from historysim.results.plots.surface import plot_surface
 
-        return plot_surface(what, size=chosen.size)
+        return plot_surface(what, **chosen.place)
     if "loop" in what.dims:
         from historysim.results.plots.loop_trends import plot_loop_trends
 
-        return plot_loop_trends(what, size=chosen.size)
+        return plot_loop_trends(what, **chosen.place)
     if "loops" in what.coords:
         from historysim.results.plots.loop_levels import plot_loop_levels
 
-        return plot_loop_levels(what, size=chosen.size)
+        return plot_loop_levels(what, **chosen.place)
     raise InputError(f"{name} is no history; expected a Dataset from historysim, with all its variables")
 
 
-def _history(history: "xr.Dataset", chosen: _Options) -> "Figure":
+def _history(history: "xr.Dataset", chosen: _Options) -> "Drawn":
     from historysim.results.plots.pictures import draw
 
     name = chosen.picture or ("history" if chosen.step is None else "contact-map")
     one = {"step": chosen.step, "asperity": chosen.asperity, "panels": chosen.panels}
     given: dict[str, Any] = {option: value for option, value in one.items() if value is not None}
-    return draw(history, name, chosen.size, **given, **chosen.lines())
+    return draw(history, name, chosen.place, **given, **chosen.lines())
 
 
-def _ground(scenario: Scenario, chosen: _Options) -> "Figure":
+def _ground(scenario: Scenario, chosen: _Options) -> "Drawn":
     from historysim.recording import surface_group
     from historysim.results.plots.surface import plot_surface
 
     built = scenario.surface()
     title = scenario.title or scenario.path.stem
-    return plot_surface(surface_group.dataset(built.summits, built.surface), title=title, size=chosen.size)
+    return plot_surface(surface_group.dataset(built.summits, built.surface), title=title, **chosen.place)
 
 
-def _adhesion(scenario: Scenario, chosen: _Options) -> "Figure":
+def _adhesion(scenario: Scenario, chosen: _Options) -> "Drawn":
     from historysim.results.plots.adhesion_branch import plot_adhesion_branch
     from historysim.results.plots.adhesion_map import plot_adhesion_map
 
@@ -280,7 +296,7 @@ def _adhesion(scenario: Scenario, chosen: _Options) -> "Figure":
             f"{scenario.path}: has no [adhesion], or nothing touches; expected both to draw how adhesive it is"
         )
     if chosen.asperity is None:
-        return plot_adhesion_map(contact.examples(), size=chosen.size)
+        return plot_adhesion_map(contact.examples(), **chosen.place)
     branch = contact.branch(chosen.asperity)
     title = f"Equilibria of asperity {chosen.asperity} after {branch.model.label}"
-    return plot_adhesion_branch(branch, title=title, size=chosen.size)
+    return plot_adhesion_branch(branch, title=title, **chosen.place)

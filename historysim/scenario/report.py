@@ -1,7 +1,10 @@
 """A report of whatever has one: a page of HTML that opens anywhere."""
 
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import attrs
 
 from historysim.basics.files import replacing
 from historysim.basics.targets import PAGE, Output, check_outputs
@@ -63,6 +66,57 @@ def report(what: "Reportable", output: str | Path | None = None) -> str:
     return text
 
 
+@attrs.frozen
+class Explorer:
+    """A picture to move through, which a notebook shows; see `explore`.
+
+    Attributes
+    ----------
+    page : str
+        It as one self-contained HTML page, to be written to a file.
+    """
+
+    page: str = attrs.field(repr=lambda page: f"<{len(page):,} characters of HTML>")
+
+    def _repr_html_(self) -> str:
+        # in a frame of its own, which no style or script of the notebook reaches
+        frame = "width: 100%; height: 46rem; border: 0"
+        return f'<iframe title="through time" style="{frame}" srcdoc="{escape(self.page)}"></iframe>'
+
+
+def explore(history: "str | Path | xr.Dataset") -> Explorer:
+    """Return friction loop, contact map, and an asperity's history and traction, to be moved through in a notebook.
+
+    It is the interactive part of `report`: a slider through time, and asperities to click on. It needs Bokeh
+    (``pip install "historysim[report]"``).
+
+    Parameters
+    ----------
+    history : xarray.Dataset or path
+        A history with asperities, or the file of one.
+
+    Returns
+    -------
+    Explorer
+        What a notebook shows as it is.
+
+    Raises
+    ------
+    InputError
+        No history, one without asperities, or Bokeh is not installed.
+    """
+    import xarray as xr
+
+    from historysim.results.report.history_report import interactive_page
+
+    if isinstance(history, str | Path):
+        with opened(history) as found:
+            return explore(found)  # type: ignore[arg-type] # what is no Dataset is told below
+    if not isinstance(history, xr.Dataset) or "total_normal_load" not in history:
+        raise InputError(f"explore: came a {type(history).__name__}; expected a history, such as hs.run gives")
+    return Explorer(interactive_page(history))
+
+
 def _check_apart(output: Path, reads: "Iterable[Path]") -> None:
     check_outputs([Output(output, (PAGE,))], reads, force=True)
 
@@ -74,12 +128,26 @@ def _page(what: Any, name: str) -> str:
     from historysim.results.report.others import dataset_page
 
     if isinstance(what, xr.Dataset):
-        return dataset_page(what)
+        return dataset_page(what, _own_pictures(what))
     if isinstance(what, EventLog):
         raise InputError(f"{name}: is a log; expected its result; historysim run {name} makes it again")
     if page_of.dispatch(type(what)) is page_of.dispatch(object):
         raise InputError(f"{name}: has no report; {EXPECTED}")
     return page_of(what)
+
+
+def _own_pictures(what: "xr.Dataset") -> list[str]:
+    """Return what ``[picture]`` of the scenario says, drawn of its result, as HTML."""
+    from historysim.results.report.page import paragraph, picture
+    from historysim.scenario.figure import draw_figure, drawable
+
+    pictures = drawable(what)
+    if not pictures:
+        return []
+    try:
+        return [picture(draw_figure(what, pictures), "The picture of the scenario.")]
+    except InputError as error:
+        return [paragraph(f"No picture of the scenario: {error}", "note")]
 
 
 @page_of.register(Scenario)

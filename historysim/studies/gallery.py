@@ -3,6 +3,7 @@
 import ast
 import runpy
 import tempfile
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -108,12 +109,24 @@ def gallery(
     for path, entry in zip(paths, entries, strict=True):
         if entry.failure:
             tell(f"{path}: {entry.failure}")
-    sections = [entry.section for entry in entries]
-    text = page(TITLE, [contents(sections), *sections])
+    sections = _told_apart([entry.section for entry in entries])
+    groups: dict[str, list[Section]] = {}
+    for section in sections:
+        groups.setdefault((folder / section.anchor).parent.as_posix(), []).append(section)
+    text = page(TITLE, [contents(groups), *(section for each in groups.values() for section in each)])
     if output is not None:
         with replacing(Path(output)) as unfinished:
             unfinished.write_text(text, encoding="utf-8")
     return text
+
+
+def _told_apart(sections: "list[Section]") -> "list[Section]":
+    """Return sections of which those of one title have the names of their files behind it."""
+    titles = Counter(each.title for each in sections)
+    return [
+        attrs.evolve(each, title=f"{each.title} ({Path(each.anchor).stem})") if titles[each.title] > 1 else each
+        for each in sections
+    ]
 
 
 def files_of_gallery(folder: Path, *, scripts: bool) -> list[Path]:

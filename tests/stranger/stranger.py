@@ -113,7 +113,7 @@ class Gaps(Picture):
 
     kind, caption, of = "gaps", "How far the flat is above the datum.", ("history",)
 
-    def draw(self, figure, what):
-        axes = figure.subplots()
+    def draw(self, page, what):
+        axes = page.axes()
         axes.plot(what["time"], what["separation"], color=self.colour)
         axes.set(xlabel="time (s)", ylabel="separation (m)")

@@ -78,9 +78,13 @@ def test_all_are_run_swept_or_carried_out_and_what_fails_is_named(folder):
     told = []
     text = hs.gallery(folder, scripts=True, tell=told.append)
     found = sections(text)
-    assert list(found) == ["01_ball.toml", "02_sweep.toml", "bad.toml", "below/03_script.py", "none.py", "wrong.py"]
+    assert list(found) == ["01_ball.toml", "02_sweep.toml", "bad.toml", "none.py", "wrong.py", "below/03_script.py"]
     # loop, loads and states; traction
-    assert [body.count("data:image/png;base64,") for body in found.values()] == [2, 1, 0, 1, 0, 0]
+    assert [body.count("data:image/webp;base64,") for body in found.values()] == [2, 1, 0, 0, 0, 1]
+    # each with a picture has a small one among the links, and folders are groups
+    links = text[: text.index('<section id="')]
+    assert links.count("data:image/webp;base64,") == 3
+    assert links.count("<h3>") == 2
     assert "<h2>A ball &amp; a flat</h2>" in found["01_ball.toml"]
     assert "<p>Second paragraph, of two lines.</p>" in found["01_ball.toml"]
     assert "<h2>A script.</h2>" in found["below/03_script.py"]
@@ -158,6 +162,6 @@ def test_pictures_and_tables_of_their_own(tmp_path):
     told = []
     found = sections(hs.gallery(tmp_path, scripts=True, tell=told.append))
     assert told == []
-    assert [body.count("data:image/png;base64,") for body in found.values()] == [2, 1, 1]
+    assert [body.count("data:image/webp;base64,") for body in found.values()] == [2, 1, 1]
     assert re.search(r"<th[^>]*>length</th>", found["1_script.py"])
     assert "4.0" in found["1_script.py"]

@@ -10,7 +10,7 @@ TALK = ("log", "info", "debug")
 
 
 @contextlib.contextmanager
-def opened(path):
+def opened(path, *, width=1150, dark=False):
     """Yield a page that a file was opened in; afterwards nothing else was asked for, and no error was told."""
     playwright = pytest.importorskip("playwright.sync_api", reason="no playwright to drive a browser")
     program = next(filter(None, map(shutil.which, CHROMIUM)), None)
@@ -19,7 +19,9 @@ def opened(path):
     complaints, requests = [], []
     with playwright.sync_playwright() as driver:
         browser = driver.chromium.launch(executable_path=program, args=["--no-sandbox"])
-        page = browser.new_context(offline=True, viewport={"width": 1150, "height": 1400}).new_page()
+        scheme = "dark" if dark else "light"
+        viewport = {"width": width, "height": 1400}
+        page = browser.new_context(offline=True, viewport=viewport, color_scheme=scheme).new_page()
         page.on("console", lambda message: message.type in TALK or complaints.append(message.text))
         page.on("pageerror", lambda error: complaints.append(str(error)))
         page.on("request", lambda request: requests.append(request.url))

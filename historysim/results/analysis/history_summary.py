@@ -4,6 +4,7 @@ from contextlib import suppress
 
 import numpy as np
 import numpy.typing as npt
+import xarray as xr
 
 from historysim.basics import findings
 from historysim.basics.findings import Finding
@@ -155,3 +156,24 @@ def _first_to_slide(history: Recorded) -> str:
     some = f"; {order.size:,} of {steps.size:,} slide" if order.size < steps.size else ""
     of_recorded = " (of those recorded)" if recorded else ""
     return f"asperity {order[0]}{among}{last}{some}{of_recorded}"
+
+
+UNITS = {
+    "contact_modulus": "Pa",
+    "shear_modulus": "Pa",
+    "hardness": "Pa",
+    "yield_stress": "Pa",
+    "work_of_adhesion": "J/m²",
+    "lateral_stiffness": "N/m",
+    "displacement_resolution": "m",
+    "load_resolution": "N",
+}
+"""Of the attributes that are quantities."""
+
+
+def readable_attributes(history: xr.Dataset) -> dict[str, str]:
+    """Return the attributes of a history as texts, quantities with their units."""
+    return {
+        str(name): quantity_text(value, UNITS[name]) if name in UNITS else str(value)
+        for name, value in history.attrs.items()
+    }

@@ -1,21 +1,18 @@
 """Picture of the equilibria of one adhesive contact."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.units import prefixed
 from historysim.contact.adhesion import Branch
-from historysim.results.plots.paper import Size, new_figure
+from historysim.results.plots.paper import Drawn, Place, paper
 from historysim.results.plots.pictures import figure_of
-from historysim.results.plots.style import FAINT, INK, MARK, plain_title
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from historysim.results.plots.style import FAINT, INK, MARK
 
 
-def plot_adhesion_branch(branch: Branch, *, title: str = "", size: Size | None = None) -> "Figure":
+def plot_adhesion_branch(branch: Branch, *, title: str = "", **place: Unpack[Place]) -> Drawn:
     """Draw the load of a contact over its approach: what is stable, and where it jumps.
 
     Parameters
@@ -24,18 +21,18 @@ def plot_adhesion_branch(branch: Branch, *, title: str = "", size: Size | None =
         The equilibria, as `historysim.contact.adhesion.branch` gives them.
     title : str
         A heading; by default the theory.
-    size : (float, float), optional
-        Width and height [mm].
+    **place
+        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
 
     Returns
     -------
-    matplotlib.figure.Figure
-        A figure 130 mm wide.
+    Figure, SubFigure or Axes
+        What was given, or a new figure 130 mm wide.
     """
     length, length_prefix = prefixed(float(np.abs(branch.approach).max()))
     force, force_prefix = prefixed(float(np.abs(branch.normal_load).max()))
-    with new_figure(size, (130.0, 102.0)) as figure:
-        axes = figure.add_subplot()
+    with paper(plot_adhesion_branch, (130.0, 102.0), place) as page:
+        axes = page.axes()
         axes.axhline(0, color=FAINT, linewidth=0.4, zorder=0)
         axes.axvline(0, color=FAINT, linewidth=0.4, zorder=0)
         for name, part, line in _parts(branch):
@@ -46,12 +43,12 @@ def plot_adhesion_branch(branch: Branch, *, title: str = "", size: Size | None =
             axes.plot(x, y, label=name + load, color=MARK, ls="none", zorder=3, clip_on=False, **mark)
         axes.margins(0.06)
         axes.set(
-            title=plain_title(title) or f"Equilibria after {branch.model.label}",
+            title=(title or f"Equilibria after {branch.model.label}").replace("$", r"\$"),
             xlabel=rf"approach $\delta$ ({length_prefix}m)",
             ylabel=f"normal load $N$ ({force_prefix}N)",
         )
-        figure.legend(loc="outside lower center", ncols=2, columnspacing=2.0)
-    return figure
+        page.legend(axes)
+    return page.drawn
 
 
 def _parts(branch: Branch) -> "list[tuple[str, npt.NDArray[np.intp], dict[str, Any]]]":
@@ -93,5 +90,5 @@ def _jumps(branch: Branch) -> "list[tuple[str, Any, dict[str, Any]]]":
 
 
 @figure_of.register(Branch)
-def _of_branch(what: Branch, *, size: Size | None = None, **_: Any) -> "Figure":
-    return plot_adhesion_branch(what, size=size)
+def _of_branch(what: Branch, *, place: Place, **_: Any) -> Drawn:
+    return plot_adhesion_branch(what, **place)

@@ -3,7 +3,7 @@
 import itertools
 import math
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -11,13 +11,12 @@ import numpy.typing as npt
 from historysim.asperities.adhering import AdheringAsperities
 from historysim.contact.adhesion import DMT_BELOW, JKR_ABOVE, Regime, hertz_boundary, regime, rigid_boundary
 from historysim.errors import InputError, LoadError
-from historysim.results.plots.paper import Size, new_figure
+from historysim.results.plots.paper import Drawn, Place, paper
 from historysim.results.plots.pictures import figure_of
 from historysim.results.plots.style import FAINT, INK, MARK
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
     from matplotlib.transforms import BboxBase
 
 Floats = npt.NDArray[np.float64]
@@ -44,7 +43,7 @@ FILLS = {
 }
 
 
-def plot_adhesion_map(contacts: Contacts | None = None, *, size: Size | None = None) -> "Figure":
+def plot_adhesion_map(contacts: Contacts | None = None, **place: Unpack[Place]) -> Drawn:
     """Draw the zones in which the theories of adhesion hold, after Johnson and Greenwood (1997), and contacts in them.
 
     The zones are those of `historysim.contact.adhesion.regime`.
@@ -55,13 +54,13 @@ def plot_adhesion_map(contacts: Contacts | None = None, *, size: Size | None = N
         By label, the Maugis parameter λ and the load parameter N/(πWR) of contacts to mark. The map grows to hold
         them. A contact that is unloaded or pulled has no place on a logarithmic axis: an arrow at the lower edge
         marks it, where the zones hardly change with the load.
-    size : (float, float), optional
-        Width and height [mm].
+    **place
+        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
 
     Returns
     -------
-    matplotlib.figure.Figure
-        A figure 130 mm wide.
+    Figure, SubFigure or Axes
+        What was given, or a new figure 130 mm wide.
 
     Raises
     ------
@@ -71,8 +70,8 @@ def plot_adhesion_map(contacts: Contacts | None = None, *, size: Size | None = N
         A contact pulled beyond pull-off.
     """
     marked = _checked({} if contacts is None else contacts)
-    with new_figure(size, (130.0, 107.0)) as figure:
-        axes = figure.add_subplot()
+    with paper(plot_adhesion_map, (130.0, 107.0), place) as page:
+        axes = page.axes()
         axes.set(
             xscale="log",
             yscale="log",
@@ -86,11 +85,11 @@ def plot_adhesion_map(contacts: Contacts | None = None, *, size: Size | None = N
         axes.spines[["top", "right"]].set_visible(True)
         _draw_zones(axes)
         # the layout must be settled before texts can be kept apart
-        figure.draw_without_rendering()
+        page.settle()
         taken = _draw_marks(axes, marked)
         taken += _label_marks(axes, marked, taken)
         _name_zones(axes, taken)
-    return figure
+    return page.drawn
 
 
 def _checked(contacts: Contacts) -> dict[str, tuple[float, float]]:
@@ -233,5 +232,5 @@ def _beside(distance: float, angle: float) -> dict[str, Any]:
 
 
 @figure_of.register(AdheringAsperities)
-def _of_adhering(what: AdheringAsperities, *, size: Size | None = None, **_: Any) -> "Figure":
-    return plot_adhesion_map(what.examples(), size=size)
+def _of_adhering(what: AdheringAsperities, *, place: Place, **_: Any) -> Drawn:
+    return plot_adhesion_map(what.examples(), **place)

@@ -69,16 +69,41 @@ def swings(x: Floats) -> Iterator[tuple[int, int]]:
         yield start, turn
 
 
+TIME_TICKS = 7
+"""Most ticks of the axis of time below that of the steps."""
+BELOW = 13.0
+"""Distance of that axis from the other [pt]."""
+
+
 def mark_steps_and_times(axes: "Axes", history: xr.Dataset) -> None:
-    """Label an axis of steps with their times below them."""
-    from matplotlib.ticker import FuncFormatter, MaxNLocator
+    """Label an axis of steps, and draw an axis of their times below it, with round times."""
+    from matplotlib.ticker import MaxNLocator
 
     time = history["time"].values
-
-    def label(step: float, _: object) -> str:
-        place = round(step)
-        return f"{place}\n{time[place]:.4g}" if 0 <= place < time.size else ""
-
+    steps = np.arange(time.size)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.xaxis.set_major_formatter(FuncFormatter(label))
-    axes.set_xlabel("step, and below it time (s)")
+    if time.size < 2:
+        axes.set_xlabel(f"step, at {time[0]:.4g} s")
+        return
+    below = axes.secondary_xaxis("bottom")
+    below.spines["bottom"].set_position(("outward", BELOW))
+    below.spines["bottom"].set_visible(False)
+    below.tick_params(length=0)
+    ticks = _round_times(time)
+    below.set_xticks(np.interp(ticks, time, steps), [f"{tick:.6g}" for tick in ticks])
+    below.set_xlabel("step, and below it time (s)")
+
+
+def _round_times(time: Floats) -> Floats:
+    """Return round times that are apart on an axis of steps: where the clock jumps, fewer of them."""
+    from matplotlib.ticker import MaxNLocator
+
+    found = MaxNLocator(TIME_TICKS).tick_values(time[0], time[-1])
+    found = found[(found >= time[0]) & (found <= time[-1])]
+    places = np.interp(found, time, np.arange(time.size))
+    kept: list[int] = []
+    for number, place in enumerate(places):
+        if not kept or place - places[kept[-1]] >= (time.size - 1) / (TIME_TICKS + 1):
+            kept.append(number)
+    chosen: Floats = found[kept]
+    return chosen

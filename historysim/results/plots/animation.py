@@ -13,9 +13,8 @@ from historysim.errors import InputError
 from historysim.results.analysis.cycles import friction_loops
 from historysim.results.analysis.recorded import check_recorded, position_of
 from historysim.results.plots.along_path import thinned
-from historysim.results.plots.contact_map import draw_legend as name_zones
-from historysim.results.plots.contact_map import draw_zones, zones_at
-from historysim.results.plots.paper import PAGE, Size, in_style, new_figure
+from historysim.results.plots.contact_map import draw_zones, zone_handles, zones_at
+from historysim.results.plots.paper import PAGE, Page, Size, in_style, new_figure
 from historysim.results.plots.printed import MADE_BY
 from historysim.results.plots.style import FAINT, INK, STATE_COLOURS
 from historysim.results.plots.surface import (
@@ -23,8 +22,8 @@ from historysim.results.plots.surface import (
     check_summits,
     contact_at,
     draw_distribution,
-    draw_legend,
     draw_map,
+    legend_handles,
     surface_of,
 )
 from historysim.results.point_maps import SOLVED
@@ -82,7 +81,8 @@ def animate_contact_map(
     (length, length_prefix), (force, force_prefix) = (prefixed(float(np.abs(thin[name]).max())) for name in names)
     x, y = (now[name].values * factor for name, factor in zip(names, (length, force), strict=True))
     with new_figure(size, (PAGE, 95.0)) as figure:
-        loop, contacts = figure.subplots(1, 2)
+        page = Page.of(figure)
+        loop, contacts = figure.subplots(1, 2) if page.width >= 120.0 else figure.subplots(2, 1)
         loop.plot(thin[names[0]].values * length, thin[names[1]].values * force, color=FAINT, linewidth=0.8)
         (dot,) = loop.plot([], [], "o", color=STATE_COLOURS[2], mec=INK, ms=6)
         loop.margins(0.06)
@@ -93,9 +93,9 @@ def animate_contact_map(
         )
         if zones is None:
             first = contact_at(surface, history, frames[0])
-            draw_legend(figure, surface, first.state, first, flat=not placed)
+            page.legend(handles=legend_handles(surface, first.state, first, flat=not placed))
         else:
-            name_zones(figure)
+            page.legend(handles=zone_handles())
 
     def show(frame: int) -> None:
         with in_style():
@@ -110,7 +110,7 @@ def animate_contact_map(
                 contact = contact_at(surface, history, frames[frame])
                 draw_distribution(contacts, surface, contact.state, contact)
             dot.set_data([x[frame]], [y[frame]])
-            figure.suptitle(caption_at(history, frames[frame]), x=0.01, ha="left", fontsize=8)
+            page.heading("", caption_at(history, frames[frame]))
             # ticks are made when they are first drawn, and that is to be in this style
             figure.draw_without_rendering()
 

@@ -1,7 +1,7 @@
 """The contact of a rough map whose asperities press on one another, point by point, at one time of a log."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Unpack
 
 import attrs
 import numpy as np
@@ -15,20 +15,21 @@ from historysim.errors import InputError
 from historysim.log.event_log import EventLog
 from historysim.replaying import Replay
 from historysim.results.origin import Origin
-from historysim.results.plots.paper import PAGE, Size, new_figure
+from historysim.results.plots.paper import PAGE, Drawn, Page, Place, paper
 from historysim.results.plots.pictures import PICTURES, Picture
-from historysim.results.plots.style import INK, STATE_COLOURS, plain_title
+from historysim.results.plots.style import DIVERGING, INK, STATE_COLOURS
 from historysim.results.plots.surface import plot_surface, position_of, surface_of
 from historysim.results.point_maps import SLIPS, SOLVED, STICKS, answered, maps_of, sides_of
 from historysim.surfaces.heights import Surface
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
 
 Floats = npt.NDArray[np.float64]
 
 Extent = tuple[float, float, float, float]
+NO_CONTACT = "#d9d9d6"
 
 
 @attrs.frozen(eq=False)
@@ -50,7 +51,7 @@ class Zones:
     unit: str
 
 
-def plot_contact_map(log: EventLog, at: float, *, title: str = "", size: Size | None = None) -> "Figure":
+def plot_contact_map(log: EventLog, at: float, *, title: str = "", **place: Unpack[Place]) -> Drawn:
     """Draw the stick and slip zones, the pressures and the tractions of a contact, and what independent summits give.
 
     Parameters
@@ -61,14 +62,14 @@ def plot_contact_map(log: EventLog, at: float, *, title: str = "", size: Size | 
         Time [s].
     title : str
         A heading; by default that of the log.
-    size : (float, float), optional
-        Width and height [mm].
+    **place
+        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
 
     Returns
     -------
-    matplotlib.figure.Figure
-        A figure 180 mm wide: the contact of the whole map; that of the summits of the same map, each by itself
-        (9-point rule), under the same events up to the same normal load; pressures; tractions.
+    Figure, SubFigure or Axes
+        What was given, or a new figure 180 mm wide: the contact of the whole map; that of the summits of the same map,
+        each by itself (9-point rule), under the same events up to the same normal load; pressures; tractions.
 
     Raises
     ------
@@ -78,10 +79,12 @@ def plot_contact_map(log: EventLog, at: float, *, title: str = "", size: Size | 
     origin = Origin.of_log(log)
     if SOLVED not in origin.surface:
         raise InputError(f'{log.path}: has no contact maps; expected the log of a surface with interaction = "full"')
-    return _drawn(origin, origin.state(at), at, title, size)
+    with paper(plot_contact_map, DEFAULT, place) as page:
+        _draw(page, origin, origin.state(at), at, title)
+    return page.drawn
 
 
-def plot_interacting(history: xr.Dataset, step: int | str = "partial", *, size: Size | None = None) -> "Figure":
+def plot_interacting(history: xr.Dataset, step: int | str = "partial", **place: Unpack[Place]) -> Drawn:
     """Draw what `plot_contact_map` does, at a step of a history that comes from the file of a result.
 
     Parameters
@@ -97,7 +100,9 @@ def plot_interacting(history: xr.Dataset, step: int | str = "partial", *, size: 
         A step that the history does not have, or one that does not come from a file with its events.
     """
     at = float(history["time"].values[position_of(step, history)])
-    return _drawn(*answered(history, lambda origin: (origin, origin.state(at))), at, "", size)
+    with paper(plot_interacting, DEFAULT, place) as page:
+        _draw(page, *answered(history, lambda origin: (origin, origin.state(at))), at, "")
+    return page.drawn
 
 
 def zones_at(history: xr.Dataset, steps: Sequence[int]) -> Zones:
@@ -126,39 +131,42 @@ def _extent(origin: Origin) -> tuple[Extent, str]:
     return (0.0, x * factor, 0.0, y * factor), f"{prefix}m"
 
 
-def _drawn(origin: Origin, state: EnsembleState, at: float, title: str, size: Size | None) -> "Figure":
+DEFAULT = PAGE, 163.0
+
+
+def _draw(page: Page, origin: Origin, state: EnsembleState, at: float, title: str) -> None:
     shape = origin.settings["surface_attributes"]["shape"]
     pixel = tuple(float(side / count) for side, count in zip(sides_of(origin), shape, strict=True))
     maps = maps_of(origin, state)
     nothing = maps.pressure == 0
     extent, unit = _extent(origin)
-    with new_figure(size, (PAGE, 163.0)) as figure:
-        axes = figure.subplots(2, 2, sharex=True, sharey=True)
-        draw_zones(axes[0, 0], _touching(maps.contact_state.astype(np.float64)), extent, "whole map")
-        draw_zones(axes[0, 1], _independent(origin, at, shape, pixel), extent, "independent summits")
+    rows = 2 if page.height >= 0.6 * page.width else 1
+    axes: Any = page.several(4).subplots(rows, 2, sharex=True, sharey=True, squeeze=False)
+    draw_zones(axes[0, 0], _touching(maps.contact_state.astype(np.float64)), extent, "whole map")
+    draw_zones(axes[0, 1], _independent(origin, at, shape, pixel), extent, "independent summits")
+    if rows == 2:
         _draw_field(axes[1, 0], _touching(maps.pressure), extent, "pressure", signed=False)
         _draw_field(axes[1, 1], np.where(nothing, np.nan, maps.traction), extent, "traction", signed=True)
-        for axis in axes[1]:
-            axis.set_xlabel(f"$x$ ({unit})")
-        for axis in axes[:, 0]:
-            axis.set_ylabel(f"$y$ ({unit})")
-        draw_legend(figure)
-        caption = (
-            f"t = {at:.6g} s:  N = {quantity_text(state.normal_load, 'N')},  "
-            f"T = {quantity_text(state.tangential_load, 'N')},  U = {quantity_text(state.tangential_displacement, 'm')}"
-        )
-        heading = plain_title(title or str(origin.settings["title"]))
-        figure.suptitle("\n".join(filter(None, [heading, caption])), x=0.01, ha="left", fontsize=9)
-    return figure
+    else:
+        page.left_out("pressure", "traction")
+    for axis in axes[-1]:
+        axis.set_xlabel(f"$x$ ({unit})")
+    for axis in axes[:, 0]:
+        axis.set_ylabel(f"$y$ ({unit})")
+    page.legend(handles=zone_handles())
+    caption = (
+        f"t = {at:.6g} s:  N = {quantity_text(state.normal_load, 'N')},  "
+        f"T = {quantity_text(state.tangential_load, 'N')},  U = {quantity_text(state.tangential_displacement, 'm')}"
+    )
+    page.heading(title or str(origin.settings["title"]), caption)
 
 
-def draw_legend(figure: "Figure") -> None:
-    """Name below a figure what the colours of its zones are."""
+def zone_handles() -> "list[Patch]":
+    """Return what a legend shows of the colours of zones."""
     from matplotlib.patches import Patch
 
     states = zip((STATE_COLOURS[1], STATE_COLOURS[3]), ("sticks", "slips"), strict=True)
-    handles = [Patch(facecolor=colour, edgecolor=INK, linewidth=0.4, label=label) for colour, label in states]
-    figure.legend(handles=handles, loc="outside lower left", ncols=2, columnspacing=2.0)
+    return [Patch(facecolor=colour, edgecolor=INK, linewidth=0.4, label=label) for colour, label in states]
 
 
 def _independent(origin: Origin, at: float, shape: tuple[int, int], pixel: tuple[float, ...]) -> Floats:
@@ -194,14 +202,16 @@ def draw_zones(axes: "Axes", zone: Floats, extent: Extent, name: str) -> None:
 
 
 def _draw_field(axes: "Axes", values: Floats, extent: Extent, name: str, *, signed: bool) -> None:
-    """Draw a quantity point by point; one with a sign in two colours that part at 0."""
+    """Draw a quantity point by point; of one with a sign zero is white, and what does not touch is grey."""
+    import matplotlib as mpl
+
     largest = float(np.nanmax(np.abs(values), initial=0.0)) or 1.0
     factor, prefix = prefixed(largest)
     image = axes.imshow(
         values.T * factor,
         origin="lower",
         extent=extent,
-        cmap="PuOr" if signed else "viridis",
+        cmap=mpl.colormaps[DIVERGING].with_extremes(bad=NO_CONTACT) if signed else "viridis",
         vmin=-largest * factor if signed else 0.0,
         vmax=largest * factor,
         interpolation="nearest",
@@ -235,10 +245,10 @@ class ContactMapPicture(Picture):
         """Return whether a report shows it: a map of one point tells nothing."""
         return super().reported(history) and history.sizes["asperity"] != 1
 
-    def drawn(self, what: xr.Dataset, size: Size | None = None) -> "Figure":
+    def drawn(self, what: xr.Dataset, **place: Unpack[Place]) -> Drawn:
         """Return a figure of it alone."""
         surface = surface_of(what)
         # asperities that press on one another have no summits, but maps of their own
         if SOLVED in surface:
-            return plot_interacting(what, self.step, size=size)
-        return plot_surface(surface, what, self.step, size=size)
+            return plot_interacting(what, self.step, **place)
+        return plot_surface(surface, what, self.step, **place)

@@ -1,22 +1,19 @@
 """Picture of friction over time or distance: samples, windows, the static peak, and the approach to a steady value."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any, Unpack
 
 import numpy as np
 
 from historysim.basics.units import prefixed
 from historysim.measured.sliding import UNITS, Sliding
-from historysim.results.plots.paper import PAGE, Size, new_figure
+from historysim.results.plots.paper import PAGE, Drawn, Place, paper
 from historysim.results.plots.pictures import figure_of
-from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, legend_below, plain_title
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from historysim.results.plots.style import FAINT, INK, STATE_COLOURS
 
 MOST_POINTS = 20_000
 
 
-def plot_sliding(sliding: Sliding, *, title: str = "", size: Size | None = None) -> "Figure":
+def plot_sliding(sliding: Sliding, *, title: str = "", **place: Unpack[Place]) -> Drawn:
     """Draw the friction coefficient over time or distance.
 
     Parameters
@@ -25,22 +22,22 @@ def plot_sliding(sliding: Sliding, *, title: str = "", size: Size | None = None)
         From `historysim.find_sliding`.
     title : str
         A heading.
-    size : (float, float), optional
-        Width and height [mm].
+    **place
+        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
 
     Returns
     -------
-    matplotlib.figure.Figure
-        A figure 180 mm wide, or of the size that is given.
+    Figure, SubFigure or Axes
+        What was given, or a new figure 180 mm wide.
     """
-    with new_figure(size, (PAGE, 92.0)) as figure:
-        axes = figure.add_subplot()
+    with paper(plot_sliding, (PAGE, 92.0), place) as page:
+        axes = page.axes()
         factor, prefix = prefixed(float(np.abs(sliding.place).max())) if sliding.over == "distance" else (1.0, "")
         stride = -(-sliding.place.size // MOST_POINTS)
         dots: dict[str, Any] = {"linestyle": "", "marker": ".", "ms": 2.2, "mew": 0, "color": FAINT, "alpha": 0.6}
-        place, friction = sliding.place[::stride] * factor, sliding.coefficient[::stride]
+        at, friction = sliding.place[::stride] * factor, sliding.coefficient[::stride]
         if np.isfinite(friction).any():
-            axes.plot(place, friction, rasterized=True, label="samples", zorder=1, **dots)
+            axes.plot(at, friction, rasterized=True, label="samples", zorder=1, **dots)
         means = sliding.window_place * factor, sliding.window_mean
         axes.plot(*means, "o", color=STATE_COLOURS[1], ms=3, label="windows", zorder=2)
         if sliding.approach is not None:
@@ -56,12 +53,11 @@ def plot_sliding(sliding: Sliding, *, title: str = "", size: Size | None = None)
         axes.set(
             title="Friction coefficient", xlabel=f"{sliding.over} ({prefix}{UNITS[sliding.over]})", ylabel="$μ = T/N$"
         )
-        legend_below(figure, axes)
-        if title:
-            figure.suptitle(plain_title(title), x=0.01, ha="left", fontsize=9.5)
-    return figure
+        page.legend(axes)
+        page.heading(title)
+    return page.drawn
 
 
 @figure_of.register(Sliding)
-def _of_sliding(what: Sliding, *, size: Size | None = None, **_: Any) -> "Figure":
-    return plot_sliding(what, size=size)
+def _of_sliding(what: Sliding, *, place: Place, **_: Any) -> Drawn:
+    return plot_sliding(what, **place)

@@ -1,6 +1,6 @@
 """Picture of the friction loop of a history, its colour time or the share of the contact that slips."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Unpack
 
 import attrs
 import numpy as np
@@ -11,13 +11,12 @@ from historysim.errors import InputError
 from historysim.results.analysis.recorded import check_recorded
 from historysim.results.analysis.shares import slip_shares
 from historysim.results.plots.along_path import draw_coloured, kept_steps, line_colours, swings, thinned
-from historysim.results.plots.paper import COLUMN, Size, new_figure
+from historysim.results.plots.paper import COLUMN, Drawn, Place, paper
 from historysim.results.plots.pictures import PICTURES, Picture
 from historysim.results.plots.style import FAINT, scaled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 Floats = npt.NDArray[np.float64]
 
@@ -26,7 +25,7 @@ PIECES = 2_000
 """Of a loop whose colour tells how much slips, which changes at once where the displacement turns round."""
 
 
-def plot_loop(history: xr.Dataset, colour: str = "slip", *, size: Size | None = None) -> "Figure":
+def plot_loop(history: xr.Dataset, colour: str = "slip", **place: Unpack[Place]) -> Drawn:
     """Draw the friction loop: the tangential load over the tangential displacement.
 
     Parameters
@@ -35,13 +34,13 @@ def plot_loop(history: xr.Dataset, colour: str = "slip", *, size: Size | None = 
         A history. Long ones are thinned to what a page can show.
     colour : {"slip", "time"}
         What the colour of the line tells: the share of the contact area that slips, or time.
-    size : (float, float), optional
-        Width and height [mm].
+    **place
+        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
 
     Returns
     -------
-    matplotlib.figure.Figure
-        A figure 90 mm wide, or of that size.
+    Figure, SubFigure or Axes
+        What was given, or a new figure 90 mm wide.
 
     Raises
     ------
@@ -55,17 +54,17 @@ def plot_loop(history: xr.Dataset, colour: str = "slip", *, size: Size | None = 
     values = thin["time"].values
     if colour == "slip":
         values = slip_shares(history)["slipping_area"].values[kept_steps(history.sizes["step"])]
-    with new_figure(size, (COLUMN, 75.0)) as figure:
-        axes = figure.add_subplot()
+    with paper(plot_loop, (COLUMN, 75.0), place) as page:
+        axes = page.axes()
         x, y = _place(axes, thin)
         line = draw_coloured(axes, x, y, values, pieces=PIECES)
         if colour == "slip":
             line.set_clim(0, 1)
         axes.margins(0.06)
-        bar = figure.colorbar(line, ax=axes, location="top", aspect=40, pad=0.03)
+        bar = page.figure.colorbar(line, ax=axes, location="top", aspect=40, pad=0.03)
         bar.set_label(TOLD[colour])
         bar.outline.set_linewidth(0.4)
-    return figure
+    return page.drawn
 
 
 def draw_loop(axes: "Axes", thin: xr.Dataset, told: str = "colour: time") -> None:
@@ -117,6 +116,6 @@ class LoopPicture(Picture):
     caption = "The friction loop, coloured by the share of the contact area that slips."
     place = 3
 
-    def drawn(self, what: xr.Dataset, size: Size | None = None) -> "Figure":
+    def drawn(self, what: xr.Dataset, **place: Unpack[Place]) -> Drawn:
         """Return a figure of it alone."""
-        return plot_loop(what, size=size)
+        return plot_loop(what, **place)

@@ -1,6 +1,6 @@
 """Pictures of friction loops: those of a record, or a measured record and its model, one over the other."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import attrs
 import numpy as np
@@ -10,7 +10,7 @@ from historysim.basics.units import prefixed, quantity_text
 from historysim.basics.wording import counted
 from historysim.measured.loops import DIRECTIONS, Loops
 from historysim.results.plots.loop_trends import COLOURS, TRENDS, draw_trends
-from historysim.results.plots.paper import PAGE, Size, new_figure
+from historysim.results.plots.paper import PAGE, Drawn, Page, Place, paper
 from historysim.results.plots.pictures import figure_of
 from historysim.results.plots.style import FAINT, INK
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.gridspec import SubplotSpec
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -34,8 +34,8 @@ def plot_loops(
     *,
     labels: tuple[str, str] = ("measured", "model"),
     title: str = "",
-    size: Size | None = None,
-) -> "Figure":
+    **place: Unpack[Place],
+) -> Drawn:
     """Draw friction loops over each other, with the means of what they say, and how that changes from loop to loop.
 
     At one normal load the loop of median energy is drawn stronger than the others, and at it the means of the first set
@@ -53,30 +53,51 @@ def plot_loops(
         What the two sets are called, where there are two.
     title : str
         A heading.
-    size : (float, float), optional
-        Width and height [mm].
+    **place
+        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
 
     Returns
     -------
-    matplotlib.figure.Figure
-        A figure 180 mm wide.
+    Figure, SubFigure or Axes
+        What was given, or a new figure 180 mm wide.
     """
     sets, offset = _near_zero([loops] if model is None else [loops, model])
-    with new_figure(size, (PAGE, 117.0)) as figure:
-        grid = figure.add_gridspec(len(TRENDS), 2, width_ratios=(1.75, 1))
+    with paper(plot_loops, (PAGE, 117.0), place) as page:
+        figure = page.several(1 + len(TRENDS))
+        axes, places = _places(page, trends=len(loops) > 1)
         levels = int(loops.load_level.max()) + 1
         if levels > 1:
-            _draw_levels(figure.add_subplot(grid[:, 0]), sets, labels)
+            _draw_levels(axes, sets, labels)
         else:
-            _draw_loops(figure.add_subplot(grid[:, 0]), sets, labels)
+            _draw_loops(axes, sets, labels)
         if offset:
-            axes = figure.axes[0]
             axes.set_xlabel(f"{axes.get_xlabel()}, from {quantity_text(offset, 'm', 6)}")
-        draw_trends(figure, [grid[row, 1] for row in range(len(TRENDS))], [each.to_dataset() for each in sets])
-        figure.legend(loc="outside lower left", ncols=4 if levels > 1 else 3, columnspacing=2.0)
-        if title:
-            figure.suptitle(title.replace("$", r"\$"), x=0.01, ha="left", fontsize=9.5)
-    return figure
+        if places:
+            columns = 2 if page.width < WIDE else 1
+            draw_trends(figure, places, [each.to_dataset() for each in sets], columns=columns)
+        page.legend(axes)
+        page.heading(title)
+    return page.drawn
+
+
+WIDE, HIGH = 140.0, 85.0
+"""Width and height from which on the trends stand beside the loops [mm]."""
+
+
+def _places(page: Page, *, trends: bool) -> "tuple[Axes, list[SubplotSpec]]":
+    """Return the axes of the loops, and places for as many trends as fit, beside or below them."""
+    figure = page.figure
+    if not trends:
+        page.foot("no trends from loop to loop: there is one")
+        return figure.add_subplot(), []
+    if page.width >= WIDE and page.height >= HIGH:
+        grid = figure.add_gridspec(len(TRENDS), 2, width_ratios=(1.75, 1))
+        return figure.add_subplot(grid[:, 0]), [grid[row, 1] for row in range(len(TRENDS))]
+    if page.height >= HIGH:
+        grid = figure.add_gridspec(3, 2, height_ratios=(2.4, 1, 1))
+        return figure.add_subplot(grid[0, :]), [grid[row, column] for row in (1, 2) for column in (0, 1)]
+    page.left_out("loop by loop: friction, displacement, stiffness, energy")
+    return figure.add_subplot(), []
 
 
 def _near_zero(sets: list[Loops]) -> tuple[list[Loops], float]:
@@ -238,5 +259,5 @@ def _typical(loops: Loops) -> int:
 
 
 @figure_of.register(Loops)
-def _of_loops(what: Loops, *, size: Size | None = None, **_: Any) -> "Figure":
-    return plot_loops(what, size=size)
+def _of_loops(what: Loops, *, place: Place, **_: Any) -> Drawn:
+    return plot_loops(what, **place)

@@ -1,6 +1,6 @@
 """Picture of what friction loops say over the normal load, with the scatter of the loops at each load."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -8,23 +8,24 @@ import xarray as xr
 
 from historysim.basics.units import prefixed, quantity_text
 from historysim.measured.loop_table import LoopTable
-from historysim.results.plots.paper import PAGE, Size, new_figure
+from historysim.results.plots.paper import PAGE, Drawn, Place, paper
 from historysim.results.plots.pictures import figure_of
-from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, legend_below, plain_title
+from historysim.results.plots.style import FAINT, INK, STATE_COLOURS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 Floats = npt.NDArray[np.float64]
 
+LOWEST = 85.0
+"""Height from which on there are two rows [mm]."""
 PANELS = "friction_force", "friction_coefficient", "preliminary_displacement", "dissipated_energy"
 DIRECTIONS = (("forward", "^", STATE_COLOURS[1]), ("backward", "v", STATE_COLOURS[2]), ("both", "o", INK))
 APART = 0.02
 """How far the marks of one load stand from each other, over the range of the loads."""
 
 
-def plot_loop_levels(table: xr.Dataset, *, title: str = "", size: Size | None = None) -> "Figure":
+def plot_loop_levels(table: xr.Dataset, *, title: str = "", **place: Unpack[Place]) -> Drawn:
     """Draw friction force, friction coefficient, preliminary displacement and energy over the normal load.
 
     Error bars are the standard deviation of one loop; lines are the laws that were fitted to the means at the loads.
@@ -36,25 +37,29 @@ def plot_loop_levels(table: xr.Dataset, *, title: str = "", size: Size | None = 
         place of loads (``by_amplitude``) there are no laws.
     title : str
         A heading.
-    size : (float, float), optional
-        Width and height [mm].
+    **place
+        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
 
     Returns
     -------
-    matplotlib.figure.Figure
-        A figure 180 mm wide.
+    Figure, SubFigure or Axes
+        What was given, or a new figure 180 mm wide.
     """
-    with new_figure(size, (PAGE, 122.0)) as figure:
-        grid = figure.subplots(2, 2, sharex=True)
-        for axes, quantity in zip(grid.flat, PANELS, strict=True):
+    with paper(plot_loop_levels, (PAGE, 122.0), place) as page:
+        # side by side they are flat, and there is room for one row
+        rows = 1 if page.height < LOWEST else 2
+        shown = PANELS if rows == 2 else (PANELS[0], PANELS[2])
+        grid: Any = page.several(len(PANELS)).subplots(rows, 2, sharex=True, squeeze=False)
+        for axes, quantity in zip(grid.flat, shown, strict=True):
             _draw(axes, table, quantity)
+        page.left_out(*(quantity.replace("_", " ") for quantity in PANELS if quantity not in shown))
         along = next(str(name) for name in ("level", "amplitude_class") if name in table.coords)
         _, prefix = prefixed(float(table[along].max()))
-        for axes in grid[1]:
+        for axes in grid[-1]:
             axes.set_xlabel(f"{table[along].attrs['long_name']} ({prefix}{table[along].attrs['units']})")
-        legend_below(figure, grid[0, 0], extra="bars: standard deviation of one loop")
-        figure.suptitle(plain_title(title or str(table.attrs.get("title", ""))), x=0.01, ha="left", fontsize=9.5)
-    return figure
+        page.legend(grid[0, 0], extra="bars: standard deviation of one loop")
+        page.heading(title or str(table.attrs.get("title", "")))
+    return page.drawn
 
 
 def _draw(axes: "Axes", table: xr.Dataset, quantity: str) -> None:
@@ -94,7 +99,7 @@ def _draw_law(axes: "Axes", table: xr.Dataset, quantity: str, load_factor: float
         law = told["friction_line_slope"] * load + told["friction_line_intercept"]
         offset = told["friction_line_intercept"]
         sign = "−" if offset < 0 else "+"
-        text = f"$F$ = {told['friction_line_slope']:.3g} $N$ {sign} {quantity_text(abs(offset), 'N', 2)}"
+        text = f"$F$ = {told['friction_line_slope']:.3g} $N$ {sign} {quantity_text(abs(offset), 'N', 3)}"
     elif f"{quantity}_exponent" in told:
         law = told[f"{quantity}_factor"] * load ** told[f"{quantity}_exponent"]
         text = f"∝ $N^{{{told[f'{quantity}_exponent']:.2f}}}$"
@@ -105,5 +110,5 @@ def _draw_law(axes: "Axes", table: xr.Dataset, quantity: str, load_factor: float
 
 
 @figure_of.register(LoopTable)
-def _of_levels(what: LoopTable, *, size: Size | None = None, **_: Any) -> "Figure":
-    return plot_loop_levels(what.to_dataset(), size=size)
+def _of_levels(what: LoopTable, *, place: Place, **_: Any) -> Drawn:
+    return plot_loop_levels(what.to_dataset(), **place)

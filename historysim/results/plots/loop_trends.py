@@ -1,7 +1,7 @@
 """Picture of how friction loops change from one to the next."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 import xarray as xr
@@ -9,12 +9,12 @@ import xarray as xr
 from historysim.basics.units import prefixed
 from historysim.measured.statistics import LoopStatistics
 from historysim.results.loop_summary import of_mean
-from historysim.results.plots.paper import PAGE, Size, new_figure
-from historysim.results.plots.style import FAINT, STATE_COLOURS, plain_title
+from historysim.results.plots.paper import PAGE, Drawn, Place, paper
+from historysim.results.plots.style import FAINT, STATE_COLOURS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
     from matplotlib.gridspec import SubplotSpec
 
 COLOURS = STATE_COLOURS[1], STATE_COLOURS[2]
@@ -22,7 +22,7 @@ MARKERS = "^", "v"
 TRENDS = "friction_force", "preliminary_displacement", "tangential_stiffness", "dissipated_energy"
 
 
-def plot_loop_trends(loops: xr.Dataset, *, title: str = "", size: Size | None = None) -> "Figure":
+def plot_loop_trends(loops: xr.Dataset, *, title: str = "", **place: Unpack[Place]) -> Drawn:
     """Draw friction force, preliminary displacement, stiffness and energy of each loop, with their means at one load.
 
     Parameters
@@ -31,23 +31,24 @@ def plot_loop_trends(loops: xr.Dataset, *, title: str = "", size: Size | None = 
         From `Loops.to_dataset`, or the file that ``historysim loops -o`` writes.
     title : str
         A heading; by default that of the loops.
-    size : (float, float), optional
-        Width and height [mm].
+    **place
+        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
 
     Returns
     -------
-    matplotlib.figure.Figure
-        A figure 180 mm wide.
+    Figure, SubFigure or Axes
+        What was given, or a new figure 180 mm wide.
     """
-    with new_figure(size, (PAGE, 97.0)) as figure:
+    with paper(plot_loop_trends, (PAGE, 97.0), place) as page:
+        figure = page.several(len(TRENDS))
         grid = figure.add_gridspec(2, 2)
         draw_trends(figure, [grid[row, column] for row in range(2) for column in range(2)], [loops], columns=2)
-        figure.suptitle(plain_title(title or str(loops.attrs.get("title", ""))), x=0.01, ha="left", fontsize=9.5)
-    return figure
+        page.heading(title or str(loops.attrs.get("title", "")))
+    return page.drawn
 
 
 def draw_trends(
-    figure: "Figure", places: Sequence["SubplotSpec"], sets: Sequence[xr.Dataset], *, columns: int = 1
+    figure: "Figure | SubFigure", places: Sequence["SubplotSpec"], sets: Sequence[xr.Dataset], *, columns: int = 1
 ) -> None:
     """Draw each of the `TRENDS` in its place, of one set of loops or of several in their colours."""
     first = None

@@ -1,6 +1,6 @@
 """Picture of a model beside a measurement."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -8,13 +8,15 @@ import numpy.typing as npt
 from historysim.basics.units import prefixed
 from historysim.measured.comparison import Comparison
 from historysim.measured.correction import contact_displacement
-from historysim.results.plots.paper import PAGE, Size, new_figure
+from historysim.results.plots.paper import PAGE, Drawn, Page, Place, paper
 from historysim.results.plots.pictures import figure_of
-from historysim.results.plots.style import FAINT, INK, legend_below, plain_title
+from historysim.results.plots.style import FAINT, INK
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.gridspec import SubplotSpec
 
 Floats = npt.NDArray[np.float64]
 
@@ -22,32 +24,49 @@ MOST_POINTS = 50_000
 MEASURED, CORRECTED, MODEL = "#d1603d", "#e0b73c", "#12355b"
 
 
-def plot_comparison(comparison: Comparison, title: str = "", *, size: Size | None = None) -> "Figure":
+def plot_comparison(comparison: Comparison, title: str = "", **place: Unpack[Place]) -> Drawn:
     """Draw loops and time series of measurement and model over each other, energies, and what is left of both.
 
     Parameters
     ----------
     comparison : Comparison
     title : str
-    size : (float, float), optional
-        Width and height [mm].
+    **place
+        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
 
     Returns
     -------
-    matplotlib.figure.Figure
-        A figure 180 mm wide.
+    Figure, SubFigure or Axes
+        What was given, or a new figure 180 mm wide.
     """
-    with new_figure(size, (PAGE, 137.0)) as figure:
-        grid = figure.add_gridspec(2, 6, height_ratios=(1.25, 1))
-        _draw_loops(figure.add_subplot(grid[0, :3]), comparison)
-        _draw_loads(figure.add_subplot(grid[0, 3:]), comparison)
-        _draw_energies(figure.add_subplot(grid[1, :2]), comparison)
-        _draw_difference(figure.add_subplot(grid[1, 2:4]), comparison)
-        _draw_left(figure.add_subplot(grid[1, 4:]), comparison)
-        legend_below(figure, figure.axes[0], markerscale=3)
-        if title:
-            figure.suptitle(plain_title(title), x=0.01, ha="left", fontsize=9.5)
-    return figure
+    with paper(plot_comparison, (PAGE, 137.0), place) as page:
+        panels: dict[str, Callable[[Axes, Comparison], None]] = {
+            "friction loops": _draw_loops,
+            "tangential load": _draw_loads,
+            "energies": _draw_energies,
+            "measured less model": _draw_difference,
+            "residuals": _draw_left,
+        }
+        figure = page.several(len(panels))
+        places = _places(page)
+        for draw, spot in zip(panels.values(), places, strict=False):
+            draw(figure.add_subplot(spot), comparison)
+        page.left_out(*list(panels)[len(places) :])
+        page.legend(figure.axes[0])
+        page.heading(title)
+    return page.drawn
+
+
+def _places(page: Page) -> "list[SubplotSpec]":
+    """Return where panels stand: two above three on a page, in a column as many as fit."""
+    if page.width >= 140.0:
+        rows = 2 if page.height >= 95.0 else 1
+        grid = page.figure.add_gridspec(rows, 6, height_ratios=(1.25, 1)[:rows])
+        return [grid[0, :3], grid[0, 3:], *([grid[1, :2], grid[1, 2:4], grid[1, 4:]] if rows == 2 else [])]
+    if page.height >= 105.0:
+        grid = page.figure.add_gridspec(3, 2, height_ratios=(2.2, 1.1, 1.1))
+        return [grid[0, :], grid[1, :], grid[2, 0], grid[2, 1]]
+    return [page.figure.add_gridspec(1, 1)[0, 0]]
 
 
 def _thin(comparison: Comparison) -> npt.NDArray[np.int64]:
@@ -183,5 +202,5 @@ def _force(comparison: Comparison) -> tuple[float, str]:
 
 
 @figure_of.register(Comparison)
-def _of_comparison(what: Comparison, *, size: Size | None = None, **_: Any) -> "Figure":
-    return plot_comparison(what, size=size)
+def _of_comparison(what: Comparison, *, place: Place, **_: Any) -> Drawn:
+    return plot_comparison(what, **place)

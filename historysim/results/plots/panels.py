@@ -1,19 +1,19 @@
 """Pictures that stand beside others in the figure of a scenario: loops, tractions, and numbers of a sweep."""
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Unpack
 
 import attrs
 
 from historysim.basics.fields import Quantity
 from historysim.basics.places import misfit
 from historysim.basics.wording import shown
-from historysim.results.plots.pictures import HISTORY, PICTURES, SWEEP, Picture, Size
+from historysim.results.plots.paper import Drawn, Page, Place
+from historysim.results.plots.pictures import HISTORY, PICTURES, SWEEP, Picture
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     import xarray as xr
-    from matplotlib.figure import Figure, SubFigure
 
 LOADS = 50.0
 """What the loads beside loops add to the width [mm]."""
@@ -79,20 +79,20 @@ class LoopsPicture(Panel):
         """Width of the loads [mm]."""
         return LOADS if self.loads else 0.0
 
-    def draw(self, figure: "Figure | SubFigure", what: "xr.Dataset") -> None:
-        """Draw into a figure, or a part of one."""
+    def draw(self, page: Page, what: "xr.Dataset") -> None:
+        """Draw on a page."""
         from historysim.results.plots.swept_cells import cells_of
         from historysim.results.plots.together import LOOP, LoopMarks, draw_together
 
         marks = LoopMarks(**{name: getattr(self, name) for name in attrs.fields_dict(LoopMarks)})
-        draw_together(figure, cells_of(what, LOOP, self.labels, self.where), marks, self.title)
+        draw_together(page, cells_of(what, LOOP, self.labels, self.where), marks, self.title)
 
-    def drawn(self, what: "xr.Dataset | Sequence[xr.Dataset]", size: Size | None = None) -> "Figure":
+    def drawn(self, what: "xr.Dataset | Sequence[xr.Dataset]", **place: Unpack[Place]) -> Drawn:
         """Return a figure of it alone."""
         from historysim.results.plots.together import LoopMarks, plot_together
 
         marks = LoopMarks(**{name: getattr(self, name) for name in attrs.fields_dict(LoopMarks)})
-        return plot_together(what, self.labels, where=self.where, marks=marks, title=self.title, size=size)
+        return plot_together(what, self.labels, where=self.where, marks=marks, title=self.title, **place)
 
 
 @PICTURES.register
@@ -142,17 +142,17 @@ class TractionPicture(Panel):
     def _options(self) -> dict[str, Any]:
         return {name: getattr(self, name) for name in ("across", "limit", "fronts", "change_from", "labels")}
 
-    def draw(self, figure: "Figure | SubFigure", what: "xr.Dataset") -> None:
-        """Draw into a figure, or a part of one."""
+    def draw(self, page: Page, what: "xr.Dataset") -> None:
+        """Draw on a page."""
         from historysim.results.plots.traction_profile import draw_traction
 
-        draw_traction(figure, [what], self.asperity, self.steps, title=self.title, **self._options)
+        draw_traction(page, [what], self.asperity, self.steps, title=self.title, **self._options)
 
-    def drawn(self, what: "xr.Dataset | Sequence[xr.Dataset]", size: Size | None = None) -> "Figure":
+    def drawn(self, what: "xr.Dataset | Sequence[xr.Dataset]", **place: Unpack[Place]) -> Drawn:
         """Return a figure of it alone."""
         from historysim.results.plots.traction_profile import plot_traction
 
-        return plot_traction(what, self.asperity, self.steps, size=size, **self._options)
+        return plot_traction(what, self.asperity, self.steps, **self._options, **place)
 
 
 @PICTURES.register
@@ -193,14 +193,14 @@ class CurvePicture(Panel):
 
     kind, of = "curve", (SWEEP,)
 
-    def draw(self, figure: "Figure | SubFigure", what: "xr.Dataset") -> None:
-        """Draw into a figure, or a part of one."""
+    def draw(self, page: Page, what: "xr.Dataset") -> None:
+        """Draw on a page."""
         from historysim.results.plots.swept import draw_swept
         from historysim.results.plots.swept_cells import selected
 
         names = ("each", "spread", "fit", "logarithmic", "labels", "title")
         options = {name: getattr(self, name) for name in names}
-        draw_swept(figure, selected(what, self.where), self.quantity, self.over, **options)
+        draw_swept(page, selected(what, self.where), self.quantity, self.over, **options)
 
 
 @PICTURES.register
@@ -234,9 +234,9 @@ class BarsPicture(Panel):
             if not isinstance(bars, list) or not bars or not all(isinstance(bar, str) for bar in bars):
                 raise misfit(f"{shown(bars)}; expected an array with the names of its bars", "groups", name)
 
-    def draw(self, figure: "Figure | SubFigure", what: "xr.Dataset") -> None:
-        """Draw into a figure, or a part of one."""
+    def draw(self, page: Page, what: "xr.Dataset") -> None:
+        """Draw on a page."""
         from historysim.results.plots.swept import draw_bars
         from historysim.results.plots.swept_cells import selected
 
-        draw_bars(figure, selected(what, self.where), self.quantity, self.groups, self.title)
+        draw_bars(page, selected(what, self.where), self.quantity, self.groups, self.title)

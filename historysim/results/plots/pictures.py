@@ -1,19 +1,17 @@
 """What a picture is, and pictures by their names: of a history, a sweep or a scenario."""
 
 import functools
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Unpack
 
 import attrs
 
 from historysim.basics.fields import fields_of
 from historysim.basics.registry import Registry
 from historysim.errors import InputError
+from historysim.results.plots.paper import Drawn, Page, Place, Size, paper
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure, SubFigure
-
-Size = tuple[float, float]
 
 PICTURES: Registry[type["Picture"]] = Registry(
     "historysim.plots", "historysim.results.plots.pictures:Picture", "picture", "historysim.results.plots"
@@ -48,17 +46,19 @@ class Picture:
     several: ClassVar[bool] = False
     """Whether several histories can be in it: `drawn` then takes a sequence of them, too."""
 
-    def draw(self, figure: "Figure | SubFigure", what: Any) -> None:
-        """Draw a Dataset, or of a scenario a Scenario, into a figure, or a part of one."""
+    def draw(self, page: Page, what: Any) -> None:
+        """Draw a Dataset, or of a scenario a Scenario, on a page, which is a figure, a part of one, or axes.
+
+        ``page.axes()`` are those of a picture with one panel, ``page.several(count)`` is the figure of one with more;
+        ``page.legend(axes)`` names what is drawn, and ``page.heading(text)`` is its title.
+        """
         raise NotImplementedError(f"{type(self).__name__} has neither draw nor drawn, or fills a figure of its own")
 
-    def drawn(self, what: Any, size: Size | None = None) -> "Figure":
-        """Return a figure of it alone."""
-        from historysim.results.plots.paper import new_figure
-
-        with new_figure(size, self.size) as figure:
-            self.draw(figure, what)
-        return figure
+    def drawn(self, what: Any, **place: Unpack[Place]) -> Drawn:
+        """Return a figure of it alone, or what was given to draw into."""
+        with paper(self.drawn, self.size, place) as page:
+            self.draw(page, what)
+        return page.drawn
 
     @classmethod
     def fits_beside(cls) -> bool:
@@ -76,7 +76,7 @@ class Picture:
         return bool(cls.caption) and (cls.totals or "slip_state" in history)
 
 
-def draw(what: Any, name: str, size: Size | None = None, *, of: str = HISTORY, **options: Any) -> "Figure":
+def draw(what: Any, name: str, place: Place | None = None, *, of: str = HISTORY, **options: Any) -> Drawn:
     """Return a picture by its name.
 
     Parameters
@@ -86,8 +86,8 @@ def draw(what: Any, name: str, size: Size | None = None, *, of: str = HISTORY, *
     name : str
         A key of `PICTURES`.
     of : {"history", "sweep", "scenario"}
-    size : (float, float), optional
-        Width and height [mm].
+    place : Place, optional
+        Where it is drawn: ``size`` [mm], ``figure`` or ``ax``.
     **options
         Fields of the picture.
 
@@ -109,12 +109,12 @@ def draw(what: Any, name: str, size: Size | None = None, *, of: str = HISTORY, *
     needed = [field.name for field in fields_of(known[name]) if field.needed and field.name not in options]
     if needed:
         raise InputError(f"the picture {name} needs {', '.join(needed)}; expected it as [picture] of the scenario")
-    return known[name](**options).drawn(what, size)
+    return known[name](**options).drawn(what, **(place or {}))
 
 
 @functools.singledispatch
-def figure_of(what: Any, **options: Any) -> "Figure":
-    """Return the figure of a thing that has one picture; ``title``, ``name`` and ``size`` are for what takes them.
+def figure_of(what: Any, **options: Any) -> Drawn:
+    """Return the figure of a thing that has one picture; ``title``, ``name`` and ``place`` are for what takes them.
 
     What draws a type says so with ``@figure_of.register(type)``.
 

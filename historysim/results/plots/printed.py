@@ -17,7 +17,7 @@ from historysim.results.plots.embedded_fonts import with_fonts
 PRINT: dict[Any, Any] = {"pdf.fonttype": 42, "ps.fonttype": 42}
 SVG: dict[Any, Any] = {"svg.fonttype": "none"}
 NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-DOTS_PER_INCH = 200
+DOTS_PER_INCH, NOTEBOOK = 200, 110
 MAKER = {"png": "Software", "pdf": "Creator", "svg": "Creator"}
 """What the formats call the program that has made a picture."""
 MADE_BY = f"historysim {__version__}, matplotlib {mpl.__version__}"
@@ -25,6 +25,12 @@ MADE_BY = f"historysim {__version__}, matplotlib {mpl.__version__}"
 
 class PrintedFigure(Figure):
     """A figure whose files have TrueType fonts in them, and 200 dots per inch where nothing else is said."""
+
+    def _repr_png_(self) -> bytes:
+        """Return the picture as a notebook shows it, whether or not it knows of matplotlib."""
+        stream = io.BytesIO()
+        self.savefig(stream, format="png", dpi=NOTEBOOK)
+        return stream.getvalue()
 
     def savefig(self, fname: Any, **options: Any) -> None:
         """Save the figure; parameters as for matplotlib's figures."""

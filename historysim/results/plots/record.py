@@ -1,6 +1,6 @@
 """Picture of a measured record: each channel as it was read, as conditioning left it, and its spectrum."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -10,23 +10,24 @@ from historysim.errors import InputError
 from historysim.loads.events import LOAD_KINDS
 from historysim.measured.conditioning import sampling_rate
 from historysim.measured.measurement import Measurement
-from historysim.results.plots.paper import PAGE, Size, new_figure
+from historysim.results.plots.paper import PAGE, Drawn, Place, paper
 from historysim.results.plots.pictures import figure_of
-from historysim.results.plots.style import FAINT, MARK, legend_below, plain_title
+from historysim.results.plots.style import FAINT, MARK
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 Floats = npt.NDArray[np.float64]
 
 MOST_POINTS = 20_000
 DETAIL = 200
 """Samples that the detail of a channel shows."""
+LEAST_ROW = 24.0
+"""Height of a channel [mm]."""
 _PIECE = 8192
 
 
-def plot_record(measurement: Measurement, *, title: str = "", size: tuple[float, float] | None = None) -> "Figure":
+def plot_record(measurement: Measurement, *, title: str = "", **place: Unpack[Place]) -> Drawn:
     """Draw the channels of a record: over time, a detail of it, and the amplitudes over the frequency.
 
     What was read is grey, and lies below what conditioning left of it. Of a record without an even clock there is no
@@ -36,13 +37,13 @@ def plot_record(measurement: Measurement, *, title: str = "", size: tuple[float,
     ----------
     measurement : Measurement
     title : str
-    size : (float, float), optional
-        Width and height [mm].
+    **place
+        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
 
     Returns
     -------
-    matplotlib.figure.Figure
-        A figure 180 mm wide.
+    Figure, SubFigure or Axes
+        What was given, or a new figure 180 mm wide.
     """
     channels = {
         name: values for name, values in {**measurement.channels, **measurement.response}.items() if np.ptp(values) > 0
@@ -53,29 +54,40 @@ def plot_record(measurement: Measurement, *, title: str = "", size: tuple[float,
         rate = sampling_rate(measurement.time)
     except InputError:
         rate = None
-    with new_figure(size, (PAGE, 18.0 + 45.0 * len(channels))) as figure:
-        grid = figure.add_gridspec(len(channels), 3, width_ratios=(1.4, 1, 1))
-        for row, (name, values) in enumerate(channels.items()):
+    with paper(plot_record, (PAGE, 18.0 + 45.0 * len(channels)), place) as page:
+        # at the width of one column there is no room for more than the whole of each
+        columns = 3 if page.width >= 140.0 else 1
+        rows = min(len(channels), max(int((page.height - 18.0) / LEAST_ROW), 1))
+        figure = page.several(rows * columns) if rows * columns > 1 else page.figure
+        grid = figure.add_gridspec(rows, columns, width_ratios=(1.4, 1, 1)[:columns])
+        page.left_out(
+            *(["details", "spectra"] if columns == 1 else []),
+            *(name.replace("_", " ") for name in [*channels][rows:]),
+        )
+        for row, (name, values) in enumerate([*channels.items()][:rows]):
             read = values + measurement.removed[name] if name in measurement.removed else None
             unit, label = LOAD_KINDS[name].unit, name.replace("_", " ")
             factor, prefix = prefixed(float(np.abs(values).max()))
-            whole, detail, spectrum = (figure.add_subplot(grid[row, column]) for column in range(3))
+            whole = page.axes() if page.given is not None else figure.add_subplot(grid[row, 0])
             shown = np.unique(np.linspace(0, values.size - 1, min(values.size, MOST_POINTS)).astype(int))
             _draw(whole, measurement.time, values, read, shown, factor)
-            middle = _detail(values)
-            _draw(detail, measurement.time, values, read, middle, factor)
             whole.set(title=label.capitalize(), ylabel=f"({prefix}{unit})")
+            last = row == rows - 1
+            if last:
+                whole.set(xlabel="time (s)")
+            if columns == 1:
+                continue
+            detail, spectrum = (figure.add_subplot(grid[row, column]) for column in (1, 2))
+            _draw(detail, measurement.time, values, read, _detail(values), factor)
             detail.set(title="Detail")
             detail.ticklabel_format(axis="x", useOffset=False)
             _draw_spectrum(spectrum, values, read, rate, factor, f"{prefix}{unit}")
-            if row == len(channels) - 1:
-                whole.set(xlabel="time (s)")
+            if last:
                 detail.set(xlabel="time (s)")
                 spectrum.set(xlabel="frequency (Hz)")
-        legend_below(figure, *figure.axes)
-        if title:
-            figure.suptitle(plain_title(title), x=0.01, ha="left", fontsize=9.5)
-    return figure
+        page.legend(*([page.axes()] if page.given is not None else figure.axes))
+        page.heading(title)
+    return page.drawn
 
 
 def _draw(
@@ -115,5 +127,5 @@ def _draw_spectrum(
 
 
 @figure_of.register(Measurement)
-def _of_record(what: Measurement, *, title: str = "", size: Size | None = None, **_: Any) -> "Figure":
-    return plot_record(what, title=title, size=size)
+def _of_record(what: Measurement, *, title: str = "", place: Place, **_: Any) -> Drawn:
+    return plot_record(what, title=title, **place)

@@ -1,6 +1,6 @@
 """Picture of the slip state of each asperity along the path."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Unpack
 
 import attrs
 import numpy as np
@@ -8,32 +8,32 @@ import xarray as xr
 
 from historysim.results.analysis.recorded import check_any, check_recorded
 from historysim.results.plots.along_path import mark_steps_and_times
-from historysim.results.plots.paper import PAGE, Size, new_figure
+from historysim.results.plots.paper import PAGE, Drawn, Place, paper
 from historysim.results.plots.pictures import PICTURES, Picture
-from historysim.results.plots.style import INK, STATE_COLOURS, STATES, plain_title
+from historysim.results.plots.style import INK, STATE_COLOURS, STATES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
 
 MOST_COLUMNS = 2_000
 MOST_ROWS = 1_000
 
 
-def plot_slip_map(history: xr.Dataset, *, size: Size | None = None) -> "Figure":
+def plot_slip_map(history: xr.Dataset, **place: Unpack[Place]) -> Drawn:
     """Draw the slip state of each asperity at each step, the highest asperity on top.
 
     Parameters
     ----------
     history : xarray.Dataset
         A history with asperities. Of a large one every so many-th step and asperity is drawn.
-    size : (float, float), optional
-        Width and height [mm].
+    **place
+        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
 
     Returns
     -------
-    matplotlib.figure.Figure
-        A figure 180 mm wide, or of that size.
+    Figure, SubFigure or Axes
+        What was given, or a new figure 180 mm wide.
 
     Raises
     ------
@@ -42,17 +42,16 @@ def plot_slip_map(history: xr.Dataset, *, size: Size | None = None) -> "Figure":
     """
     check_recorded(history, "slip_state")
     check_any(history)
-    with new_figure(size, (PAGE, 75.0)) as figure:
-        draw_slip_map(figure.add_subplot(), history)
-        if title := history.attrs.get("title"):
-            figure.suptitle(plain_title(str(title)), x=0.01, ha="left", fontsize=9.5)
-    return figure
+    with paper(plot_slip_map, (PAGE, 75.0), place) as page:
+        draw_slip_map(page.axes(), history)
+        page.legend(handles=state_handles())
+        page.heading(str(history.attrs.get("title", "")))
+    return page.drawn
 
 
 def draw_slip_map(axes: "Axes", history: xr.Dataset) -> None:
-    """Draw the slip state of each asperity at each step into axes, with a legend above them."""
+    """Draw the slip state of each asperity at each step into axes."""
     from matplotlib.colors import ListedColormap
-    from matplotlib.patches import Patch
 
     steps, count = history.sizes["step"], history.sizes["asperity"]
     step_stride, row_stride = -(-steps // MOST_COLUMNS), -(-count // MOST_ROWS)
@@ -76,18 +75,14 @@ def draw_slip_map(axes: "Axes", history: xr.Dataset) -> None:
         axes.set_ylabel("asperities by height,\nhighest on top")
     mark_steps_and_times(axes, history)
     axes.set_title("Slip state")
-    axes.legend(
-        handles=[
-            Patch(facecolor=colour, edgecolor=INK, linewidth=0.5, label=name)
-            for colour, name in zip(STATE_COLOURS, STATES, strict=True)
-        ],
-        loc="lower right",
-        bbox_to_anchor=(1, 1),
-        ncols=4,
-        borderaxespad=0.2,
-        handlelength=1.2,
-        columnspacing=1.2,
-    )
+
+
+def state_handles() -> "list[Patch]":
+    """Return what a legend shows of the colours of the slip states."""
+    from matplotlib.patches import Patch
+
+    states = zip(STATE_COLOURS, STATES, strict=True)
+    return [Patch(facecolor=colour, edgecolor=INK, linewidth=0.5, label=name) for colour, name in states]
 
 
 @PICTURES.register
@@ -97,6 +92,6 @@ class SlipMapPicture(Picture):
 
     kind = "slip-map"
 
-    def drawn(self, what: xr.Dataset, size: Size | None = None) -> "Figure":
+    def drawn(self, what: xr.Dataset, **place: Unpack[Place]) -> Drawn:
         """Return a figure of it alone."""
-        return plot_slip_map(what, size=size)
+        return plot_slip_map(what, **place)

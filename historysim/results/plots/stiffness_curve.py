@@ -1,34 +1,31 @@
 """Picture of the tangential load over the displacement, with the stiffness below it."""
 
-from typing import TYPE_CHECKING
+from typing import Any, Unpack
 
 import attrs
 import xarray as xr
 
 from historysim.results.analysis.recorded import check_recorded
 from historysim.results.plots.along_path import draw_coloured, thinned
-from historysim.results.plots.paper import COLUMN, Size, new_figure
+from historysim.results.plots.paper import COLUMN, Drawn, Place, paper
 from historysim.results.plots.pictures import PICTURES, Picture
 from historysim.results.plots.style import FAINT, scaled
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
-
-def plot_stiffness(history: xr.Dataset, *, size: Size | None = None) -> "Figure":
+def plot_stiffness(history: xr.Dataset, **place: Unpack[Place]) -> Drawn:
     """Draw the tangential load over the tangential displacement, and below it the tangential stiffness.
 
     Parameters
     ----------
     history : xarray.Dataset
         A history. Long ones are thinned to what a page can show.
-    size : (float, float), optional
-        Width and height [mm].
+    **place
+        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
 
     Returns
     -------
-    matplotlib.figure.Figure
-        A figure 90 mm wide, or of that size; the colour tells time in both panels.
+    Figure, SubFigure or Axes
+        What was given, or a new figure 90 mm wide, or of that size; the colour tells time in both panels.
 
     Raises
     ------
@@ -39,7 +36,8 @@ def plot_stiffness(history: xr.Dataset, *, size: Size | None = None) -> "Figure"
     thin = thinned(history)
     displacement, length_unit = scaled(thin["tangential_displacement"].values, "m")
     time = thin["time"].values
-    with new_figure(size, (COLUMN, 110.0)) as figure:
+    with paper(plot_stiffness, (COLUMN, 110.0), place) as page:
+        figure: Any = page.several()
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.3, 1))
         for axes, name, label, unit in (
             (upper, "total_tangential_load", "tangential load $T$", "N"),
@@ -55,7 +53,7 @@ def plot_stiffness(history: xr.Dataset, *, size: Size | None = None) -> "Figure"
         bar = figure.colorbar(line, ax=[upper, lower], location="top", aspect=40, pad=0.02)
         bar.set_label("time (s)")
         bar.outline.set_linewidth(0.4)
-    return figure
+    return page.drawn
 
 
 @PICTURES.register
@@ -68,6 +66,6 @@ class StiffnessPicture(Picture):
     place = 4
     totals = True
 
-    def drawn(self, what: xr.Dataset, size: Size | None = None) -> "Figure":
+    def drawn(self, what: xr.Dataset, **place: Unpack[Place]) -> Drawn:
         """Return a figure of it alone."""
-        return plot_stiffness(what, size=size)
+        return plot_stiffness(what, **place)

@@ -1,7 +1,7 @@
 """Radius over height of all summits of several surfaces, in one picture or side by side, with mean and deviation."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -10,13 +10,13 @@ from historysim.basics.units import prefixed
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.results.plots.line_styles import LINES
-from historysim.results.plots.paper import COLUMN, PAGE, Size, new_figure
-from historysim.results.plots.style import INK, legend_below, plain_title
+from historysim.results.plots.paper import COLUMN, PAGE, Drawn, Page, Place, paper
+from historysim.results.plots.style import INK
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.summits import Summits
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure, SubFigure
+    from matplotlib.axes import Axes
 
 Floats = npt.NDArray[np.float64]
 
@@ -30,8 +30,8 @@ def plot_summit_scatter(
     *,
     apart: bool = False,
     title: str = "",
-    size: Size | None = None,
-) -> "Figure":
+    **place: Unpack[Place],
+) -> Drawn:
     """Draw the radius of each summit over its height, for several surfaces, with their means and deviations.
 
     Parameters
@@ -44,35 +44,34 @@ def plot_summit_scatter(
         Side by side, with the same axes, in place of over one another.
     title : str, optional
         A heading.
-    size : (float, float), optional
-        Width and height [mm].
+    **place
+        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
 
     Returns
     -------
-    matplotlib.figure.Figure
-        A figure 120 mm wide, 180 mm where they stand apart, or of that size.
+    Figure, SubFigure or Axes
+        What was given, or a new figure 120 mm wide, 180 mm where they stand apart.
 
     Raises
     ------
     InputError
         No surfaces, too many, or another number of labels.
     """
-    with new_figure(size, (PAGE if apart else 1.3 * COLUMN, 85.0)) as figure:
-        draw_summit_scatter(figure, summits, labels, apart=apart)
-        if title:
-            figure.suptitle(plain_title(title, 100 if apart else 75, 2), x=0.01, ha="left", fontsize=8.5)
-    return figure
+    with paper(plot_summit_scatter, (PAGE if apart else 1.3 * COLUMN, 85.0), place) as page:
+        draw_summit_scatter(page, summits, labels, apart=apart)
+        page.heading(title)
+    return page.drawn
 
 
 def draw_summit_scatter(
-    figure: "Figure | SubFigure",
+    page: Page,
     summits: Sequence[Summits],
     labels: Sequence[str],
     *,
     apart: bool = False,
     title: str = "",
 ) -> None:
-    """Draw summits into a figure, or into a part of one; parameters and errors as for `plot_summit_scatter`."""
+    """Draw summits on a page; parameters and errors as for `plot_summit_scatter`."""
     if not 1 <= len(summits) <= len(LINES) or len(labels) != len(summits):
         raise InputError(
             f"{counted(len(summits), 'surface', 'surfaces')} and {counted(len(labels), 'label', 'labels')}; expected 1 "
@@ -80,11 +79,20 @@ def draw_summit_scatter(
         )
     up, radius_unit = prefixed(max(float(np.percentile(each.radius, HIGHEST)) for each in summits))
     along, height_unit = prefixed(max(float(np.abs(each.height).max()) for each in summits))
-    grid: Any = figure.subplots(1, len(summits) if apart else 1, sharex=True, sharey=True, squeeze=False)[0]
+    grid: list[Axes]
+    if apart and len(summits) > 1:
+        across = min(len(summits), max(int(page.width / 28.0), 1))
+        rows = -(-len(summits) // across)
+        made: Any = page.several(len(summits)).subplots(rows, across, sharex=True, sharey=True, squeeze=False)
+        grid = list(made.ravel()[: len(summits)])
+        for empty in made.ravel()[len(summits) :]:
+            empty.remove()
+    else:
+        grid = [page.axes()] * len(summits)
     most = max(each.height.size for each in summits)
     size = float(np.clip(120 / np.sqrt(most), 1.3, 5.0))
     for number, (each, label) in enumerate(zip(summits, labels, strict=True)):
-        axes = grid[number if apart else 0]
+        axes = grid[number]
         colour, _, _ = LINES[number]
         means = f"$R$ {_mean(each.radius, up)} {radius_unit}m, $z$ {_mean(each.height, along)} {height_unit}m"
         name = f"{label}: {means} ({len(each):,})"
@@ -111,10 +119,12 @@ def draw_summit_scatter(
     grid[0].set_ylim(0, 1.05 * top)
     grid[0].set_ylabel(f"summit radius $R$ ({radius_unit}m)")
     for axes in grid:
-        axes.set_xlabel(f"summit height $z$ ({height_unit}m)", color=INK)
+        spec = axes.get_subplotspec()
+        if spec is None or spec.is_last_row():
+            axes.set_xlabel(f"summit height $z$ ({height_unit}m)", color=INK)
     if title and not apart:
         grid[0].set_title(title)
-    legend_below(figure, *grid, extra="mean ± standard deviation (number of summits)", columns=1)
+    page.legend(*grid, extra="mean ± standard deviation (number of summits)")
 
 
 def _mean(values: Floats, factor: float) -> str:
@@ -122,16 +132,17 @@ def _mean(values: Floats, factor: float) -> str:
     return f"{values.mean() * factor:.2f}{deviation}"
 
 
-def draw_heights(figure: "Figure | SubFigure", surface: Surface, title: str = "") -> None:
+def draw_heights(page: Page, surface: Surface, title: str = "") -> None:
     """Draw a height map in colours, seen from above."""
     factor, prefix = prefixed(float(np.nanmax(np.abs(surface.heights))))
     along, unit = prefixed(max(surface.size))
-    axes = figure.add_subplot()
+    axes = page.axes()
     extent = (0.0, surface.size[0] * along, 0.0, surface.size[1] * along)
     image = axes.imshow(
         surface.heights.T * factor, origin="lower", extent=extent, cmap="viridis", interpolation="nearest"
     )
-    bar = axes.figure.colorbar(image, ax=axes, shrink=0.9)
+    # as high as the map, whatever room there is
+    bar = axes.figure.colorbar(image, cax=axes.inset_axes((1.03, 0, 0.045, 1)))
     bar.set_label(f"height $z$ ({prefix}m)")
     bar.outline.set_linewidth(0.4)
     axes.spines[["top", "right"]].set_visible(True)
@@ -140,7 +151,7 @@ def draw_heights(figure: "Figure | SubFigure", surface: Surface, title: str = ""
         axes.set_title(title)
 
 
-def plot_heights(surface: Surface, *, title: str = "", size: Size | None = None) -> "Figure":
+def plot_heights(surface: Surface, *, title: str = "", **place: Unpack[Place]) -> Drawn:
     """Draw a height map in colours, seen from above, without its summits.
 
     Parameters
@@ -148,16 +159,15 @@ def plot_heights(surface: Surface, *, title: str = "", size: Size | None = None)
     surface : Surface
     title : str, optional
         A heading.
-    size : (float, float), optional
-        Width and height [mm].
+    **place
+        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
 
     Returns
     -------
-    matplotlib.figure.Figure
-        A figure 90 mm wide, or of that size.
+    Figure, SubFigure or Axes
+        What was given, or a new figure 90 mm wide.
     """
-    with new_figure(size, (COLUMN, 78.0)) as figure:
-        draw_heights(figure, surface)
-        if title:
-            figure.suptitle(plain_title(title, 54, 2), x=0.01, ha="left", fontsize=8.5)
-    return figure
+    with paper(plot_heights, (COLUMN, 78.0), place) as page:
+        draw_heights(page, surface)
+        page.heading(title)
+    return page.drawn

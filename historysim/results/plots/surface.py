@@ -1,7 +1,7 @@
 """Pictures of a surface: its height map, its summits, and which of them stick or slip at a step of a history."""
 
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import attrs
 import numpy as np
@@ -15,15 +15,14 @@ from historysim.errors import InputError
 from historysim.recording import surface_group
 from historysim.results.analysis.recorded import shape_of
 from historysim.results.analysis.shares import telling_step
-from historysim.results.plots.paper import COLUMN, PAGE, Size, new_figure
+from historysim.results.plots.paper import COLUMN, PAGE, Drawn, Page, Place, paper
 from historysim.results.plots.pictures import PICTURES, Picture, figure_of
-from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, STATES, by_factors, plain_title
+from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, STATES, by_factors
 from historysim.surfaces.heights import Surface
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 Floats = npt.NDArray[np.float64]
 States = npt.NDArray[np.int8]
@@ -100,8 +99,8 @@ def plot_surface(
     step: int | str = "partial",
     *,
     title: str = "",
-    size: Size | None = None,
-) -> "Figure":
+    **place: Unpack[Place],
+) -> Drawn:
     """Draw a surface with its summits, and the asperity distribution: radius against height.
 
     Parameters
@@ -116,13 +115,13 @@ def plot_surface(
         at that of the greatest normal load. Negative ones count from the end.
     title : str
         A heading; by default the title of the history, or else of the surface.
-    size : (float, float), optional
-        Width and height [mm].
+    **place
+        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
 
     Returns
     -------
-    matplotlib.figure.Figure
-        A figure 180 mm wide. Without positions only the asperity distribution is drawn.
+    Figure, SubFigure or Axes
+        What was given, or a new figure 180 mm wide. Without positions only the asperity distribution is drawn.
 
     Raises
     ------
@@ -138,27 +137,44 @@ def plot_surface(
     state = np.zeros(surface.sizes["summit"], dtype=np.int8) if contact is None else contact.state
     has_map = "height" in surface
     placed = {"summit_x", "summit_y"} <= set(surface.variables) and (has_map or state.size > 0)
-    with new_figure(size, (PAGE, 97.0)) as figure:
-        grid = figure.add_gridspec(1, 2, width_ratios=(1.25, 1)) if placed else figure.add_gridspec(1, 1)
-        if placed:
-            axes = figure.add_subplot(grid[0, 0])
+    with paper(plot_surface, (PAGE, 97.0), place) as page:
+        axes, beside = _axes(page, placed=placed, alone=surface.sizes["summit"] <= 1)
+        if axes is not None:
             if has_map and 1 in surface["height"].shape:
                 _draw_profile(axes, surface, state, contact)
             else:
                 draw_map(axes, surface, state, pale=contact is not None)
-        draw_distribution(figure.add_subplot(grid[0, -1]), surface, state, contact)
-        draw_legend(figure, surface, state, contact)
+        if beside is not None:
+            draw_distribution(beside, surface, state, contact)
+        elif surface.sizes["summit"] <= 1:
+            page.foot(f"no asperity distribution: {counted(surface.sizes['summit'], 'summit', 'summits')}")
+        page.legend(handles=legend_handles(surface, state, contact, flat=beside is not None))
         heading = title or str((surface if history is None else history).attrs.get("title", ""))
-        # matplotlib takes what stands between dollar signs for mathematics
-        lines = [plain_title(heading), contact.caption if contact else ""]
-        if any(lines):
-            figure.suptitle("\n".join(filter(None, lines)), x=0.01, ha="left", fontsize=9)
-    return figure
+        page.heading(heading, contact.caption if contact else "")
+    return page.drawn
+
+
+def _axes(page: Page, *, placed: bool, alone: bool) -> "tuple[Axes | None, Axes | None]":
+    """Return the axes of the map and of the distribution: both where they are known and fit, one at least."""
+    if not placed:
+        return None, page.axes()
+    if alone or page.given is not None:
+        # one summit has no distribution
+        return page.axes(), None
+    grid: Any
+    if page.width >= 130.0:
+        grid = page.figure.subplots(1, 2, width_ratios=(1.25, 1))
+    elif page.height >= 110.0:
+        grid = page.figure.subplots(2, 1, height_ratios=(1.6, 1))
+    else:
+        page.left_out("asperity distribution")
+        return page.axes(), None
+    return grid[0], grid[1]
 
 
 def plot_distribution(
-    surface: xr.Dataset, history: xr.Dataset | None = None, step: int | str = "partial", *, size: Size | None = None
-) -> "Figure":
+    surface: xr.Dataset, history: xr.Dataset | None = None, step: int | str = "partial", **place: Unpack[Place]
+) -> Drawn:
     """Draw the asperity distribution: the radius of each summit against its height.
 
     Parameters
@@ -167,13 +183,13 @@ def plot_distribution(
         Summits: the group ``surface`` of a result, or `surface_of` a history.
     history, step
         As for `plot_surface`: the summits in contact are coloured by their slip state, and the rigid flat is drawn.
-    size : (float, float), optional
-        Width and height [mm].
+    **place
+        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
 
     Returns
     -------
-    matplotlib.figure.Figure
-        A figure 90 mm wide, or of that size.
+    Figure, SubFigure or Axes
+        What was given, or a new figure 90 mm wide.
 
     Raises
     ------
@@ -183,12 +199,11 @@ def plot_distribution(
     check_summits(surface)
     contact = None if history is None else contact_at(surface, history, position_of(step, history))
     state = np.zeros(surface.sizes["summit"], dtype=np.int8) if contact is None else contact.state
-    with new_figure(size, (COLUMN, 85.0)) as figure:
-        draw_distribution(figure.add_subplot(), surface, state, contact)
-        draw_legend(figure, surface, state, contact, columns=2)
-        if contact:
-            figure.suptitle(contact.caption.replace(":  ", "\n", 1), x=0.01, ha="left", fontsize=7)
-    return figure
+    with paper(plot_distribution, (COLUMN, 85.0), place) as page:
+        draw_distribution(page.axes(), surface, state, contact)
+        page.legend(handles=legend_handles(surface, state, contact))
+        page.heading("", contact.caption if contact else "")
+    return page.drawn
 
 
 def position_of(step: int | str, history: xr.Dataset) -> int:
@@ -384,16 +399,10 @@ def _draw_marks(axes: "Axes", x: Floats, y: Floats, state: States) -> None:
         axes.scatter(x[here], y[here], s=area, c=fill, edgecolors=INK, linewidths=0.35, rasterized=True, zorder=3)
 
 
-def draw_legend(
-    figure: "Figure",
-    surface: xr.Dataset,
-    state: States,
-    contact: ContactAtStep | None,
-    *,
-    columns: int | None = None,
-    flat: bool = True,
-) -> None:
-    """Name below a figure what its marks are; the rigid flat only where it is drawn."""
+def legend_handles(
+    surface: xr.Dataset, state: States, contact: ContactAtStep | None, *, flat: bool = True
+) -> "list[Artist]":
+    """Return what a legend shows of marks; the rigid flat only where it is drawn."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -414,8 +423,7 @@ def draw_legend(
             handles.append(Line2D([], [], label="rigid flat", **FLAT))
     if "height" in surface and 1 not in surface["height"].shape and surface["height"].isnull().any():
         handles.append(Patch(facecolor=MISSING, label="missing height"))
-    if handles:
-        figure.legend(handles=handles, loc="outside lower left", ncols=columns or len(handles), columnspacing=1.2)
+    return handles
 
 
 @PICTURES.register
@@ -433,11 +441,11 @@ class DistributionPicture(Picture):
 
     kind = "distribution"
 
-    def drawn(self, what: xr.Dataset, size: Size | None = None) -> "Figure":
+    def drawn(self, what: xr.Dataset, **place: Unpack[Place]) -> Drawn:
         """Return a figure of it alone."""
-        return plot_distribution(surface_of(what), what, self.step, size=size)
+        return plot_distribution(surface_of(what), what, self.step, **place)
 
 
 @figure_of.register(Surface)
-def _of_surface(what: Surface, *, title: str = "", size: Size | None = None, **_: Any) -> "Figure":
-    return plot_surface(what, title=title, size=size)
+def _of_surface(what: Surface, *, title: str = "", place: Place, **_: Any) -> Drawn:
+    return plot_surface(what, title=title, **place)

@@ -1,7 +1,7 @@
 """Picture of a quantity over what was swept, with its spread over the rest, such as seeds."""
 
 from collections.abc import Hashable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -9,14 +9,13 @@ import xarray as xr
 
 from historysim.errors import InputError
 from historysim.results.plots.line_styles import LINES
-from historysim.results.plots.paper import COLUMN, Size, new_figure
-from historysim.results.plots.style import FAINT, INK, by_factors, plain_title
+from historysim.results.plots.paper import COLUMN, Drawn, Page, Place, paper
+from historysim.results.plots.style import FAINT, INK, by_factors
 from historysim.results.plots.swept_cells import cell_label, selected
 from historysim.results.plots.words import member_text, name_of, readable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure, SubFigure
 
 Floats = npt.NDArray[np.float64]
 
@@ -41,8 +40,8 @@ def plot_swept(
     where: Mapping[str, Any] | None = None,
     ends: Mapping[str, tuple[str, str]] | None = None,
     title: str = "",
-    size: Size | None = None,
-) -> "Figure":
+    **place: Unpack[Place],
+) -> Drawn:
     """Draw a quantity of a sweep over a swept one, or over another quantity.
 
     Parameters
@@ -73,13 +72,13 @@ def plot_swept(
         spread.
     title : str, optional
         A heading.
-    size : (float, float), optional
-        Width and height [mm].
+    **place
+        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
 
     Returns
     -------
-    matplotlib.figure.Figure
-        A figure 90 mm wide, or of that size.
+    Figure, SubFigure or Axes
+        What was given, or a new figure 90 mm wide.
 
     Raises
     ------
@@ -88,15 +87,14 @@ def plot_swept(
         do not fit them, or another spread or fit.
     """
     options = {"each": each, "spread": spread, "fit": fit, "logarithmic": logarithmic, "labels": labels, "ends": ends}
-    with new_figure(size, (COLUMN, 75.0 if title else 70.0)) as figure:
-        draw_swept(figure, selected(sweep, where), quantity, over, **options)  # type: ignore[arg-type] # one each
-        if title:
-            figure.suptitle(plain_title(title, 54, 2), x=0.01, ha="left", fontsize=8.5)
-    return figure
+    with paper(plot_swept, (COLUMN, 75.0 if title else 70.0), place) as page:
+        draw_swept(page, selected(sweep, where), quantity, over, **options)  # type: ignore[arg-type] # one each
+        page.heading(title)
+    return page.drawn
 
 
 def draw_swept(
-    figure: "Figure | SubFigure",
+    page: Page,
     sweep: xr.Dataset,
     quantity: str,
     over: str | None = None,
@@ -109,7 +107,7 @@ def draw_swept(
     ends: Mapping[str, tuple[str, str]] | None = None,
     title: str = "",
 ) -> None:
-    """Draw a quantity into a figure, or into a part of one; parameters and errors as for `plot_swept`."""
+    """Draw a quantity on a page; parameters and errors as for `plot_swept`."""
     values, along_name, points, each = _chosen(sweep, quantity, over, each)
     for name, value, known in (("spread", spread, SPREADS), ("fit", fit, (None, *FITS))):
         if value not in known:
@@ -119,7 +117,7 @@ def draw_swept(
     members: list[Any] = [None] if each is None else list(range(sweep.sizes[each]))
     if labels and len(labels) != len(members):
         raise InputError(f"labels has {len(labels)}; expected one for each of {len(members)} lines")
-    axes = figure.add_subplot()
+    axes = page.axes()
     places = []
     for number, (member, line) in enumerate(zip(members, LINES, strict=False)):
         own = sweep if member is None else sweep.isel({each: member})
@@ -155,7 +153,7 @@ def draw_swept(
     handles = axes.get_legend_handles_labels()[1]
     if handles:
         # beside the axes: inside, it might lie on a line
-        figure.legend(title=_heading(sweep, each, labels), loc="outside lower center", ncols=_columns(handles))
+        page.legend(axes, title=_heading(sweep, each, labels))
     caption = _caption(sweep, values, rest, spread) if not ends else ""
     if title:
         axes.set_title(title, pad=6 + 9 * bool(caption))
@@ -202,12 +200,6 @@ def _heading(sweep: xr.Dataset, each: str | None, labels: Sequence[str]) -> str 
     if each is None or labels or "seed" in each or not _numbers(sweep, each):
         return None
     return name_of(sweep, each)
-
-
-def _columns(names: Sequence[str]) -> int:
-    """Return in how many columns names fit below a picture."""
-    longest = max(map(len, names))
-    return min(len(names), 3 if longest <= 13 else 2 if longest <= 24 else 1)
 
 
 def _numbers_of(sweep: xr.Dataset, values: xr.DataArray) -> list[str]:
@@ -331,8 +323,8 @@ def plot_bars(
     groups: Mapping[str, Sequence[str]],
     *,
     title: str = "",
-    size: Size | None = None,
-) -> "Figure":
+    **place: Unpack[Place],
+) -> Drawn:
     """Draw a number of a few cells as bars in groups, with the difference between the bars of each group.
 
     Parameters
@@ -344,30 +336,29 @@ def plot_bars(
         The names of the groups, each with those of its bars: one for each cell, in their order.
     title : str, optional
         A heading.
-    size : (float, float), optional
-        Width and height [mm].
+    **place
+        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
 
     Returns
     -------
-    matplotlib.figure.Figure
-        A figure 90 mm wide, or of that size.
+    Figure, SubFigure or Axes
+        What was given, or a new figure 90 mm wide.
 
     Raises
     ------
     InputError
         A quantity that the sweep does not have, or groups that do not fit its cells.
     """
-    with new_figure(size, (COLUMN, 75.0)) as figure:
-        draw_bars(figure, sweep, quantity, groups)
-        if title:
-            figure.suptitle(plain_title(title, 54, 2), x=0.01, ha="left", fontsize=8.5)
-    return figure
+    with paper(plot_bars, (COLUMN, 75.0), place) as page:
+        draw_bars(page, sweep, quantity, groups)
+        page.heading(title)
+    return page.drawn
 
 
 def draw_bars(
-    figure: "Figure | SubFigure", sweep: xr.Dataset, quantity: str, groups: Mapping[str, Sequence[str]], title: str = ""
+    page: Page, sweep: xr.Dataset, quantity: str, groups: Mapping[str, Sequence[str]], title: str = ""
 ) -> None:
-    """Draw bars into a figure, or into a part of one; parameters and errors as for `plot_bars`."""
+    """Draw bars on a page; parameters and errors as for `plot_bars`."""
     if quantity not in sweep.data_vars or sweep[quantity].dtype.kind != "f":
         raise InputError(f"quantity is {quantity!r}; expected one of {', '.join(map(str, sweep.data_vars))}")
     values = sweep[quantity]
@@ -387,7 +378,7 @@ def draw_bars(
     deviation = np.zeros(cells)
     deviation[several] = np.nanstd(numbers[several], axis=1, ddof=1)
     kinds = list(dict.fromkeys(name for names in groups.values() for name in names))
-    axes = figure.add_subplot()
+    axes = page.axes()
     width, first = 0.8 / len(kinds), 0
     for place, (group, names) in enumerate(groups.items()):
         own = slice(first, first + len(names))
@@ -412,7 +403,7 @@ def draw_bars(
     seeds = numbers.shape[1]
     if seeds > 1:
         axes.set_title(f"mean ± standard deviation of {seeds} surfaces", loc="right", fontsize=6.5, fontweight="normal")
-    figure.legend(loc="outside lower center", ncols=_columns(kinds))
+    page.legend(axes)
 
 
 def _caption(sweep: xr.Dataset, values: xr.DataArray, rest: list[Hashable], spread: str) -> str:

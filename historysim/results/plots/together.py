@@ -1,7 +1,7 @@
 """Friction loops of several histories, or of the cells of a sweep, in one picture, with what is marked on them."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import attrs
 import numpy as np
@@ -14,13 +14,12 @@ from historysim.recording.named_states import named_states, state_label, step_of
 from historysim.results.analysis.presliding import first_loading
 from historysim.results.dense import dense
 from historysim.results.plots.line_styles import LINES, line_style
-from historysim.results.plots.paper import COLUMN, Size, new_figure
-from historysim.results.plots.style import FAINT, INK, legend_below, plain_title
+from historysim.results.plots.paper import COLUMN, Drawn, Page, Place, paper
+from historysim.results.plots.style import FAINT, INK
 from historysim.results.plots.swept_cells import Cell, cells_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure, SubFigure
 
 Floats = npt.NDArray[np.float64]
 
@@ -64,8 +63,8 @@ def plot_together(
     where: Mapping[str, Any] | None = None,
     marks: LoopMarks | None = None,
     title: str = "",
-    size: Size | None = None,
-) -> "Figure":
+    **place: Unpack[Place],
+) -> Drawn:
     """Draw the friction loops of several histories, or of the cells of a sweep, over one another.
 
     Parameters
@@ -80,13 +79,13 @@ def plot_together(
         What is drawn beside the loops.
     title : str, optional
         A heading; by default the title of the first.
-    size : (float, float), optional
-        Width and height [mm].
+    **place
+        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
 
     Returns
     -------
-    matplotlib.figure.Figure
-        A figure 90 mm wide, 150 mm with the loads, or of that size.
+    Figure, SubFigure or Axes
+        What was given, or a new figure 90 mm wide, 150 mm with the loads.
 
     Raises
     ------
@@ -97,17 +96,15 @@ def plot_together(
     found = cells_of(loops, LOOP, labels, where)
     # of several each has its title below
     heading = title or (str(loops.attrs.get("title", "")) if isinstance(loops, xr.Dataset) else "")
-    with new_figure(size, (COLUMN + (60.0 if marks.loads else 0.0), 85.0)) as figure:
-        draw_together(figure, found, marks)
-        if heading:
-            figure.suptitle(plain_title(heading, 90 if marks.loads else 54, 2), x=0.01, ha="left", fontsize=8.5)
-    return figure
+    with paper(plot_together, (COLUMN + (60.0 if marks.loads else 0.0), 85.0), place) as page:
+        draw_together(page, found, marks)
+        page.heading(heading)
+    return page.drawn
 
 
-def draw_together(figure: "Figure | SubFigure", loops: Sequence[Cell], marks: LoopMarks, title: str = "") -> None:
-    """Draw loops into a figure, or into a part of one."""
-    grid = figure.add_gridspec(2, 2, width_ratios=(1.7, 1)) if marks.loads else figure.add_gridspec(1, 1)
-    axes = figure.add_subplot(grid[:, 0] if marks.loads else grid[0, 0])
+def draw_together(page: Page, loops: Sequence[Cell], marks: LoopMarks, title: str = "") -> None:
+    """Draw loops on a page."""
+    axes, beside = _panels(page) if marks.loads else (page.axes(), None)
     smooth = [attrs.evolve(loop, rows=dense(loop.rows)) for loop in loops]
     length, unit = _scale([row for loop in smooth for row in _displacements(loop.rows, marks)], "m")
     force, force_unit = _scale([loop.rows[LOOP[0]].values for loop in smooth], "N")
@@ -130,14 +127,31 @@ def draw_together(figure: "Figure | SubFigure", loops: Sequence[Cell], marks: Lo
     # on several loops letters lie on one another, unless they are asked for
     if len(smooth) == 1 or marks.steps is not None:
         _mark_states(axes, smooth, marks, length, force)
-    axes.margins(0.07)
+    axes.margins(0.07, 0.14)
     axes.set(xlabel=f"tangential displacement $U$ ({unit})", ylabel=f"tangential load $T$ ({force_unit})")
     if title:
         axes.set_title(title)
-    if marks.loads:
-        _draw_loads(figure, grid, loops[0].rows)
+    if beside is not None:
+        _draw_loads(*beside, loops[0].rows)
+    elif marks.loads:
+        page.left_out("loads")
     if axes.get_legend_handles_labels()[1]:
-        legend_below(figure, axes, columns=2 if len(loops) < 9 else 3)
+        page.legend(axes)
+
+
+def _panels(page: Page) -> "tuple[Axes, tuple[Axes, Axes] | None]":
+    """Return the axes of the loop, and those of the normal and the tangential load beside or below it, if they fit."""
+    figure = page.several(3)
+    if page.width >= 110.0:
+        grid = figure.add_gridspec(2, 2, width_ratios=(1.7, 1))
+        loop, upper, lower = grid[:, 0], grid[0, 1], grid[1, 1]
+    elif page.height >= 110.0:
+        grid = figure.add_gridspec(3, 1, height_ratios=(2.4, 1, 1))
+        loop, upper, lower = grid[0, 0], grid[1, 0], grid[2, 0]
+    else:
+        return figure.add_subplot(), None
+    axes, normal = figure.add_subplot(loop), figure.add_subplot(upper)
+    return axes, (normal, figure.add_subplot(lower, sharex=normal))
 
 
 def _named(*parts: str) -> str:
@@ -252,14 +266,12 @@ def _mark_drift(axes: "Axes", loops: Sequence[Cell], length: float, force: float
     )
 
 
-def _draw_loads(figure: "Figure | SubFigure", grid: Any, rows: xr.Dataset) -> None:
+def _draw_loads(upper: "Axes", lower: "Axes", rows: xr.Dataset) -> None:
     """Draw normal and tangential load along the steps, the named ones as ticks."""
     if "total_normal_load" not in rows:
         raise InputError("loads: there is no total_normal_load; expected a history, or it among the outputs")
     names = named_states(rows)
     time = rows["time"].values
-    upper = figure.add_subplot(grid[0, 1])
-    lower = figure.add_subplot(grid[1, 1], sharex=upper)
     for axes, name, symbol in ((upper, "total_normal_load", "N"), (lower, "total_tangential_load", "T")):
         values = rows[name].values
         factor, unit = _scale([values], "N")

@@ -1,7 +1,7 @@
 """Pictures of the traction over the radius of an asperity: several states in one, and its slip fronts, step by step."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import attrs
 import numpy as np
@@ -15,12 +15,12 @@ from historysim.results import rebuilt
 from historysim.results.analysis.recorded import GROSS_SLIP, check_any, check_recorded, column_of
 from historysim.results.analysis.shares import telling_step
 from historysim.results.plots.along_path import line_colours, swings
-from historysim.results.plots.paper import COLUMN, Size, new_figure
+from historysim.results.plots.paper import COLUMN, Drawn, Page, Place, paper
 from historysim.results.plots.pictures import PICTURES, Picture
-from historysim.results.plots.style import FAINT, STATE_COLOURS, legend_below, plain_title
+from historysim.results.plots.style import FAINT, STATE_COLOURS
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure, SubFigure
+    from matplotlib.axes import Axes
 
 Floats = npt.NDArray[np.float64]
 
@@ -41,8 +41,8 @@ def plot_traction(
     fronts: bool = False,
     change_from: int | str | None = None,
     labels: Sequence[str] = (),
-    size: Size | None = None,
-) -> "Figure":
+    **place: Unpack[Place],
+) -> Drawn:
     """Draw the traction of an asperity over its radius, or its diameter, at several steps, with the friction limits.
 
     Parameters
@@ -64,13 +64,13 @@ def plot_traction(
         A state; how the traction of each later one differs from its is drawn, too, as thin dashed lines.
     labels : sequence of str, optional
         What the lines are called; by default the names of the states, or steps and times.
-    size : (float, float), optional
-        Width and height [mm].
+    **place
+        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
 
     Returns
     -------
-    matplotlib.figure.Figure
-        A figure 90 mm wide, or of that size.
+    Figure, SubFigure or Axes
+        What was given, or a new figure 90 mm wide.
 
     Raises
     ------
@@ -79,9 +79,9 @@ def plot_traction(
         `historysim.results.rebuilt.asperity_at`.
     """
     several = [history] if isinstance(history, xr.Dataset) else list(history)
-    with new_figure(size, (COLUMN, 85.0)) as figure:
+    with paper(plot_traction, (COLUMN, 85.0), place) as page:
         draw_traction(
-            figure,
+            page,
             several,
             asperity,
             steps,
@@ -91,16 +91,16 @@ def plot_traction(
             change_from=change_from,
             labels=labels,
         )
-        if len(several) == 1 and (title := several[0].attrs.get("title")):
-            figure.suptitle(plain_title(str(title), 54, 2), x=0.01, ha="left", fontsize=8.5)
-    return figure
+        if len(several) == 1:
+            page.heading(str(several[0].attrs.get("title", "")))
+    return page.drawn
 
 
 ACROSS = ("radius", "diameter")
 
 
 def draw_traction(
-    figure: "Figure | SubFigure",
+    page: Page,
     histories: Sequence[xr.Dataset],
     asperity: int | None = None,
     steps: Sequence[int | str] | None = None,
@@ -112,7 +112,7 @@ def draw_traction(
     labels: Sequence[str] = (),
     title: str = "",
 ) -> None:
-    """Draw tractions into a figure, or into a part of one; parameters and errors as for `plot_traction`."""
+    """Draw tractions on a page; parameters and errors as for `plot_traction`."""
     if across not in ACROSS:
         raise InputError(f"across is {across!r}; expected one of {', '.join(ACROSS)}")
     parts, names, asperities, before = list[xr.Dataset](), list[str](), list[int](), list[xr.Dataset | None]()
@@ -133,28 +133,21 @@ def draw_traction(
     most = max(float(part["friction_limit"].max()) for part in parts)
     factor, prefix = prefixed(most)
     along, unit = prefixed(max(float(part["radius"][-1]) for part in parts))
-    axes = figure.add_subplot()
+    axes = page.axes()
     axes.axhline(0, color=FAINT, linewidth=0.4, zorder=0)
     shades = line_colours()(np.linspace(0, 1, len(parts)))
-    drawn: list[tuple[float, float]] = []
+    known = list(dict.fromkeys(f"{_friction(part):.3g}" for part in parts if _friction(part) > 0))
     changes = r"change from " + str(change_from)
     for colour, name, part, base in zip(shades, labels or names, parts, before, strict=True):
         # a traction ends at the edge of the contact; what lies beyond is no part of it
         edge = float(part["contact_radius"])
         radius = _both_sides(np.append(np.minimum(part["radius"].values, edge), edge) * along, across, odd=True)
-        bound = _both_sides(_to_edge(part, "friction_limit") * factor, across)
-        ends = (edge, float(bound.max()))
-        if limit and not any(np.allclose(ends, other, rtol=1e-9) for other in drawn):
-            dashes: dict[str, Any] = {"color": FAINT, "linewidth": 0.8, "linestyle": "--", "zorder": 1}
-            axes.plot(radius, bound, label=None if drawn else r"$\pm\mu p$", **dashes)
-            axes.plot(radius, -bound, **dashes)
-            drawn.append(ends)
+        if limit:
+            _draw_limit(axes, part, radius, factor, across, known)
         traction = _both_sides(_to_edge(part, "traction") * factor, across)
         axes.plot(radius, traction, color=colour, linewidth=1.2, label=name)
         if base is not None:
-            # both contacts are as large where the normal load is held; elsewhere the radii differ
-            there = np.interp(part["radius"].values, base["radius"].values, base["traction"].values, right=0.0)
-            change = traction - _both_sides(np.append(there, 0.0) * factor, across)
+            change = traction - _both_sides(_at_radii_of(part, base) * factor, across)
             thin: dict[str, Any] = {"color": colour, "linewidth": 0.8, "linestyle": (0, (3, 1.5))}
             axes.plot(radius, change, label=changes, **thin)
         stick = float(part["stick_radius"]) * along
@@ -169,8 +162,45 @@ def draw_traction(
         xlabel=rf"{'distance from the centre' if across == 'diameter' else 'radius'} $r$ ({unit}m)",
         ylabel=rf"traction $\tau$ ({prefix}Pa)",
     )
-    longest = max(map(len, [*(labels or names), changes if change_from is not None else ""]))
-    legend_below(figure, axes, columns=2 if longest > 10 else 4)
+    page.legend(axes)
+
+
+DASHES = (4, 2), (1, 1.5), (6, 2, 1, 2), (2, 2), (8, 3)
+"""Dashes of the limits of one friction coefficient, and of the next."""
+
+
+def _draw_limit(
+    axes: "Axes", part: xr.Dataset, radius: Floats, factor: float, across: str, frictions: Sequence[str]
+) -> None:
+    """Draw ±μp of a state with its own friction, its dashes those of this friction; once where states have the same."""
+    bound, told = _both_sides(_to_edge(part, "friction_limit") * factor, across), f"{_friction(part):.3g}"
+    if told not in frictions or any(
+        line.get_gid() == LIMIT
+        and np.allclose(line.get_xydata(), np.column_stack([radius, bound]), rtol=1e-9, atol=0.0)
+        for line in axes.get_lines()
+    ):
+        return
+    pattern = (0, DASHES[frictions.index(told) % len(DASHES)])
+    dashes: dict[str, Any] = {"color": FAINT, "linewidth": 0.8, "linestyle": pattern, "zorder": 1}
+    name = r"$\pm\mu p$" + (rf", $\mu$ = {told}" if len(frictions) > 1 else "")
+    axes.plot(radius, bound, label=name, gid=LIMIT, **dashes)
+    axes.plot(radius, -bound, **dashes)
+
+
+LIMIT = "friction limit"
+"""What limits are known by among the lines."""
+
+
+def _friction(part: xr.Dataset) -> float:
+    """Return the friction coefficient of a state; 0 where nothing touches."""
+    pressure = float(part["pressure"].max())
+    return float(part["friction_limit"].max()) / pressure if pressure > 0 else 0.0
+
+
+def _at_radii_of(part: xr.Dataset, base: xr.Dataset) -> Floats:
+    """Return the traction of one state at the radii of another, and 0 at its edge."""
+    # both contacts are as large where the normal load is held; elsewhere the radii differ
+    return np.append(np.interp(part["radius"].values, base["radius"].values, base["traction"].values, right=0.0), 0.0)
 
 
 def _to_edge(part: xr.Dataset, name: str) -> Floats:
@@ -191,9 +221,8 @@ def plot_slip_fronts(
     history: xr.Dataset,
     asperity: int | None = None,
     steps: Sequence[int | str] | None = None,
-    *,
-    size: Size | None = None,
-) -> "Figure":
+    **place: Unpack[Place],
+) -> Drawn:
     """Draw the traction across an asperity step by step, each line above the one before, with the fronts of its slip.
 
     Parameters
@@ -202,13 +231,13 @@ def plot_slip_fronts(
         As for `plot_traction`.
     steps : sequence of int or str, optional
         Up to 200 states, by step or name; by default 24 of the swing as in `plot_traction`.
-    size : (float, float), optional
-        Width and height [mm].
+    **place
+        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
 
     Returns
     -------
-    matplotlib.figure.Figure
-        A figure 90 mm wide, or of that size. The stick zone is drawn thick; where it ends is the slip front.
+    Figure, SubFigure or Axes
+        What was given, or a new figure 90 mm wide. The stick zone is drawn thick; where it ends is the slip front.
 
     Raises
     ------
@@ -229,8 +258,8 @@ def plot_slip_fronts(
         "slips": {"color": STATE_COLOURS[2], "linewidth": 0.8},
         "sticks": {"color": STATE_COLOURS[1], "linewidth": 1.6},
     }
-    with new_figure(size, (COLUMN, 110.0)) as figure:
-        axes = figure.add_subplot()
+    with paper(plot_slip_fronts, (COLUMN, 110.0), place) as page:
+        axes = page.axes()
         for row in range(len(chosen)):
             half = found["traction"].values[row] / largest * height
             line = row + np.concatenate([half[:0:-1], half])
@@ -243,8 +272,8 @@ def plot_slip_fronts(
         axes.set_yticks(ticks, labels)
         axes.set(title=f"Slip fronts of asperity {asperity}", xlabel=f"$r$ ({radius_unit}m)", ylabel="step, time")
         scale = f"one line is {quantity_text(largest / height, 'Pa', 3)} above the next"
-        legend_below(figure, axes, extra=scale, columns=2)
-    return figure
+        page.legend(axes, extra=scale)
+    return page.drawn
 
 
 def _chosen(
@@ -304,6 +333,6 @@ class SlipFrontsPicture(Picture):
         """Return whether a report shows it: a patch has no radius to draw over."""
         return super().reported(history) and "stick_area" not in history
 
-    def drawn(self, what: xr.Dataset, size: Size | None = None) -> "Figure":
+    def drawn(self, what: xr.Dataset, **place: Unpack[Place]) -> Drawn:
         """Return a figure of it alone."""
-        return plot_slip_fronts(what, self.asperity, self.steps, size=size)
+        return plot_slip_fronts(what, self.asperity, self.steps, **place)

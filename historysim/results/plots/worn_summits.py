@@ -1,6 +1,6 @@
 """Pictures of wear: the volume that asperities have lost, over time, or over the distance that they slid."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Unpack
 
 import attrs
 import numpy as np
@@ -11,13 +11,12 @@ from historysim.errors import InputError
 from historysim.results.analysis.recorded import shape_of
 from historysim.results.plots.along_path import kept_steps
 from historysim.results.plots.line_styles import line_style
-from historysim.results.plots.paper import COLUMN, Size, new_figure
+from historysim.results.plots.paper import COLUMN, Drawn, Place, paper
 from historysim.results.plots.pictures import PICTURES, Picture
-from historysim.results.plots.style import INK, plain_title, scaled
+from historysim.results.plots.style import FAINT, INK, MARK, STATE_COLOURS, scaled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 MOST = 8
 """Asperities whose own volume is drawn: those that lose most."""
@@ -56,23 +55,22 @@ def draw_wear(axes: "Axes", history: xr.Dataset, over: str = "time") -> None:
             axes.plot(along, worn[:, column] * factor, label=name, **line_style(number, most.size))
     axes.set(title="Wear", xlabel=label, ylabel=f"worn volume ({unit})", ylim=(0, None))
     axes.margins(x=0.01)
-    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
 
 
-def plot_wear(history: xr.Dataset, *, size: Size | None = None) -> "Figure":
+def plot_wear(history: xr.Dataset, **place: Unpack[Place]) -> Drawn:
     """Draw the volume that asperities lose: over time, over the distance slid, and the summits before and after.
 
     Parameters
     ----------
     history : xarray.Dataset
         A history of asperities that wear.
-    size : (float, float), optional
-        Width and height [mm].
+    **place
+        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
 
     Returns
     -------
-    matplotlib.figure.Figure
-        A figure 180 mm wide, or of that size.
+    Figure, SubFigure or Axes
+        What was given, or a new figure 180 mm wide.
 
     Raises
     ------
@@ -80,21 +78,34 @@ def plot_wear(history: xr.Dataset, *, size: Size | None = None) -> "Figure":
         Nothing wears.
     """
     check_worn(history)
-    with new_figure(size, (2 * COLUMN, 75.0)) as figure:
-        left, right = figure.subplots(1, 2, width_ratios=(1.5, 1))
+    with paper(plot_wear, (2 * COLUMN, 75.0), place) as page:
+        figure: Any = page.several()
+        if page.width >= 140.0:
+            left, right = figure.subplots(1, 2, width_ratios=(1.5, 1))
+        elif page.height >= 100.0:
+            left, right = figure.subplots(2, 1)
+        else:
+            left, right = figure.subplots(), None
+            page.left_out("summits")
         draw_wear(left, history)
-        names = ("height", "radius")
-        heights, radii = (np.stack([_summits(history, name, step) for step in (0, -1)]) for name in names)
-        heights, unit = scaled(heights, "m")
-        radii, radius_unit = scaled(radii, "m")
-        for row, (marker, name) in enumerate((("o", "before"), ("s", "after"))):
-            right.plot(heights[row], radii[row], marker, ms=4, mfc="none", label=name)
-        right.set(xlabel=f"summit height $z$ ({unit})", ylabel=f"summit radius $R$ ({radius_unit})")
-        right.set_title("Summits")
-        right.legend(loc="best")
-        if title := history.attrs.get("title"):
-            figure.suptitle(plain_title(str(title)), x=0.01, ha="left", fontsize=9.5)
-    return figure
+        page.legend(left)
+        page.heading(str(history.attrs.get("title", "")))
+        if right is not None:
+            _draw_summits(right, history)
+    return page.drawn
+
+
+def _draw_summits(axes: "Axes", history: xr.Dataset) -> None:
+    """Draw the summits before and after."""
+    names = ("height", "radius")
+    heights, radii = (np.stack([_summits(history, name, step) for step in (0, -1)]) for name in names)
+    heights, unit = scaled(heights, "m")
+    radii, radius_unit = scaled(radii, "m")
+    for row, (marker, name, colour) in enumerate((("o", "before", MARK), ("s", "after", STATE_COLOURS[2]))):
+        axes.plot(heights[row], radii[row], marker, ms=4, mfc="none", color=colour, label=name)
+    axes.set(xlabel=f"summit height $z$ ({unit})", ylabel=f"summit radius $R$ ({radius_unit})")
+    axes.set_title("Summits")
+    axes.set_title("○ before  □ after", loc="right", color=FAINT, fontsize=7, fontweight="normal")
 
 
 def _summits(history: xr.Dataset, name: str, step: int) -> npt.NDArray[np.float64]:
@@ -109,6 +120,6 @@ class WearPicture(Picture):
 
     kind = "wear"
 
-    def drawn(self, what: xr.Dataset, size: Size | None = None) -> "Figure":
+    def drawn(self, what: xr.Dataset, **place: Unpack[Place]) -> Drawn:
         """Return a figure of it alone."""
-        return plot_wear(what, size=size)
+        return plot_wear(what, **place)

@@ -1,18 +1,22 @@
-// What a report does when its slider is moved or an asperity is clicked; names in snake_case are handed in by explorer.py.
+// What a report does when another time or asperity is chosen; names in snake_case are handed in by explorer.py.
 const row = steps.data, cell = cells.data, place = map.data;
-const now = slider.value, moments = row.time.length;
+const now = clock.data.now[0], moments = row.time.length;
 const text = (value) => Number(value).toPrecision(4);
 
 marker.data = { x: [row.displacement[now]], y: [row.load[now]] };
 const fill = [];
 for (let i = 0; i < count; i++) fill.push(colours[cell.state[now * count + i]]);
 map.data = { ...place, fill };
-told.text =
+const part = (name) => document.getElementById(`${target}-${name}`);
+part("time").value = now;
+part("time").setAttribute("aria-valuetext", `t = ${text(row.time[now])} s, step ${row.step[now]}`);
+part("told").innerHTML =
   `<b>step ${row.step[now]}</b>, t = ${text(row.time[now])} s: N = ${text(row.normal[now])} ${units.normal}, ` +
   `T = ${text(row.load[now])} ${units.force}, U = ${text(row.displacement[now])} ${units.length}`;
 
 if (map.selected.indices.length > 0) {
   const i = map.selected.indices[0];
+  part("asperity").value = i;
   const time = [], load = [], limit = [], below = [];
   for (let k = 0; k < moments; k++) {
     const at = k * count + i;
@@ -25,7 +29,7 @@ if (map.selected.indices.length > 0) {
   moment.data = { x: [time[now]], y: [load[now]] };
   const at = now * count + i;
   const share = cell.state[at] > 0 ? `, c/a = ${text(cell.stick_ratio[at])}` : "";
-  clicked.text =
+  part("clicked").innerHTML =
     `<b>asperity ${place.asperity[i]}</b>, ${names[cell.state[at]]}: N = ${text(cell.normal[at])} ${units.own}, ` +
     `T = ${text(cell.tangential[at])} ${units.own}${share}`;
 

@@ -159,28 +159,46 @@ def explorer(history: xr.Dataset) -> tuple[str, str, tuple[str, ...]]:
     from bokeh.resources import Resources
 
     part = excerpt(history)
-    layout, slider, place = _layout(history, part)
-    item = json.dumps(json_item(layout, ID(TARGET))).replace("</", "<\\/")
+    layout, clock, place = _layout(history, part)
+    item = json.dumps(json_item(layout, ID(f"{TARGET}-panels"))).replace("</", "<\\/")
     carries_most = int(part.normal[part.first_shown].argmax())
-    # what is shown first goes the way of all that is shown later
-    begin = (
-        f'view.model.document.get_model_by_id("{place.id}").selected.indices = [{carries_most}];'
-        f'view.model.document.get_model_by_id("{slider.id}").value = {part.first_shown};'
-    )
+    # what is shown first goes the way of all that is shown later, and what is typed that of what is clicked
+    begin = f"""
+const byId = (id) => view.model.document.get_model_by_id(id);
+const chosen = byId("{place.id}").selected, clock = byId("{clock.id}");
+const control = (name) => document.getElementById("{TARGET}-" + name);
+control("time").addEventListener("input", (event) => {{ clock.data = {{ now: [Number(event.target.value)] }}; }});
+control("asperity").addEventListener("input", (event) => {{ chosen.indices = [Number(event.target.value)]; }});
+chosen.indices = [{carries_most}];
+clock.data = {{ now: [{part.first_shown}] }};"""
     body = (
-        f'<div id="{TARGET}"></div>\n<script>\nBokeh.embed.embed_item({item}).then((views) => {{'
+        f"{_controls(history, part)}\n<script>\nBokeh.embed.embed_item({item}).then((views) => {{"
         f"for (const view of views) {{ {begin} }} }});\n</script>"
     )
     # nothing is fetched: the library stands in the page
-    library = Resources(mode="inline", minified=True, components=["bokeh", "bokeh-widgets"]).render()
+    library = Resources(mode="inline", minified=True, components=["bokeh"]).render()
     return library, body, part.notes
 
 
+def _controls(history: xr.Dataset, part: Excerpt) -> str:
+    """Return the room of the interactive part, with what it is moved by: each with a label, and usable by keyboard."""
+    labels = history["asperity"].values[part.columns]
+    options = "".join(f'<option value="{place}">{label}</option>' for place, label in enumerate(labels))
+    return (
+        f'<div class="explorer" id="{TARGET}">'
+        f'<p class="controls"><span class="control"><label for="{TARGET}-time">time</label>'
+        f'<input type="range" id="{TARGET}-time" min="0" max="{part.steps.size - 1}" value="{part.first_shown}"></span>'
+        f'<span class="control"><label for="{TARGET}-asperity">asperity</label>'
+        f'<select id="{TARGET}-asperity">{options}</select></span></p>'
+        f'<p id="{TARGET}-told" aria-live="polite"></p><p id="{TARGET}-clicked" aria-live="polite"></p>'
+        f'{_key()}<div id="{TARGET}-panels"></div></div>'
+    )
+
+
 def _layout(history: xr.Dataset, part: Excerpt) -> tuple[Any, Any, Any]:
-    """Return the layout, its slider, and the source of its map."""
-    from bokeh.layouts import column, row
-    from bokeh.models import ColumnDataSource, CustomJS
-    from bokeh.models.widgets import Div, Slider
+    """Return the layout, the source that tells the time, and that of the map."""
+    from bokeh.layouts import column
+    from bokeh.models import ColumnDataSource, CustomJS, InlineStyleSheet
 
     def source(name: str, **columns: Any) -> ColumnDataSource:
         return ColumnDataSource(columns, name=name)
@@ -229,10 +247,7 @@ def _layout(history: xr.Dataset, part: Excerpt) -> tuple[Any, Any, Any]:
         "profile": source("profile", radius=[0.0], traction=[0.0], limit=[0.0], below=[0.0]),
     }
     line = source("line", x=displacement[thin] * scales["length"], y=load[thin] * scales["force"])
-    last = max(steps.size - 1, 1)
-    slider = Slider(start=0, end=last, value=0, step=1, title="time: drag, or use the arrow keys", show_value=False)
-    slider.update(name="slider", width=1020)
-    told, clicked = Div(name="told", width=1020), Div(name="clicked", width=1020)
+    clock = source("clock", now=[0])
     constants = {
         "modulus": float(history.attrs["contact_modulus"]),
         "colours": list(STATE_COLOURS),
@@ -241,30 +256,34 @@ def _layout(history: xr.Dataset, part: Excerpt) -> tuple[Any, Any, Any]:
         "points": PROFILE_POINTS,
         "scales": scales,
         "units": units,
+        "target": TARGET,
     }
     moved = CustomJS(
-        args={**sources, "slider": slider, "told": told, "clicked": clicked, **constants},
+        args={**sources, "clock": clock, **constants},
         code=SCRIPT.read_text(encoding="utf-8"),
     )
-    slider.js_on_change("value", moved)
+    clock.js_on_change("data", moved)
     sources["map"].selected.js_on_change("indices", moved)
-    loop, contacts, own_history, profile = _figures(history, sources, line, units)
+    panels = _figures(history, sources, line, units)
     # without memories there is no traction to show
-    own = row(own_history, profile) if part.vertices else own_history
-    rows = (slider, told, row(loop, contacts), Div(text=_key(), width=1020), clicked, own)
-    return column(*rows), slider, sources["map"]
+    shown = panels if part.vertices else panels[:-1]
+    return column(*shown, stylesheets=[InlineStyleSheet(css=BESIDE)], width_policy="max"), clock, sources["map"]
+
+
+BESIDE = """:host {
+  display: grid !important; grid-template-columns: repeat(auto-fit, minmax(min(100%, 22rem), 1fr)); gap: 8px;
+  width: 100% !important;
+}"""
+"""Panels stand beside one another where there is room for two."""
 
 
 def _key() -> str:
     """Return what the colours of the map stand for, as HTML."""
-    dot = (
-        "display: inline-block; width: 10px; height: 10px; border: 1px solid; border-radius: 50%; margin: 0 5px 0 16px"
-    )
     entries = (
-        f'<span style="{dot}; background: {colour}"></span>{name}'
+        f'<li><span class="dot" style="background: {colour}"></span>{name}</li>'
         for colour, name in zip(STATE_COLOURS, STATES, strict=True)
     )
-    return f"<div style='text-align: right'>{''.join(entries)}</div>"
+    return f'<ul class="key">{"".join(entries)}</ul>'
 
 
 def _peak_traction(part: Excerpt) -> Floats:
@@ -303,8 +322,9 @@ def _figures(history: xr.Dataset, sources: dict[str, Any], line: Any, units: dic
 
     def panel(title: str, across: str, up: str, **options: Any) -> Any:
         made = figure(
-            width=508,
-            height=340,
+            sizing_mode="stretch_width",
+            min_width=260,
+            height=320,
             title=title,
             x_axis_label=across,
             y_axis_label=up,

@@ -8,19 +8,23 @@ import xarray as xr
 
 from historysim.errors import InputError
 from historysim.results import analysis
+from historysim.results.analysis.history_summary import readable_attributes
 from historysim.results.plots.pictures import PICTURES, draw
+from historysim.results.report.installation import installing
 from historysim.results.report.page import Section, code, folded, page, paragraph, picture, table
 
 INSTALL = 'pip install "historysim[report]"'
 SEVERAL_LINES = ("scenario", "validity")
 
 
-def history_page(history: xr.Dataset) -> str:
+def history_page(history: xr.Dataset, figures: Sequence[str] = ()) -> str:
     """Return a history as one HTML page that fetches nothing.
 
     Parameters
     ----------
     history : xarray.Dataset
+    figures : sequence of str
+        Pictures of its own, as HTML, before those of every history.
 
     Returns
     -------
@@ -29,8 +33,28 @@ def history_page(history: xr.Dataset) -> str:
     title = str(history.attrs.get("title") or "Load history")
     library, interactive = _interactive(history)
     sections = [_summary(history), validity_section(history), interactive]
-    sections += [_figures(history), *_provenance(history)]
+    sections += [_figures(history, figures), *_provenance(history)]
     return page(title, sections, head=library)
+
+
+def interactive_page(history: xr.Dataset) -> str:
+    """Return the interactive part of a history as one HTML page that fetches nothing.
+
+    Raises
+    ------
+    InputError
+        There is nothing to move through, or Bokeh is not installed.
+    """
+    if "slip_state" not in history:
+        raise InputError("the history is of totals alone; expected one with asperities, to move through")
+    try:
+        from historysim.results.report.explorer import explorer
+
+        library, body, notes = explorer(history)
+    except ModuleNotFoundError as error:
+        raise InputError(f"the interactive picture needs Bokeh; expected {INSTALL}") from error
+    title = str(history.attrs.get("title") or "Load history")
+    return page(title, [Section("Through time", (*(paragraph(note, "note") for note in notes), body))], head=library)
 
 
 def _summary(history: xr.Dataset) -> Section:
@@ -96,36 +120,39 @@ def history_pictures(history: xr.Dataset, names: Sequence[str] | None = None) ->
     return drawn
 
 
-def _figures(history: xr.Dataset) -> Section:
+def _figures(history: xr.Dataset, figures: Sequence[str]) -> Section:
     names = [name for name, kind in PICTURES.items() if kind.reported(history)]
     names.sort(key=lambda name: PICTURES[name].place)
-    return Section("Pictures", tuple(history_pictures(history, names)))
+    drawn = [*figures, *history_pictures(history, names)]
+    if history.sizes.get("asperity") == 1:
+        drawn.append(paragraph("No contact map: one asperity is a point in it.", "note"))
+    return Section("Pictures", tuple(drawn))
 
 
 def _provenance(history: xr.Dataset) -> list[Section]:
     told: dict[str, Any] = {str(name): value for name, value in history.attrs.items()}
-    rows = [(name, str(value)) for name, value in told.items() if name not in SEVERAL_LINES]
+    rows = [(name, text) for name, text in readable_attributes(history).items() if name not in SEVERAL_LINES]
     parts = [table(rows)]
     if scenario := told.get("scenario"):
         parts.append(folded("the scenario, as it stands in the result", str(scenario)))
     source = history.encoding.get("source")
     name = Path(source).name if source else "result.nc"
     if "log_digest" in told:
-        log = Path(name).with_suffix(".history")
-        again = (
-            f"historysim run {name} -o again.nc         # from the result alone, which holds its events\n"
-            f"historysim run {log} -o again.nc    # or from the log beside it, as of earlier versions\n"
-            f"historysim verify {name}                  # replays the log, and compares bit for bit"
-        )
-        where = paragraph("The result makes itself again, bit for bit:")
+        again = f"historysim run {name} -o again.nc\nhistorysim verify {name}"
+        where = paragraph("The result holds its events: it makes itself again, and is compared bit for bit:")
     elif told.get("scenario"):
         again = f"historysim run scenario.toml -o {name}"
         where = paragraph("The scenario above, saved as scenario.toml, makes the result again:")
     else:
         again = "history = historysim.replay(ensemble, events)"
         where = paragraph("The history was made from Python, from an ensemble and events that it does not hold:")
-    version = code(f"pip install historysim=={told.get('historysim_version', '')}")
     return [
         Section("Provenance", tuple(parts)),
-        Section("How to reproduce", (where, code(again), paragraph("With the same version:"), version)),
+        Section("How to reproduce", (where, code(again), *same_version(str(told.get("historysim_version", ""))))),
     ]
+
+
+def same_version(version: str) -> tuple[str, str]:
+    """Return how the version that made a result is installed, as parts of a page."""
+    text, commands = installing(version)
+    return paragraph(text), code(commands)

@@ -16,8 +16,10 @@ from historysim.results.plots.loop_levels import plot_loop_levels
 from historysim.results.plots.loop_trends import plot_loop_trends
 from historysim.results.plots.measured_and_model import plot_comparison
 from historysim.results.plots.swept import plot_swept
+from historysim.results.plots.table_lines import plot_table
 from historysim.results.report.history_report import history_page
 from historysim.results.report.page import EXPECTED, Section, code, folded, page, page_of, paragraph, picture, table
+from historysim.results.written_table import WrittenTable
 
 page_of.register(Loops, lambda loops: loops_page(loops.to_dataset()))
 page_of.register(LoopTable, lambda levels: levels_page(levels.to_dataset()))
@@ -107,15 +109,45 @@ def sliding_page(sliding: Sliding) -> str:
     )
 
 
-def sweep_page(sweep: xr.Dataset) -> str:
-    """Return a sweep, as `historysim.sweep` gives it, as one HTML page that fetches nothing."""
+@page_of.register(WrittenTable)
+def table_page(written: WrittenTable) -> str:
+    """Return a table that was written to a file as one HTML page that fetches nothing."""
+    columns = written.columns
+    rows = [[_cell(each.values[row]) for each in columns.values()] for row in range(columns.sizes.get("row", 0))]
+    units = [str(each.attrs.get("units", "")) for each in columns.values()]
+    heading = [
+        f"{name} [{unit}]" if unit not in {"", "1"} else str(name) for name, unit in zip(columns, units, strict=True)
+    ]
+    listed = [table(rows[:MOST_ROWS], heading)]
+    if len(rows) > MOST_ROWS:
+        listed.append(paragraph(f"The first {MOST_ROWS:,} of {len(rows):,} rows.", "note"))
+    try:
+        drawn = picture(plot_table(written), "Its columns over the first one.")
+    except InputError as error:
+        drawn = paragraph(str(error), "note")
+    return page(
+        written.name,
+        [
+            Section("Summary", (table(written.summary()),)),
+            Section("Picture", (drawn,)),
+            Section("Rows", tuple(listed)),
+        ],
+    )
+
+
+def _cell(value: object) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def sweep_page(sweep: xr.Dataset, figures: Sequence[str] = ()) -> str:
+    """Return a sweep, as `historysim.sweep` gives it, as one HTML page that fetches nothing, its own pictures first."""
     lines = sweeps.summary(sweep)
     warnings = [paragraph(text, "warning") for label, text in lines if label == "warning"]
     held = paragraph("All assumptions that are checked hold in every cell.")
     heading, *rows = ([str(value) for value in row] for row in sweeps.rows(sweep, steps=False))
     shown = table([_short(row) for row in rows[:MOST_ROWS]], heading)
     listed = [shown] if len(rows) <= MOST_ROWS else [shown, paragraph(_left_out(len(rows)), "note")]
-    pictures = sweep_pictures(sweep)
+    pictures = [*figures, *sweep_pictures(sweep)]
     attributes = {str(name): str(value) for name, value in sweep.attrs.items()}
     scenario = attributes.get("scenario", "")
     provenance = [table([(name, text) for name, text in attributes.items() if "\n" not in text.strip()])]
@@ -215,17 +247,19 @@ def _again(command: str) -> Section:
     return Section("How to reproduce", (paragraph(text), code(command)))
 
 
-def dataset_page(what: xr.Dataset) -> str:
-    """Return the page of a Dataset of this program, by its content.
+def dataset_page(what: xr.Dataset, figures: Sequence[str] = ()) -> str:
+    """Return the page of a Dataset of this program, by its content; ``figures`` are pictures of its own, as HTML.
 
     Raises
     ------
     InputError
         Another Dataset.
     """
-    pages = {LOOPS: loops_page, CONTENT_OF_TABLE: levels_page, sweeps.CONTENT: sweep_page}
+    if what.attrs.get("content") == sweeps.CONTENT:
+        return sweep_page(what, figures)
+    pages = {LOOPS: loops_page, CONTENT_OF_TABLE: levels_page}
     if (content := what.attrs.get("content")) in pages:
         return pages[content](what)
     if "total_normal_load" in what:
-        return history_page(what)
+        return history_page(what, figures)
     raise InputError(f"this Dataset has no report; {EXPECTED}")

@@ -65,7 +65,7 @@ def test_a_command_writes_it(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     events = [hs.NormalLoad(0.0, 4e-3), hs.TangentialDisplacement(1.0, 1e-8)]
     hs.Replay(hs.Ensemble(PAIR, 0.0, 1e-5, 0.2), events).write("r.nc")
-    done = CliRunner().invoke(main, ["plot", "r.nc", "-o", "r.gif", "--size", "60x40"])
+    done = CliRunner().invoke(main, ["plot", "r.nc", "-o", "r.gif", "--size", "90x70"])
     assert (done.exit_code, done.output) == (0, "r.gif\n")
     with Image.open("r.gif") as picture:
         assert picture.n_frames == 2

@@ -57,7 +57,7 @@ def test_no_legend_lies_in_a_panel(history, compared):
             box = legend.get_window_extent()
             # half a pixel of rounding
             assert not any(box.padded(-0.5).overlaps(axes.get_window_extent()) for axes in figure.axes)
-    assert legends == 7
+    assert legends == 6
 
 
 def test_loops_have_the_colours_of_their_loads(compared):

@@ -31,12 +31,12 @@ def drawn(history):
 
 
 def test_loop_loads_and_slip_state_are_drawn():
-    _, panels = drawn(replayed())
+    figure, panels = drawn(replayed())
     assert panels["Friction loop"].get_xlabel() == "tangential displacement $U$ (nm)"
     assert panels["Friction loop"].get_ylabel() == "tangential load $T$ (mN)"
     assert panels["Loads"].get_ylabel() == "normal load\n$N$ (mN)"
-    legend = [text.get_text() for text in panels["Slip state"].get_legend().get_texts()]
-    assert legend == list(style.STATES)
+    legend = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert legend == ["friction limit", *style.STATES]
 
 
 def test_the_map_shows_each_asperity_highest_on_top():

@@ -2,10 +2,12 @@
 
 import io
 import itertools
+import re
 
 import matplotlib as mpl
 import numpy as np
 import pytest
+from pictured import friction_changes
 
 import historysim as hs
 from historysim.errors import InputError
@@ -60,11 +62,13 @@ def test_the_colour_of_the_loop_tells_how_much_slips(history):
 def test_steps_of_the_slip_map_have_their_times_below_them(history):
     figure = hs.plot(history, picture="slip-map")
     figure.draw_without_rendering()
-    labels = [label.get_text() for label in figure.axes[0].get_xticklabels() if label.get_text()]
-    assert labels
-    for label in labels:
-        step, time = label.split("\n")
-        assert float(time) == pytest.approx(float(history.time[int(step)]), rel=1e-3)
+    (below,) = figure.axes[0].child_axes
+    ticks = zip(below.get_xticks(), (float(label.get_text()) for label in below.get_xticklabels()), strict=True)
+    found = list(ticks)
+    # round numbers, where the steps of these times are
+    assert [time for _, time in found] == [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0]
+    for step, time in found:
+        assert step == pytest.approx(np.interp(time, history.time, np.arange(history.sizes["step"])))
 
 
 def test_tractions_are_those_of_the_asperity_at_each_step(history):
@@ -193,3 +197,87 @@ def test_single_steps_can_be_drawn():
     history = hs.replay(ENSEMBLE, [hs.NormalLoad(0.0, 4e-3)])
     for picture in OF_ANY:
         hs.plot(history, picture=picture).draw_without_rendering()
+
+
+def test_the_friction_limit_of_each_state_is_that_of_its_friction():
+    changing = friction_changes()
+    (axes,) = hs.plot(changing, picture="traction", steps=["A", "D"]).axes
+    # Hertz
+    modulus, load = changing.attrs["contact_modulus"], 50e-3
+    peak = (6 * load * modulus**2 / (np.pi**3 * 2.5e-3**2)) ** (1 / 3) * 1e-6
+    limits = {line.get_label(): line.get_ydata().max() for line in axes.get_lines() if "mu p" in line.get_label()}
+    assert limits == {
+        r"$\pm\mu p$, $\mu$ = 0.2": pytest.approx(0.2 * peak),
+        r"$\pm\mu p$, $\mu$ = 0.4": pytest.approx(0.4 * peak),
+    }
+
+
+@pytest.mark.parametrize("picture", OF_ANY)
+def test_a_picture_is_drawn_into_a_figure_or_a_part_of_it_and_returns_it(history, picture):
+    from matplotlib import pyplot as plt
+
+    given = plt.figure(figsize=(7, 5))
+    assert hs.plot(history, picture=picture, figure=given) is given
+    assert given.axes
+    left, right = plt.figure(figsize=(10, 5), layout="constrained").subfigures(1, 2)
+    assert hs.plot(history, picture=picture, figure=right) is right
+    assert right.axes
+    assert not left.axes
+    plt.close("all")
+
+
+@pytest.mark.parametrize("picture", ["loop", "loops", "slip-map", "distribution", "traction", "slip-fronts"])
+def test_a_picture_of_one_panel_is_drawn_into_axes_and_returns_them(history, picture):
+    from matplotlib import pyplot as plt
+
+    _, (first, second) = plt.subplots(1, 2)
+    assert hs.plot(history, picture=picture, ax=second) is second
+    assert second.has_data()
+    assert not first.has_data()
+    # names of lines do not cover the axes beside
+    assert not first.figure.legends
+    plt.close("all")
+
+
+def test_pictures_of_several_panels_say_that_they_need_a_figure(history):
+    from matplotlib import pyplot as plt
+
+    _, ax = plt.subplots()
+    with pytest.raises(InputError, match=r"ax: this picture has 2 panels; expected figure= in place of ax="):
+        hs.plot(history, picture="stiffness", ax=ax)
+    assert hs.plot_history(history, panels=["loop"], ax=ax) is ax
+    with pytest.raises(InputError, match="expected one of them"):
+        hs.plot_loop(history, ax=ax, size=(90, 70))
+    with pytest.raises(InputError, match="ax is a Figure; expected axes of matplotlib"):
+        hs.plot_loop(history, ax=ax.figure)
+    plt.close("all")
+
+
+@pytest.mark.parametrize(
+    ("call", "meant"),
+    [
+        (lambda history: hs.plot(history, pictures="loop"), "plot takes no 'pictures'; did you mean 'picture'?"),
+        (lambda history: hs.plot(history, sise=(90, 70)), "plot takes no 'sise'; did you mean 'size'?"),
+        (lambda history: hs.plot_loop(history, color="time"), "plot_loop takes no 'color'; did you mean 'colour'?"),
+        (lambda history: hs.plot_traction(history, acros="radius"), "did you mean 'across'?"),
+        (lambda history: hs.plot_stiffness(history, fig=1), "did you mean 'figure'?"),
+        (lambda history: hs.plot_history(history, xyz=1), "expected one of history, panels, size, figure, ax"),
+    ],
+)
+def test_a_misspelt_option_is_told_with_the_right_one(history, call, meant):
+    with pytest.raises(InputError) as refused:
+        call(history)
+    assert meant in str(refused.value)
+
+
+def test_a_figure_shows_itself_in_a_notebook(history):
+    assert hs.plot(history)._repr_png_().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("size", [(30, 25), (20, 20), (60, 22)])
+@pytest.mark.parametrize("picture", ["history", "stiffness", "loops"])
+def test_a_size_in_which_nothing_can_be_read_is_refused_with_one_that_can(history, picture, size):
+    with pytest.raises(InputError, match="expected about") as refused:
+        hs.plot(history, picture=picture, size=size)
+    least = re.search(r"about (\d+) × (\d+) mm", str(refused.value)).groups()
+    assert hs.plot(history, picture=picture, size=tuple(map(float, least))).axes

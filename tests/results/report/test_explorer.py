@@ -5,7 +5,8 @@ import pytest
 from browser import opened
 
 import historysim as hs
-from historysim.results.plots.style import STATE_COLOURS
+from historysim.errors import InputError
+from historysim.results.plots.style import FAINT, STATE_COLOURS
 from historysim.results.report import explorer
 
 pytest.importorskip("bokeh", reason="the interactive part of a report needs Bokeh")
@@ -22,11 +23,21 @@ SHOWN = """() => {
   const entries = (name) => Object.entries(document.get_model_by_name(name).data);
   const columns = (name) => Object.fromEntries(entries(name).map(([key, list]) => [key, Array.from(list)]));
   return {
-    value: document.get_model_by_name("slider").value,
+    value: document.get_model_by_name("clock").data.now[0],
+    shown: window.document.getElementById("explorer-time").value,
     marker: columns("marker"), fill: columns("map").fill, moment: columns("moment"), profile: columns("profile"),
-    curve: columns("curve"), told: document.get_model_by_name("told").text,
-    clicked: document.get_model_by_name("clicked").text,
+    curve: columns("curve"), told: window.document.getElementById("explorer-told").innerHTML,
+    clicked: window.document.getElementById("explorer-clicked").innerHTML,
+    asperity: window.document.getElementById("explorer-asperity").selectedOptions[0].text,
+    spoken: window.document.getElementById("explorer-time").getAttribute("aria-valuetext"),
   };
+}"""
+COLOUR = """([selector, name]) => {
+  let element = document.querySelector(selector);
+  const value = () => getComputedStyle(element)[name].match(/[0-9.]+/g).map(Number);
+  // what has no colour of its own stands on that of what is around it
+  while (value().length === 4 && value()[3] === 0) element = element.parentElement;
+  return value().slice(0, 3);
 }"""
 READY = "() => window.Bokeh && Bokeh.documents.length && Bokeh.documents[0].is_idle"
 WHERE = """(label) => {
@@ -52,10 +63,20 @@ def history():
     return hs.replay(ENSEMBLE, EVENTS, substeps=10)
 
 
+@pytest.fixture(scope="module")
+def report(history, tmp_path_factory):
+    path = tmp_path_factory.mktemp("report") / "r.html"
+    assert len(hs.report(history, path)) < 3e6
+    return path
+
+
 def check(shown, history, label):
     """What is shown belongs to one step and one asperity of the history."""
     row = history.isel(step=shown["value"])
     assert f"step {shown['value']}<" in shown["told"]
+    assert shown["shown"] == str(shown["value"])
+    assert shown["spoken"] == f"t = {float(row.time):#.4g} s, step {shown['value']}"
+    assert shown["asperity"] == str(label)
     assert shown["marker"]["x"] == pytest.approx([float(row.tangential_displacement) * 1e9], rel=1e-9, abs=1e-9)
     assert shown["marker"]["y"] == pytest.approx([float(row.total_tangential_load) * 1e6], rel=1e-9, abs=1e-9)
     assert shown["fill"] == [STATE_COLOURS[state] for state in row.slip_state.values]
@@ -75,11 +96,8 @@ def check(shown, history, label):
     )
 
 
-def test_the_slider_moves_loop_and_map_and_a_click_shows_an_asperity(history, tmp_path):
-    path = tmp_path / "r.html"
-    text = hs.report(history, path)
-    assert len(text) < 3e6
-    with opened(path) as page:
+def test_the_slider_moves_loop_and_map_and_a_click_shows_an_asperity(history, report):
+    with opened(report) as page:
         page.wait_for_function(READY)
         first = page.evaluate(SHOWN)
         # the page opens where half of the area slips, at the asperity that carries most
@@ -87,9 +105,9 @@ def test_the_slider_moves_loop_and_map_and_a_click_shows_an_asperity(history, tm
         heaviest = int(history.asperity[history.normal_load.values[first["value"]].argmax()])
         check(first, history, heaviest)
 
-        handle = page.locator(".noUi-handle")
+        slider = page.get_by_label("time", exact=True)
         for _ in range(8):
-            handle.press("ArrowRight")
+            slider.press("ArrowRight")
         second = page.evaluate(SHOWN)
         assert second["value"] == first["value"] + 8
         assert second["fill"] != first["fill"]
@@ -99,6 +117,58 @@ def test_the_slider_moves_loop_and_map_and_a_click_shows_an_asperity(history, tm
         page.mouse.click(*page.evaluate(WHERE, other))
         page.wait_for_function(f"() => ({SHOWN})().clicked.includes('asperity {other}<')")
         check(page.evaluate(SHOWN), history, other)
+
+        # by keyboard, too
+        page.get_by_label("asperity", exact=True).select_option(str(heaviest))
+        check(page.evaluate(SHOWN), history, heaviest)
+
+
+@pytest.mark.parametrize("dark", [False, True])
+@pytest.mark.parametrize("width", [420, 1400])
+def test_the_page_fits_the_screen_light_and_dark(report, width, dark):
+    with opened(report, width=width, dark=dark) as page:
+        page.wait_for_function(READY)
+        root = "document.documentElement"
+        # only what scrolls by itself is wider
+        assert page.evaluate(f"{root}.scrollWidth <= {root}.clientWidth")
+        for selector in ("body", "figcaption", "th"):
+            ink, paper = (page.evaluate(COLOUR, [selector, name]) for name in ("color", "backgroundColor"))
+            assert contrast(ink, paper) >= 4.5, selector
+        boxes = [page.get_by_label(name, exact=True).bounding_box() for name in ("time", "asperity")]
+        assert all(box["x"] >= 0 and box["x"] + box["width"] <= width for box in boxes)
+        brightness = sum(page.evaluate(COLOUR, ["body", "backgroundColor"]))
+        assert brightness < 200 if dark else brightness > 700
+
+
+def contrast(ink, paper):
+    """Return the contrast of two colours after WCAG 2."""
+
+    def luminance(colour):
+        linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in np.array(colour) / 255]
+        return np.dot([0.2126, 0.7152, 0.0722], linear)
+
+    dark, light = sorted(map(luminance, (ink, paper)))
+    return (light + 0.05) / (dark + 0.05)
+
+
+def test_notes_can_be_read_on_white():
+    grey = [int(FAINT[place : place + 2], 16) for place in (1, 3, 5)]
+    assert contrast(grey, [255, 255, 255]) >= 4.5
+
+
+def test_a_notebook_shows_it_and_what_cannot_be_explored_is_told(history, tmp_path):
+    shown = hs.explore(history)
+    frame = shown._repr_html_()
+    path = tmp_path / "n.html"
+    path.write_text(f"<!DOCTYPE html><link rel='icon' href='data:,'><body>{frame}</body>", encoding="utf-8")
+    with opened(path) as page:
+        inside = page.frame_locator("iframe")
+        inside.get_by_label("time", exact=True).press("ArrowRight")
+        inside.get_by_text(f"step {history.contact.telling_step() + 1}").wait_for()
+    totals = hs.replay(ENSEMBLE, EVENTS, record="totals")
+    for wrong, told in ((totals, "of totals alone"), (history[["slip_state"]], "came a Dataset; expected a history")):
+        with pytest.raises(InputError, match=told):
+            hs.explore(wrong)
 
 
 def test_of_a_large_history_a_part_is_embedded_and_the_page_says_which(history, monkeypatch):

@@ -41,7 +41,7 @@ def test_a_page_says_what_came_out_and_where_it_is_from(tmp_path):
         assert "\n" in told or (label in plain and told in plain)
     assert "substeps = 4 # <script>" in plain
     assert "<script>" not in text
-    assert text.count("data:image/png;base64,") == 6
+    assert text.count("data:image/webp;base64,") == 6
     assert "needs Bokeh: pip install" in plain
     # nothing is fetched
     assert re.findall(r'(?:src|href)="(?!data:)', text) == []
@@ -69,4 +69,4 @@ def test_pictures_that_cannot_be_drawn_are_told():
 def test_totals_alone_have_a_page_without_asperities():
     text = hs.report(replayed(record="totals"))
     assert "there are no asperities to show" in text
-    assert text.count("data:image/png;base64,") == 2
+    assert text.count("data:image/webp;base64,") == 2

@@ -1,0 +1,106 @@
+"""Every picture at the sizes of a journal: nothing lies on anything else, and it looks as the one that was seen.
+
+The pictures that were looked at stand in `reference_pictures/`. After a change that is meant, make them anew with
+`HISTORYSIM_NEW_PICTURES=1 pytest -m "slow or not slow" tests/results/plots/test_reference_pictures.py`, and look at
+each that git says has changed.
+"""
+
+import io
+import itertools
+import os
+import re
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from pictured import PICTURES
+from PIL import Image
+
+from historysim.errors import InputError
+
+SIZES = (90, 70), (90, 120), (180, 120)
+TOO_SMALL = {("figure", (90, 70))}
+"""Two pictures of a scenario, one of them with its loads."""
+KEPT = Path(__file__).parents[2] / "reference_pictures"
+MADE_WITH = "3.11"
+"""Other versions of matplotlib set letters and ticks otherwise."""
+DOTS_PER_INCH, COLOURS = 80, 64
+DIFFERENCE = 6.0
+"""Root of the mean square difference of two pictures, of 255."""
+
+
+def pixels(figure):
+    stream = io.BytesIO()
+    figure.savefig(stream, format="png", dpi=DOTS_PER_INCH)
+    return Image.open(stream).convert("RGB")
+
+
+def texts(figure):
+    """Return all texts that are seen, each with its box."""
+    found = []
+    for text in figure.findobj(mpl.text.Text):
+        if text.get_visible() and text.get_text().strip() and text.get_alpha() != 0:
+            box = text.get_window_extent()
+            if box.width > 0 and box.height > 0:
+                found.append((text, box))
+    return found
+
+
+def on_top_of_each_other(figure):
+    """Return pairs of texts that overlap by more than a pixel, and texts that leave the paper."""
+    figure.draw_without_rendering()
+    hidden = undrawn(figure)
+    shown = [(text, box) for text, box in texts(figure) if text not in hidden]
+    wrong = [
+        (one.get_text(), other.get_text())
+        for (one, first), (other, second) in itertools.combinations(shown, 2)
+        if first.padded(-1.0).overlaps(second.padded(-1.0)) and free(one) and free(other)
+    ]
+    paper = figure.bbox.padded(2.0)
+    inside = [(text, paper.contains(*box.min) and paper.contains(*box.max)) for text, box in shown]
+    return wrong + [text.get_text() for text, fits in inside if not fits]
+
+
+def free(text):
+    """Tell whether a text is no letter of a state on a loop: two of these may be one state."""
+    return text.get_fontstyle() != "italic"
+
+
+def undrawn(figure):
+    """Return the labels of ticks that are not drawn: those beyond the ends of their axis."""
+    found = set()
+    for axes in figure.findobj(mpl.axes.Axes):
+        for axis in (axes.xaxis, axes.yaxis):
+            every = {label for tick in (*axis.majorTicks, *axis.minorTicks) for label in (tick.label1, tick.label2)}
+            found |= every - {label for tick in axis._update_ticks() for label in (tick.label1, tick.label2)}
+    return found
+
+
+@pytest.mark.parametrize(
+    "size",
+    [SIZES[0], *(pytest.param(size, marks=pytest.mark.slow) for size in SIZES[1:])],
+    ids=lambda size: f"{size[0]}x{size[1]}",
+)
+@pytest.mark.parametrize("name", PICTURES)
+def test_a_picture_fits_its_size_and_looks_as_it_did(name, size):
+    if (name, size) in TOO_SMALL:
+        with pytest.raises(InputError, match="expected about") as refused:
+            PICTURES[name](size=size)
+        # one that it names is large enough
+        size = tuple(map(float, re.search(r"about (\d+) × (\d+) mm", str(refused.value)).groups()))
+    figure = PICTURES[name](size=size)
+    assert figure.get_size_inches() * 25.4 == pytest.approx(size)
+    assert on_top_of_each_other(figure) == []
+    path = KEPT / f"{name}_{size[0]:g}x{size[1]:g}.png"
+    now = pixels(figure)
+    if os.environ.get("HISTORYSIM_NEW_PICTURES"):
+        KEPT.mkdir(exist_ok=True)
+        now.quantize(COLOURS).save(path, optimize=True)
+        return
+    if not mpl.__version__.startswith(MADE_WITH):
+        pytest.skip(f"the pictures were made with matplotlib {MADE_WITH}")
+    with Image.open(path) as kept:
+        before = np.asarray(kept.convert("RGB"), dtype=float)
+    assert before.shape == np.asarray(now).shape
+    assert np.sqrt(np.mean((np.asarray(now, dtype=float) - before) ** 2)) < DIFFERENCE

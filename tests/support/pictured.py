@@ -1,0 +1,251 @@
+"""One of each picture, of small things: what they look like is kept in `reference_pictures/`."""
+
+from functools import cache
+from itertools import pairwise
+from pathlib import Path
+from tempfile import mkdtemp
+
+import numpy as np
+
+import historysim as hs
+from historysim.contact.adhesion import branch
+from historysim.measured import observation
+from historysim.measured.comparison import Comparison
+from historysim.measured.measurement import Measurement
+
+PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+TITLE = "Friction loops of silicon on rough float glass at 50 and 70 mN, before and after running in"
+ROUGH = f"""
+title = "{TITLE}"
+[materials]
+first = "silicon"
+second = "float glass"
+[surface]
+kind = "random"
+shape = [96, 96]
+pixel_size = "1 µm"
+rms_height = "30 nm"
+autocorrelation_length = "12 µm"
+seed = 1
+[friction]
+coefficient = 0.2
+[loading]
+substeps = 20
+waypoints = [
+    {{ time = 0, normal_load = "20 mN" }},
+    {{ time = 1, normal_load = "50 mN", name = "A" }},
+    {{ time = 2, tangential_displacement = "60 nm", name = "B" }},
+    {{ time = 4, tangential_displacement = "-60 nm", name = "C" }},
+    {{ time = 5, tangential_displacement = "0 nm", normal_load = "70 mN" }},
+    {{ time = 7, tangential_displacement = "60 nm", name = "D" }},
+    {{ time = 9, tangential_displacement = "-60 nm" }},
+    {{ time = 11, tangential_displacement = "60 nm" }},
+]
+"""
+LOOPS = """
+[[picture]]
+kind = "loops"
+loads = true
+title = "Loop"
+[[picture]]
+kind = "traction"
+across = "diameter"
+fronts = true
+title = "Traction"
+"""
+SWEPT = """
+[sweep.over]
+"friction.coefficient" = [0.1, 0.2, 0.3, 0.4]
+"loading.waypoints[1].normal_load" = ["20 mN", "50 mN", "90 mN"]
+"surface.seed" = [1, 2, 3]
+"""
+
+
+@cache
+def folder():
+    return Path(mkdtemp(prefix="pictures-"))
+
+
+def written(name, text):
+    path = folder() / f"{name}.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@cache
+def rough():
+    """Return a history with its surface, from its file."""
+    return hs.run(written("rough", ROUGH), folder() / "rough.nc")
+
+
+@cache
+def totals():
+    return hs.replay(_few(), _events(), substeps=20, record="totals").assign_attrs(title=TITLE)
+
+
+def _few():
+    return hs.Ensemble(PAIR, [0.0, -20e-9, -35e-9, -60e-9], [10e-6, 30e-6, 15e-6, 40e-6], [0.2, 0.12, 0.2, 0.2])
+
+
+def _events():
+    turns = ((1, 1), (2, -1), (3, 1))
+    return [hs.NormalLoad(0.0, 4e-3), *(hs.TangentialDisplacement(float(t), sign * 30e-9) for t, sign in turns)]
+
+
+@cache
+def friction_changes():
+    """Return a ball whose friction rises between the states."""
+    start = ROUGH.index("[surface]")
+    text = (
+        ROUGH[:start].replace(TITLE, "Friction rises from 0.2 to 0.4")
+        + """
+[surface]
+kind = "sphere"
+radius = "2.5 mm"
+[friction]
+coefficient = 0.2
+[loading]
+waypoints = [
+    { time = 0, normal_load = "50 mN" },
+    { time = 1, tangential_load = "6 mN", name = "A" },
+    { time = 2, friction = 0.4, name = "B" },
+    { time = 3, tangential_load = "9 mN", name = "C" },
+    { time = 4, tangential_load = "-9 mN", name = "D" },
+]
+"""
+    )
+    return hs.run(written("friction", text), folder() / "friction.nc")
+
+
+@cache
+def worn():
+    text = (Path("scenarios") / "25_wear.toml").read_text(encoding="utf-8")
+    return hs.run(written("wear", text), folder() / "wear.nc")
+
+
+@cache
+def height_map():
+    return hs.random_surface(shape=(64, 64), pixel_size=1e-6, rms_height=30e-9, autocorrelation_length=8e-6, seed=2)
+
+
+@cache
+def ball():
+    pair = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
+    return hs.Ensemble(pair, 0.0, 1e-3, 0.2)
+
+
+@cache
+def compared():
+    """Rectangular loops of two loads and the model of them behind an instrument."""
+    turns = [0, 100, -100, 0, 100, -100, 0, 100, -100, 100]
+    u = np.concatenate([[0.0], *(np.linspace(a, b, 21)[1:] for a, b in pairwise(turns))]) * 1e-9
+    normal = np.where(np.arange(u.size) < 60, 0.05, 0.1)
+    load = 0.2 * normal * np.sign(np.diff(u, prepend=-1e-9))
+    record = Measurement(
+        np.arange(float(u.size)), {"normal_load": normal, "tangential_displacement": u}, {"tangential_load": load}
+    )
+    observed = observation.observe(record)
+    instrument = hs.Instrument(1e7)
+    return record, Comparison.of(observed, observation.passed(ball(), instrument, observed), instrument)
+
+
+@cache
+def loops():
+    events = [hs.NormalLoad(0.0, 50e-3), *(hs.TangentialDisplacement(1.0 + i, 60e-9 * (-1) ** i) for i in range(12))]
+    return hs.find_loops(hs.replay(hs.Ensemble(PAIR, 0.0, 2.5e-3, 0.12), events, substeps=50))
+
+
+@cache
+def levels():
+    return hs.find_loops("scenarios/15_instrument_in_series.toml")
+
+
+@cache
+def slid():
+    time = np.arange(0.0, 100.0, 0.05)
+    noise = np.random.default_rng(1).normal(size=time.size)
+    friction = 0.4 - 0.15 * np.exp(-time / 20) + 0.01 * noise
+    channels = {"normal_load": np.full(time.size, 0.05), "tangential_displacement": 1e-6 * time}
+    return hs.find_sliding(Measurement(time, channels, {"tangential_load": 0.05 * friction}))
+
+
+@cache
+def sweep():
+    return hs.sweep(written("sweep", ROUGH.replace("[96, 96]", "[32, 32]") + SWEPT))
+
+
+PICTURES = {
+    "history": lambda **p: hs.plot(rough(), picture="history", **p),
+    "history-totals": lambda **p: hs.plot_history(totals(), **p),
+    "history-wear": lambda **p: hs.plot_history(worn(), **p),
+    "panels": lambda **p: hs.plot(rough(), panels=["loop", "energy"], **p),
+    "loop": lambda **p: hs.plot(rough(), picture="loop", **p),
+    "loops-states": lambda **p: hs.plot(rough(), picture="loops", **p),
+    "slip-map": lambda **p: hs.plot(rough(), picture="slip-map", **p),
+    "contact-map": lambda **p: hs.plot(rough(), picture="contact-map", **p),
+    "distribution": lambda **p: hs.plot(rough(), picture="distribution", **p),
+    "traction": lambda **p: hs.plot(rough(), picture="traction", **p),
+    "traction-friction": lambda **p: hs.plot(friction_changes(), picture="traction", **p),
+    "slip-fronts": lambda **p: hs.plot(rough(), picture="slip-fronts", **p),
+    "stiffness": lambda **p: hs.plot(rough(), picture="stiffness", **p),
+    "wear": lambda **p: hs.plot_wear(worn(), **p),
+    "surface": lambda **p: hs.plot_surface(height_map(), title=TITLE, **p),
+    "profile": lambda **p: hs.plot_surface(hs.Surface(height_map().heights[:, :1], (1e-6, 1e-6)), **p),
+    "heights": lambda **p: hs.plot_heights(height_map(), title=TITLE, **p),
+    "summits": lambda **p: hs.plot_summit_scatter(_summits(), ["first", "second", "third"], title=TITLE, **p),
+    "summits-apart": lambda **p: hs.plot_summit_scatter(
+        _summits(), ["first", "second", "third"], apart=True, title=TITLE, **p
+    ),
+    "measured-loops": lambda **p: hs.plot_loops(loops(), title=TITLE, **p),
+    "measured-levels": lambda **p: hs.plot_loops(compared()[1].measured, compared()[1].model, **p),
+    "loop-trends": lambda **p: hs.plot(loops().to_dataset(), **p),
+    "loop-levels": lambda **p: hs.plot(levels().by_load(), **p),
+    "comparison": lambda **p: hs.plot_comparison(compared()[1], TITLE, **p),
+    "record": lambda **p: hs.plot(compared()[0], **p),
+    "sliding": lambda **p: hs.plot(slid(), **p),
+    "asperity": lambda **p: hs.plot_asperity(_asperity(), **p),
+    "adhesion-map": lambda **p: hs.plot_adhesion_map(
+        {"silicon": (0.5, 10.0), "glass": (8.0, 200.0), "pulled": (0.05, -0.2)}, **p
+    ),
+    "adhesion-branch": lambda **p: hs.plot(_branch(), **p),
+    "swept": lambda **p: hs.plot_swept(sweep(), "preliminary_displacement", title=TITLE, **p),
+    "bars": lambda **p: hs.plot_bars(
+        _pairs(), "preliminary_displacement", {"smooth": ["a", "b"], "rough": ["a", "b"]}, **p
+    ),
+    "together": lambda **p: hs.plot_together(
+        rough(), marks=hs.LoopMarks(loads=True, first_loading=(0.02, 0.05)), title=TITLE, **p
+    ),
+    "figure": lambda **p: hs.plot(_figured(), **p),
+}
+
+
+def _summits():
+    return [
+        hs.random_surface(
+            shape=(64, 64), pixel_size=1e-6, rms_height=30e-9, autocorrelation_length=8e-6, seed=seed
+        ).summits(rule=9)
+        for seed in (1, 2, 3)
+    ]
+
+
+def _asperity():
+    one = hs.Ensemble(PAIR, 0.0, 2.5e-3, 0.2)
+    state = one.advance(one.initial_state(), normal_load=50e-3)
+    state = one.advance(one.advance(state, tangential_load=8e-3), tangential_load=-2e-3)
+    return one.asperity(0, state)
+
+
+def _branch():
+    tip = {"summit_radius": 1e-6, "contact_modulus": 1e9, "work_of_adhesion": 0.05}
+    return branch("maugis", **tip, max_load=3e-7, equilibrium_separation=1e-9)
+
+
+def _pairs():
+    return sweep().isel({next(name for name in sweep().preliminary_displacement.dims if "waypoints" in name): 0})
+
+
+@cache
+def _figured():
+    path = folder() / "figure.nc"
+    hs.run(written("figure", ROUGH + LOOPS), path).close()
+    return path
