@@ -16,6 +16,7 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.asperities.laws import DrawnFriction, law_from
 from historysim.asperities.wear import wear_law_from
+from historysim.asperities.yielding import yielding_law_from
 from historysim.basics.arguments import workable
 from historysim.basics.limits import at_most, most
 from historysim.basics.wording import shown
@@ -33,10 +34,12 @@ FORMAT_OF_CURVES = 2
 """Form of a log whose asperities are patches of normal curves, which earlier versions would take for summits."""
 FORMAT_OF_LAWS = 3
 """Form of a log whose asperities evolve, which earlier versions would leave as they are."""
-FORMATS = (FORMAT, FORMAT_OF_CURVES, FORMAT_OF_LAWS)
+FORMAT_OF_YIELDING = 4
+"""Form of a log whose summits yield, likewise."""
+FORMATS = (FORMAT, FORMAT_OF_CURVES, FORMAT_OF_LAWS, FORMAT_OF_YIELDING)
 OF_THE_ENSEMBLE = ("summit_height", "summit_radius", "friction", "x", "y")
 SURFACE, CURVES = "surface.", "curves."
-OF_THE_PAIR = ("contact_modulus", "shear_modulus", "hardness", "yield_stress", "work_of_adhesion")
+OF_THE_PAIR = ("contact_modulus", "shear_modulus", "hardness", "yield_stress", "work_of_adhesion", "cracking_load")
 OF_SETTINGS: Mapping[str, Any] = {
     **dict.fromkeys(("historysim_version", "made_with", "scenario", "title"), str),
     **dict.fromkeys(("contact_modulus", "shear_modulus", "tolerance"), int | float),
@@ -94,7 +97,13 @@ class Head:
         arrays |= {f"{SURFACE}{name}": values for name, values in (surface or {}).items()}
         evolution = _evolution(ensemble)
         settings = {
-            "format": FORMAT_OF_CURVES if curves else FORMAT_OF_LAWS if evolution else FORMAT,
+            "format": FORMAT_OF_CURVES
+            if curves
+            else FORMAT_OF_YIELDING
+            if ensemble.yielding is not None
+            else FORMAT_OF_LAWS
+            if evolution
+            else FORMAT,
             "historysim_version": __version__,
             "made_with": made_with(),
             "scenario": scenario,
@@ -178,6 +187,7 @@ class Head:
             curves=curves,
             wear=wear_law_from(self.settings["wear"]) if "wear" in self.settings else None,
             follow_sliding=self.settings.get("follow_sliding", False),
+            yielding=yielding_law_from(self.settings["yielding"]) if "yielding" in self.settings else None,
         )
 
     @property
@@ -234,14 +244,19 @@ def _evolution(ensemble: Ensemble) -> dict[str, Any]:
     """Return what makes asperities evolve, as far as anything does."""
     law = {} if ensemble.law is None else {"friction_law": ensemble.law.settings}
     wear = {} if ensemble.wear is None else {"wear": ensemble.wear.settings}
-    return law | wear | ({"follow_sliding": True} if ensemble.follow_sliding else {})
+    yielding = {} if ensemble.yielding is None else {"yielding": ensemble.yielding.settings}
+    return law | wear | yielding | ({"follow_sliding": True} if ensemble.follow_sliding else {})
 
 
 def _known(ensemble: Ensemble, instrument: Instrument) -> dict[str, float]:
     """Return what only the checks of the model need, as far as it is known."""
     area = {} if ensemble.nominal_area is None else {"nominal_area": ensemble.nominal_area}
     resolutions = {name: getattr(instrument, name) for name in RESOLUTIONS}
-    return area | ensemble.pair.limits | {name: value for name, value in resolutions.items() if value > 0}
+    limits = dict(ensemble.pair.limits)
+    if ensemble.yielding is None:
+        # which only summits that yield are looked at for
+        limits.pop("cracking_load", None)
+    return area | limits | {name: value for name, value in resolutions.items() if value > 0}
 
 
 def head_from(text: str, arrays: Mapping[str, Array]) -> Head:

@@ -730,7 +730,7 @@ static int yield_on(walk *w, hs_memory *memory, double d) {
             weight[k] = sqrt(evolved->summit_radius[leader] / unit);
         }
         for (int64_t j = 0; j < memory->depth[g]; ++j) {
-            stack[j].label = now + hs_most(stack[j].label - old, 0.0) / ratio;
+            stack[j].label = now + (stack[j].label - old) / ratio;
             stack[j].slope *= ratio;
             stack[j].normal /= ratio;
         }

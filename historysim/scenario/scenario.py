@@ -160,7 +160,11 @@ class Scenario:
             else:
                 with at("surface"):
                     wear = self.sections.wear.wear() if self.sections.wear else None
-                    evolving = {"wear": wear, "follow_sliding": self.sections.record.sliding}
+                    evolving = {
+                        "wear": wear,
+                        "follow_sliding": self.sections.record.sliding,
+                        "yielding": ground.yielding,
+                    }
                     ensemble = Ensemble.from_summits(pair, ground.summits, coefficients, **evolving)
             self._check_record(len(ensemble))
         return ensemble

@@ -5,7 +5,7 @@ from typing import Any
 
 from cattrs import Converter
 
-from historysim.basics.places import misfit
+from historysim.basics.places import at, misfit
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
 from historysim.scenario.schema import Number, table
@@ -16,6 +16,7 @@ from historysim.scenario.surface_kinds.map_kinds import MapKind, MeasuredMap, Ra
 from historysim.scenario.surface_kinds.normal_curve import NormalCurveTable
 from historysim.scenario.surface_kinds.scaled import Scaled
 from historysim.scenario.surface_kinds.surface_kind import Ground, SurfaceKind
+from historysim.scenario.surface_kinds.yielding import Yielding, YieldingSection
 
 __all__ = [
     "KINDS",
@@ -76,9 +77,19 @@ def surface_from_toml(converter: Converter, value: object, _: object) -> Surface
     entry = dict(table(value))
     scale = converter.structure(entry.pop("height_scale"), Number) if "height_scale" in entry else None
     interaction = entry.pop("interaction", None)
+    yielding = _yielding(converter, entry.pop("yielding", None))
     surface: SurfaceKind = _structured(converter, entry, KINDS)
     scaled = surface if scale is None else Scaled(surface, scale)
-    return scaled if interaction is None else Interacting(scaled, interaction)
+    whole = scaled if interaction is None else Interacting(scaled, interaction)
+    return whole if yielding is None else Yielding(whole, yielding)
+
+
+def _yielding(converter: Converter, value: object) -> YieldingSection | None:
+    if value is None:
+        return None
+    with at("yielding"):
+        law: YieldingSection = converter.structure({"law": value} if isinstance(value, str) else value, YieldingSection)
+        return law
 
 
 def map_from_toml(converter: Converter, value: object, _: object) -> MapKind:

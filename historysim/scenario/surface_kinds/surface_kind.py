@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import attrs
 
 if TYPE_CHECKING:
+    from historysim.asperities.yielding import YieldingLaw
     from historysim.interaction.solutions import NormalSolutions
     from historysim.surfaces.heights import Surface
     from historysim.surfaces.summits import Summits
@@ -42,6 +43,8 @@ class Ground:
         The contact itself, where it is known already.
     ball_radius : float, optional
         Radius of the ball that the map lies on [m]: the nominal area is then that of its contact.
+    yielding : YieldingLaw, optional
+        How the summits yield.
     """
 
     summits: "Summits | None"
@@ -52,6 +55,7 @@ class Ground:
     solutions: "NormalSolutions | None" = None
     curve: Curve | None = None
     ball_radius: float | None = None
+    yielding: "YieldingLaw | None" = None
 
 
 class SurfaceKind(Protocol):
