@@ -26,7 +26,9 @@ class YieldingSprings:
 
     Parameters
     ----------
-    contact_modulus, shear_modulus, hardness, poissons_ratio, friction : float
+    contact_modulus, shear_modulus, hardness, poissons_ratio : float
+    friction : float or callable
+        μ, or μ (asperity) of normal loads and present radii (asperity).
     summit_height, summit_radius : array (asperity)
     reach : float
         Largest approach of the highest summit that is needed [m].
@@ -75,7 +77,12 @@ class YieldingSprings:
 
     def _limit(self, approach):
         ratio = self.modulus / (4 * self.shear)
-        return ratio * self.friction * np.maximum(self.own(approach)[:, None] - self.x**2 / self.radius[:, None], 0)
+        if callable(self.friction):
+            load = 4 / 3 * self.modulus * np.sqrt(self.radius) * np.maximum(self.own(approach), 0) ** 1.5
+            ratio = ratio * self.friction(load, self.radius)[:, None]
+        else:
+            ratio *= self.friction
+        return ratio * np.maximum(self.own(approach)[:, None] - self.x**2 / self.radius[:, None], 0)
 
     def step(self, approach, displacement):
         """Go a small step."""
