@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import stats
 
 import historysim as hs
 from historysim.asperities.laws import ShearStrength, SlidFriction
@@ -456,3 +457,51 @@ def test_running_in_and_the_order_of_loads():
     # flattened by 90 mN, the surface displaces otherwise at 50 mN than on its first loading
     assert abs(reach[1][2] / reach[0][0] - 1) > 0.01
     assert (np.diff(down["total_yielding_energy"].values) == 0).all()
+
+
+# ---- published ensembles ------------------------------------------------------------------------------------------------
+
+
+def printed(x, most):
+    """Load and area over the critical ones as Kogut and Etsion print them, with their jumps."""
+    ranges = [x < 1, x < 6, x < 110]
+    load = np.select(ranges, [x**1.5, 1.03 * x**1.425, 1.40 * x**1.263], 2 * x * most)
+    return load, np.select(ranges, [x, 0.93 * x**1.136, 0.94 * x**1.146], 2 * x)
+
+
+@pytest.mark.parametrize("index", [0.7, 2.0, 2.5])
+def test_rough_contacts_of_kogut_and_etsion(index):
+    """Their integrals (Tribol. Trans. 46 (2003) 383) over Gaussian summits, plasticity index ψ = (σ/δc)^(1/2).
+
+    Joining their constants moves the integrals by less than 5 %, the width of a line over the decades of their figures; the
+    ensemble of quantiles of the heights has the integrals of the joined law.
+    """
+    ratio, radius, count = 0.3, 2e-6, 40_000
+    law = KogutEtsion(hardness=HARDNESS, poissons_ratio=ratio).of(PAIR)
+    critical = law.critical_approach(np.array([radius]), PAIR)[0]
+    deviation = critical * index**2
+    height = deviation * stats.norm.ppf((np.arange(count) + 0.5) / count)
+    unit_load = 4 / 3 * MODULUS * np.sqrt(radius) * critical**1.5
+    most = 1.5 / (0.454 + 0.41 * ratio)
+    ensemble = hs.Ensemble(PAIR, height, radius, 0.2, yielding=law)
+    state, shares = ensemble.initial_state(), []
+    for separation in (2.5, 2.0, 1.5, 1.0, 0.5):
+        found = []
+        for which in (printed, kogut_etsion):
+            x = np.linspace(separation, separation + 8.0, 400_001)
+            load, area = which((x - separation) * deviation / critical, most)
+            found.append([np.trapezoid(each * stats.norm.pdf(x), x) for each in (load, area)])
+        np.testing.assert_allclose(found[1], found[0], rtol=0.05)
+        approach = height.max() - separation * deviation
+        state = ensemble.advance(state, normal_displacement=approach)
+        assert state.normal_load / (count * unit_load) == pytest.approx(found[1][0], rel=0.01)
+        left = state.yielded
+        own = np.maximum(approach - (height.max() - left.summit_height), 0.0)
+        area = (left.summit_radius * own).sum() / (radius * critical * count)
+        assert area == pytest.approx(found[1][1], rel=0.01)
+        # load over the real area, over the hardness: between the onset's and the hardness itself
+        shares.append(state.normal_load / (np.pi * (left.summit_radius * own).sum()) / HARDNESS)
+    assert (np.diff(shares) > 0).all()
+    # the mean pressure rises with the index, elastic at .7
+    low, high = {0.7: (0.15, 0.4), 2.0: (0.5, 0.75), 2.5: (0.55, 0.8)}[index]
+    assert low < shares[0] < shares[-1] < high
