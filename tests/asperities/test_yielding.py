@@ -503,5 +503,5 @@ def test_rough_contacts_of_kogut_and_etsion(index):
         shares.append(state.normal_load / (np.pi * (left.summit_radius * own).sum()) / HARDNESS)
     assert (np.diff(shares) > 0).all()
     # the mean pressure rises with the index, elastic at .7
-    low, high = {0.7: (0.15, 0.4), 2.0: (0.5, 0.75), 2.5: (0.55, 0.8)}[index]
+    low, high = {0.7: (0.15, 0.4), 2.0: (0.45, 0.75), 2.5: (0.55, 0.8)}[index]
     assert low < shares[0] < shares[-1] < high
