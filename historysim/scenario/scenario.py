@@ -105,6 +105,10 @@ class Scenario:
 
         with reported(self.path.name), at("surface"):
             ground = self.sections.surface.ground(self.path.parent)
+            if ground.passes is not None:
+                friction = self.sections.friction
+                coefficient = None if friction is None else friction.coefficient
+                ground = ground.passes.done(ground, self.sections.materials.pair(), coefficient)
             if ground.summits is not None:
                 workable("the radius of a summit", ground.summits.radius)
                 workable("the height of a summit", ground.summits.height)

@@ -100,7 +100,7 @@ def _evolved(history: Recorded) -> list[tuple[str, str]]:
         energy = quantity_text(float(history["total_yielding_energy"].values[-1]), "J")
         depth = ""
         if "yielded_depth" in history:
-            depth = f", flattened by up to {quantity_text(float(history['yielded_depth'].isel(step=-1).max()), 'm', 3)}"
+            depth = f", flattened by up to {quantity_text(float(history['yielded_depth'].isel(step=-1).values.max()), 'm', 3)}"
         lines.append(
             (
                 "yielding",

@@ -3,9 +3,10 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
+import attrs
 from cattrs import Converter
 
-from historysim.basics.places import at, misfit
+from historysim.basics.places import misfit
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
 from historysim.scenario.schema import Number, table
@@ -14,6 +15,7 @@ from historysim.scenario.surface_kinds.given_summits import InlineSummits, Spher
 from historysim.scenario.surface_kinds.interacting import Interacting
 from historysim.scenario.surface_kinds.map_kinds import MapKind, MeasuredMap, RandomMap, SumOfMaps
 from historysim.scenario.surface_kinds.normal_curve import NormalCurveTable
+from historysim.scenario.surface_kinds.run_in import PassesSection, RunIn
 from historysim.scenario.surface_kinds.scaled import Scaled
 from historysim.scenario.surface_kinds.surface_kind import Ground, SurfaceKind
 from historysim.scenario.surface_kinds.yielding import Yielding, YieldingSection
@@ -61,6 +63,14 @@ KINDS: Mapping[str, Choice] = {
 }
 
 
+@attrs.frozen
+class _Plastic:
+    """Keys that any surface may have: how its summits yield, and how it is run in."""
+
+    yielding: YieldingSection | None = None
+    passes: PassesSection | None = None
+
+
 def surface_from_toml(converter: Converter, value: object, _: object) -> SurfaceKind:
     """Return the surface that ``[surface]`` says.
 
@@ -77,19 +87,15 @@ def surface_from_toml(converter: Converter, value: object, _: object) -> Surface
     entry = dict(table(value))
     scale = converter.structure(entry.pop("height_scale"), Number) if "height_scale" in entry else None
     interaction = entry.pop("interaction", None)
-    yielding = _yielding(converter, entry.pop("yielding", None))
+    beside = {key: entry.pop(key) for key in ("yielding", "passes") if key in entry}
+    if isinstance(beside.get("yielding"), str):
+        beside["yielding"] = {"law": beside["yielding"]}
+    plastic = converter.structure(beside, _Plastic)
     surface: SurfaceKind = _structured(converter, entry, KINDS)
     scaled = surface if scale is None else Scaled(surface, scale)
     whole = scaled if interaction is None else Interacting(scaled, interaction)
-    return whole if yielding is None else Yielding(whole, yielding)
-
-
-def _yielding(converter: Converter, value: object) -> YieldingSection | None:
-    if value is None:
-        return None
-    with at("yielding"):
-        law: YieldingSection = converter.structure({"law": value} if isinstance(value, str) else value, YieldingSection)
-        return law
+    whole = whole if plastic.yielding is None else Yielding(whole, plastic.yielding)
+    return whole if plastic.passes is None else RunIn(whole, plastic.passes)
 
 
 def map_from_toml(converter: Converter, value: object, _: object) -> MapKind:

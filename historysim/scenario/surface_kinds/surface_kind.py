@@ -6,8 +6,11 @@ from typing import TYPE_CHECKING, Any, Protocol
 import attrs
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from historysim.asperities.yielding import YieldingLaw
     from historysim.interaction.solutions import NormalSolutions
+    from historysim.scenario.surface_kinds.run_in import PassesSection
     from historysim.surfaces.heights import Surface
     from historysim.surfaces.summits import Summits
 
@@ -45,6 +48,10 @@ class Ground:
         Radius of the ball that the map lies on [m]: the nominal area is then that of its contact.
     yielding : YieldingLaw, optional
         How the summits yield.
+    passes : PassesSection, optional
+        By which the map is still to be run in.
+    find : callable, optional
+        Finds the summits of a map as those here were found.
     """
 
     summits: "Summits | None"
@@ -56,6 +63,8 @@ class Ground:
     curve: Curve | None = None
     ball_radius: float | None = None
     yielding: "YieldingLaw | None" = None
+    passes: "PassesSection | None" = None
+    find: "Callable[[Surface], Summits] | None" = None
 
 
 class SurfaceKind(Protocol):
