@@ -61,7 +61,7 @@ def plot(
     picture : str, optional
         Of a history: "history", "loop" (its colour tells how much slips), "loops" (plain lines, with named states),
         "slip-map", "contact-map", "distribution" (of summit heights and radii), "traction" (several states of an
-        asperity), "slip-fronts" (of it, step by step), "stiffness" or "wear". Of a sweep: which number, by default the
+        asperity), "slip-fronts" (of it, step by step), "stiffness", "wear" or "yielding". Of a sweep: which number, by default the
         preliminary displacement; or "loops", where loads and displacements along ``step`` are among its outputs. Of a
         scenario that replays a file: "record", its channels as they were read beside what conditioning left of them.
     step : int, "partial" or "peak", optional

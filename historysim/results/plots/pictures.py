@@ -17,6 +17,7 @@ from historysim.results.plots.surface import plot_distribution, plot_surface, su
 from historysim.results.plots.together import LoopMarks, plot_together
 from historysim.results.plots.traction_profile import plot_slip_fronts, plot_traction
 from historysim.results.plots.worn_summits import plot_wear
+from historysim.results.plots.yielded_summits import plot_yielding
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -55,6 +56,7 @@ PICTURES = {
     "slip-fronts": _Picture(plot_slip_fronts, ("asperity", "steps")),
     "stiffness": _Picture(plot_stiffness),
     "wear": _Picture(plot_wear),
+    "yielding": _Picture(plot_yielding),
 }
 
 

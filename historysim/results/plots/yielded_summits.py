@@ -1,0 +1,75 @@
+"""Pictures of yielding: the curve of first loading and unloading, and the summits before and after."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from historysim.errors import InputError
+from historysim.results.analysis.recorded import shape_of
+from historysim.results.plots.along_path import kept_steps
+from historysim.results.plots.paper import COLUMN, Size, new_figure
+from historysim.results.plots.style import INK, plain_title, scaled
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def plot_yielding(history: xr.Dataset, *, size: Size | None = None) -> "Figure":
+    """Draw the normal load over the approach, where summits yield and where they do not, and radii over heights.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history of summits that may yield, with its asperities.
+    size : (float, float), optional
+        Width and height [mm].
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A figure 180 mm wide, or of that size.
+
+    Raises
+    ------
+    InputError
+        Nothing can yield, or no asperity is recorded.
+    """
+    if "yielded_depth" not in history:
+        raise InputError(
+            "the history has no yielded_depth; expected one of a scenario whose surface has yielding, with its asperities"
+        )
+    kept = kept_steps(history.sizes["step"])
+    approach = history["summit_height"].values.max() - history["separation"].values[kept]
+    load, spent = history["total_normal_load"].values[kept], history["total_yielding_energy"].values[kept]
+    # the contact begins to be loaded where nothing touches
+    approach, load, spent = (np.concatenate([[0.0], each]) for each in (approach, load, spent))
+    yields = np.diff(spent) > 0
+    lengths, length_unit = scaled(approach, "m")
+    loads, load_unit = scaled(load, "N")
+    with new_figure(size, (2 * COLUMN, 75.0)) as figure:
+        left, right = figure.subplots(1, 2, width_ratios=(1.3, 1))
+        for chosen, style, name in (
+            (yields, {"linewidth": 1.8, "color": INK}, "summits yield"),
+            (~yields, {"linewidth": 0.9, "color": "0.45", "linestyle": (0, (4, 2))}, "elastic"),
+        ):
+            x, y = (np.where(chosen, [each[:-1], each[1:]], np.nan) for each in (lengths, loads))
+            gap = np.full(chosen.size, np.nan)
+            left.plot(np.stack([*x, gap]).T.ravel(), np.stack([*y, gap]).T.ravel(), label=name, **style)
+        left.set(xlabel=f"approach of the highest summit ({length_unit})", ylabel=f"normal load $N$ ({load_unit})")
+        left.set_title("First loading, unloading")
+        left.legend(loc="best")
+        yielded = history["yielding_load"].isel(step=-1).values > 0
+        before = [history[f"summit_{name}"].values[yielded] for name in ("height", "radius")]
+        after = [shape_of(history, f"summit_{name}", -1)[yielded] for name in ("height", "radius")]
+        heights, unit = scaled(np.stack([before[0], after[0]]), "m")
+        radii, radius_unit = scaled(np.stack([before[1], after[1]]), "m")
+        right.plot(heights, radii, "-", color="0.75", linewidth=0.6)
+        for row, (marker, name) in enumerate((("o", "virgin"), ("s", "left"))):
+            right.plot(heights[row], radii[row], marker, ms=4, mfc="none", color=INK, label=name)
+        right.set(xlabel=f"summit height $z$ ({unit})", ylabel=f"summit radius $R$ ({radius_unit})")
+        right.set_title("Summits that yielded")
+        right.legend(loc="best")
+        if title := history.attrs.get("title"):
+            figure.suptitle(plain_title(str(title)), x=0.01, ha="left", fontsize=9.5)
+    return figure
