@@ -31,6 +31,7 @@ from historysim.memory import get_include as get_include
 from historysim.replaying import Replay as Replay
 from historysim.replaying import replay as replay
 from historysim.results import analysis as analysis
+from historysim.results import history_drift as drift  # noqa: F401 - reached as hs.drift
 from historysim.results import plots as plots
 from historysim.results.csv_table import write_csv as write_csv
 from historysim.results.netcdf_table import write_netcdf as write_netcdf

@@ -116,7 +116,7 @@ class Replay:
         until: float = math.inf,
         most_rows: int | None = None,
         progress: bool = False,
-        after: "Callable[[schedule.Standing, EnsembleState], None] | None" = None,
+        after: "Callable[[schedule.Cursor, EnsembleState], None] | None" = None,
     ) -> "EnsembleState":
         """Walk the events, record their rows, and return the last state.
 
@@ -128,46 +128,46 @@ class Replay:
         until : float
             Time [s] at which to stop; between two event times a row is recorded there.
         most_rows : int, optional
-            Rows after which a stretch is broken, where that shall be earlier than the recorder asks for.
+            Rows after which a segment is broken, where that shall be earlier than the recorder asks for.
         progress : bool
             Show a progress bar on standard error where that is a terminal and the replay is long.
         after : callable, optional
-            Called with where the schedule stands, and the state there, when a stretch ends with a time.
+            Called with where the schedule stands, and the state there, when a segment ends with a time.
         """
         start = start or schedule.Start(self.ensemble.initial_state())
         state, columns = start.state, () if target.asperities is None else target.asperities
         at_once = min(most_rows or target.rows_at_once, target.rows_at_once)
-        plan = schedule.stretches(self.events, self.substeps, at_once, start=start.standing, until=until)
+        plan = schedule.segments(self.events, self.substeps, at_once, start=start.cursor, until=until)
         bar = progress_bar(progress, "step", target.steps, initial=start.rows, delay=2)
         with bar as done:
-            for stretch in plan:
-                rows = target.blank(stretch.row_time.size)
-                state = self._walked(stretch, state, rows=rows, asperities=columns, threads=self.threads)
-                target.record(stretch.row_time)
-                if after is not None and stretch.standing is not None:
-                    after(stretch.standing, state)
-                done(stretch.row_time.size)
+            for segment in plan:
+                rows = target.blank(segment.row_time.size)
+                state = self._walked(segment, state, rows=rows, asperities=columns, threads=self.threads)
+                target.record(segment.row_time)
+                if after is not None and segment.cursor is not None:
+                    after(segment.cursor, state)
+                done(segment.row_time.size)
         return state
 
-    def _walked(self, stretch: schedule.Stretch, state: "EnsembleState", **recorded: Any) -> "EnsembleState":
-        """Return the state after a stretch, and name the event where that is not to be had."""
-        ensemble, instrument, event = self.ensemble, self.instrument, stretch.event[0]
+    def _walked(self, segment: schedule.Segment, state: "EnsembleState", **recorded: Any) -> "EnsembleState":
+        """Return the state after a segment, and name the event where that is not to be had."""
+        ensemble, instrument, event = self.ensemble, self.instrument, segment.event[0]
         try:
             state = ensemble.walk(
                 state,
-                stretch.paths,
+                segment.paths,
                 **recorded,
                 saturate=self.saturate,
                 instrument=instrument,
-                until=stretch.share,
-                friction=friction_goal(ensemble, stretch.ramp, stretch.ramp_part),
+                until=segment.share,
+                friction=friction_goal(ensemble, segment.ramp, segment.ramp_part),
             )
-            if stretch.change is None:
+            if segment.change is None:
                 return state
-            event = stretch.change_event
-            return changed(ensemble, state, stretch.change, saturate=self.saturate, instrument=instrument)
+            event = segment.change_event
+            return changed(ensemble, state, segment.change, saturate=self.saturate, instrument=instrument)
         except (FrictionLimitError, CurveEndError) as error:
-            event = event if event == stretch.change_event else stretch.event[error.path]
+            event = event if event == segment.change_event else segment.event[error.path]
             raise LoadError(f"{self._place(event)}: {error}") from None
         except InputError as error:
             raise InputError(f"{self._place(event)}: {error}") from None

@@ -1,6 +1,7 @@
 """Data flows one way: a module imports only from modules above it."""
 
 import ast
+import collections
 from pathlib import Path
 
 import pytest
@@ -249,3 +250,18 @@ def test_a_heavy_import_is_seen_where_it_runs_at_the_start(tmp_path, source, see
     folder = made(tmp_path, cli="from historysim.basics import quantity", basics=source)
     assert heavy_at_start(folder) == ({"basics": {"numpy"}} if seen else {})
     assert heavy_at_start(made(tmp_path, cli="def f():\n    import historysim.basics")) == {}
+
+
+def test_no_two_modules_have_one_name():
+    found = collections.Counter(path.stem for path in ROOT.rglob("*.py") if path.stem != "__init__")
+    assert [name for name, count in found.items() if count > 1] == []
+
+
+def test_no_two_public_classes_have_one_name():
+    found = collections.Counter(
+        node.name
+        for path in ROOT.rglob("*.py")
+        for node in ast.parse(path.read_text(encoding="utf-8")).body
+        if isinstance(node, ast.ClassDef) and not node.name.startswith("_")
+    )
+    assert [name for name, count in found.items() if count > 1] == []

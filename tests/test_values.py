@@ -22,7 +22,7 @@ from historysim.loads import schedule
 from historysim.loads.friction_course import FrictionCourse
 from historysim.loads.samples import SampledLoads
 from historysim.log.event_log import Verdict
-from historysim.log.header import Head
+from historysim.log.header import LogHeader
 from historysim.log.snapshot import Snapshot
 from historysim.log.verification import Difference, Verification
 from historysim.measured import correction, loops, observation, sliding
@@ -88,13 +88,13 @@ def scenario(folder):
 
 def compared():
     observed = observation.observe(synthetic.measured("ball", 0), skip=0)
-    passage = observation.passed(*synthetic.model("ball")({"friction": 0.19, "lateral_stiffness": 3e5}), observed)
-    return Comparison.of(observed, passage)
+    response = observation.passed(*synthetic.model("ball")({"friction": 0.19, "lateral_stiffness": 3e5}), observed)
+    return Comparison.of(observed, response)
 
 
 def ended():
     state = stepped()
-    return schedule.Start(state, schedule.Standing(2, 4, 1.5, (1, 0, 0), (0, 1, 0), (-1, 2, -2)))
+    return schedule.Start(state, schedule.Cursor(2, 4, 1.5, (1, 0, 0), (0, 1, 0), (-1, 2, -2)))
 
 
 STICKY = {"summit_radius": 1e-6, "contact_modulus": 1e9, "work_of_adhesion": 0.05, "max_load": 1e-6}
@@ -136,8 +136,8 @@ VALUES = {
     "history": lambda: hs.replay(ensemble(), EVENTS[:4]),
     "Changes": lambda: Changes(friction=True),
     "Variable": lambda: PER_ASPERITY,
-    "Head": lambda: Head.of(ensemble(), title="a run", seeds=[1]),
-    "Snapshot": lambda: Snapshot.of(ended().standing, 1, b"link", stepped(), b"told"),
+    "LogHeader": lambda: LogHeader.of(ensemble(), title="a run", seeds=[1]),
+    "Snapshot": lambda: Snapshot.of(ended().cursor, 1, b"link", stepped(), b"told"),
     "Verdict": lambda: Verdict(3, "abc", "batch 2 cannot be read"),
     "Verification": lambda: Verification("out.nc", 3, "abc", differences=(Difference("separation", 2, found=np.nan),)),
     "Finding": lambda: Finding("slope", 0.3, 0.1, "too steep"),
@@ -151,10 +151,10 @@ VALUES = {
 }
 
 
-OF_ASPERITIES = {"Ensemble", "EnsembleState", "Start", "Replay", "Head"}
+OF_ASPERITIES = {"Ensemble", "EnsembleState", "Start", "Replay", "LogHeader"}
 """Of these, or of what stands in them, it is not asked yet whether arrays stay read-only."""
-NO_VALUES = {"Asperity", "ContactBatch", "EventLog", "LoopMarks"}
-"""They look into an ensemble, change at each step, hold an open file, and are options of a picture."""
+NO_VALUES = {"Asperity", "ContactBatch", "EventLog"}
+"""They look into an ensemble, change at each step, and hold an open file."""
 
 
 def taken_apart(value, met=None, *, hard=True):

@@ -17,6 +17,18 @@ from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.memory.binding import check, fill
 
+__all__ = [
+    "JacksonGreen",
+    "KogutEtsion",
+    "Thornton",
+    "YieldingLaw",
+]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
+
+
 Floats = npt.NDArray[np.float64]
 
 HARDNESS_OF_YIELD = 2.8

@@ -21,7 +21,7 @@ LOOKED_AT = 1 << 16
 MARK = b"historysim"
 
 
-class Form(NamedTuple):
+class OutputFormat(NamedTuple):
     """A kind of file that is written.
 
     Attributes
@@ -44,15 +44,15 @@ class Output(NamedTuple):
     Attributes
     ----------
     path : Path
-    forms : tuple of Form
+    forms : tuple of OutputFormat
         What can be written there; its ending decides.
     """
 
     path: Path
-    forms: tuple[Form, ...]
+    forms: tuple[OutputFormat, ...]
 
     @property
-    def form(self) -> Form:
+    def form(self) -> OutputFormat:
         """What its ending says that it is.
 
         Raises
@@ -143,17 +143,17 @@ def refused_elsewhere(name: str, *, windows: bool | None = None) -> str:
     return "ends with a dot or a space, which Windows drops" if name.endswith((".", " ")) else ""
 
 
-def netcdf(name: str, *contents: str) -> Form:
+def netcdf(name: str, *contents: str) -> OutputFormat:
     """Return the form of a netCDF file whose attribute ``content`` is one of these; of none, a history."""
-    return Form(name, (".nc",), lambda path: _told_content(path) in (contents or ("",)))
+    return OutputFormat(name, (".nc",), lambda path: _told_content(path) in (contents or ("",)))
 
 
-def marked(name: str, *endings: str, mark: bytes = MARK) -> Form:
+def marked(name: str, *endings: str, mark: bytes = MARK) -> OutputFormat:
     """Return the form of a file that names this program at one of its ends."""
-    return Form(name, endings, lambda path: mark in _ends(path))
+    return OutputFormat(name, endings, lambda path: mark in _ends(path))
 
 
-def csv_table(name: str, *headers: str) -> Form:
+def csv_table(name: str, *headers: str) -> OutputFormat:
     """Return the form of a table (CSV) whose header begins with one of these names of columns, without their units."""
 
     def is_own(path: Path) -> bool:
@@ -162,12 +162,12 @@ def csv_table(name: str, *headers: str) -> Form:
         names = ",".join(cell.partition(" ")[0] for cell in cells) + ","
         return bool(end) and any(names.startswith(f"{header},") for header in headers)
 
-    return Form(name, (".csv",), is_own)
+    return OutputFormat(name, (".csv",), is_own)
 
 
-def unmarked(name: str, *endings: str) -> Form:
+def unmarked(name: str, *endings: str) -> OutputFormat:
     """Return the form of a file that does not say who made it: one that is there is never replaced unasked."""
-    return Form(name, endings, lambda _: False)
+    return OutputFormat(name, endings, lambda _: False)
 
 
 RESULT = netcdf("a result of historysim")

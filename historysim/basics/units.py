@@ -168,10 +168,20 @@ def conversion_factor(unit_text: str, unit: str) -> float:
     return factor
 
 
+class QuantityText(str):
+    """A quantity as text, which keeps its value and its SI unit."""
+
+    __slots__ = ("unit", "value")
+    value: float
+    unit: str
+
+
 def quantity_text(value: float, unit: str, digits: int = 4) -> str:
     """Return a quantity as text, with the prefix that leaves one to three digits before the point: ``"90 mN"``."""
     factor, prefix = prefixed(value)
-    return f"{value * factor:.{digits}g} {prefix}{unit}"
+    text = QuantityText(f"{value * factor:.{digits}g} {prefix}{unit}")
+    text.value, text.unit = float(value), unit
+    return text
 
 
 def range_text(low: float, high: float, unit: str) -> str:

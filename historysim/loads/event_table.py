@@ -65,7 +65,7 @@ def _check_kind(path: Path) -> None:
 
 
 @attrs.frozen
-class _Column:
+class _EventColumn:
     """A column: where it stands, its SI unit, and the factor that takes its numbers there."""
 
     name: str
@@ -111,7 +111,7 @@ class _Column:
         return numbers[0] if len(numbers) == 1 and bare == text else numbers
 
 
-def _columns(heading: Heading) -> list[_Column]:
+def _columns(heading: Heading) -> list[_EventColumn]:
     names = [split_unit(name)[0] for name in heading.names]
     units = {"time": "s", **{name: kind.unit for name, kind in EVENT_KINDS.items()}}
     for name in names:
@@ -125,11 +125,11 @@ def _columns(heading: Heading) -> list[_Column]:
         settled(None, heading.units(place), (units[name],), f"column {name}")[1] for place, name in enumerate(names)
     ]
     # the time is needed first, whatever comes after it
-    columns = [_Column(name, place, units[name], factors[place]) for place, name in enumerate(names)]
+    columns = [_EventColumn(name, place, units[name], factors[place]) for place, name in enumerate(names)]
     return sorted(columns, key=lambda column: column.name != "time")
 
 
-def _events(line: int, texts: Sequence[str], columns: Sequence[_Column], decimal: str) -> Iterator[Event]:
+def _events(line: int, texts: Sequence[str], columns: Sequence[_EventColumn], decimal: str) -> Iterator[Event]:
     time = 0.0
     for column in columns if any(map(str.strip, texts)) else ():
         text = texts[column.place].strip()

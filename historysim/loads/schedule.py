@@ -43,7 +43,7 @@ AT_WAYPOINT, BEYOND_LAST = -1, -2
 
 
 @attrs.frozen
-class Standing:
+class Cursor:
     """How far a schedule has come at the end of one of its times: where it can be taken up again.
 
     A channel on its way to a later waypoint is where that waypoint puts it, so what has been replayed may
@@ -78,16 +78,16 @@ class Start:
     """Where a replay begins: at the beginning, or where an earlier one of the same events stood."""
 
     state: "EnsembleState"
-    standing: Standing | None = None
+    cursor: Cursor | None = None
 
     @property
     def rows(self) -> int:
         """Rows that are recorded before."""
-        return self.standing.rows if self.standing else 0
+        return self.cursor.rows if self.cursor else 0
 
 
 @attrs.frozen
-class Stretch:
+class Segment:
     """Paths between changes of friction or geometry, and the change that ends them.
 
     Attributes
@@ -104,7 +104,7 @@ class Stretch:
         Its index.
     ramp : FrictionRamp, optional
         Where friction is on its way to on the one path, of which it goes the part ``ramp_part``.
-    standing : Standing, optional
+    cursor : Cursor, optional
         Where the schedule stands at the end, unless that is in the midst of a time or between two.
     share : float
         How much of its one path is walked, where the schedule ends between two event times; otherwise 1.
@@ -117,18 +117,18 @@ class Stretch:
     change_event: int = -1
     ramp: FrictionRamp | None = None
     ramp_part: float = 1.0
-    standing: Standing | None = None
+    cursor: Cursor | None = None
     share: float = 1.0
 
 
-def stretches(
+def segments(
     events: Sequence[Event],
     substeps: int = 1,
     most_rows: int | None = None,
     *,
-    start: Standing | None = None,
+    start: Cursor | None = None,
     until: float = math.inf,
-) -> Iterator[Stretch]:
+) -> Iterator[Segment]:
     """Schedule events, which stand in the order of their times.
 
     At each distinct time both channels first arrive where their waypoints put them, on one joint
@@ -141,11 +141,11 @@ def stretches(
     substeps : int
         Rows per interval of time, 1 or more.
     most_rows : int, optional
-        Break stretches so that none records many more rows than this.
-    start : Standing, optional
+        Break segments so that none records many more rows than this.
+    start : Cursor, optional
         Where an earlier schedule of the same events stood; the beginning by default.
     until : float
-        Stop at this time [s]. Between two event times, the last stretch is the way to the later one, of which a share
+        Stop at this time [s]. Between two event times, the last segment is the way to the later one, of which a share
         is walked, and records a row there.
 
     Raises
@@ -160,19 +160,19 @@ def stretches(
     channels = normal, tangential, friction = _channels(events, start)
     arriving_channels = ("friction", "normal", "tangential") if friction.waypoints else ("normal", "tangential")
     done, rows, previous = (start.events, start.rows, start.time) if start else (0, 0, None)
-    standing, broken_at = start, rows
+    cursor, broken_at = start, rows
     table = _Table()
     numbered_events = enumerate(itertools.islice(events, done, None), done)
     for time, numbered in itertools.groupby(numbered_events, key=lambda pair: pair[1].time):
         if time > until:
             if previous is not None and until > previous:
                 if table.paths:
-                    yield table.stretch(standing=standing or _standing(done, rows, previous, channels))
+                    yield table.segment(cursor=cursor or _cursor(done, rows, previous, channels))
                     table = _Table()
                 table.ramp = friction.ramp(time, previous)
                 table.add(normal.arrive(time, previous), tangential.arrive(time, previous), done)
                 table.record(until)
-                yield attrs.evolve(table.stretch(), share=(until - previous) / (time - previous))
+                yield attrs.evolve(table.segment(), share=(until - previous) / (time - previous))
                 return
             break
         present = list(numbered)
@@ -183,13 +183,13 @@ def stretches(
         inner = _inner_times(previous, time, substeps)
         ramp = friction.ramp(time, previous)
         if ramp is not None and table.paths:
-            yield table.stretch(standing=standing)
+            yield table.segment(cursor=cursor)
             table = _Table()
         table.ramp = ramp
         table.add(normal.arrive(time, previous), tangential.arrive(time, previous), served, inner)
         for number, group in rest:
             if table.ramp is not None or not isinstance(group, dict):
-                yield table.stretch(*_change(number, group))
+                yield table.segment(*_change(number, group))
                 table = _Table()
             if isinstance(group, dict):
                 table.add(normal.jump(group), tangential.jump(group), number)
@@ -199,21 +199,21 @@ def stretches(
                 table.add(normal.stay(), tangential.stay(), number)
         table.record(time)
         previous, done, rows = time, done + len(present), rows + 1 + len(inner)
-        # where friction is on its way, the stretch that ends here is given when friction has moved on
-        standing = _standing(done, rows, time, channels) if friction.waypoints else None
-        # changes of friction break stretches too, but in the midst of a time
+        # where friction is on its way, the segment that ends here is given when friction has moved on
+        cursor = _cursor(done, rows, time, channels) if friction.waypoints else None
+        # changes of friction break segments too, but in the midst of a time
         if table.ramp is not None or (most_rows is not None and rows - broken_at >= most_rows):
-            yield table.stretch(standing=standing or _standing(done, rows, time, channels))
+            yield table.segment(cursor=cursor or _cursor(done, rows, time, channels))
             table, broken_at = _Table(), rows
     if table.paths:
-        yield table.stretch(standing=standing or _standing(done, rows, previous, channels))
+        yield table.segment(cursor=cursor or _cursor(done, rows, previous, channels))
 
 
-def _standing(done: int, rows: int, time: float | None, channels: Sequence["_Channel"]) -> Standing | None:
+def _cursor(done: int, rows: int, time: float | None, channels: Sequence["_Channel"]) -> Cursor | None:
     """Where a schedule stands now that a time is done, if one is."""
     if time is None:
         return None
-    return Standing(
+    return Cursor(
         events=done,
         rows=rows,
         time=time,
@@ -223,7 +223,7 @@ def _standing(done: int, rows: int, time: float | None, channels: Sequence["_Cha
     )
 
 
-def standing_at(events: Sequence[Event], count: int, substeps: int = 1) -> Standing | None:
+def cursor_at(events: Sequence[Event], count: int, substeps: int = 1) -> Cursor | None:
     """Where a schedule stands when so many events are done; None in the midst of a time.
 
     Parameters
@@ -239,7 +239,7 @@ def standing_at(events: Sequence[Event], count: int, substeps: int = 1) -> Stand
         return None
     time = events[count - 1].time
     channels = _channels(events, done=count)
-    return Standing(
+    return Cursor(
         events=count,
         rows=row_count(events[:count], substeps),
         time=time,
@@ -250,7 +250,7 @@ def standing_at(events: Sequence[Event], count: int, substeps: int = 1) -> Stand
 
 
 def row_count(events: Sequence[Event], substeps: int = 1, until: float = math.inf) -> int:
-    """Return the number of rows that `stretches` records; parameters and errors as there."""
+    """Return the number of rows that `segments` records; parameters and errors as there."""
     if isinstance(events, SampledLoads) and until == math.inf:
         return events.time.size
     _check(events, substeps)
@@ -273,12 +273,12 @@ def changes_geometry(events: Sequence[Event]) -> bool:
     return not isinstance(events, SampledLoads) and any(isinstance(event, GeometryChange) for event in events)
 
 
-def _sampled(loads: SampledLoads, substeps: int) -> Stretch:
-    """Return the stretch of sampled loads, which are walked in one piece."""
+def _sampled(loads: SampledLoads, substeps: int) -> Segment:
+    """Return the segment of sampled loads, which are walked in one piece."""
     check_substeps(substeps)
     count = loads.time.size
     paths = paths_to(Goals(LOAD, loads.normal_load), Goals(DISPLACED, loads.tangential_displacement))
-    return Stretch(paths, range(1, 2 * count, 2), loads.time)
+    return Segment(paths, range(1, 2 * count, 2), loads.time)
 
 
 def _check(events: Sequence[Event], substeps: int) -> None:
@@ -328,12 +328,12 @@ def _inner_times(previous: float | None, time: float, substeps: int) -> list[flo
 
 
 def _change(number: int, group: Other | dict[str, LoadEvent]) -> tuple[FrictionChange | GeometryChange | None, int]:
-    """Return the change that ends a stretch, and its number; None where the next path starts another one only."""
+    """Return the change that ends a segment, and its number; None where the next path starts another one only."""
     return (None, -1) if isinstance(group, dict | FrictionRamp) else (group, number)
 
 
 def _channels(
-    events: Sequence[Event], start: Standing | None = None, *, done: int | None = None
+    events: Sequence[Event], start: Cursor | None = None, *, done: int | None = None
 ) -> tuple["_Channel", "_Channel", "_Channel"]:
     """Return the channels with their waypoints, in the order of `CHANNELS`."""
     found: dict[str, tuple[list[int], list[Any]]] = {name: ([], []) for name in CHANNELS}
@@ -351,7 +351,7 @@ class _Channel:
     """One channel's waypoints with their numbers among the events, and which of them it has passed."""
 
     def __init__(
-        self, name: str, numbers: list[int], waypoints: list[Any], start: Standing | None, done: int | None
+        self, name: str, numbers: list[int], waypoints: list[Any], start: Cursor | None, done: int | None
     ) -> None:
         self.name, self.numbers, self.waypoints = name, numbers, waypoints
         self.passed = 0
@@ -399,7 +399,7 @@ class _Channel:
         return waypoint, 1.0
 
     def heading(self, time: float) -> int:
-        """Index of the event that it is on its way to at a time that is done, or what `Standing` has in its place."""
+        """Index of the event that it is on its way to at a time that is done, or what `Cursor` has in its place."""
         if self.passed == 0 or self.waypoints[self.passed - 1].time == time:
             return AT_WAYPOINT
         return BEYOND_LAST if self.passed == len(self.waypoints) else self.numbers[self.passed]
@@ -423,7 +423,7 @@ def _control(event: LoadEvent) -> int:
 
 
 class _Table:
-    """Paths of one stretch, as they are scheduled."""
+    """Paths of one segment, as they are scheduled."""
 
     def __init__(self) -> None:
         self.paths: list[tuple[float, ...]] = []
@@ -443,13 +443,13 @@ class _Table:
         self.recorded[-1] = True
         self.row_times.append(time)
 
-    def stretch(
+    def segment(
         self,
         change: FrictionChange | GeometryChange | None = None,
         change_event: int = -1,
-        standing: Standing | None = None,
-    ) -> Stretch:
+        cursor: Cursor | None = None,
+    ) -> Segment:
         columns = [np.array(column) for column in zip(*self.paths, strict=True)]
         paths = paths_to(Goals(*columns[:3]), Goals(*columns[3:6]), parts=columns[6], recorded=self.recorded)
         ramp, part = self.ramp or (None, 1.0)
-        return Stretch(paths, self.events, np.array(self.row_times), change, change_event, ramp, part, standing)
+        return Segment(paths, self.events, np.array(self.row_times), change, change_event, ramp, part, cursor)

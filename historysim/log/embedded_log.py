@@ -17,9 +17,9 @@ from historysim.errors import InputError
 from historysim.loads.events import Event
 from historysim.log import canonical
 from historysim.log.file import Content
-from historysim.log.header import SURFACE, Head, head_from
+from historysim.log.header import SURFACE, LogHeader, head_from
 from historysim.recording import surface_group
-from historysim.recording.skeleton import put_attributes
+from historysim.recording.file_layout import put_attributes
 
 if TYPE_CHECKING:
     import h5netcdf
@@ -38,7 +38,7 @@ COLUMNS = {
 BATCH = "batch_end"
 
 
-def write(file: "h5netcdf.File", head: Head, content: Content) -> None:
+def write(file: "h5netcdf.File", head: LogHeader, content: Content) -> None:
     """Write head and events of a log into the group ``log`` of an open file, within that of the surface if it has one.
 
     Two groups side by side are more than compliance-checker bears (6.1 looks for a time in each).
@@ -58,7 +58,7 @@ def write(file: "h5netcdf.File", head: Head, content: Content) -> None:
     _put(group, BATCH, ("batch",), ends, {"long_name": "number of events up to each link of the chain"})
 
 
-def read(path: Path) -> tuple[Head, Content]:
+def read(path: Path) -> tuple[LogHeader, Content]:
     """Return head and events that stand in a result.
 
     Raises
@@ -106,7 +106,7 @@ def group_of(file: "netCDF4.Dataset") -> "netCDF4.Group | None":
     return parent.groups.get(GROUP)
 
 
-def _read(file: "netCDF4.Dataset", group: "netCDF4.Group") -> tuple[Head, Content]:
+def _read(file: "netCDF4.Dataset", group: "netCDF4.Group") -> tuple[LogHeader, Content]:
     surface = file.groups[surface_group.GROUP].variables if surface_group.GROUP in file.groups else {}
     arrays = {f"{SURFACE}{name}": _floats(variable[...]) for name, variable in surface.items()}
     arrays |= {name: arrays[_twin(name)] for name in getattr(group, ON_SURFACE).split()}
@@ -119,7 +119,7 @@ def _read(file: "netCDF4.Dataset", group: "netCDF4.Group") -> tuple[Head, Conten
     return head, Content(events, _links(head, events, ends), ends)
 
 
-def _links(head: Head, events: list[Event], ends: list[int]) -> list[bytes]:
+def _links(head: LogHeader, events: list[Event], ends: list[int]) -> list[bytes]:
     """Return the chain over events that came in batches, as the log has it."""
     links = [head.link]
     for first, last in pairwise(ends):

@@ -29,7 +29,7 @@ from historysim.loads.events import (
     time_text,
 )
 from historysim.log.file import Content, LogFile
-from historysim.log.header import Head
+from historysim.log.header import LogHeader
 from historysim.log.replay_start import start_before
 from historysim.memory.binding import DISPLACED
 from historysim.memory.paths import STILL, Goals, paths_to
@@ -126,7 +126,7 @@ class EventLog:
         schedule.check_substeps(substeps)
         chosen_asperities(ensemble, (), record)
         settings: dict[str, Any] = {"substeps": substeps, "saturate": saturate, "record": record, "title": title}
-        head = Head.of(ensemble, instrument=as_instrument(instrument), **settings)
+        head = LogHeader.of(ensemble, instrument=as_instrument(instrument), **settings)
         return cls(LogFile.create(Path(path), head, list(events)))
 
     def __enter__(self) -> Self:
@@ -281,12 +281,12 @@ class EventLog:
 
     def _standing(self, content: Content, past: Sequence[Event], time: float) -> list[Event]:
         """Waypoints where the channels stand at a time, for those that have none at it."""
-        standing = schedule.standing_at(content.events, len(past), self._file.head.substeps)
-        if standing is None:
+        cursor = schedule.cursor_at(content.events, len(past), self._file.head.substeps)
+        if cursor is None:
             return []
         held: list[Event] = []
         for own, channel in enumerate(schedule.CHANNELS):
-            heading = standing.heading[own]
+            heading = cursor.heading[own]
             waypoints = [event for event in past if _is_of(event, channel)]
             if waypoints and waypoints[-1].time == time:
                 continue
@@ -297,13 +297,13 @@ class EventLog:
                 ahead = content.events[heading] if heading >= 0 else None  # type: ignore[assignment]
             if not waypoints:
                 # unloaded until the last event, and then on its way if its first waypoint comes next
-                if ahead is not None and ahead.time == content.events[len(past)].time and time > standing.time:
+                if ahead is not None and ahead.time == content.events[len(past)].time and time > cursor.time:
                     held.append(self._where(type(ahead), self._state(content, time), time))
             elif ahead is None and channel != "friction":
                 held.append(attrs.evolve(waypoints[-1], time=time))
             else:
                 # where the path is straight in the displacements, a load is on its line at event times only
-                moments = [moment for moment in dict.fromkeys((standing.time, time)) if moment > waypoints[-1].time]
+                moments = [moment for moment in dict.fromkeys((cursor.time, time)) if moment > waypoints[-1].time]
                 kind = type(ahead or waypoints[-1])
                 held += [self._where(kind, self._state(content, moment), moment) for moment in moments]
         return sorted(held, key=lambda event: event.time)

@@ -28,7 +28,7 @@ from historysim.basics.lock import WriterLock
 from historysim.errors import InputError
 from historysim.loads.events import Event, check_sequence, misfit, time_text
 from historysim.log import canonical
-from historysim.log.header import Head, head_from
+from historysim.log.header import LogHeader, head_from
 from historysim.log.snapshot import Snapshot, snapshot_from
 
 ENDING = ".history"
@@ -129,7 +129,7 @@ class LogFile:
             raise
 
     @classmethod
-    def create(cls, path: Path, head: Head, events: Sequence[Event] = ()) -> Self:
+    def create(cls, path: Path, head: LogHeader, events: Sequence[Event] = ()) -> Self:
         """Make a log, which appears under its name, in place of one that is there, when all its events stand in it.
 
         The one who makes it holds the writer's lock.
@@ -290,7 +290,7 @@ class LogFile:
     def add_snapshot(self, snapshot: Snapshot) -> None:
         """Put a snapshot beside the events."""
         self.lock()
-        row = (snapshot.standing.events, snapshot.text, snapshot.link, snapshot.state, snapshot.digest)
+        row = (snapshot.cursor.events, snapshot.text, snapshot.link, snapshot.state, snapshot.digest)
         with reported(self.path), _transaction(self._open):
             self._open.execute("INSERT INTO snapshot (events, about, link, state, digest) VALUES (?, ?, ?, ?, ?)", row)
 
@@ -323,7 +323,7 @@ class LogFile:
             with suppress(sqlite3.Error):
                 connection.execute("ROLLBACK")
 
-    def _head(self) -> Head:
+    def _head(self) -> LogHeader:
         with reported(self.path), self._reading() as connection:
             _check_schema(connection, self.path)
             row = connection.execute("SELECT settings FROM head").fetchone()
@@ -349,7 +349,7 @@ class LogFile:
         return head
 
 
-def checked_events(head: Head, events: Sequence[Event], before: Sequence[Event] = ()) -> None:
+def checked_events(head: LogHeader, events: Sequence[Event], before: Sequence[Event] = ()) -> None:
     """Check events that are to follow others in a log.
 
     Raises
@@ -370,7 +370,7 @@ def checked_events(head: Head, events: Sequence[Event], before: Sequence[Event] 
             raise InputError(f"event {index} at t = {time_text(event.time)}: {problem}")
 
 
-def links_of(head: Head, events: Sequence[Event]) -> list[bytes]:
+def links_of(head: LogHeader, events: Sequence[Event]) -> list[bytes]:
     """Return the links of the log that `LogFile.create` makes, without making it."""
     links = [head.link]
     for first in range(0, len(events), MOST_EVENTS_OF_A_BATCH):
@@ -492,7 +492,7 @@ def _transaction(connection: sqlite3.Connection) -> Iterator[None]:
         raise
 
 
-def _put_head(connection: sqlite3.Connection, head: Head) -> None:
+def _put_head(connection: sqlite3.Connection, head: LogHeader) -> None:
     connection.execute("INSERT INTO head VALUES (1, ?)", (head.text,))
     for name, values in sorted(head.arrays.items()):
         connection.execute("INSERT INTO array VALUES (?, ?, ?)", (name, json.dumps(values.shape), values.tobytes()))
@@ -516,7 +516,7 @@ def _put_events(
         yield batch
 
 
-def _read(connection: sqlite3.Connection, head: Head) -> Content:
+def _read(connection: sqlite3.Connection, head: LogHeader) -> Content:
     content = Content([], [head.link], [0])
 
     def broken(problem: str) -> Content:

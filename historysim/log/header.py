@@ -56,7 +56,7 @@ RESOLUTIONS = ("displacement_resolution", "load_resolution")
 
 # slots would leave no room for what is computed once
 @attrs.frozen(eq=False, slots=False)
-class Head:
+class LogHeader:
     """What a log begins with.
 
     Attributes
@@ -259,7 +259,7 @@ def _known(ensemble: Ensemble, instrument: Instrument) -> dict[str, float]:
     return area | limits | {name: value for name, value in resolutions.items() if value > 0}
 
 
-def head_from(text: str, arrays: Mapping[str, Array]) -> Head:
+def head_from(text: str, arrays: Mapping[str, Array]) -> LogHeader:
     """Take a head from a file.
 
     Raises
@@ -274,4 +274,4 @@ def head_from(text: str, arrays: Mapping[str, Array]) -> Head:
             f"is a log of form {form!r}; expected one of {', '.join(map(str, FORMATS))}; a later version of historysim "
             "has written it"
         )
-    return Head(settings, arrays)
+    return LogHeader(settings, arrays)

@@ -33,14 +33,14 @@ def trusted_snapshots(file: LogFile, content: Content, tell: Teller = silent) ->
 
 def _start(file: LogFile, content: Content, snapshot: Snapshot) -> Start | str:
     """Return where a snapshot lets a replay begin, or why it does not."""
-    standing = snapshot.standing
-    name = f"the snapshot at t = {time_text(standing.time)}"
+    cursor = snapshot.cursor
+    name = f"the snapshot at t = {time_text(cursor.time)}"
     if snapshot.program != program():
         return f"a snapshot was made by {snapshot.program}; this is {program()}"
-    if schedule.standing_at(content.events, standing.events, file.head.substeps) != standing:
+    if schedule.cursor_at(content.events, cursor.events, file.head.substeps) != cursor:
         return f"{name} does not reckon with events that were appended since"
     try:
-        return Start(unpacked(file.head.ensemble, snapshot.state), standing)
+        return Start(unpacked(file.head.ensemble, snapshot.state), cursor)
     except InputError as error:
         return f"{name} {error}"
 
@@ -61,7 +61,7 @@ def start_before(
     """
     allowed = None if rows is None else set(rows)
     for start in trusted_snapshots(file, content, tell):
-        standing = start.standing
-        if standing and standing.time <= time and (allowed is None or standing.rows in allowed):
+        cursor = start.cursor
+        if cursor and cursor.time <= time and (allowed is None or cursor.rows in allowed):
             return start
     return Start(file.head.ensemble.initial_state())

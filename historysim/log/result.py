@@ -1,5 +1,6 @@
 """The result of a log: its rows go to their place in a netCDF file; snapshots in the log say which of them stand."""
 
+import logging
 import math
 from datetime import UTC, datetime
 from functools import partial
@@ -11,10 +12,10 @@ from historysim.basics.hdf5 import check_contained
 from historysim.basics.notices import Teller, silent
 from historysim.errors import InputError, LoadError
 from historysim.loads.events import time_text
-from historysim.loads.schedule import Standing, Start
+from historysim.loads.schedule import Cursor, Start
 from historysim.log import embedded_log
 from historysim.log.file import ENDING, Content, LogFile
-from historysim.log.header import Head
+from historysim.log.header import LogHeader
 from historysim.log.replay_start import start_before
 from historysim.log.snapshot import Snapshot
 from historysim.recording import surface_group
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
     import h5netcdf
 
     from historysim.asperities.state import EnsembleState
+
+logger = logging.getLogger(__name__)
 
 LARGE = 200e6
 """Bytes of a result from which its size is told beforehand."""
@@ -87,6 +90,7 @@ def write_result(
     steps, tip = job.steps(), content.links[-1]
     unfinished = Unfinished(output)
     keep = False
+    logger.info("%s: %d asperities, %d events, %d steps", file.path, len(head.ensemble), len(content.events), steps)
     try:
         if resume and _is_result_of(output, tip):
             return
@@ -107,24 +111,21 @@ def write_result(
                 tell(_size_notice(output, target))
             every = snapshot_every or max(1, min(MOST_SNAPSHOT_ROWS, SNAPSHOT_CELLS // len(head.ensemble)))
 
-            def snapshot(standing: Standing, state: "EnsembleState") -> None:
+            def snapshot(cursor: Cursor, state: "EnsembleState") -> None:
                 nonlocal last, keep
-                if standing.rows - last < every or standing.rows == steps:
+                if cursor.rows - last < every or cursor.rows == steps:
                     return
                 # first the rows, then the snapshot that says that they stand
                 written = target.flush()
-                ahead = max(standing.events, *(index + 1 for index in standing.heading))
+                ahead = max(cursor.events, *(index + 1 for index in cursor.heading))
                 batches = content.batches_for(ahead)
-                file.add_snapshot(Snapshot.of(standing, batches, content.links[batches], state, written))
-                last, keep = standing.rows, True
+                file.add_snapshot(Snapshot.of(cursor, batches, content.links[batches], state, written))
+                logger.debug("%s: snapshot after %d of %d steps", file.path, cursor.rows, steps)
+                last, keep = cursor.rows, True
 
             job.walk(target, start=start, most_rows=every, progress=progress, after=snapshot)
             target.finish()
-        if compression == "none":
-            unfinished.publish()
-        else:
-            with replacing(output) as smaller:
-                compress(unfinished.path, smaller, compression)
+        _publish(unfinished, output, compression)
         keep = False
     except (LoadError, InputError):
         keep = False
@@ -137,19 +138,29 @@ def write_result(
         unfinished.close(keep=keep)
 
 
+def _publish(unfinished: Unfinished, output: Path, compression: str) -> None:
+    """Put a finished result in its place."""
+    if compression == "none":
+        unfinished.publish()
+    else:
+        with replacing(output) as smaller:
+            compress(unfinished.path, smaller, compression)
+    logger.info("%s: written, %d bytes", output, output.stat().st_size)
+
+
 def _start(file: LogFile, content: Content, target: FileRecorder, tell: Teller) -> Start:
     """Return the last snapshot before which all rows stand, or the beginning, and let the recorder go on from there."""
     known: dict[int, set[bytes]] = {}
     for snapshot in file.snapshots(content):
         if not isinstance(snapshot, str) and snapshot.written:
-            known.setdefault(snapshot.standing.rows, set()).add(snapshot.written)
-    standing = target.standing(known)
-    start = start_before(file, content, math.inf, tell, rows=standing)
-    if start.standing is None:
+            known.setdefault(snapshot.cursor.rows, set()).add(snapshot.written)
+    kept = target.rows_kept(known)
+    start = start_before(file, content, math.inf, tell, rows=kept)
+    if start.cursor is None:
         tell(f"{file.path}: has no snapshot whose rows are there; the replay starts at the beginning")
     else:
-        tell(f"{file.path}: going on from t = {time_text(start.standing.time)}, after {start.rows:,} rows")
-        target.go_on(start.rows, standing[start.rows])
+        tell(f"{file.path}: going on from t = {time_text(start.cursor.time)}, after {start.rows:,} rows")
+        target.go_on(start.rows, kept[start.rows])
     return start
 
 
@@ -163,14 +174,14 @@ def _size_notice(output: Path, target: FileRecorder) -> str:
     )
 
 
-def _write_beside(file: "h5netcdf.File", head: Head, content: Content) -> None:
+def _write_beside(file: "h5netcdf.File", head: LogHeader, content: Content) -> None:
     """Write what stands beside the rows: the surface, and what the result is made from."""
     if head.surface:
         surface_group.write(file, head.surface, head.settings["surface_attributes"])
     embedded_log.write(file, head, content)
 
 
-def _attributes(head: Head, job: Replay, tip: bytes) -> dict[str, Any]:
+def _attributes(head: LogHeader, job: Replay, tip: bytes) -> dict[str, Any]:
     now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
     return job.attributes() | head.attributes | digest_attribute(tip) | {"date_created": now}
 

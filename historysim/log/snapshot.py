@@ -8,7 +8,7 @@ import attrs
 
 from historysim._version import __version__
 from historysim.asperities.ensemble import Ensemble
-from historysim.loads.schedule import Standing
+from historysim.loads.schedule import Cursor
 
 if TYPE_CHECKING:
     from historysim.asperities.state import EnsembleState
@@ -20,7 +20,7 @@ class Snapshot:
 
     Attributes
     ----------
-    standing : Standing
+    cursor : Cursor
         Events that are done, rows that are recorded, and what the channels are on their way to.
     batches : int
         Batches of the log that the state depends on, the one with the events ahead included.
@@ -34,7 +34,7 @@ class Snapshot:
         Digest of the rows before it, as `FileRecorder.flush` gives it; empty where none are written.
     """
 
-    standing: Standing
+    cursor: Cursor
     batches: int
     link: bytes
     program: str
@@ -42,15 +42,15 @@ class Snapshot:
     written: bytes = b""
 
     @classmethod
-    def of(cls, standing: Standing, batches: int, link: bytes, state: "EnsembleState", written: bytes = b"") -> Self:
+    def of(cls, cursor: Cursor, batches: int, link: bytes, state: "EnsembleState", written: bytes = b"") -> Self:
         """Take a snapshot of a state."""
-        return cls(standing, batches, link, program(), state.to_bytes(), written)
+        return cls(cursor, batches, link, program(), state.to_bytes(), written)
 
     @property
     def text(self) -> str:
         """What stands beside the state, as JSON."""
         written = {"written": self.written.hex()} if self.written else {}
-        return json.dumps({**attrs.asdict(self.standing), "batches": self.batches, "program": self.program, **written})
+        return json.dumps({**attrs.asdict(self.cursor), "batches": self.batches, "program": self.program, **written})
 
     @property
     def digest(self) -> bytes:
@@ -62,8 +62,8 @@ def snapshot_from(text: str, link: bytes, state: bytes) -> Snapshot:
     """Take a snapshot from a file."""
     told: dict[str, Any] = json.loads(text)
     batches, made_by, written = told.pop("batches"), told.pop("program"), bytes.fromhex(told.pop("written", ""))
-    standing: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in told.items()}
-    return Snapshot(Standing(**standing), batches, link, made_by, state, written)
+    cursor: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in told.items()}
+    return Snapshot(Cursor(**cursor), batches, link, made_by, state, written)
 
 
 def program() -> str:

@@ -216,7 +216,7 @@ def _verify_log(path: Path, *, tell: Teller) -> Verification:
         good, now = 0, None
         job = head.replay(content.events)
         for kept in [*reversed(starts), None] if content.events else []:
-            until = math.inf if kept is None or kept.standing is None else kept.standing.time
+            until = math.inf if kept is None or kept.cursor is None else kept.cursor.time
             state = job.state(until, start=now)
             if kept is None:
                 break
@@ -224,7 +224,7 @@ def _verify_log(path: Path, *, tell: Teller) -> Verification:
                 good += 1
             else:
                 tell(f"{path}: the snapshot at t = {time_text(until)} differs from the replay; run it again")
-            now = Start(state, kept.standing)
+            now = Start(state, kept.cursor)
         return Verification(path, len(content.events), content.links[-1].hex(), snapshots=good)
 
 

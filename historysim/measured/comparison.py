@@ -10,8 +10,8 @@ from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.display import html_table
 from historysim.basics.units import quantity_text
 from historysim.measured.loops import BRANCH_QUANTITIES, LOOP_QUANTITIES, Loops, NoLoopError
-from historysim.measured.misfit import Left, what_is_left
-from historysim.measured.observation import Observation, Passage
+from historysim.measured.misfit import Residuals, what_is_left
+from historysim.measured.observation import ModelResponse, Observation
 from historysim.measured.splitting import loops_of_channels
 
 Floats = npt.NDArray[np.float64]
@@ -28,7 +28,7 @@ class Comparison:
     ----------
     observation : Observation
         What was measured.
-    passage : Passage
+    response : ModelResponse
         What the model does along it.
     model : Loops or None
         Loops of the model, None where it has no whole one.
@@ -40,7 +40,7 @@ class Comparison:
     """
 
     observation: Observation
-    passage: Passage
+    response: ModelResponse
     model: Loops | None
     instrument: Instrument = RIGID
     contact_stiffness: float = math.nan
@@ -49,7 +49,7 @@ class Comparison:
     def of(
         cls,
         observation: Observation,
-        passage: Passage,
+        response: ModelResponse,
         instrument: Instrument = RIGID,
         contact_stiffness: float = math.nan,
     ) -> "Comparison":
@@ -58,7 +58,7 @@ class Comparison:
         Parameters
         ----------
         observation : Observation
-        passage : Passage
+        response : ModelResponse
             From `observation.passed`.
         instrument : Instrument
             What the displacement was measured by.
@@ -68,8 +68,8 @@ class Comparison:
         try:
             model = loops_of_channels(
                 observation.time,
-                passage.displacement,
-                passage.tangential_load,
+                response.displacement,
+                response.tangential_load,
                 observation.normal_load,
                 dead_band=observation.dead_band,
                 skip=observation.skip,
@@ -77,7 +77,7 @@ class Comparison:
         except NoLoopError:
             # without a whole loop the samples can still be compared
             model = None
-        return cls(observation, passage, model, instrument, contact_stiffness)
+        return cls(observation, response, model, instrument, contact_stiffness)
 
     def __repr__(self) -> str:
         return f"<Comparison: {', '.join(f'{label} {text}' for label, text in self.summary())}>"
@@ -94,7 +94,7 @@ class Comparison:
     @property
     def difference(self) -> Floats:
         """Measured less model tangential load (sample) [N], from the first sample that is compared on."""
-        off: Floats = self.observation.tangential_load - self.passage.tangential_load
+        off: Floats = self.observation.tangential_load - self.response.tangential_load
         return off[self.observation.first :]
 
     def summary(self) -> list[tuple[str, str]]:
@@ -114,9 +114,9 @@ class Comparison:
         ]
 
     @property
-    def left(self) -> Left:
+    def left(self) -> Residuals:
         """What the model leaves, and where."""
-        return what_is_left(self.observation, self.passage)
+        return what_is_left(self.observation, self.response)
 
     @property
     def notes(self) -> tuple[str, ...]:

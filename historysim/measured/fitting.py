@@ -20,9 +20,9 @@ import numpy.typing as npt
 from historysim.basics.wording import counted
 from historysim.measured import scatter
 from historysim.measured.misfit import what_is_left
-from historysim.measured.observation import Observation, Passage
+from historysim.measured.observation import ModelResponse, Observation
 from historysim.measured.power_law import CONFIDENCE
-from historysim.measured.search import FARTHEST, FARTHEST_NODE, End, Model, Search
+from historysim.measured.search import FARTHEST, FARTHEST_NODE, Model, Search, SearchResult
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -96,7 +96,7 @@ class ParameterFit:
     parameters : tuple of Parameter
     correlation : array (parameter, parameter)
         Of their estimates [1].
-    passage : Passage
+    response : ModelResponse
         What the model does at each sample, with these parameters.
     residual : array (sample)
         Measured less model load at the samples compared [N].
@@ -114,7 +114,7 @@ class ParameterFit:
 
     parameters: tuple[Parameter, ...]
     correlation: Floats
-    passage: Passage
+    response: ModelResponse
     residual: Floats
     misfit: float
     degrees_of_freedom: int
@@ -182,7 +182,7 @@ def fit_parameters(
     return _read_off(search, search.ended(walked))
 
 
-def _read_off(search: Search, end: End) -> ParameterFit:
+def _read_off(search: Search, end: SearchResult) -> ParameterFit:
     """Return what the end of a search says: estimates, their intervals, and what the data cannot tell."""
     from scipy import stats
 
@@ -200,7 +200,7 @@ def _read_off(search: Search, end: End) -> ParameterFit:
     reach = by_noise if wanders is None else np.array([each.reach for each in wanders])
     correlation = covariance / np.outer(deviation, deviation)
     middle = end.unknowns[:count]
-    off = (observation.tangential_load - end.passage.tangential_load)[search.compared]
+    off = (observation.tangential_load - end.response.tangential_load)[search.compared]
     parameters = tuple(
         Parameter(name, math.exp(at), *_around(at, width), *_around(at, noise))
         for name, at, width, noise in zip(names, middle, reach, by_noise, strict=True)
@@ -211,7 +211,7 @@ def _read_off(search: Search, end: End) -> ParameterFit:
     return ParameterFit(
         parameters=parameters,
         correlation=correlation,
-        passage=end.passage,
+        response=end.response,
         residual=off,
         misfit=misfit,
         degrees_of_freedom=freedom,
@@ -228,10 +228,10 @@ def _around(middle: float, width: float) -> tuple[float, float]:
     return math.exp(middle - width), math.exp(min(middle + width, _LARGEST))
 
 
-def _notes_on_search(search: Search, end: End, misfit: float) -> list[str]:
+def _notes_on_search(search: Search, end: SearchResult, misfit: float) -> list[str]:
     notes = []
     if misfit > MUCH_WORSE:
-        left = what_is_left(search.observation, end.passage, search.compared)
+        left = what_is_left(search.observation, end.response, search.compared)
         noise = math.sqrt(float(np.mean(end.noise**2))) / left.largest
         notes.append(
             f"{left.text()}, where noise leaves {100 * noise:.2g} %: it lacks something, or needs another start. The "
@@ -255,7 +255,7 @@ def _pieces(search: Search) -> Integers:
     return scatter.pieces(observation.turns[observation.turns >= observation.first], observation.time.size)
 
 
-def _wanders(search: Search, end: End, covariance: Floats) -> list[scatter.Wander] | None:
+def _wanders(search: Search, end: SearchResult, covariance: Floats) -> list[scatter.Wander] | None:
     """Return how the estimates wander over the pieces of the record; None where they are too few."""
     bounds = _pieces(search)
     count = bounds.size - 1

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from historysim.basics.display import columns, html_table
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
-from historysim.measured.power_law import PowerLaw, StraightLine, straight_line, through_logarithms
+from historysim.measured.power_law import PowerLawFit, StraightLine, straight_line, through_logarithms
 from historysim.measured.statistics import LoopStatistics
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ CONTENT_OF_TABLE = "statistics of friction loops"
 
 
 @attrs.frozen
-class Quantity:
+class LoopQuantity:
     """What one quantity is called, its unit, and its values.
 
     Attributes
@@ -63,7 +63,7 @@ class LoopTable:
         Its mean over the loops of each group, ascending [N or m].
     members : tuple of arrays of int (group)
         Which of the loops, by position, are in each group.
-    quantities : mapping of str to Quantity
+    quantities : mapping of str to LoopQuantity
     directions : tuple of str
         The names of the directions of branches.
     attributes : mapping of str to (str, float or int)
@@ -73,7 +73,7 @@ class LoopTable:
     along: Along
     value: Floats
     members: tuple[Integers, ...]
-    quantities: Mapping[str, Quantity]
+    quantities: Mapping[str, LoopQuantity]
     directions: tuple[str, ...]
     attributes: Mapping[str, str | float | int] = attrs.field(factory=dict)
 
@@ -117,7 +117,7 @@ class LoopTable:
         known, load, force = self._known("friction_force")
         return straight_line(load, force) if known > 1 else None
 
-    def power_law(self, quantity: str) -> PowerLaw | None:
+    def power_law(self, quantity: str) -> PowerLawFit | None:
         """Return quantity ∝ N^n through its positive means at the loads; None for fewer than two loads."""
         known, load, values = self._known(quantity)
         return through_logarithms(load, values) if known > 1 else None

@@ -45,7 +45,7 @@ from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.measured.definitions import Definitions
 from historysim.measured.looks import Strokes, what_it_looks_like
-from historysim.measured.loop_table import Along, LoopTable, Quantity, same_amplitude, same_load
+from historysim.measured.loop_table import Along, LoopQuantity, LoopTable, same_amplitude, same_load
 from historysim.measured.noise import REVERSAL
 from historysim.measured.power_law import CONFIDENCE
 from historysim.measured.preliminary_readings import reversal_factor, zero_load_factor
@@ -282,7 +282,7 @@ class Loops:
 
     def _table(self, along: Along, value: Floats, members: tuple[Integers, ...]) -> LoopTable:
         quantities = {
-            name: Quantity(label, unit, self._of_slid(name))
+            name: LoopQuantity(label, unit, self._of_slid(name))
             for name, (label, unit) in {**BRANCH_QUANTITIES, **LOOP_QUANTITIES}.items()
             if not name.endswith("_gap")
         }

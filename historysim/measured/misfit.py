@@ -9,7 +9,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.measured.observation import Observation, Passage
+from historysim.measured.observation import ModelResponse, Observation
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -21,7 +21,7 @@ SLIDES = 0.95
 
 
 @attrs.frozen(eq=False)
-class Left:
+class Residuals:
     """What a model leaves of measured loops.
 
     Attributes
@@ -66,13 +66,13 @@ class Left:
         return f"the model leaves {100 * self.rms / self.largest:.2g} % of the largest load; of its squares {of}"
 
 
-def what_is_left(observation: Observation, passage: Passage, compared: Integers | None = None) -> Left:
+def what_is_left(observation: Observation, response: ModelResponse, compared: Integers | None = None) -> Residuals:
     """Return what a model leaves of what was measured, and where.
 
     Parameters
     ----------
     observation : Observation
-    passage : Passage
+    response : ModelResponse
     compared : array of int, optional
         The samples that count; by default all that are compared.
     """
@@ -83,15 +83,15 @@ def what_is_left(observation: Observation, passage: Passage, compared: Integers 
     share = np.divide(moved[samples] - start, way, out=np.zeros(samples.size), where=way != 0)
     falls = (way < 0).astype(np.int64)
     cell = falls * PLACES + np.clip((share * PLACES).astype(np.int64), 0, PLACES - 1)
-    off = (observation.tangential_load - passage.tangential_load)[samples]
+    off = (observation.tangential_load - response.tangential_load)[samples]
     mean = _means(cell, off, 2 * PLACES)
     alike = np.nan_to_num(mean)[cell]
     own = np.nan_to_num(_means(branch, off - alike, turns.size - 1))[branch]
-    limit = passage.friction_limit[samples]
-    slides = np.abs(passage.tangential_load[samples]) >= SLIDES * limit
+    limit = response.friction_limit[samples]
+    slides = np.abs(response.tangential_load[samples]) >= SLIDES * limit
     total = float(off @ off) or 1.0
     places = np.tile((np.arange(PLACES) + 0.5) / PLACES, (2, 1))
-    return Left(
+    return Residuals(
         rms=float(np.sqrt(np.mean(off**2))),
         largest=float(np.abs(observation.tangential_load[samples]).max(initial=0.0)) or 1.0,
         at_reversals=float(np.sum(alike[~slides] ** 2)) / total,

@@ -172,7 +172,7 @@ def observe(
 
 
 @attrs.frozen(eq=False)
-class Passage:
+class ModelResponse:
     """What a model does at each sample of an observation.
 
     Attributes
@@ -197,7 +197,9 @@ class Passage:
     friction_limit: Floats
 
 
-def passed(ensemble: Ensemble, instrument: Instrument, observation: Observation, shifts: npt.ArrayLike = ()) -> Passage:
+def passed(
+    ensemble: Ensemble, instrument: Instrument, observation: Observation, shifts: npt.ArrayLike = ()
+) -> ModelResponse:
     """Return what a model does along an observation.
 
     Parameters
@@ -229,7 +231,7 @@ def passed(ensemble: Ensemble, instrument: Instrument, observation: Observation,
     stiffness = rows.totals["tangential_stiffness"]
     stiffness = stiffness / (1 + stiffness / instrument.lateral_stiffness)
     totals = rows.totals[in_time]
-    return Passage(
+    return ModelResponse(
         slope=stiffness[in_time],
         displacement=target[in_time],
         tangential_load=totals["tangential_load"],

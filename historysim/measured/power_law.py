@@ -39,7 +39,7 @@ class StraightLine:
 
 
 @attrs.frozen
-class PowerLaw:
+class PowerLawFit:
     """A quantity that goes as factor N^exponent, with an interval of 95 % confidence.
 
     Attributes
@@ -75,7 +75,7 @@ def straight_line(x: Floats, y: Floats) -> StraightLine:
     )
 
 
-def power_law(normal_load: npt.ArrayLike, friction: npt.ArrayLike) -> PowerLaw:
+def power_law(normal_load: npt.ArrayLike, friction: npt.ArrayLike) -> PowerLawFit:
     """Return μ = factor N^n fitted to friction coefficients at several loads, by a line through the logarithms.
 
     Parameters
@@ -100,7 +100,7 @@ def power_law(normal_load: npt.ArrayLike, friction: npt.ArrayLike) -> PowerLaw:
     return through_logarithms(load, coefficient)
 
 
-def through_logarithms(normal_load: Floats, values: Floats) -> PowerLaw:
+def through_logarithms(normal_load: Floats, values: Floats) -> PowerLawFit:
     """Return the power law through positive values (load) at two or more loads [N], of which not all are equal."""
     line = straight_line(np.log(normal_load), np.log(values))
-    return PowerLaw(line.slope, line.slope_low, line.slope_high, math.exp(line.intercept))
+    return PowerLawFit(line.slope, line.slope_low, line.slope_high, math.exp(line.intercept))

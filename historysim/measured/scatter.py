@@ -79,13 +79,13 @@ def wander(moves: Floats, share: Floats, confidence: float) -> Wander:
     confidence : float
         Between 0 and 1.
     """
-    plain = Line(share, trend=False)
+    plain = TrendLine(share, trend=False)
     correlation = plain.correlation(moves)
     root = math.sqrt(plain.variance(moves))
     reach = root * plain.critical_value(plain.sum, correlation, confidence)
     if moves.size < FEWEST_FOR_DRIFT:
         return Wander(reach, math.nan, math.nan, drifts=False, correlation=correlation)
-    line = Line(share, trend=True)
+    line = TrendLine(share, trend=True)
     beside, root = line.correlation(moves), math.sqrt(line.variance(moves))
     rise = float(line.rise @ moves)
     drifts = abs(rise) > root * line.critical_value(line.rise, beside, SURE)
@@ -128,7 +128,7 @@ def pieces(turns: Integers, size: int) -> Integers:
     return np.append(starts[: starts.size // stride * stride : stride], size)
 
 
-class Line:
+class TrendLine:
     """The mean of pieces of some shares, or the line through them, as matrices that act on the moves of the pieces."""
 
     def __init__(self, share: Floats, *, trend: bool) -> None:

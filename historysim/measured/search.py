@@ -29,7 +29,7 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import Instrument
 from historysim.basics.arguments import scalar
 from historysim.errors import InputError
-from historysim.measured.observation import Observation, Passage, passed
+from historysim.measured.observation import ModelResponse, Observation, passed
 
 if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult
@@ -65,7 +65,7 @@ _AT_BOUND = 1e-3
 
 
 @attrs.frozen(eq=False)
-class Slopes:
+class ResidualSlopes:
     """Derivatives of the residuals, those of the samples and behind them those of the nodes' own places.
 
     Attributes
@@ -97,13 +97,13 @@ class Slopes:
 
 
 @attrs.frozen(eq=False)
-class End:
+class SearchResult:
     """Where a search ends.
 
     Attributes
     ----------
     unknowns : array (parameter and node)
-    passage : Passage
+    response : ModelResponse
         What the model does there.
     residual : array (residual)
         Misfits over their scales, and nodes over what is known of their places.
@@ -120,7 +120,7 @@ class End:
     """
 
     unknowns: Floats
-    passage: Passage
+    response: ModelResponse
     residual: Floats
     slopes: Floats
     pull: Floats
@@ -172,7 +172,7 @@ class Search:
             raise InputError("the tangential load is 0 N throughout; expected a measured load to fit to")
         return cls(model, names, logarithms, observation, free, compared, load_noise)
 
-    def ended(self, walked: Callable[[], object] = lambda: None) -> End:
+    def ended(self, walked: Callable[[], object] = lambda: None) -> SearchResult:
         """Return where the search ends; `walked` is called after each walk along the observation."""
         told = attrs.evolve(self, model=_telling(self.model, walked))
         observation = told.observation.thinned(max(ENOUGH_SAMPLES, 20 * self.free))
@@ -211,8 +211,8 @@ class Search:
         exact = self.free <= _MOST_EXACT
 
         def residuals(x: Floats) -> Floats:
-            passage = self._walked(x)
-            return np.append(self._compare(passage, x, scale), self._room(passage, scale))
+            response = self._walked(x)
+            return np.append(self._compare(response, x, scale), self._room(response, scale))
 
         def jacobian(x: Floats) -> "Floats | csr_array":
             slopes, room = self.slopes(x, scale), self._room(self._walked(x), scale)
@@ -237,7 +237,7 @@ class Search:
             tr_solver="exact" if exact else "lsmr",
         )
 
-    def settled(self, unknowns: Floats) -> End:
+    def settled(self, unknowns: Floats) -> SearchResult:
         """Return the minimum that is near some unknowns, at the weights that hold there."""
         count = len(self.names)
         for _ in range(_MOST_ROUNDS):
@@ -247,17 +247,17 @@ class Search:
             slopes = self.slopes(unknowns, scale)
             moves = np.abs(unknowns[count:]) < FARTHEST_NODE * (1 - _AT_BOUND)
             freed, added = slopes.freed(moves)
-            passage = self._walked(unknowns)
-            residual = self._compare(passage, unknowns, scale)
+            response = self._walked(unknowns)
+            residual = self._compare(response, unknowns, scale)
             excess = math.sqrt(max(float(residual @ residual) / (self.compared.size - count), 1.0))
             near = bool((np.linalg.norm(freed, axis=0) * moved < _NEAR * excess).all())
             if near:
                 break
         pull = freed * residual[:, None]
         pull[: self.compared.size] -= added
-        return End(
+        return SearchResult(
             unknowns,
-            passage,
+            response,
             residual,
             freed,
             pull,
@@ -297,33 +297,33 @@ class Search:
 
     def minimised(self, unknowns: Floats, scale: Floats) -> float:
         """Return what is minimised: the sum of squares, less what noise of the displacement adds to it."""
-        passage = self._walked(unknowns)
-        residual = self._compare(passage, unknowns, scale)
-        return float(residual @ residual) - self._added(passage, scale)
+        response = self._walked(unknowns)
+        residual = self._compare(response, unknowns, scale)
+        return float(residual @ residual) - self._added(response, scale)
 
-    def _walked(self, x: Floats) -> Passage:
+    def _walked(self, x: Floats) -> ModelResponse:
         parameters = dict(zip(self.names, np.exp(x[: len(self.names)]).tolist(), strict=True))
         shifts = self.observation.node_offset[1:-1].copy()
         shifts[: self.free] += x[len(self.names) :] * self.observation.node_deviation[1 : 1 + self.free]
         return passed(*self.model(parameters), self.observation, shifts)
 
-    def _compare(self, passage: Passage, x: Floats, scale: Floats | float) -> Floats:
-        off = (passage.tangential_load - self.observation.tangential_load)[self.compared]
+    def _compare(self, response: ModelResponse, x: Floats, scale: Floats | float) -> Floats:
+        off = (response.tangential_load - self.observation.tangential_load)[self.compared]
         return np.concatenate([off / scale, x[len(self.names) :]])
 
     def _residuals(self, x: Floats, scale: Floats | float) -> Floats:
         return self._compare(self._walked(x), x, scale)
 
-    def _added(self, passage: Passage, scale: Floats) -> float:
+    def _added(self, response: ModelResponse, scale: Floats) -> float:
         """Return what noise of the displacement adds to the sum of squares."""
-        added = passage.slope[self.compared] * self.observation.displacement_noise / scale
+        added = response.slope[self.compared] * self.observation.displacement_noise / scale
         return float(added @ added)
 
-    def _room(self, passage: Passage, scale: Floats) -> float:
+    def _room(self, response: ModelResponse, scale: Floats) -> float:
         """Return the residual that takes that off: a constant, less it, is its square."""
-        return math.sqrt(max(_ROOM * self.compared.size - self._added(passage, scale), 1.0))
+        return math.sqrt(max(_ROOM * self.compared.size - self._added(response, scale), 1.0))
 
-    def slopes(self, x: Floats, scale: Floats) -> Slopes:
+    def slopes(self, x: Floats, scale: Floats) -> ResidualSlopes:
         """Return the derivatives of the residuals, by differences."""
         from scipy.sparse import csr_array, eye_array, vstack
 
@@ -360,7 +360,7 @@ class Search:
             csr_array((values.ravel(), places), shape=(compared.size, self.free)) for values in (loads, more)
         )
         by_node = vstack([of_samples, eye_array(self.free)], format="csr")
-        return Slopes(by_parameter, by_node, added, added_by_node)
+        return ResidualSlopes(by_parameter, by_node, added, added_by_node)
 
 
 def _compared(observation: Observation) -> Integers:

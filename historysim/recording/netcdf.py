@@ -23,8 +23,8 @@ from historysim.memory.binding import TOTALS
 from historysim.memory.rows import Rows
 from historysim.recording import recorder
 from historysim.recording.changes import STEADY, Changes
+from historysim.recording.file_layout import FileLayout, RowPlace, file_layout
 from historysim.recording.recorder import Recorder
-from historysim.recording.skeleton import Place, Skeleton, skeleton
 
 if TYPE_CHECKING:
     import h5netcdf
@@ -56,7 +56,7 @@ class FileRecorder(Recorder):
     attributes: Mapping[str, Any]
     beside: "Callable[[h5netcdf.File], None] | None" = None
     writers: int = 2
-    _skeleton: Skeleton = attrs.field(init=False)
+    _layout: FileLayout = attrs.field(init=False)
     _sums: list[int] = attrs.field(init=False)
     _held: int = attrs.field(default=0, init=False)
     _times: list[Array] = attrs.field(factory=list, init=False)
@@ -66,8 +66,8 @@ class FileRecorder(Recorder):
     _writing: list[Future[None]] = attrs.field(factory=list, init=False)
 
     def __attrs_post_init__(self) -> None:
-        self._skeleton = skeleton(self, self.attributes, self.beside)
-        self._sums = [0] * len(self._skeleton.places)
+        self._layout = file_layout(self, self.attributes, self.beside)
+        self._sums = [0] * len(self._layout.places)
         self._rows, self._spare = self.new_rows(0), self.new_rows(0)
         self._writers = ThreadPoolExecutor(self.writers, thread_name_prefix="writer")
 
@@ -81,7 +81,7 @@ class FileRecorder(Recorder):
     @property
     def size(self) -> int:
         """Bytes of the whole result."""
-        return self._skeleton.size
+        return self._layout.size
 
     def check_room(self, folder: Path) -> None:
         """Check that a folder's disk has room for what is not written yet.
@@ -99,7 +99,7 @@ class FileRecorder(Recorder):
                 "free; make room",
             )
 
-    def standing(self, known: Mapping[int, Collection[bytes]]) -> Mapping[int, bytes]:
+    def rows_kept(self, known: Mapping[int, Collection[bytes]]) -> Mapping[int, bytes]:
         """Return up to which of some numbers of rows those in the file are what they were.
 
         Parameters
@@ -119,7 +119,7 @@ class FileRecorder(Recorder):
             for rows in sorted(rows for rows in known if rows <= self.steps):
                 for first in range(begun, rows, self._most):
                     last = min(first + self._most, rows)
-                    sums = [self._read(*each, first, last) for each in zip(self._skeleton.places, sums, strict=True)]
+                    sums = [self._read(*each, first, last) for each in zip(self._layout.places, sums, strict=True)]
                 begun, written = rows, _digest(sums)
                 if written not in known[rows]:
                     break
@@ -127,7 +127,7 @@ class FileRecorder(Recorder):
         return found
 
     def go_on(self, rows: int, written: bytes) -> None:
-        """Go on after so many rows, one of the numbers that `standing` has given, with what it has given for it."""
+        """Go on after so many rows, one of the numbers that `rows_kept` has given, with what it has given for it."""
         self._sums = np.frombuffer(written, "<u4").tolist()
         self._filled = rows
 
@@ -146,7 +146,7 @@ class FileRecorder(Recorder):
         self._filled += times.size
 
     def flush(self) -> bytes:
-        """Write all rows so far to the disk; return a digest of them, by which `standing` finds out whether they are.
+        """Write all rows so far to the disk; return a digest of them, by which `rows_kept` finds out whether they are.
 
         Raises
         ------
@@ -169,9 +169,9 @@ class FileRecorder(Recorder):
         """
         self._written()
         with _reported():
-            for address, content in self._skeleton.content.items():
+            for address, content in self._layout.content.items():
                 _put(self.handle, memoryview(content), address)
-            os.ftruncate(self.handle, self._skeleton.size)
+            os.ftruncate(self.handle, self._layout.size)
 
     @property
     def _most(self) -> int:
@@ -190,13 +190,13 @@ class FileRecorder(Recorder):
 
     def _write(self, index: int, first: int, values: Array) -> None:
         """Write rows of one variable."""
-        place = self._skeleton.places[index]
+        place = self._layout.places[index]
         if place.row_size:
             content = np.ascontiguousarray(values).data.cast("B")
             self._sums[index] = zlib.crc32(content, self._sums[index])
             _put(self.handle, content, place.begin + first * place.row_size)
 
-    def _read(self, place: Place, total: int, first: int, last: int) -> int:
+    def _read(self, place: RowPlace, total: int, first: int, last: int) -> int:
         """Add rows of one variable, as they stand in the file, to a checksum."""
         begin, end = (place.begin + row * place.row_size for row in (first, last))
         return zlib.crc32(read_at(self.handle, end - begin, begin), total)

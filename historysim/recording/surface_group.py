@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.interaction.solutions import NormalSolutions
-from historysim.recording.skeleton import put_attributes
+from historysim.recording.file_layout import put_attributes
 from historysim.recording.variables import SOLUTIONS, SUMMITS, SURFACE, Variable
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.summits import Summits

@@ -31,17 +31,17 @@ class RecordedFile:
         file.set_auto_maskandscale(False)
         self.attrs = {name: file.getncattr(name) for name in file.ncattrs()}
         self.sizes = {name: len(dimension) for name, dimension in file.dimensions.items()}
-        self._columns = {name: _Column(variable) for name, variable in file.variables.items()}
+        self._columns = {name: _VariableView(variable) for name, variable in file.variables.items()}
 
     def __contains__(self, name: object) -> bool:
         return name in self._columns
 
-    def __getitem__(self, name: str) -> "_Column":
+    def __getitem__(self, name: str) -> "_VariableView":
         return self._columns[name]
 
 
 @final
-class _Column:
+class _VariableView:
     def __init__(self, variable: Any, step: Any = ...) -> None:
         self._variable, self._step = variable, step
 
@@ -54,8 +54,8 @@ class _Column:
     def values(self) -> npt.NDArray[Any]:
         return np.asarray(self._variable[self._step])
 
-    def isel(self, *, step: Any) -> "_Column":
-        return _Column(self._variable, step)
+    def isel(self, *, step: Any) -> "_VariableView":
+        return _VariableView(self._variable, step)
 
 
 @contextmanager

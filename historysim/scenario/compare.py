@@ -45,8 +45,8 @@ def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> "Comparison":
     with reported(scenario.path.name), at("loading"):
         observation = observe(measurement, skip=skip)
     ensemble = scenario.ensemble()
-    passage = passed(ensemble, scenario.instrument, observation)
-    return Comparison.of(observation, passage, scenario.instrument, sticking_stiffness(ensemble, observation))
+    response = passed(ensemble, scenario.instrument, observation)
+    return Comparison.of(observation, response, scenario.instrument, sticking_stiffness(ensemble, observation))
 
 
 def sticking_stiffness(ensemble: "Ensemble", observation: "Observation") -> float:

@@ -204,7 +204,7 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
             found = fit_parameters(model, start, observation, walked=walked)
     ensemble, instrument = model(found.values)
     stiffness = sticking_stiffness(ensemble, observation)
-    return Fit(scenario, found, Comparison.of(observation, found.passage, instrument, stiffness))
+    return Fit(scenario, found, Comparison.of(observation, found.response, instrument, stiffness))
 
 
 def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: Path) -> str:

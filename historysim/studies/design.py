@@ -66,7 +66,7 @@ class Problem:
 
 
 @attrs.frozen
-class Found:
+class Root:
     """A root, or why there is none.
 
     Attributes
@@ -220,7 +220,7 @@ def problem_of(
     return Problem(scenario, key, low, high, output, wanted, limit, share), grid
 
 
-def _limited(problem: Problem, found: Sequence[Found]) -> float:
+def _limited(problem: Problem, found: Sequence[Root]) -> float:
     """Return the value at which the output keeps its limit in the wanted share of the points.
 
     Raises
@@ -268,15 +268,15 @@ def _called(task: tuple[int, Any, Any]) -> Any:
     return task[1](*task[2])
 
 
-def _search(problem: Problem, point: Point) -> Found:
+def _search(problem: Problem, point: Point) -> Root:
     """Return where the output crosses its target."""
     try:
         return _crossing(problem, point)
     except HistorySimError as error:
-        return Found(reason=str(error))
+        return Root(reason=str(error))
 
 
-def _crossing(problem: Problem, point: Point) -> Found:
+def _crossing(problem: Problem, point: Point) -> Root:
     from scipy.optimize import brentq
 
     space = np.geomspace if problem.low > 0 else np.linspace
@@ -291,12 +291,12 @@ def _crossing(problem: Problem, point: Point) -> Found:
         unit = SUMMARIES[problem.output].units
         least, most = _text(outputs.min(), unit), _text(outputs.max(), unit)
         if np.ptp(outputs) <= 1e-12 * np.abs(outputs).max():
-            return Found(reason=f"{problem.output} is {least} whatever {problem.key} is{_why_none(problem, outputs)}")
+            return Root(reason=f"{problem.output} is {least} whatever {problem.key} is{_why_none(problem, outputs)}")
         reason = f"{problem.output} is from {least} to {most} in the range of {problem.key}; widen between"
-        return Found(reason=reason, rises=rises, throughout="below" if missing[0] < 0 else "above")
+        return Root(reason=reason, rises=rises, throughout="below" if missing[0] < 0 else "above")
     first = int(crossings[0])
     if missing[first] == 0:
-        return Found(float(values[first]), float(outputs[first]), others=crossings.size - 1, rises=rises)
+        return Root(float(values[first]), float(outputs[first]), others=crossings.size - 1, rises=rises)
     root = float(
         brentq(
             lambda value: problem.output_at(point, value) - problem.target,
@@ -310,8 +310,8 @@ def _crossing(problem: Problem, point: Point) -> Found:
     if abs(output - problem.target) > JUMPS * abs(problem.target):
         unit = SUMMARIES[problem.output].units
         reached = quantity_text(output, unit)
-        return Found(reason=f"{problem.output} jumps past its target at {problem.key} = {root:.6g}, to {reached}")
-    return Found(root, output, others=crossings.size - 1, rises=rises)
+        return Root(reason=f"{problem.output} jumps past its target at {problem.key} = {root:.6g}, to {reached}")
+    return Root(root, output, others=crossings.size - 1, rises=rises)
 
 
 def _why_none(problem: Problem, outputs: Any) -> str:
@@ -329,7 +329,7 @@ def _output_at(problem: Problem, point: Point, value: float) -> float:
 
 
 def _dataset(
-    problem: Problem, grid: Grid, found: Sequence[Found], beside: Sequence[float], middle: float
+    problem: Problem, grid: Grid, found: Sequence[Root], beside: Sequence[float], middle: float
 ) -> "xr.Dataset":
     import xarray as xr
 

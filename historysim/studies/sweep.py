@@ -1,5 +1,6 @@
 """Sweeps: a scenario at many points, each a cell that is computed once, kept, and put together with all others."""
 
+import logging
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor
 
     import xarray as xr
+
+logger = logging.getLogger(__name__)
 
 MOST_AT_ONCE = 16
 """Cells that a worker is given in one go, at most: handing over costs some tenths of a millisecond."""
@@ -156,13 +159,13 @@ class Batch:
 
 
 @attrs.frozen
-class Failed:
+class FailedCell:
     """Why a cell could not be computed."""
 
     reason: str
 
 
-def computed(batch: Batch) -> "list[xr.Dataset | Failed | None]":
+def computed(batch: Batch) -> "list[xr.Dataset | FailedCell | None]":
     """Return the cells of a batch: computed and kept, read where they are there, None where another process has them.
 
     Raises
@@ -173,7 +176,7 @@ def computed(batch: Batch) -> "list[xr.Dataset | Failed | None]":
     return [_computed(batch, name, point) for _, name, point in batch.cells]
 
 
-def _computed(batch: Batch, name: str, point: Point) -> "xr.Dataset | Failed | None":
+def _computed(batch: Batch, name: str, point: Point) -> "xr.Dataset | FailedCell | None":
     if batch.store is None:
         return _attempt(batch, point)
     store = Store(batch.store)
@@ -183,19 +186,20 @@ def _computed(batch: Batch, name: str, point: Point) -> "xr.Dataset | Failed | N
         # another process may have ended it meanwhile
         if (kept := store.read(name)) is not None:
             return kept
+        logger.info("cell %s: %s", name, point)
         found = _attempt(batch, point)
-        if not isinstance(found, Failed):
+        if not isinstance(found, FailedCell):
             store.write(name, found)
         return found
 
 
-def _attempt(batch: Batch, point: Point) -> "xr.Dataset | Failed":
+def _attempt(batch: Batch, point: Point) -> "xr.Dataset | FailedCell":
     try:
         return cell(batch.scenario, point, batch.outputs)
     except HistorySimError as error:
-        return Failed(str(error))
+        return FailedCell(str(error))
     except Exception as error:  # noqa: BLE001 - whatever it is, it shall not sink the others
-        return Failed(f"{type(error).__name__}: {error}")
+        return FailedCell(f"{type(error).__name__}: {error}")
 
 
 @attrs.define
@@ -263,11 +267,11 @@ class _Plan:
         """Compute batches, and return those cells of them that another process is computing."""
         passed_over: list[Batch] = []
 
-        def take(batch: Batch, found: "list[xr.Dataset | Failed | None]") -> None:
+        def take(batch: Batch, found: "list[xr.Dataset | FailedCell | None]") -> None:
             for (index, _, _), outcome in zip(batch.cells, found, strict=True):
                 if outcome is None:
                     passed_over.append(self._batch([index]))
-                elif isinstance(outcome, Failed):
+                elif isinstance(outcome, FailedCell):
                     self.reasons[index] = outcome.reason
                 else:
                     self.cells[index] = outcome
@@ -295,10 +299,10 @@ def _single(batch: Batch) -> list[Batch]:
     return [attrs.evolve(batch, cells=(one,)) for one in batch.cells]
 
 
-def _alone(batch: Batch) -> "list[xr.Dataset | Failed | None]":
+def _alone(batch: Batch) -> "list[xr.Dataset | FailedCell | None]":
     """Compute a cell in a process of its own, since one of its kind has brought down others."""
     try:
         with ending(processes(1)) as own:
             return [found for _, outcome in outcomes(computed, [batch], own, 1) for found in outcome]
     except BrokenError:
-        return [Failed(ENDED)]
+        return [FailedCell(ENDED)]

@@ -21,7 +21,7 @@ AHEAD = 2
 
 
 @final
-class Here(Executor):
+class InlineExecutor(Executor):
     """The process itself: a task is carried out when it is submitted."""
 
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
@@ -83,7 +83,7 @@ def executor_for(workers: int, given: Any = None) -> Iterator[tuple[Executor, in
     if given is not None:
         yield as_executor(given), getattr(given, "_max_workers", WORKERS_OF_ANY)
     elif workers == 1:
-        yield Here(), 1
+        yield InlineExecutor(), 1
     else:
         with ending(processes(workers)) as own:
             yield own, workers

@@ -9,7 +9,7 @@ import pytest
 
 import historysim as hs
 from historysim.loads.events import FrictionChange, LoadEvent
-from historysim.loads.schedule import AT_WAYPOINT, BEYOND_LAST, row_count, standing_at, stretches
+from historysim.loads.schedule import AT_WAYPOINT, BEYOND_LAST, cursor_at, row_count, segments
 from historysim.memory.binding import DISPLACED, LOAD
 from historysim.memory.rows import blank_rows
 
@@ -29,9 +29,9 @@ class Path(NamedTuple):
     recorded: bool = True
 
 
-def read(stretch):
-    paths = stretch.paths
-    assert len(paths) == len(stretch.event)
+def read(segment):
+    paths = segment.paths
+    assert len(paths) == len(segment.event)
     return [
         Path(
             *(
@@ -46,7 +46,7 @@ def read(stretch):
 
 
 def single(events, **options):
-    found = list(stretches(events, **options))
+    found = list(segments(events, **options))
     assert len(found) == 1
     assert (found[0].change, found[0].change_event) == (None, -1)
     return found[0]
@@ -92,9 +92,9 @@ def check_replay(ensemble, events, moves, **options):
 
 @pytest.mark.parametrize("events", [[N(3.0, 0.01), T(3.0, 0.002)], [T(3.0, 0.002), N(3.0, 0.01)]])
 def test_events_of_both_channels_at_one_time_are_one_joint_path(events, ensemble):
-    stretch = single(events)
-    assert read(stretch) == [Path((LOAD, 0.01, 1.0), (LOAD, 0.002, 1.0))]
-    assert stretch.row_time.tolist() == [3.0]
+    segment = single(events)
+    assert read(segment) == [Path((LOAD, 0.01, 1.0), (LOAD, 0.002, 1.0))]
+    assert segment.row_time.tolist() == [3.0]
     check_replay(ensemble, events, [[{"normal_load": 0.01, "tangential_load": 0.002}]])
 
 
@@ -113,13 +113,13 @@ def test_each_kind_controls_its_channel_and_the_other_stays_unloaded(event, norm
 
 def test_two_events_of_one_channel_at_one_time_are_two_paths_in_file_order(ensemble):
     events = [N(0.0, 0.01), U(0.0, 0.0), U(1.0, 0.02), U(1.0, -0.01)]
-    stretch = single(events)
-    assert read(stretch)[1:] == [
+    segment = single(events)
+    assert read(segment)[1:] == [
         Path((LOAD, 0.01, 1.0), (DISPLACED, 0.02, 1.0), recorded=False),
         Path((LOAD, *HELD), (DISPLACED, -0.01, 1.0)),
     ]
-    assert stretch.event == [1, 2, 3]
-    assert stretch.row_time.tolist() == [0.0, 1.0]
+    assert segment.event == [1, 2, 3]
+    assert segment.row_time.tolist() == [0.0, 1.0]
     start, there, back = {"normal_load": 0.01}, {"tangential_displacement": 0.02}, {"tangential_displacement": -0.01}
     check_replay(ensemble, events, [[start, {"tangential_displacement": 0.0}], [there, back]])
     turned = [*events[:2], events[3], events[2]]
@@ -212,16 +212,16 @@ def test_a_channel_on_its_way_in_displacement_stays_there_while_the_other_jumps(
 @pytest.mark.parametrize("substeps", [1, 2, 3, 7])
 def test_there_is_one_row_per_distinct_time_and_the_rest_of_the_substeps_between(substeps):
     events = [N(1.0, 0.01), T(1.0, 0.0), N(1.0, 0.02), T(2.0, 0.001), F(2.0, 0.4), T(2.0, 0.002), N(10.0, 0.03)]
-    found = list(stretches(events, substeps))
+    found = list(segments(events, substeps))
     times = [1.0, *np.linspace(1.0, 2.0, substeps + 1)[1:], *np.linspace(2.0, 10.0, substeps + 1)[1:]]
-    assert np.concatenate([stretch.row_time for stretch in found]) == pytest.approx(times, rel=1e-15)
-    for stretch in found:
+    assert np.concatenate([segment.row_time for segment in found]) == pytest.approx(times, rel=1e-15)
+    for segment in found:
         rows = [
-            stretch.paths["first_row"][index] + row
-            for index, path in enumerate(read(stretch))
+            segment.paths["first_row"][index] + row
+            for index, path in enumerate(read(segment))
             for row in range(path.parts - 1 + path.recorded)
         ]
-        assert rows == list(range(stretch.row_time.size))
+        assert rows == list(range(segment.row_time.size))
 
 
 def test_the_rows_at_event_times_carry_those_times_to_the_bit():
@@ -244,12 +244,12 @@ def test_substeps_are_steps_on_the_same_straight_way(ensemble):
 @pytest.mark.parametrize("substeps", [0, -1, True, 1.0, "2", None, math.nan])
 def test_substeps_are_a_whole_number_from_one_on(substeps):
     with pytest.raises(hs.InputError, match=r"substeps is .*; expected a whole number of 1 or more"):
-        list(stretches([N(0.0, 0.01)], substeps))
+        list(segments([N(0.0, 0.01)], substeps))
 
 
 def test_nothing_to_schedule_is_an_error():
     with pytest.raises(hs.InputError, match=r"there are no load events; expected at least one"):
-        list(stretches([]))
+        list(segments([]))
 
 
 # -- changes of friction ---------------------------------------------------------------------------
@@ -257,10 +257,10 @@ def test_nothing_to_schedule_is_an_error():
 
 def test_a_change_of_friction_ends_a_stretch():
     events = [N(0.0, 0.02), T(1.0, 0.002), F(1.0, 0.3), T(2.0, 0.004), F(3.0, [0.2, 0.3, 0.4])]
-    found = list(stretches(events))
-    assert [stretch.change for stretch in found] == [events[2], events[4], None]
-    assert [stretch.change_event for stretch in found] == [2, 4, -1]
-    assert [stretch.row_time.tolist() for stretch in found] == [[0.0], [1.0, 2.0], [3.0]]
+    found = list(segments(events))
+    assert [segment.change for segment in found] == [events[2], events[4], None]
+    assert [segment.change_event for segment in found] == [2, 4, -1]
+    assert [segment.row_time.tolist() for segment in found] == [[0.0], [1.0, 2.0], [3.0]]
     arrival = Path((LOAD, 0.02, 1.0), (LOAD, 0.002, 1.0), recorded=False)
     assert read(found[0])[-1] == arrival
     assert read(found[1])[0] == Path((LOAD, *HELD), (LOAD, *HELD))
@@ -291,8 +291,8 @@ def test_what_stands_after_a_change_of_friction_at_one_time_acts_after_it(ensemb
         check_replay(ensemble, [*start, *order], [first, [moves[event] for event in order]])
         histories.append(observed(hs.replay(ensemble, [*start, *order])))
     assert not np.array_equal(*histories)
-    split = list(stretches([*start, there, less, back]))
-    assert [path.recorded for stretch in split for path in read(stretch)] == [True, False, False, True]
+    split = list(segments([*start, there, less, back]))
+    assert [path.recorded for segment in split for path in read(segment)] == [True, False, False, True]
 
 
 def test_a_change_of_friction_on_the_way_leaves_the_way_straight(ensemble):
@@ -410,15 +410,15 @@ def test_random_waypoints_are_replayed_as_they_read(ensemble, seed):
 @pytest.mark.parametrize("most_rows", [1, 2, 5, 1000])
 def test_stretches_break_so_that_none_records_many_more_rows_than_told(most_rows):
     events = random_events(np.random.default_rng(3), 60)
-    whole, broken = list(stretches(events, 3)), list(stretches(events, 3, most_rows))
-    assert [path for stretch in broken for path in read(stretch)] == [
-        path for stretch in whole for path in read(stretch)
+    whole, broken = list(segments(events, 3)), list(segments(events, 3, most_rows))
+    assert [path for segment in broken for path in read(segment)] == [
+        path for segment in whole for path in read(segment)
     ]
-    assert np.array_equal(*(np.concatenate([stretch.row_time for stretch in plan]) for plan in (whole, broken)))
-    assert [number for stretch in broken for number in stretch.event] == [n for stretch in whole for n in stretch.event]
-    changes = [stretch.change_event for stretch in broken if stretch.change is not None]
-    assert changes == [stretch.change_event for stretch in whole if stretch.change is not None]
-    assert max(stretch.row_time.size for stretch in broken) < most_rows + 3
+    assert np.array_equal(*(np.concatenate([segment.row_time for segment in plan]) for plan in (whole, broken)))
+    assert [number for segment in broken for number in segment.event] == [n for segment in whole for n in segment.event]
+    changes = [segment.change_event for segment in broken if segment.change is not None]
+    assert changes == [segment.change_event for segment in whole if segment.change is not None]
+    assert max(segment.row_time.size for segment in broken) < most_rows + 3
     assert (len(broken) > len(whole)) == (most_rows < 1000)
 
 
@@ -427,11 +427,11 @@ def test_breaking_stretches_changes_no_bit(ensemble):
     ends = []
     for most_rows in (None, 1, 4):
         state, totals = ensemble.initial_state(), []
-        for stretch in stretches(events, 2, most_rows):
-            rows = blank_rows(stretch.row_time.size, None)
-            state = ensemble.walk(state, stretch.paths, rows=rows)
-            if stretch.change is not None:
-                state = ensemble.with_friction(state, stretch.change.friction)
+        for segment in segments(events, 2, most_rows):
+            rows = blank_rows(segment.row_time.size, None)
+            state = ensemble.walk(state, segment.paths, rows=rows)
+            if segment.change is not None:
+                state = ensemble.with_friction(state, segment.change.friction)
             totals.append(rows.totals)
         ends.append([np.concatenate(totals).tobytes(), state.to_bytes()])
     assert ends[0] == ends[1] == ends[2]
@@ -441,11 +441,11 @@ def test_stretches_break_between_times_however_often_friction_changes():
     events = [hs.NormalLoad(0.0, 0.01)]
     for time in range(1, 60):
         events += [hs.TangentialLoad(time, 1e-4 * (time % 3)), hs.FrictionChange(time, 0.5 + 0.001 * (time % 2))]
-    plan = list(stretches(events, 2, 10))
-    stood = [stretch.standing for stretch in plan if stretch.standing]
+    plan = list(segments(events, 2, 10))
+    stood = [segment.cursor for segment in plan if segment.cursor]
     assert len(stood) > 10
     assert max(b.rows - a.rows for a, b in itertools.pairwise(stood)) < 10 + 2
-    assert [standing_at(events, standing.events, 2) for standing in stood] == stood
+    assert [cursor_at(events, cursor.events, 2) for cursor in stood] == stood
 
 
 def test_a_schedule_is_taken_up_where_it_stood():
@@ -459,24 +459,24 @@ def test_a_schedule_is_taken_up_where_it_stood():
         hs.TangentialDisplacement(3.0, 0.01),
         hs.NormalLoad(4.0, 0.01),
     ]
-    plan = list(stretches(events, 3, 1))
+    plan = list(segments(events, 3, 1))
     rows = []
-    for number, stretch in enumerate(plan):
-        rows.append(stretch.row_time.tolist())
-        if stretch.standing:
-            again = list(stretches(events, 3, 1, start=stretch.standing))
+    for number, segment in enumerate(plan):
+        rows.append(segment.row_time.tolist())
+        if segment.cursor:
+            again = list(segments(events, 3, 1, start=segment.cursor))
             assert [one.row_time.tolist() for one in again] == [one.row_time.tolist() for one in plan[number + 1 :]]
             for one, other in zip(again, plan[number + 1 :], strict=True):
                 assert np.array_equal(one.paths, other.paths)
-                assert (one.standing, one.event) == (other.standing, other.event)
-            assert standing_at(events, stretch.standing.events, 3) == stretch.standing
-            assert stretch.standing.rows == sum(map(len, rows)) == row_count(events, 3, stretch.standing.time)
+                assert (one.cursor, one.event) == (other.cursor, other.event)
+            assert cursor_at(events, segment.cursor.events, 3) == segment.cursor
+            assert segment.cursor.rows == sum(map(len, rows)) == row_count(events, 3, segment.cursor.time)
 
 
 def test_there_is_no_standing_in_the_midst_of_a_time():
     events = [hs.NormalLoad(0.0, 0.01), hs.TangentialLoad(0.0, 0.0), hs.NormalLoad(1.0, 0.02)]
-    assert standing_at(events, 1) is None
-    assert standing_at(events, 0) is None
-    assert standing_at(events, 4) is None
-    assert standing_at(events, 2).heading == (AT_WAYPOINT, AT_WAYPOINT, AT_WAYPOINT)
-    assert standing_at(events, 3).heading == (AT_WAYPOINT, BEYOND_LAST, AT_WAYPOINT)
+    assert cursor_at(events, 1) is None
+    assert cursor_at(events, 0) is None
+    assert cursor_at(events, 4) is None
+    assert cursor_at(events, 2).heading == (AT_WAYPOINT, AT_WAYPOINT, AT_WAYPOINT)
+    assert cursor_at(events, 3).heading == (AT_WAYPOINT, BEYOND_LAST, AT_WAYPOINT)

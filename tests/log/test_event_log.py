@@ -52,9 +52,9 @@ def snapshots_everywhere(log):
     file = log._file
     content, head = file.sound(), file.head
 
-    def keep(standing, state):
-        batches = content.batches_for(max(standing.events, *(index + 1 for index in standing.heading)))
-        file.add_snapshot(Snapshot.of(standing, batches, content.links[batches], state))
+    def keep(cursor, state):
+        batches = content.batches_for(max(cursor.events, *(index + 1 for index in cursor.heading)))
+        file.add_snapshot(Snapshot.of(cursor, batches, content.links[batches], state))
 
     job = head.replay(content.events)
     job.walk(job.recorder(StateOnly), most_rows=1, after=keep)
@@ -117,7 +117,7 @@ def test_the_state_is_the_same_bits_from_any_snapshot(path):
         assert [bits(log.state(at=time, tell=told.append)) for time in times] == plain
         assert told == []
         content = log._file.sound()
-        starts = [start_before(log._file, content, time).standing for time in (0.5, 2.2, 99.0)]
+        starts = [start_before(log._file, content, time).cursor for time in (0.5, 2.2, 99.0)]
         assert [start.time for start in starts] == [0.0, 2.0, 4.0]
 
 

@@ -10,7 +10,7 @@ from historysim.asperities.wear import ArchardWear, EnergyWear
 from historysim.loads.event_table import read_events, write_events
 from historysim.log.canonical import columns_of, events_of
 from historysim.log.file import LogFile
-from historysim.log.header import Head, head_from
+from historysim.log.header import LogHeader, head_from
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 HEIGHT, RADIUS = np.array([0.0, -0.012, -0.03]), np.array([1.0, 0.7, 0.9])
@@ -46,14 +46,14 @@ def test_other_events_come_back_from_columns_and_tables(tmp_path):
 def test_a_head_keeps_law_and_wear(law):
     for wear in (None, ArchardWear(coefficient=0.01, hardness=1.0), EnergyWear(volume_per_energy=0.1, shape="blunted")):
         ensemble = hs.Ensemble(PAIR, HEIGHT, RADIUS, law, wear=wear, follow_sliding=True)
-        head = Head.of(ensemble)
+        head = LogHeader.of(ensemble)
         again = head_from(head.text, head.arrays).ensemble
         assert (again.law, again.wear, again.follow_sliding) == (law, wear, True)
         assert again.friction.tobytes() == ensemble.friction.tobytes()
 
 
 def test_a_head_of_steady_contacts_is_that_of_earlier_versions():
-    settings = Head.of(hs.Ensemble(PAIR, HEIGHT, RADIUS, 0.5)).settings
+    settings = LogHeader.of(hs.Ensemble(PAIR, HEIGHT, RADIUS, 0.5)).settings
     assert settings["format"] == 1
     assert not {"friction_law", "wear", "follow_sliding"} & set(settings)
 

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.loads.schedule import Standing
+from historysim.loads.schedule import Cursor
 from historysim.log import file as log_file
 from historysim.log.canonical import columns_of, events_of
 from historysim.log.file import LogFile, links_of
-from historysim.log.header import Head, head_from
+from historysim.log.header import LogHeader, head_from
 from historysim.log.snapshot import Snapshot, unpacked
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
@@ -41,7 +41,7 @@ def path(tmp_path):
 
 @pytest.fixture
 def made(path, small_batches):  # noqa: ARG001 - the batches are those that it makes
-    LogFile.create(path, Head.of(ENSEMBLE, title="three"), EVENTS).close()
+    LogFile.create(path, LogHeader.of(ENSEMBLE, title="three"), EVENTS).close()
     return path
 
 
@@ -85,9 +85,9 @@ def test_the_head_makes_the_ensemble_again_bit_for_bit(made):
         assert again.pair.displacement_ratio == ENSEMBLE.pair.displacement_ratio
         assert file.head.instrument.rigid
         assert file.head.settings["title"] == "three"
-    soft = Head.of(ENSEMBLE, instrument=hs.Instrument(3.34e5))
+    soft = LogHeader.of(ENSEMBLE, instrument=hs.Instrument(3.34e5))
     assert head_from(soft.text, soft.arrays).instrument == hs.Instrument(3.34e5)
-    assert soft.link != Head.of(ENSEMBLE).link
+    assert soft.link != LogHeader.of(ENSEMBLE).link
 
 
 def test_what_is_appended_is_chained_to_what_is_there(made):
@@ -139,9 +139,9 @@ def test_rows_can_be_neither_changed_nor_deleted(made, table, change):
 def test_a_new_log_takes_the_place_of_an_old_one_when_it_is_whole(made):
     before = made.read_bytes()
     with pytest.raises(hs.InputError, match="is not a load event"):
-        LogFile.create(made, Head.of(ENSEMBLE), [*EVENTS, None])
+        LogFile.create(made, LogHeader.of(ENSEMBLE), [*EVENTS, None])
     assert made.read_bytes() == before
-    LogFile.create(made, Head.of(ENSEMBLE), EVENTS[:1]).close()
+    LogFile.create(made, LogHeader.of(ENSEMBLE), EVENTS[:1]).close()
     with LogFile(made) as file:
         assert file.sound().events == EVENTS[:1]
     assert names(made.parent) == ["run.history"]
@@ -283,9 +283,9 @@ def with_snapshot(path):
     """A log with a snapshot after its first batch."""
     with LogFile(path, write=True) as file:
         state = ENSEMBLE.advance(ENSEMBLE.initial_state(), normal_load=0.03, tangential_load=0.006)
-        standing = Standing(events=2, rows=2, time=1.0, passed=(1, 1), control=(0, 0), heading=(4, -1))
-        file.add_snapshot(Snapshot.of(standing, 1, file.sound().links[1], state))
-    return standing, state
+        cursor = Cursor(events=2, rows=2, time=1.0, passed=(1, 1), control=(0, 0), heading=(4, -1))
+        file.add_snapshot(Snapshot.of(cursor, 1, file.sound().links[1], state))
+    return cursor, state
 
 
 def same(one, other):
@@ -293,10 +293,10 @@ def same(one, other):
 
 
 def test_a_snapshot_holds_the_whole_state(made):
-    standing, state = with_snapshot(made)
+    cursor, state = with_snapshot(made)
     with LogFile(made) as file:
         (found,) = file.snapshots(file.sound())
-    assert found.standing == standing
+    assert found.cursor == cursor
     assert same(unpacked(ENSEMBLE, found.state), state)
     assert same(unpacked(ENSEMBLE, ENSEMBLE.initial_state().to_bytes()), ENSEMBLE.initial_state())
 
@@ -335,7 +335,7 @@ def test_a_damaged_snapshot_is_told_and_harms_nothing(made, statement, reason):
 def test_a_snapshot_of_another_log_is_told(made, tmp_path):
     with_snapshot(made)
     other = tmp_path / "other.history"
-    LogFile.create(other, Head.of(ENSEMBLE, title="another"), EVENTS).close()
+    LogFile.create(other, LogHeader.of(ENSEMBLE, title="another"), EVENTS).close()
     connection = sqlite3.connect(other)
     connection.execute("ATTACH DATABASE ? AS source", (str(made),))
     connection.execute("INSERT INTO snapshot SELECT * FROM source.snapshot")
@@ -357,7 +357,7 @@ def test_a_second_writer_is_told_and_readers_are_not_held_up(made):
             with pytest.raises(OSError, match="another process is writing it"):
                 reader.append([hs.NormalLoad(3.0, 0.01)])
             with pytest.raises(OSError, match="another process is writing it"):
-                LogFile.create(made, Head.of(ENSEMBLE), EVENTS)
+                LogFile.create(made, LogHeader.of(ENSEMBLE), EVENTS)
             writer.append([hs.NormalLoad(3.0, 0.01)])
             assert len(reader.sound().events) == len(EVENTS) + 1
     with LogFile(made) as file:

@@ -49,7 +49,7 @@ def interrupted(folder, monkeypatch, after=5):
 
     def add(self, snapshot):
         original(self, snapshot)
-        written.append(snapshot.standing.rows)
+        written.append(snapshot.cursor.rows)
         if len(written) == after:
             raise Ended
 
@@ -355,7 +355,7 @@ def test_a_snapshot_that_differs_from_the_replay_is_told(folder):
         content = file.sound()
         snapshot = next(found for found in file.snapshots(content) if not isinstance(found, str))
         state = file.head.ensemble.initial_state()
-        file.add_snapshot(type(snapshot).of(snapshot.standing, snapshot.batches, snapshot.link, state))
+        file.add_snapshot(type(snapshot).of(snapshot.cursor, snapshot.batches, snapshot.link, state))
     told = []
     hs.verify(folder / "killed.history", tell=told.append)
     assert any("differs from the replay" in line for line in told)

@@ -18,8 +18,8 @@ from historysim.results.plots.measured_and_model import plot_comparison
 @pytest.fixture(scope="module")
 def compared():
     observed = observation.observe(synthetic.measured("ball", 0), skip=0)
-    passage = observation.passed(*synthetic.model("ball")({"friction": 0.19, "lateral_stiffness": 3e5}), observed)
-    return Comparison.of(observed, passage)
+    response = observation.passed(*synthetic.model("ball")({"friction": 0.19, "lateral_stiffness": 3e5}), observed)
+    return Comparison.of(observed, response)
 
 
 def area(moved, load):
@@ -28,8 +28,8 @@ def area(moved, load):
 
 
 def test_the_difference_is_measured_less_model(compared):
-    observed, passage = compared.observation, compared.passage
-    off = observed.tangential_load - passage.tangential_load
+    observed, response = compared.observation, compared.response
+    off = observed.tangential_load - response.tangential_load
     assert_array_equal(compared.difference, off)
     lines = dict(compared.summary())
     assert lines["samples compared"] == f"{off.size:,}"
@@ -46,7 +46,7 @@ def test_loops_and_their_energies_by_another_way(compared):
     assert_array_equal(compared.measured.ends, compared.model.ends)
     for loops, moved, load in (
         (compared.measured, observed.displacement, observed.tangential_load),
-        (compared.model, compared.passage.displacement, compared.passage.tangential_load),
+        (compared.model, compared.response.displacement, compared.response.tangential_load),
     ):
         energy = np.array([area(moved[start : end + 1], load[start : end + 1]) for start, _, end in loops.ends])
         # the load steps in the second loop, and the last one is cut off
@@ -78,8 +78,8 @@ def test_the_table_has_both_side_by_side(compared):
 
 def test_skipped_loops_are_left_out_of_all():
     observed = observation.observe(synthetic.measured("ball", 0), skip=2)
-    passage = observation.passed(*synthetic.model("ball")(synthetic.TRUTHS["ball"]), observed)
-    compared = Comparison.of(observed, passage)
+    response = observation.passed(*synthetic.model("ball")(synthetic.TRUTHS["ball"]), observed)
+    compared = Comparison.of(observed, response)
     assert compared.difference.size == observed.time.size - observed.first
     assert compared.measured.number.tolist()[0] == 2
     assert compared.measured.ends[0, 0] == observed.first
@@ -92,11 +92,11 @@ def test_a_record_without_a_loop_is_compared_without_a_table(compared):
         for name in ("time", "displacement", "tangential_load", "normal_load")
     }
     short = attrs.evolve(compared.observation, **kept, turns=np.array([0, 79]), nodes=np.array([0, 79]), loops=None)
-    passage = attrs.evolve(
-        compared.passage,
-        **{name: value[part] for name, value in attrs.asdict(compared.passage, recurse=False).items()},
+    response = attrs.evolve(
+        compared.response,
+        **{name: value[part] for name, value in attrs.asdict(compared.response, recurse=False).items()},
     )
-    alone = Comparison.of(short, passage)
+    alone = Comparison.of(short, response)
     assert alone.measured is None
     assert alone.rows() == []
     assert dict(alone.summary())["loops"] == "none"
@@ -116,16 +116,16 @@ def test_the_picture_shows_measurement_and_model(compared):
     loops, loads, energies, difference, left = figure.axes
     assert figure.get_size_inches()[0] == pytest.approx(180 / 25.4, rel=0.01)
     assert figure.get_suptitle() == r"of \$5 and 3 % more"
-    observed, passage = compared.observation, compared.passage
+    observed, response = compared.observation, compared.response
     (measured,), (model,) = lines_of(loops, plots.MEASURED), lines_of(loops, plots.MODEL)
     assert loops.get_xlabel() == "displacement (nm)"
     assert loops.get_ylabel() == "tangential load $T$ (mN)"
     assert_allclose(measured.get_xdata(), 1e9 * observed.displacement)
     assert_allclose(measured.get_ydata(), 1e3 * observed.tangential_load)
-    assert sorted(model.get_ydata()) == pytest.approx(sorted(1e3 * passage.tangential_load))
+    assert sorted(model.get_ydata()) == pytest.approx(sorted(1e3 * response.tangential_load))
     (measured,), (model,) = lines_of(loads, plots.MEASURED), lines_of(loads, plots.MODEL)
     assert_array_equal(measured.get_xdata(), observed.time)
-    assert_allclose(model.get_ydata(), 1e3 * passage.tangential_load)
+    assert_allclose(model.get_ydata(), 1e3 * response.tangential_load)
     points = [line for line in difference.lines if len(line.get_xdata()) > 2]
     assert_allclose(points[0].get_ydata(), 1e3 * compared.difference)
     assert difference.get_ylabel() == "$ΔT$ (mN)"
@@ -154,7 +154,7 @@ def test_a_long_record_is_thinned_and_keeps_its_turning_points(compared, monkeyp
             assert len(line.get_xdata()) <= 100 + turns.size
     assert set(1e3 * compared.observation.tangential_load[turns]) <= set(loads.lines[0].get_ydata())
     (model,) = lines_of(loops, plots.MODEL)
-    assert set(1e3 * compared.passage.tangential_load[turns]) <= set(model.get_ydata())
+    assert set(1e3 * compared.response.tangential_load[turns]) <= set(model.get_ydata())
     assert max(len(line.get_xdata()) for line in difference.lines) <= 100
 
 

@@ -30,12 +30,12 @@ def record_of(moved, normal_load, load=None, dead_band=0.0):
 
 
 def assert_as_replayed(ensemble, instrument, record):
-    passage = passed(ensemble, instrument, observe(record))
+    response = passed(ensemble, instrument, observe(record))
     history = hs.replay(ensemble, record.events(), instrument=instrument, record="totals")
     force = float(np.abs(history.total_tangential_load).max())
-    assert_array_equal(passage.displacement, record["tangential_displacement"])
-    assert_allclose(passage.tangential_load, history.total_tangential_load, rtol=0, atol=1e-12 * force)
-    assert_allclose(passage.friction_limit, 0.2 * record["normal_load"], rtol=1e-12)
+    assert_array_equal(response.displacement, record["tangential_displacement"])
+    assert_allclose(response.tangential_load, history.total_tangential_load, rtol=0, atol=1e-12 * force)
+    assert_allclose(response.friction_limit, 0.2 * record["normal_load"], rtol=1e-12)
 
 
 loads_and_moves = st.lists(st.tuples(st.floats(1e-3, 0.1), st.floats(-2e-7, 2e-7)), min_size=2, max_size=30)
@@ -76,11 +76,11 @@ def test_along_a_branch_displacements_are_passed_in_their_order():
     moved = np.array([0, 2, 1, 3, 5, 4, 6, 3, 4, 1, 2, -1.0]) * 1e-8
     observation = observe(record_of(moved, 0.05, dead_band=2.5e-8))
     assert observation.turns.tolist() == [0, 6, 11]
-    passage = passed(BALL, hs.Instrument(), observation)
-    assert_allclose(passage.displacement, moved, atol=1e-22)
+    response = passed(BALL, hs.Instrument(), observation)
+    assert_allclose(response.displacement, moved, atol=1e-22)
     for branch, sign in ((slice(0, 7), 1), (slice(6, 12), -1)):
         order = np.argsort(sign * moved[branch])
-        assert (np.diff(passage.tangential_load[branch][order]) * sign >= 0).all()
+        assert (np.diff(response.tangential_load[branch][order]) * sign >= 0).all()
 
 
 def test_shifted_nodes_are_where_they_are_said_to_be():
@@ -95,9 +95,9 @@ def test_shifted_nodes_are_where_they_are_said_to_be():
 def test_the_stiffness_is_that_of_contact_and_instrument():
     moved = np.array([0, 1e-12, 1e-6, 1.1e-6])
     stick = 8 * 2e10 * (3 * 0.05 * 1e-3 / (4 * 1e11)) ** (1 / 3)
-    passage = passed(BALL, SOFT, observe(record_of(moved, 0.05), displacement_noise=0.0))
-    assert passage.stiffness[1] == pytest.approx(1 / (1 / stick + 1 / 5e5), rel=1e-3)
-    assert passage.stiffness[3] == pytest.approx(0, abs=1e-6 * stick)
+    response = passed(BALL, SOFT, observe(record_of(moved, 0.05), displacement_noise=0.0))
+    assert response.stiffness[1] == pytest.approx(1 / (1 / stick + 1 / 5e5), rel=1e-3)
+    assert response.stiffness[3] == pytest.approx(0, abs=1e-6 * stick)
 
 
 # -- observe ---------------------------------------------------------------------------------------

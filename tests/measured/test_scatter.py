@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from historysim.measured.scatter import Line, of_values, pieces, wander
+from historysim.measured.scatter import TrendLine, of_values, pieces, wander
 
 EVEN = np.full(16, 1 / 16)
 
@@ -20,7 +20,7 @@ def drawn(random, share, correlation=0.0):
 def test_five_of_a_hundred_records_are_outside(share, trend, correlation):
     """With the correlation known."""
     random = np.random.default_rng(0)
-    line = Line(share, trend=trend)
+    line = TrendLine(share, trend=trend)
     for of in (line.sum, line.rise)[: 1 + trend]:
         reach = line.critical_value(of, correlation, 0.95)
         moves = [drawn(random, share, correlation) for _ in range(4_000)]
@@ -32,14 +32,14 @@ def test_five_of_a_hundred_records_are_outside(share, trend, correlation):
 def test_two_pieces_have_the_quantile_of_cauchy():
     """With two pieces V is (h_1 - h_2)²/6, and the ratio of two normal numbers is Cauchy's."""
     expected = np.tan(0.95 * np.pi / 2) * np.sqrt(6)
-    line = Line(np.array([0.5, 0.5]), trend=False)
+    line = TrendLine(np.array([0.5, 0.5]), trend=False)
     # the quadrature meets a pole near its end, since the quantile is large
     assert line.critical_value(line.sum, 0.0, 0.95) == pytest.approx(expected, rel=1e-3)
 
 
 def test_many_pieces_tend_to_the_limit_of_kiefer_vogelsang_and_bunzel():
     """Their table, with V = ∫ S² in place of twice that: 6.81 at 97.5 %; simulated by them to some 0.5 %."""
-    line = Line(np.full(150, 1 / 150), trend=False)
+    line = TrendLine(np.full(150, 1 / 150), trend=False)
     assert line.critical_value(line.sum, 0.0, 0.95) == pytest.approx(6.811 / np.sqrt(2), rel=0.02)
 
 
@@ -47,15 +47,15 @@ def test_a_straight_drift_has_the_variance_of_its_closed_form():
     """The value drifts by D from end to end: S is D (r² - r)/2, and V is D²/60."""
     share = np.full(300, 1 / 300)
     moves = share * (np.cumsum(share) - share / 2 - 0.5)
-    assert Line(share, trend=False).variance(moves) == pytest.approx(1 / 60, rel=1e-4)
-    beside = Line(share, trend=True)
+    assert TrendLine(share, trend=False).variance(moves) == pytest.approx(1 / 60, rel=1e-4)
+    beside = TrendLine(share, trend=True)
     assert beside.variance(moves) == pytest.approx(0, abs=1e-20)
     assert beside.rise @ moves == pytest.approx(1)
 
 
 def test_what_does_not_wander_has_no_variance():
     share = np.array([0.2, 0.5, 0.3])
-    line = Line(share, trend=False)
+    line = TrendLine(share, trend=False)
     assert line.variance(0.7 * share) == pytest.approx(0, abs=1e-15)
     assert_allclose(line.variance(3 * share + [1, -1, 0]), line.variance(np.array([1.0, -1, 0])))
     assert wander(np.zeros(16), EVEN, 0.95).reach == 0

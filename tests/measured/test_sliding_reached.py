@@ -69,8 +69,8 @@ def test_a_file_of_loops_shows_the_same(loads):
 
 def test_a_comparison_shows_bounds_as_bounds():
     observed = observe(short())
-    passage = synthetic.observation.passed(*synthetic.model("ball")(synthetic.TRUTHS["ball"]), observed)
-    table = {label: texts for label, *texts in Comparison.of(observed, passage).rows()}
+    response = synthetic.observation.passed(*synthetic.model("ball")(synthetic.TRUTHS["ball"]), observed)
+    table = {label: texts for label, *texts in Comparison.of(observed, response).rows()}
     assert all(text.startswith("≥ 0.18") for text in table["friction coefficient"])
 
 

@@ -102,7 +102,7 @@ def last_snapshot(log):
         return 0
     with LogFile(log) as file:
         content = file.sound()
-        rows = [snapshot.standing.rows for snapshot in file.snapshots(content) if not isinstance(snapshot, str)]
+        rows = [snapshot.cursor.rows for snapshot in file.snapshots(content) if not isinstance(snapshot, str)]
     return max(rows, default=0)
 
 

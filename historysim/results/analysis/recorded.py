@@ -12,7 +12,7 @@ from historysim.errors import InputError
 Floats = npt.NDArray[np.float64]
 
 
-class Column(Protocol):
+class VariableView(Protocol):
     """A variable of a history."""
 
     @property
@@ -23,7 +23,7 @@ class Column(Protocol):
     def values(self) -> npt.NDArray[Any]:
         """What stands in it."""
 
-    def isel(self, *, step: Any) -> "Column":
+    def isel(self, *, step: Any) -> "VariableView":
         """Return it at a step, or at a slice of steps."""
 
 
@@ -41,7 +41,7 @@ class Recorded(Protocol):
     def __contains__(self, name: object, /) -> bool:
         """Return whether there is a variable of this name."""
 
-    def __getitem__(self, name: str, /) -> Column:
+    def __getitem__(self, name: str, /) -> VariableView:
         """Return a variable."""
 
 
@@ -181,12 +181,12 @@ class Friction:
     ----------
     changes : bool
         Whether they change from step to step.
-    source : Column
+    source : VariableView
         Along ``asperity``, ``step`` or both.
     """
 
     changes: bool
-    source: Column
+    source: VariableView
 
     def of(self, steps: object) -> Floats:
         """Return those of a step (asperity), or of steps (step, asperity); a size of 1 stands for all asperities."""

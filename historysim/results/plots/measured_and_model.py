@@ -57,7 +57,7 @@ def _thin(comparison: Comparison) -> npt.NDArray[np.int64]:
 
 
 def _draw_loops(axes: "Axes", comparison: Comparison) -> None:
-    observation, passage = comparison.observation, comparison.passage
+    observation, response = comparison.observation, comparison.response
     shown = _thin(comparison)
     factor, prefix = prefixed(float(np.abs(observation.displacement).max()))
     force, force_prefix = _force(comparison)
@@ -70,14 +70,14 @@ def _draw_loops(axes: "Axes", comparison: Comparison) -> None:
         "rasterized": True,
         "zorder": 3,
     }
-    load, modelled = observation.tangential_load, passage.tangential_load
+    load, modelled = observation.tangential_load, response.tangential_load
     axes.plot(observation.displacement[shown] * factor, load[shown] * force, color=MEASURED, label="measured", **dots)
     # along a branch the model passes the displacements in their order, not in that of time
     order = np.concatenate(
         [
             start
             + np.argsort(
-                passage.displacement[start:end] * np.sign(passage.displacement[end] - passage.displacement[start])
+                response.displacement[start:end] * np.sign(response.displacement[end] - response.displacement[start])
             )
             for start, end in zip(observation.turns[:-1], observation.turns[1:], strict=True)
         ]
@@ -86,13 +86,13 @@ def _draw_loops(axes: "Axes", comparison: Comparison) -> None:
     # of a long record no more than a page can show, and all turning points
     order = order[np.union1d(np.arange(0, order.size, -(-order.size // MOST_POINTS)), observation.turns)]
     line: dict[str, Any] = {"color": MODEL, "linewidth": 0.8, "rasterized": True}
-    axes.plot(passage.displacement[order] * factor, modelled[order] * force, label="model", **line)
+    axes.plot(response.displacement[order] * factor, modelled[order] * force, label="model", **line)
     if not comparison.instrument.rigid:
         stiffness = comparison.instrument.lateral_stiffness
         contact = contact_displacement(observation.displacement, load, stiffness).values
         dots["color"] = CORRECTED
         axes.plot(contact[shown] * factor, load[shown] * force, label="measured, of the contact", **dots)
-        contact = contact_displacement(passage.displacement, modelled, stiffness).values
+        contact = contact_displacement(response.displacement, modelled, stiffness).values
         line["linestyle"] = (0, (4, 1.5))
         axes.plot(contact[order] * factor, modelled[order] * force, label="model, of the contact", **line)
     axes.margins(0.06)
@@ -109,7 +109,7 @@ def _draw_loads(axes: "Axes", comparison: Comparison) -> None:
     force, prefix = _force(comparison)
     time = observation.time[shown]
     axes.plot(time, observation.tangential_load[shown] * force, color=MEASURED, linewidth=0.9, rasterized=True)
-    axes.plot(time, comparison.passage.tangential_load[shown] * force, color=MODEL, linewidth=0.6, rasterized=True)
+    axes.plot(time, comparison.response.tangential_load[shown] * force, color=MODEL, linewidth=0.6, rasterized=True)
     axes.margins(x=0.01)
     axes.set(title="Tangential load", ylabel=f"$T$ ({prefix}N)", xlabel="time (s)")
 
@@ -145,7 +145,7 @@ def _draw_left(axes: "Axes", comparison: Comparison) -> None:
             side = "top" if mean[at] < 0 else "bottom"
             axes.annotate(f" {label}", (100 * place[at], mean[at] * factor), color=colour, fontsize=7, va=side)
     axes.margins(y=0.12)
-    axes.set(title="Left over the branch", ylabel=f"mean $ΔT$ ({prefix}N)", xlabel="way from reversal (%)")
+    axes.set(title="Residuals over the branch", ylabel=f"mean $ΔT$ ({prefix}N)", xlabel="way from reversal (%)")
 
 
 def _draw_energies(axes: "Axes", comparison: Comparison) -> None:
@@ -176,6 +176,6 @@ def _draw_energies(axes: "Axes", comparison: Comparison) -> None:
 def _force(comparison: Comparison) -> tuple[float, str]:
     largest = max(
         float(np.abs(load).max())
-        for load in (comparison.observation.tangential_load, comparison.passage.tangential_load)
+        for load in (comparison.observation.tangential_load, comparison.response.tangential_load)
     )
     return prefixed(largest)

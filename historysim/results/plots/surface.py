@@ -41,7 +41,7 @@ FLAT: dict[str, Any] = {"color": INK, "linewidth": 0.8, "linestyle": (0, (4, 2))
 
 
 @attrs.frozen(eq=False)
-class Contact:
+class ContactAtStep:
     """What a history says of the summits at one step.
 
     Attributes
@@ -211,7 +211,7 @@ def check_summits(surface: xr.Dataset) -> None:
         raise InputError("the surface holds no summits; expected the group surface of a result")
 
 
-def contact_at(surface: xr.Dataset, history: xr.Dataset, step: int) -> Contact:
+def contact_at(surface: xr.Dataset, history: xr.Dataset, step: int) -> ContactAtStep:
     """Return what a history says of the summits of a surface at a step."""
     row = history.isel(step=step)
     count = int(row["contact_count"])
@@ -225,7 +225,7 @@ def contact_at(surface: xr.Dataset, history: xr.Dataset, step: int) -> Contact:
     state[np.argsort(-shape["summit_height"], kind="stable")[:count]] = TOUCHING
     if places.size:
         state[places] = row["slip_state"].values
-    return Contact(
+    return ContactAtStep(
         state, shape["summit_height"], shape["summit_radius"], float(row["separation"]), caption_at(history, step)
     )
 
@@ -323,7 +323,7 @@ def _draw_heights(
         bar.outline.set_linewidth(0.4)
 
 
-def _draw_profile(axes: "Axes", surface: xr.Dataset, state: States, contact: Contact | None) -> None:
+def _draw_profile(axes: "Axes", surface: xr.Dataset, state: States, contact: ContactAtStep | None) -> None:
     axis = "x" if surface.sizes["x"] > 1 else "y"
     points, heights = surface[axis].values, surface["height"].values.ravel()
     summits = surface["summit_height"].values if contact is None else contact.height
@@ -337,7 +337,7 @@ def _draw_profile(axes: "Axes", surface: xr.Dataset, state: States, contact: Con
     axes.set(title="Profile and summits", xlabel=f"${axis}$ ({unit})", ylabel=f"height $z$ ({height_unit})")
 
 
-def draw_distribution(axes: "Axes", surface: xr.Dataset, state: States, contact: Contact | None) -> None:
+def draw_distribution(axes: "Axes", surface: xr.Dataset, state: States, contact: ContactAtStep | None) -> None:
     """Draw the radius of each summit against its height."""
     heights, radii = (surface["summit_height"].values, surface["summit_radius"].values)
     if contact is not None:
@@ -387,7 +387,7 @@ def draw_legend(
     figure: "Figure",
     surface: xr.Dataset,
     state: States,
-    contact: Contact | None,
+    contact: ContactAtStep | None,
     *,
     columns: int | None = None,
     flat: bool = True,

@@ -21,7 +21,7 @@ def plot_yielding(history: xr.Dataset, *, size: Size | None = None) -> "Figure":
     Parameters
     ----------
     history : xarray.Dataset
-        A history of summits that may yield, with its asperities.
+        A history of summits that may yield, with its asperities. What lies before its first step is not drawn.
     size : (float, float), optional
         Width and height [mm].
 
@@ -42,8 +42,6 @@ def plot_yielding(history: xr.Dataset, *, size: Size | None = None) -> "Figure":
     kept = kept_steps(history.sizes["step"])
     approach = history["summit_height"].values.max() - history["separation"].values[kept]
     load, spent = history["total_normal_load"].values[kept], history["total_yielding_energy"].values[kept]
-    # the contact begins to be loaded where nothing touches
-    approach, load, spent = (np.concatenate([[0.0], each]) for each in (approach, load, spent))
     yields = np.diff(spent) > 0
     lengths, length_unit = scaled(approach, "m")
     loads, load_unit = scaled(load, "N")

@@ -219,7 +219,7 @@ class Each:
 
 
 @attrs.frozen
-class Block:
+class WaypointBlock:
     """Waypoints to run, some number of times, at each of some values."""
 
     waypoints: tuple[Waypoint, ...]
@@ -272,7 +272,7 @@ class Block:
 class Blocks(Written):
     """``[[loading.blocks]]``: runs of waypoints, one after the other."""
 
-    blocks: tuple[Block, ...]
+    blocks: tuple[WaypointBlock, ...]
 
     def events(self, folder: Path, tell: Teller = silent) -> list[Event]:  # noqa: ARG002 - they are in the scenario
         """Return the events, and tell where a channel runs on unnamed."""

@@ -17,13 +17,13 @@ from historysim.scenario.surface_kinds.map_kinds import MapKind, MeasuredMap, Ra
 from historysim.scenario.surface_kinds.normal_curve import NormalCurveTable
 from historysim.scenario.surface_kinds.run_in import PassesSection, RunIn
 from historysim.scenario.surface_kinds.scaled import Scaled
-from historysim.scenario.surface_kinds.surface_kind import Ground, SurfaceKind
+from historysim.scenario.surface_kinds.surface_kind import BuiltSurface, SurfaceKind
 from historysim.scenario.surface_kinds.yielding import Yielding, YieldingSection
 
 __all__ = [
     "KINDS",
     "MAPS",
-    "Ground",
+    "BuiltSurface",
     "MapKind",
     "SurfaceKind",
     "channel_from_toml",

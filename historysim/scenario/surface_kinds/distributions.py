@@ -10,7 +10,7 @@ from historysim.basics.places import misfit
 from historysim.errors import InputError
 from historysim.scenario.column_keys import NumbersFile
 from historysim.scenario.schema import Length, Lengths, Numbers, Quantity, given
-from historysim.scenario.surface_kinds.surface_kind import Ground
+from historysim.scenario.surface_kinds.surface_kind import BuiltSurface
 from historysim.tables import Column
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ class DistributedSummits(abc.ABC):
     def distribution(self, folder: Path) -> "HeightDistribution":
         """Return the distribution of the heights."""
 
-    def ground(self, folder: Path) -> Ground:
+    def ground(self, folder: Path) -> BuiltSurface:
         """Return the summits."""
         from historysim.basics.arguments import representable
         from historysim.surfaces.distribution import drawn_summits, quantile_summits
@@ -42,8 +42,8 @@ class DistributedSummits(abc.ABC):
         with representable():
             heights = self.distribution(folder)
             if self.seed is None:
-                return Ground(quantile_summits(heights, self.radius, **amount))
-            return Ground(drawn_summits(heights, self.radius, **amount, seed=self.seed))
+                return BuiltSurface(quantile_summits(heights, self.radius, **amount))
+            return BuiltSurface(drawn_summits(heights, self.radius, **amount, seed=self.seed))
 
 
 @attrs.frozen(kw_only=True)

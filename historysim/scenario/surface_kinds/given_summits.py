@@ -8,7 +8,7 @@ from historysim.basics.places import misfit
 from historysim.basics.wording import nearest, shown
 from historysim.scenario.column_keys import NumbersFile
 from historysim.scenario.schema import Length, Lengths, Number, given
-from historysim.scenario.surface_kinds.surface_kind import Ground
+from historysim.scenario.surface_kinds.surface_kind import BuiltSurface
 from historysim.tables import Column
 
 
@@ -18,11 +18,11 @@ class Sphere:
 
     radius: Length
 
-    def ground(self, folder: Path) -> Ground:  # noqa: ARG002 - a sphere needs no file
+    def ground(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - a sphere needs no file
         """Return one summit at height 0."""
         from historysim.surfaces.summits import Summits
 
-        return Ground(Summits(0.0, self.radius))
+        return BuiltSurface(Summits(0.0, self.radius))
 
 
 @attrs.frozen
@@ -34,7 +34,7 @@ class InlineSummits:
     x: Lengths | None = None
     y: Lengths | None = None
 
-    def ground(self, folder: Path) -> Ground:  # noqa: ARG002 - they are in the scenario itself
+    def ground(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - they are in the scenario itself
         """Return the summits."""
         import numpy as np
 
@@ -45,7 +45,7 @@ class InlineSummits:
             if size == 0:
                 raise misfit("an empty array; expected one number, or one for each summit", key)
         height = np.broadcast_to(self.height, max(sizes.values())) if sizes["height"] == 1 else self.height
-        return Ground(Summits(height, self.radius, self.x, self.y))
+        return BuiltSurface(Summits(height, self.radius, self.x, self.y))
 
 
 @attrs.frozen
@@ -65,7 +65,7 @@ class SummitTable(NumbersFile):
 
     columns: SummitColumns
 
-    def ground(self, folder: Path) -> Ground:
+    def ground(self, folder: Path) -> BuiltSurface:
         """Return the summits of the table."""
         from historysim.surfaces.summits import Summits
 
@@ -78,7 +78,7 @@ class SummitTable(NumbersFile):
                     problem = f"{rows.place(row)}: {key} is {value:g}; expected {expected}, in SI"
                     raise misfit(f"{self.name}: {problem}", "file")
         summits = Summits(found["height"], found["radius"], found.get("x"), found.get("y"))
-        return Ground(summits, friction=found.get("friction"))
+        return BuiltSurface(summits, friction=found.get("friction"))
 
 
 @attrs.frozen
@@ -93,7 +93,7 @@ class Textured:
     radius_scatter: Number = 0.0
     seed: int | None = None
 
-    def ground(self, folder: Path) -> Ground:  # noqa: ARG002 - a texture needs no file
+    def ground(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - a texture needs no file
         """Return the array; by a scaling law the radius is that of the one asperity which the array replaces."""
         import math
 
@@ -114,4 +114,4 @@ class Textured:
                 radius_scatter=self.radius_scatter,
                 seed=self.seed,
             )
-        return Ground(summits)
+        return BuiltSurface(summits)

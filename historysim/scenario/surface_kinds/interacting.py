@@ -6,7 +6,7 @@ import attrs
 
 from historysim.basics.places import misfit
 from historysim.basics.wording import nearest, shown
-from historysim.scenario.surface_kinds.surface_kind import Ground, SurfaceKind
+from historysim.scenario.surface_kinds.surface_kind import BuiltSurface, SurfaceKind
 
 INTERACTIONS = ("none", "full")
 
@@ -23,7 +23,7 @@ class Interacting:
     kind: SurfaceKind
     interaction: str = attrs.field(validator=_known)
 
-    def ground(self, folder: Path) -> Ground:
+    def ground(self, folder: Path) -> BuiltSurface:
         """Make the surface."""
         ground = self.kind.ground(folder)
         if self.interaction == "none":

@@ -10,7 +10,7 @@ from historysim.basics.places import at, misfit
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.scenario.schema import Length, Lengths, Number, Quantity
-from historysim.scenario.surface_kinds.surface_kind import Ground
+from historysim.scenario.surface_kinds.surface_kind import BuiltSurface
 
 if TYPE_CHECKING:
     from historysim.surfaces.heights import Surface
@@ -92,7 +92,7 @@ class HeightMap(abc.ABC):
         share = WOLF if self.prune is True else self.prune
         return surface.summits(self.rule, prominence=share * surface.statistics().height_range)
 
-    def ground(self, folder: Path) -> Ground:
+    def ground(self, folder: Path) -> BuiltSurface:
         """Return the summits of the map, and the map."""
         from historysim.basics.arguments import representable
 
@@ -108,7 +108,7 @@ class HeightMap(abc.ABC):
                 f"the {self.rule}-point rule finds no summit among {points} points; expected a point with lower ones "
                 "all around, none of them missing or beyond the border"
             )
-        return Ground(summits, surface, notices=notices, ball_radius=self.ball_radius)
+        return BuiltSurface(summits, surface, notices=notices, ball_radius=self.ball_radius)
 
 
 def _cropped(

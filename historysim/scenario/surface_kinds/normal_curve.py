@@ -6,7 +6,7 @@ import attrs
 
 from historysim.scenario.column_keys import NumbersFile
 from historysim.scenario.schema import given
-from historysim.scenario.surface_kinds.surface_kind import Curve, Ground
+from historysim.scenario.surface_kinds.surface_kind import BuiltSurface, Curve
 from historysim.tables import Column
 
 
@@ -25,7 +25,7 @@ class NormalCurveTable(NumbersFile):
 
     columns: CurveColumns
 
-    def ground(self, folder: Path) -> Ground:
+    def ground(self, folder: Path) -> BuiltSurface:
         """Read the curve."""
         found = self.table(folder, given(self.columns), {"approach": "m", "load": "N", "area": "m2"}).columns
-        return Ground(None, curve=Curve(found["approach"], found["load"], found.get("area")))
+        return BuiltSurface(None, curve=Curve(found["approach"], found["load"], found.get("area")))

@@ -9,7 +9,7 @@ from historysim.contact.materials import MaterialPair
 from historysim.scenario.law_sections import WearSection
 from historysim.scenario.schema import Force, Length
 from historysim.scenario.surface_kinds.map_kinds import HeightMap
-from historysim.scenario.surface_kinds.surface_kind import Ground, SurfaceKind
+from historysim.scenario.surface_kinds.surface_kind import BuiltSurface, SurfaceKind
 
 MOST_PASSES = 1000
 
@@ -36,7 +36,7 @@ class PassesSection:
     wear: WearSection | None = None
     volume: str = "lost"
 
-    def done(self, ground: Ground, pair: MaterialPair, friction: object) -> Ground:
+    def done(self, ground: BuiltSurface, pair: MaterialPair, friction: object) -> BuiltSurface:
         """Return the ground after the passes.
 
         Raises
@@ -82,7 +82,7 @@ class RunIn:
     kind: SurfaceKind
     passes: PassesSection
 
-    def ground(self, folder: Path) -> Ground:
+    def ground(self, folder: Path) -> BuiltSurface:
         """Make the surface as it comes; the passes need materials and friction, too."""
         ground, kind = self.kind.ground(folder), self.kind
         while not isinstance(kind, HeightMap) and hasattr(kind, "kind"):

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import attrs
 
 from historysim.basics.places import misfit
-from historysim.scenario.surface_kinds.surface_kind import Ground, SurfaceKind
+from historysim.scenario.surface_kinds.surface_kind import BuiltSurface, SurfaceKind
 
 if TYPE_CHECKING:
     from historysim.surfaces.heights import Surface
@@ -24,7 +24,7 @@ class Scaled:
     kind: SurfaceKind
     height_scale: float = attrs.field(validator=_positive)
 
-    def ground(self, folder: Path) -> Ground:
+    def ground(self, folder: Path) -> BuiltSurface:
         """Return the summits, and the map that they lie on."""
         ground = self.kind.ground(folder)
         if ground.summits is None:

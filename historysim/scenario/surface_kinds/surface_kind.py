@@ -25,7 +25,7 @@ class Curve:
 
 
 @attrs.frozen(eq=False)
-class Ground:
+class BuiltSurface:
     """What a ``[surface]`` gives.
 
     Attributes
@@ -70,5 +70,5 @@ class Ground:
 class SurfaceKind(Protocol):
     """``[surface]``: one class for each kind; a new kind is a new class in ``KINDS``."""
 
-    def ground(self, folder: Path) -> Ground:
+    def ground(self, folder: Path) -> BuiltSurface:
         """Return the summits, with the map that they were found on; paths are relative to the folder."""

@@ -9,7 +9,7 @@ import attrs
 from historysim.basics.places import misfit
 from historysim.basics.wording import nearest
 from historysim.scenario.schema import Number, Pressure, given
-from historysim.scenario.surface_kinds.surface_kind import Ground, SurfaceKind
+from historysim.scenario.surface_kinds.surface_kind import BuiltSurface, SurfaceKind
 
 if TYPE_CHECKING:
     from historysim.asperities.yielding import YieldingLaw
@@ -59,7 +59,7 @@ class Yielding:
     kind: SurfaceKind
     yielding: YieldingSection
 
-    def ground(self, folder: Path) -> Ground:
+    def ground(self, folder: Path) -> BuiltSurface:
         """Make the surface."""
         ground = self.kind.ground(folder)
         if ground.interacts:

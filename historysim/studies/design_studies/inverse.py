@@ -8,7 +8,7 @@ from historysim.errors import InputError
 from historysim.scenario.grid import expand
 from historysim.scenario.overriding import plain
 from historysim.studies.design import design
-from historysim.studies.design_studies.study import Carried, Quantity, Seeds, scenario_for
+from historysim.studies.design_studies.study import Quantity, Seeds, SweepOptions, scenario_for
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,7 +27,7 @@ def finish_for_a_drift(
     shape: tuple[int, int] = (256, 256),
     pixel_size: Quantity = "1 µm",
     seeds: Seeds = range(1, 21),
-    **options: Unpack[Carried],
+    **options: Unpack[SweepOptions],
 ) -> "xr.Dataset":
     """Return the rms height at which the preliminary displacement of random surfaces drifts by so much.
 
@@ -84,7 +84,7 @@ def texture_for_a_drift(
     height_scatter: Quantity = 0.0,
     radius_scatter: float = 0.0,
     seeds: Seeds = (1,),
-    **options: Unpack[Carried],
+    **options: Unpack[SweepOptions],
 ) -> "xr.Dataset":
     """Return the radius of the asperities of a texture at which its preliminary displacement drifts by so much.
 

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, Unpack
 
 from historysim.contact.materials import MaterialPair
-from historysim.studies.design_studies.study import Kept, Quantities, swept
+from historysim.studies.design_studies.study import Quantities, StoredSweepOptions, swept
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -16,7 +16,7 @@ def radius_load_friction(
     normal_load: Quantities,
     friction: Quantities,
     later_load: Quantities | None = None,
-    **options: Unpack[Kept],
+    **options: Unpack[StoredSweepOptions],
 ) -> "xr.Dataset":
     """Return the preliminary displacement of one contact, which goes as R^(-1/3) N^(2/3) μ, and how it drifts.
 

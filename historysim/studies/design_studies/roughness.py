@@ -9,10 +9,10 @@ from historysim.basics.units import quantity
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.studies.design_studies.study import (
-    Kept,
     Quantities,
     Quantity,
     Seeds,
+    StoredSweepOptions,
     is_several,
     over_numbers,
     swept,
@@ -35,7 +35,7 @@ def roughness(
     shape: tuple[int, int] = (256, 256),
     pixel_size: Quantity = "1 µm",
     seeds: Seeds = range(1, 21),
-    **options: Unpack[Kept],
+    **options: Unpack[StoredSweepOptions],
 ) -> "xr.Dataset":
     """Return what random surfaces of other roughness and autocorrelation length do, and how far that is chance.
 
@@ -95,7 +95,7 @@ def nominal_area(
     friction: Quantities,
     pixel_size: Quantity = "1 µm",
     seeds: Seeds = range(1, 21),
-    **options: Unpack[Kept],
+    **options: Unpack[StoredSweepOptions],
 ) -> "xr.Dataset":
     """Return what one finish does on larger and larger faces under one load.
 

@@ -28,7 +28,7 @@ Quantities = Quantity | Iterable[Quantity] | Mapping[str, Any]
 Seeds = Iterable[int] | Mapping[str, Any]
 
 
-class Carried(TypedDict, total=False):
+class SweepOptions(TypedDict, total=False):
     """How a study is carried out, as for `historysim.sweep`."""
 
     workers: int
@@ -37,7 +37,7 @@ class Carried(TypedDict, total=False):
     tell: Teller
 
 
-class Kept(Carried, total=False):
+class StoredSweepOptions(SweepOptions, total=False):
     """The same, with a place where cells are kept."""
 
     store: str | os.PathLike[str] | None
@@ -81,7 +81,7 @@ def swept(
     values: Mapping[str, Any],
     outputs: Sequence[str],
     together: Sequence[Sequence[str]] = (),
-    **options: Unpack[Kept],
+    **options: Unpack[StoredSweepOptions],
 ) -> "xr.Dataset":
     """Return the sweep of a study over those values of which there are several; parameters as above, and of a sweep."""
     several: dict[str, list[Any]] = {}

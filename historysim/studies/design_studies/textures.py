@@ -10,10 +10,10 @@ from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.scenario.grid import expand
 from historysim.studies.design_studies.study import (
-    Kept,
     Quantities,
     Quantity,
     Seeds,
+    StoredSweepOptions,
     is_several,
     over_numbers,
     swept,
@@ -36,7 +36,7 @@ def equal_asperities(
     pitch: Quantity,
     count: Iterable[tuple[int, int]] | tuple[int, int] = ((1, 1), (2, 2), (4, 4), (8, 8)),
     scaling: str | Iterable[str] = SCALINGS,
-    **options: Unpack[Kept],
+    **options: Unpack[StoredSweepOptions],
 ) -> "xr.Dataset":
     """Return what n equal asperities in place of one do, which carry F/n each.
 
@@ -107,7 +107,7 @@ def texture_tolerances(
     height_scatter: Quantities,
     radius_scatter: float | Iterable[float] = 0.0,
     seeds: Seeds = range(1, 11),
-    **options: Unpack[Kept],
+    **options: Unpack[StoredSweepOptions],
 ) -> "xr.Dataset":
     """Return what scatter of heights and radii does to a texture, and how far that is chance.
 
@@ -168,7 +168,7 @@ def one_large_asperity(
     normal_load: Quantities,
     friction: Quantities,
     standing: str = "ground",
-    **options: Unpack[Kept],
+    **options: Unpack[StoredSweepOptions],
 ) -> "xr.Dataset":
     """Return what one asperity of another radius does among n equal ones.
 

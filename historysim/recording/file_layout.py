@@ -23,7 +23,7 @@ PAGE = 1 << 12
 
 
 @attrs.frozen
-class Place:
+class RowPlace:
     """Where the rows of a variable go, one behind the other.
 
     Attributes
@@ -42,7 +42,7 @@ class Place:
 
 
 @attrs.frozen(eq=False)
-class Skeleton:
+class FileLayout:
     """A result without its rows.
 
     Attributes
@@ -51,18 +51,18 @@ class Skeleton:
         Bytes of the whole file.
     content : dict
         What stands in it beside the rows: bytes by where they begin.
-    places : tuple of Place
+    places : tuple of RowPlace
         Of ``time`` and of all variables that have rows, in the order in which recorders give them.
     """
 
     size: int
     content: Mapping[int, bytes] = attrs.field(repr=False)
-    places: tuple[Place, ...] = attrs.field(repr=False)
+    places: tuple[RowPlace, ...] = attrs.field(repr=False)
 
 
-def skeleton(
+def file_layout(
     recorder: Recorder, attributes: Mapping[str, Any], beside: Callable[["h5netcdf.File"], None] | None = None
-) -> Skeleton:
+) -> FileLayout:
     """Return the result that a recorder is to fill.
 
     Parameters
@@ -100,7 +100,7 @@ def skeleton(
         put_attributes(file, {"complete": np.int8(1)})
     with h5py.File(image, "r") as whole:
         places = tuple(_place(whole[variable.name]) for variable in along)
-    return Skeleton(image.size, dict(_around(image, places)), places)
+    return FileLayout(image.size, dict(_around(image, places)), places)
 
 
 def put_attributes(holder: Any, attributes: Mapping[str, Any]) -> None:
@@ -128,14 +128,14 @@ def _declare(file: "h5netcdf.File", variable: Variable) -> Any:
     return file.create_variable(variable.name, variable.dimensions, variable.dtype, dcpl=plan)
 
 
-def _place(dataset: Any) -> Place:
+def _place(dataset: Any) -> RowPlace:
     """Ask HDF5 where a variable stands; one that holds nothing has no place."""
     begin = dataset.id.get_offset() or 0
     size = dataset.nbytes if begin else 0
-    return Place(begin, size // dataset.shape[0], begin + size)
+    return RowPlace(begin, size // dataset.shape[0], begin + size)
 
 
-def _around(image: "_Image", places: Iterable[Place]) -> Iterator[tuple[int, bytes]]:
+def _around(image: "_Image", places: Iterable[RowPlace]) -> Iterator[tuple[int, bytes]]:
     """Yield what stands around rows, and where."""
     done = 0
     for begin, end in sorted([*((place.begin, place.end) for place in places), (image.size, image.size)]):
