@@ -375,7 +375,7 @@ def test_26_a_surface_that_was_run_in_displaces_less(histories):
 
     level = level_at(50e-3, unloading)
     assert displacement[-1] == pytest.approx(RATIO * FRICTION * (height - lowered - level).max(), rel=1e-6)
-    assert displacement[-1] < 0.95 * displacement[0]
+    assert displacement[-1] < 0.95 * displacement[np.argmin(np.abs(time - 1.0))]
     assert (energy[time > 8.0] == energy[-1]).all()
     assert (np.diff(energy) >= 0).all()
     # the reversals with tractions in them did not come through unstrained

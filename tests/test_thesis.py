@@ -557,7 +557,11 @@ def test_5_17_to_5_26_with_summits_that_yield():
     falls, rises = (rough_ones.sel(run=run).isel(normal_load=0).values for run in ("falls", "rises"))
     assert (falls < 0.97 * rises).all()
     assert (rough_ones < 0.8 * elastic.isel(rms_height=slice(1, None))).all()
-    assert [figure.get_suptitle()[:9] for figure in functions["drawn"](found)] == ["Fig. 5.17", "Fig. 5.21", "Fig. 5.26"]
+    assert [figure.get_suptitle()[:9] for figure in functions["drawn"](found)] == [
+        "Fig. 5.17",
+        "Fig. 5.21",
+        "Fig. 5.26",
+    ]
 
 
 def test_5_23_before_and_after():

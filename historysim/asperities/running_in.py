@@ -22,6 +22,14 @@ Floats = npt.NDArray[np.float64]
 VOLUMES = ("lost", "conserved")
 
 
+def _load(value: float) -> float:
+    return scalar("normal_load", value, above=0)
+
+
+def _distance(value: float) -> float:
+    return scalar("sliding_distance", value, least=0)
+
+
 @attrs.frozen
 class Pass:
     """One pass of a flat over a map.
@@ -34,8 +42,8 @@ class Pass:
         How far the flat slides under it, 0 or more [m].
     """
 
-    normal_load: float = attrs.field(converter=lambda value: scalar("normal_load", value, above=0))
-    sliding_distance: float = attrs.field(default=0.0, converter=lambda value: scalar("sliding_distance", value, least=0))
+    normal_load: float = attrs.field(converter=_load)
+    sliding_distance: float = attrs.field(default=0.0, converter=_distance)
 
 
 class PassRecord(NamedTuple):
@@ -182,5 +190,4 @@ def _worn(ensemble: Ensemble, height: Floats, radius: Floats, wear: WearLaw, one
     state = sliding.advance(sliding.initial_state(), normal_load=one.normal_load)
     state = sliding.advance(state, tangential_displacement=one.sliding_distance)
     found = state.evolved
-    assert found is not None
-    return found.summit_height
+    return height if found is None else found.summit_height

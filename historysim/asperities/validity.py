@@ -135,10 +135,9 @@ def findings(ensemble: Ensemble, approach: float, instrument: Instrument = RIGID
     radius, depth, yielded = virgin, depth[index], np.zeros(index.size, dtype=bool)
     if ensemble.yielding is not None:
         state = ensemble.advance(ensemble.initial_state(), normal_displacement=approach)
-        left = state.yielded
-        assert left is not None
-        radius, yielded = left.summit_radius[index], left.yielding_load[index] > 0
-        depth = np.where(yielded, depth - left.yielded_depth[index], depth)
+        if (left := state.yielded) is not None:
+            radius, yielded = left.summit_radius[index], left.yielding_load[index] > 0
+            depth = np.where(yielded, depth - left.yielded_depth[index], depth)
     load = hertz.normal_load(depth, summit_radius=radius, contact_modulus=ensemble.pair.contact_modulus)
     # an approach that is next to nothing underflows
     if not load.sum() > 0:
@@ -232,9 +231,9 @@ def _hardening(touching: _Touching) -> Iterator[Finding]:
             "hardening",
             strain,
             STRAIN_OF_VICKERS,
-            f"summits that have yielded are strained by {_percent(strain)} (0.2 a/R, by load), and hardness is measured "
-            f"at {_percent(STRAIN_OF_VICKERS)}: work hardening is left out; of a metal that hardens, take the hardness at "
-            "that strain",
+            f"summits that have yielded are strained by {_percent(strain)} (0.2 a/R, by load), and hardness is "
+            f"measured at {_percent(STRAIN_OF_VICKERS)}: work hardening is left out; of a metal that hardens, take the "
+            "hardness at that strain",
         )
 
 
@@ -249,9 +248,9 @@ def _cracking(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:
             "cracks",
             share,
             MOST_LOAD,
-            f"{_percent(share)} of the normal load stands on asperities that carry up to {most}, beyond the threshold of "
-            f"median cracks, {quantity_text(threshold, 'N', 3)} (Lawn and Evans 1977): a brittle material cracks there, "
-            "and the model lets it flow; press less",
+            f"{_percent(share)} of the normal load stands on asperities that carry up to {most}, beyond the threshold "
+            f"of median cracks, {quantity_text(threshold, 'N', 3)} (Lawn and Evans 1977): a brittle material cracks "
+            "there, and the model lets it flow; press less",
         )
 
 

@@ -381,7 +381,7 @@ class MaterialPair:
 
     @property
     def limits(self) -> dict[str, float]:
-        """Those of `hardness`, `yield_stress`, `work_of_adhesion` and `cracking_load` that are known, by their names."""
+        """Which of `hardness`, `yield_stress`, `work_of_adhesion` and `cracking_load` are known, by their names."""
         names = ("hardness", "yield_stress", "work_of_adhesion", "cracking_load")
         known = {name: getattr(self, name) for name in names}
         return {name: value for name, value in known.items() if value is not None}

@@ -1,15 +1,15 @@
-"""Figs. 5.23, 6.15 to 6.17 and G.2, with maps that are run in: summits yield and wear pass after pass, and are found anew.
+"""Figs. 5.23, 6.15 to 6.17 and G.2, with maps that are run in: summits yield and wear, and are found anew.
 
-Alumina on zirconia, generated maps (Rq 1.18 µm, the sum of the vacuum pair at 5 N and 100 m of Table B.3, β = 20 µm, 128 ×
-128 points of 1 µm), μ = .3, eight passes of 10 mm under the load, Kogut and Etsion's law with a hardness of 12.5 GPa,
+Alumina on zirconia, generated maps (Rq 1.18 µm, the sum of the vacuum pair at 5 N and 100 m of Table B.3, β = 20 µm,
+128 × 128 points of 1 µm), μ = .3, eight passes of 10 mm under the load, Kogut and Etsion's law with H = 12.5 GPa,
 Archard's with K = 1e-6; what is cut off is lost. The real maps are not published; a contact is smaller than a pixel, so
 that a pass lowers the points of the summits that it meets. What the passes do:
 
 - over 24 maps δ is 458 and 698 nm at 1 and 5 N by Hertz, 117 and 158 in the first pass, 77 and 97 in the last: the
   direction of Fig. 5.23, "after the test less", not its two orders of magnitude;
 - the radii of the summits that touch double, .78 to 1.5 and .79 to 1.7 µm, where G.2 has them fall with the distance;
-- maps spread less, as the source claims of run-in surfaces: the deviation is 106 and 130 nm elastic (.23 and .19 of δ), 13
-  and 19 nm in the first pass (.11, .12), 8 and 10 nm in the last (.10). Most of it is what yielding does at once.
+- maps spread less, as the source claims of run-in surfaces: the deviation is 106 and 130 nm elastic (.23 and .19 of δ),
+  13 and 19 nm in the first pass (.11, .12), 8 and 10 nm in the last (.10). Most of it is what yielding does at once.
 """
 
 # historysim gallery: example
@@ -31,7 +31,7 @@ def _elastic(pair: hs.MaterialPair, surface: hs.Surface, load: float) -> float:
 
 
 def calculated(seeds: int = 6, passes: int = 8, points: int = 128) -> xr.Dataset:
-    """Return δ [m] and the median radius of the summits that touch [m] over load [N], pass and seed; δ elastic before."""
+    """Return δ and the median radius of the summits that touch [m] over load [N], pass and seed; elastic δ before."""
     pair = hs.MaterialPair(hs.material("alumina"), hs.material("zirconia"))
     wear = hs.wear.ArchardWear(coefficient=1e-6, hardness=HARDNESS)
     displacement, radius = np.empty((2, LOADS.size, passes, seeds))

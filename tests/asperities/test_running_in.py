@@ -34,7 +34,9 @@ def test_a_resolved_cap_is_cut_to_the_paraboloid_that_is_left():
     assert record.removed_volume == pytest.approx(volume, rel=0.05)
     assert record.contact_count == 1
     # loaded as much again, the cap yields no more
-    again, (second,) = run_in(after, PAIR, [Pass(30e-3)], friction=0.2, yielding=None, wear=ArchardWear(coefficient=0.0, hardness=1e9))
+    again, (second,) = run_in(
+        after, PAIR, [Pass(30e-3)], friction=0.2, yielding=None, wear=ArchardWear(coefficient=0.0, hardness=1e9)
+    )
     assert second.removed_volume == 0.0
     assert second.preliminary_displacement == pytest.approx(record.preliminary_displacement, rel=1e-6)
     np.testing.assert_array_equal(again.heights, after.heights)

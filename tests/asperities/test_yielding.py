@@ -51,7 +51,7 @@ def springs_of(ensemble, springs=1500, friction=FRICTION):
     return YieldingSprings(MODULUS, SHEAR, HARDNESS, RATIO, friction, *shape, 1.2 * REACH, springs)
 
 
-# ---- laws -------------------------------------------------------------------------------------------------------------
+# ---- laws ---------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -67,7 +67,7 @@ def test_kogut_and_etsion_and_what_is_left_beside_finite_elements(x, load, area,
     assert f == pytest.approx(load, rel=5e-4)
     assert g == pytest.approx(area, rel=5e-4)
     assert g**1.5 / f == pytest.approx(radius, rel=3e-4)
-    # a²/R' over δ is what comes back
+    # what springs back is the square of the contact radius over the radius that is left
     assert 1 - g / x / (g**1.5 / f) == pytest.approx(left, abs=6e-4)
     # Etsion, Kligerman and Kadin (2005)
     finite = (1 - x**-0.28) * (1 - x**-0.69)
@@ -115,7 +115,9 @@ def test_onset_is_where_the_peak_pressure_is_that_of_the_yield_stress():
     for law in (KogutEtsion, Thornton, JacksonGreen):
         known = law(hardness=HARDNESS, poissons_ratio=0.3).of(PAIR)
         critical = known.critical_approach(np.array([1e-6]), PAIR)[0]
-        peak = 1.5 * hertz.normal_load(critical, summit_radius=1e-6, contact_modulus=MODULUS) / (np.pi * 1e-6 * critical)
+        peak = (
+            1.5 * hertz.normal_load(critical, summit_radius=1e-6, contact_modulus=MODULUS) / (np.pi * 1e-6 * critical)
+        )
         assert peak == pytest.approx(known.peak_at_onset, rel=1e-12)
         assert peak / (HARDNESS / 2.8) == pytest.approx(1.6, rel=0.012)
 
@@ -148,7 +150,9 @@ def test_numbers_come_from_the_softer_material():
         (lambda: rough(2, 0, yielding=1.0), "yielding is 1.0; expected a YieldingLaw"),
         (lambda: rough(2, 0, yielding=LAW, wear=ArchardWear(coefficient=1e-4, hardness=1e9)), "both wear and yield"),
         (
-            lambda: hs.Ensemble(hs.MaterialPair.from_moduli(contact_modulus=1, shear_modulus=1), 0, 1, 0.1, yielding=Thornton()),
+            lambda: hs.Ensemble(
+                hs.MaterialPair.from_moduli(contact_modulus=1, shear_modulus=1), 0, 1, 0.1, yielding=Thornton()
+            ),
             "no material has a hardness",
         ),
         (
@@ -202,7 +206,7 @@ def test_a_law_of_the_users_own():
         ensemble.advance(ensemble.initial_state(), normal_load=1e-3)
 
 
-# ---- histories, beside springs ------------------------------------------------------------------------------------------
+# ---- histories, beside springs ------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("count", "seed"), [(1, 1), (1, 8), (3, 2), (3, 3), (3, 6)])
@@ -300,7 +304,7 @@ def test_what_else_is_followed_changes_nothing():
     assert state.evolved.slid_distance.max() > 0
 
 
-# ---- first loading, running in ------------------------------------------------------------------------------------------
+# ---- first loading, running in ------------------------------------------------------------------------------------
 
 
 def test_a_hardness_without_end_is_elastic_to_the_bit():
@@ -446,8 +450,12 @@ def test_the_approach_at_a_load_is_that_of_first_loading():
 
 def test_running_in_and_the_order_of_loads():
     """Once at the largest load a surface is elastic, and lower loads find it flattened."""
-    up = hs.replay(rough(400, 1, yielding=LAW), [hs.NormalLoad(float(k), n) for k, n in enumerate((50e-3, 70e-3, 90e-3))])
-    down = hs.replay(rough(400, 1, yielding=LAW), [hs.NormalLoad(float(k), n) for k, n in enumerate((90e-3, 70e-3, 50e-3))])
+    up = hs.replay(
+        rough(400, 1, yielding=LAW), [hs.NormalLoad(float(k), n) for k, n in enumerate((50e-3, 70e-3, 90e-3))]
+    )
+    down = hs.replay(
+        rough(400, 1, yielding=LAW), [hs.NormalLoad(float(k), n) for k, n in enumerate((90e-3, 70e-3, 50e-3))]
+    )
     np.testing.assert_allclose(
         up["present_summit_height"].isel(step=-1), down["present_summit_height"].isel(step=-1), rtol=1e-9
     )
@@ -459,7 +467,7 @@ def test_running_in_and_the_order_of_loads():
     assert (np.diff(down["total_yielding_energy"].values) == 0).all()
 
 
-# ---- published ensembles ------------------------------------------------------------------------------------------------
+# ---- published ensembles ------------------------------------------------------------------------------------------
 
 
 def printed(x, most):
@@ -473,8 +481,8 @@ def printed(x, most):
 def test_rough_contacts_of_kogut_and_etsion(index):
     """Their integrals (Tribol. Trans. 46 (2003) 383) over Gaussian summits, plasticity index ψ = (σ/δc)^(1/2).
 
-    Joining their constants moves the integrals by less than 5 %, the width of a line over the decades of their figures; the
-    ensemble of quantiles of the heights has the integrals of the joined law.
+    Joining their constants moves the integrals by less than 5 %, the width of a line over the decades of their figures;
+    the ensemble of quantiles of the heights has the integrals of the joined law.
     """
     ratio, radius, count = 0.3, 2e-6, 40_000
     law = KogutEtsion(hardness=HARDNESS, poissons_ratio=ratio).of(PAIR)

@@ -1,8 +1,8 @@
 """Rows of springs under summits that yield, in small explicit steps: nothing of the program is used.
 
 Each asperity is a row of independent springs (method of dimensionality reduction) at fixed places x. Kogut and Etsion's
-law of first loading, joined as the program says it is, gives the Hertz contact that is left; a spring at x may then hold
-θμ (a² - x²)/R. Springs keep what they hold while their summit yields: first order in the step.
+law of first loading, joined as the program says it is, gives the Hertz contact that is left; a spring at x may then
+hold θμ (a² - x²)/R. Springs keep what they hold while their summit yields: first order in the step.
 """
 
 import numpy as np
@@ -14,9 +14,7 @@ def kogut_etsion(x, most):
     at_6, at_100 = ([1.4 * x**1.263, 0.94 * x**1.146] for x in (6.0, 100.0))
     ranges = [x < 1, x < 6, x < 100, x < 110]
     first, last = np.log(at_6) / np.log(6), np.log(np.array([220 * most, 220]) / at_100) / np.log(1.1)
-    load = np.select(
-        ranges, [x**1.5, x ** first[0], 1.4 * x**1.263, at_100[0] * (x / 100) ** last[0]], 2 * x * most
-    )
+    load = np.select(ranges, [x**1.5, x ** first[0], 1.4 * x**1.263, at_100[0] * (x / 100) ** last[0]], 2 * x * most)
     area = np.select(ranges, [x, x ** first[1], 0.94 * x**1.146, at_100[1] * (x / 100) ** last[1]], 2 * x)
     return np.minimum(load, area * most), area
 
@@ -36,7 +34,9 @@ class YieldingSprings:
         On each half of each row.
     """
 
-    def __init__(self, contact_modulus, shear_modulus, hardness, poissons_ratio, friction, height, radius, reach, springs):
+    def __init__(
+        self, contact_modulus, shear_modulus, hardness, poissons_ratio, friction, height, radius, reach, springs
+    ):
         self.modulus, self.shear, self.friction = contact_modulus, shear_modulus, friction
         self.virgin, self.virgin_radius = np.array(height, dtype=float), np.array(radius, dtype=float)
         self.top = self.virgin.max()
@@ -101,7 +101,9 @@ class YieldingSprings:
         deflection = np.clip(trial, -limit, limit)
         gone = (limit == 0) & (self.deflection != 0)
         slip = np.where(gone, np.abs(self.deflection), np.abs(trial - deflection))
-        drag = np.where(gone, np.abs(self.deflection), np.abs(deflection + np.clip(self.deflection, -before, before))) / 2
+        drag = (
+            np.where(gone, np.abs(self.deflection), np.abs(deflection + np.clip(self.deflection, -before, before))) / 2
+        )
         self.dissipated += 2 * 4 * self.shear * self.spacing * (slip * drag).sum(axis=1)
         moved = approach - self.approach
         self.deflection, self.approach, self.displacement = deflection, approach, displacement
@@ -111,6 +113,4 @@ class YieldingSprings:
         """Go straight in small steps."""
         start = self.approach, self.displacement
         for k in range(1, steps + 1):
-            self.step(
-                start[0] + (approach - start[0]) * k / steps, start[1] + (displacement - start[1]) * k / steps
-            )
+            self.step(start[0] + (approach - start[0]) * k / steps, start[1] + (displacement - start[1]) * k / steps)

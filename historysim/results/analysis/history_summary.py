@@ -114,7 +114,7 @@ def _preliminary(history: Recorded, normal: Floats, displacement: Floats, asperi
 
 
 def _evolved(history: Recorded) -> list[tuple[str, str]]:
-    """Return how far asperities have slid, what they have lost, how they have yielded, and what was forgotten with it."""
+    """Return how far asperities have slid, what they lost, how they yielded, and what was forgotten."""
     lines = []
     if "total_slid_distance" in history:
         lines.append(("slid together", quantity_text(history["total_slid_distance"].values[-1], "m")))
@@ -126,7 +126,8 @@ def _evolved(history: Recorded) -> list[tuple[str, str]]:
         energy = quantity_text(float(history["total_yielding_energy"].values[-1]), "J")
         depth = ""
         if "yielded_depth" in history:
-            depth = f", flattened by up to {quantity_text(float(history['yielded_depth'].isel(step=-1).values.max()), 'm', 3)}"
+            most = float(history["yielded_depth"].isel(step=-1).values.max())
+            depth = f", flattened by up to {quantity_text(most, 'm', 3)}"
         lines.append(
             (
                 "yielding",

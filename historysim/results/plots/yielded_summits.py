@@ -37,7 +37,8 @@ def plot_yielding(history: xr.Dataset, *, size: Size | None = None) -> "Figure":
     """
     if "yielded_depth" not in history:
         raise InputError(
-            "the history has no yielded_depth; expected one of a scenario whose surface has yielding, with its asperities"
+            "the history has no yielded_depth; expected one of a scenario whose surface has yielding, "
+            "with its asperities"
         )
     kept = kept_steps(history.sizes["step"])
     approach = history["summit_height"].values.max() - history["separation"].values[kept]

@@ -68,8 +68,8 @@ class PassesSection:
             )
         first, last = records[0], records[-1]
         told = (
-            f"run in by {len(records)} passes: preliminary displacement {first.preliminary_displacement * 1e9:.4g} nm in the "
-            f"first, {last.preliminary_displacement * 1e9:.4g} nm in the last; {first.contact_count} and "
+            f"run in by {len(records)} passes: preliminary displacement {first.preliminary_displacement * 1e9:.4g} nm "
+            f"in the first, {last.preliminary_displacement * 1e9:.4g} nm in the last; {first.contact_count} and "
             f"{last.contact_count} contacts; volume {self.volume}"
         )
         return attrs.evolve(ground, surface=surface, summits=ground.find(surface), notices=(*ground.notices, told))
