@@ -63,7 +63,8 @@ def plot(
         "slip-map", "contact-map", "distribution" (of summit heights and radii), "traction" (several states of an
         asperity), "slip-fronts" (of it, step by step), "stiffness", "wear" or "yielding". Of a sweep: which number, by
         default the preliminary displacement; or "loops", where loads and displacements along ``step`` are among its
-        outputs. Of a scenario that replays a file: "record", its channels as they were read beside what conditioning left of them.
+        outputs. Of a scenario that replays a file: "record", its channels as they were read beside what
+        conditioning left of them.
     step : int, "partial" or "peak", optional
         Of a history, its contact map or asperity distribution at this step; at that where most can be seen, half of the
         contact area slipping; or at that of the greatest normal load. Negative ones count from the end.

@@ -14,7 +14,7 @@ LAW = KogutEtsion(hardness=5.5e9, poissons_ratio=0.25)
 RADIUS = 20e-6
 
 
-def cap(points=41, pixel=0.1e-6):
+def cap(points=41, pixel=0.4e-6):
     """A paraboloid in the middle of a map, finely resolved."""
     x = (np.arange(points) - points // 2) * pixel
     return hs.Surface(-(x[:, None] ** 2 + x[None, :] ** 2) / (2 * RADIUS), pixel)
@@ -22,9 +22,9 @@ def cap(points=41, pixel=0.1e-6):
 
 def test_a_resolved_cap_is_cut_to_the_paraboloid_that_is_left():
     surface = cap()
-    after, (record,) = run_in(surface, PAIR, [Pass(30e-3)], friction=0.2, yielding=LAW)
+    after, (record,) = run_in(surface, PAIR, [Pass(0.3)], friction=0.2, yielding=LAW)
     ensemble = hs.Ensemble(PAIR, 0.0, RADIUS, 0.2, yielding=LAW)
-    left = ensemble.advance(ensemble.initial_state(), normal_load=30e-3).yielded
+    left = ensemble.advance(ensemble.initial_state(), normal_load=0.3).yielded
     lowered = surface.heights - after.heights
     assert lowered[20, 20] == pytest.approx(left.yielded_depth[0], rel=1e-6)
     assert after.summits().radius[0] == pytest.approx(left.summit_radius[0], rel=1e-6)
@@ -35,7 +35,7 @@ def test_a_resolved_cap_is_cut_to_the_paraboloid_that_is_left():
     assert record.contact_count == 1
     # loaded as much again, the cap yields no more
     again, (second,) = run_in(
-        after, PAIR, [Pass(30e-3)], friction=0.2, yielding=None, wear=ArchardWear(coefficient=0.0, hardness=1e9)
+        after, PAIR, [Pass(0.3)], friction=0.2, yielding=None, wear=ArchardWear(coefficient=0.0, hardness=1e9)
     )
     assert second.removed_volume == 0.0
     assert second.preliminary_displacement == pytest.approx(record.preliminary_displacement, rel=1e-6)

@@ -69,7 +69,7 @@ def test_kogut_and_etsion_and_what_is_left_beside_finite_elements(x, load, area,
     assert g**1.5 / f == pytest.approx(radius, rel=3e-4)
     # what springs back is the square of the contact radius over the radius that is left
     assert 1 - g / x / (g**1.5 / f) == pytest.approx(left, abs=6e-4)
-    # Etsion, Kligerman and Kadin (2005)
+    # after Etsion, Kligerman and Kadin, 2005
     finite = (1 - x**-0.28) * (1 - x**-0.69)
     assert finite == pytest.approx(elements, abs=6e-4)
     assert 0.05 < 1 - left / finite < 0.24

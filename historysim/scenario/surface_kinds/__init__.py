@@ -15,10 +15,10 @@ from historysim.scenario.surface_kinds.given_summits import InlineSummits, Spher
 from historysim.scenario.surface_kinds.interacting import Interacting
 from historysim.scenario.surface_kinds.map_kinds import MapKind, MeasuredMap, RandomMap, SumOfMaps
 from historysim.scenario.surface_kinds.normal_curve import NormalCurveTable
-from historysim.scenario.surface_kinds.run_in import PassesSection, RunIn
+from historysim.scenario.surface_kinds.run_in_surface import PassesSection, RunIn
 from historysim.scenario.surface_kinds.scaled import Scaled
 from historysim.scenario.surface_kinds.surface_kind import BuiltSurface, SurfaceKind
-from historysim.scenario.surface_kinds.yielding import Yielding, YieldingSection
+from historysim.scenario.surface_kinds.yielding_surface import Yielding, YieldingSection
 
 __all__ = [
     "KINDS",

@@ -10,7 +10,6 @@ if TYPE_CHECKING:
 
     from historysim.asperities.yielding import YieldingLaw
     from historysim.interaction.solutions import NormalSolutions
-    from historysim.scenario.surface_kinds.run_in import PassesSection
     from historysim.surfaces.heights import Surface
     from historysim.surfaces.summits import Summits
 
@@ -48,7 +47,7 @@ class BuiltSurface:
         Radius of the ball that the map lies on [m]: the nominal area is then that of its contact.
     yielding : YieldingLaw, optional
         How the summits yield.
-    passes : PassesSection, optional
+    passes : PassesSection of `run_in_surface`, optional
         By which the map is still to be run in.
     find : callable, optional
         Finds the summits of a map as those here were found.
@@ -63,7 +62,7 @@ class BuiltSurface:
     curve: Curve | None = None
     ball_radius: float | None = None
     yielding: "YieldingLaw | None" = None
-    passes: "PassesSection | None" = None
+    passes: Any = None
     find: "Callable[[Surface], Summits] | None" = None
 
 
