@@ -171,13 +171,14 @@ def loops(
     for path in pictures:
         save(plot_loops(found, model, title=file.name), path)
     tables: list[Sequence[tuple[str, ...]]] = [] if found.large.all() else [found.by_amplitude().rows()]
-    lines = list(found.summary())
+    below: Sequence[tuple[str, str]] = ()
     if len(by_load) > 1:
         tables.append(by_load.rows())
-        lines += [(label, both) for label, *_, both in found.rows() if label.startswith(("largest", "loops"))]
+        below = [(label, both) for label, *_, both in found.rows() if label.startswith(("largest", "loops"))]
     else:
         tables.append(found.rows())
-    tell(Answer(lines, tables, [target.path for target in outputs], found.to_dataset), as_json=as_json)
+    files = [target.path for target in outputs]
+    tell(Answer(found.summary(), tables, files, found.to_dataset, below), as_json=as_json)
 
 
 @click.command()
