@@ -20,10 +20,10 @@ def summary(scenario: Scenario) -> list[tuple[str, str]]:
     Returns
     -------
     list of (label, text)
-        Title, asperities, events and how long they last, substeps, what is recorded, laws of friction, wear and yielding,
-        of a map that is filtered or otherwise prepared its statistics before and after, with ``[adhesion]`` how adhesive
-        the asperities are, what is to be known about how the surface was made, and a warning for each assumption of the
-        model that does not hold at the greatest load.
+        Title, asperities, events and how long they last, substeps, what is recorded, laws of friction, wear and
+        yielding, of a map that is filtered or otherwise prepared its statistics before and after, with ``[adhesion]``
+        how adhesive the asperities are, what is to be known about how the surface was made, and a warning for each
+        assumption of the model that does not hold at the greatest load.
 
     Raises
     ------

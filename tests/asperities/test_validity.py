@@ -189,7 +189,7 @@ def test_where_the_model_of_yielding_ends():
     (found,) = findings(ensemble, approach)
     _, radius = ensemble.yielding.first_loading(np.array([approach]), np.array([1e-3]), ensemble.pair)
     assert (found.name, found.value) == ("hardening", pytest.approx(0.2 * radius[0] / 1e-3, rel=1e-6))
-    # N = HA
+    # all of it carries the hardness
     load = 1e9 * math.pi * (0.3e-3) ** 2
     assert names(findings(*yielding(0.3, cracking_load=1.01 * load))) == []
     (found,) = findings(*yielding(0.3, cracking_load=0.99 * load))
@@ -201,7 +201,9 @@ def test_where_the_model_of_yielding_ends():
         on = hs.Ensemble(ensemble.pair, 0.0, 1e-3, 0.2, yielding=ensemble.yielding, nominal_area=nominal)
         assert names(findings(on, approach)) == expected
     for distance, expected in ((0.7e-3, []), (0.5e-3, ["merging"])):
-        two = hs.Ensemble(ensemble.pair, 0.0, 1e-3, 0.2, yielding=ensemble.yielding, x=[0.0, distance], y=[0.0, 0.0])
+        two = hs.Ensemble(
+            ensemble.pair, [0.0, 0.0], 1e-3, 0.2, yielding=ensemble.yielding, x=[0.0, distance], y=[0.0, 0.0]
+        )
         assert names(findings(two, approach)) == expected
 
 
