@@ -136,12 +136,13 @@ def run_in(
         own = np.maximum(state.approach - (ensemble.highest_summit - height), 0.0)
         heights = surface.heights.copy()
         for i in np.flatnonzero(height < summits.height):
-            _cut(heights, surface, (summits.x[i], summits.y[i]), height[i], radius[i], np.sqrt(radius[i] * own[i]))
+            place, reach = (summits.x[i], summits.y[i]), np.sqrt(radius[i] * own[i])
+            _cut(heights, surface, place, height=height[i], radius=radius[i], reach=reach)
         if wear is not None and one.sliding_distance > 0:
             worn = _worn(ensemble, height, radius, wear, one)
             for i in np.flatnonzero(worn < height):
                 reach = np.sqrt(2 * radius[i] * (height[i] - worn[i]))
-                _cut(heights, surface, (summits.x[i], summits.y[i]), worn[i], np.inf, reach)
+                _cut(heights, surface, (summits.x[i], summits.y[i]), height=worn[i], radius=np.inf, reach=reach)
         cut = heights < surface.heights
         pixel = surface.pixel_size[0] * surface.pixel_size[1]
         removed = float((surface.heights[cut] - heights[cut]).sum() * pixel)
@@ -166,7 +167,7 @@ def run_in(
 
 
 def _cut(
-    heights: Floats, surface: Surface, place: tuple[float, float], height: float, radius: float, reach: float
+    heights: Floats, surface: Surface, place: tuple[float, float], *, height: float, radius: float, reach: float
 ) -> None:
     """Cut heights down to a paraboloid of a height and radius within a distance of its top, at least at its point."""
     index, offset = [], []

@@ -64,6 +64,7 @@ typedef struct walk {
     int wears, yields, yields_now; /* the last on this chord */
     int alone; /* whether asperities yield and nothing else of them is followed */
     double onset; /* share of the path at which the first of them yields */
+    double next;  /* approach at which one does, not a number where it is not known */
     double compliance;
     route course;
     double *goal[2];                   /* friction at both ends of the path */
@@ -976,7 +977,9 @@ static int begin_course(walk *w, const hs_memory *memory, const hs_path *path) {
     c->first = NULL;
     w->onset = HUGE_VAL;
     if (w->yields) {
-        double next = hs_next_yield(memory, &evolution->yielding);
+        if (isnan(w->next)) w->next = hs_next_yield(memory, &evolution->yielding);
+        /* what is elastic now is so up to where it is */
+        double next = hs_most(w->next, memory->approach);
         if (c->d[1] > next + HS_TIE * fabs(next)) {
             int status = HS_OK;
             if (c->by_load) status = hs_yielding_approach(memory, evolution, c->load[1], &c->d[1]);
@@ -1170,7 +1173,10 @@ static int walk_path(walk *w, hs_memory *memory, hs_memory *spare[2], const hs_p
         }
     }
     hs_contact_free(w->course.first);
-    if (yields) recorder->contact = NULL;
+    if (yields) {
+        recorder->contact = NULL;
+        w->next = NAN;
+    }
     memory->normal_control = path->normal_control;
     memory->tangential_control = path->tangential_control;
     return status;
@@ -1191,6 +1197,7 @@ int hs_walk_evolving(hs_memory *memory, const hs_path *paths, int64_t count, con
     w.yields = evolution->yielding.kind != HS_NO_YIELDING;
     w.yields_now = 0;
     w.onset = HUGE_VAL;
+    w.next = NAN;
     w.alone = w.yields && !w.wears && (law->kind == HS_NO_LAW || law->depends_on == HS_ON_NOTHING) &&
               !evolution->goal && !evolution->follow_sliding;
     w.compliance = drive->compliance * memory->contact->units.stiffness;

@@ -105,9 +105,7 @@ double hs_next_yield(const hs_memory *memory, const hs_yielding *law) {
     double flat = -HUGE_VAL;
     for (int64_t i = 0; i < contact->count; ++i)
         flat = hs_most(flat, evolved->virgin_height[i] - elastic_to(law, evolved, i));
-    double found = (contact->datum - flat) / contact->units.length;
-    /* what is elastic now is so up to where it is */
-    return hs_most(found, memory->approach);
+    return (contact->datum - flat) / contact->units.length;
 }
 
 /* Summits that yield on the way to an approach: which, their approaches, and what follows. */
