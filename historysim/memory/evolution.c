@@ -62,6 +62,7 @@ typedef struct walk {
     const hs_evolution *evolution;
     const hs_drive *drive;
     int wears, yields, yields_now; /* the last on this chord */
+    int parted; /* whether groups may have come to remember the same again */
     int alone; /* whether asperities yield and nothing else of them is followed */
     double onset; /* share of the path at which the first of them yields */
     double next;  /* approach at which one does, not a number where it is not known */
@@ -1092,7 +1093,7 @@ static int yield_at_rest(walk *w, hs_memory *memory, double share) {
         gap[i] = w->changed[i] ? (contact->datum - memory->evolved->summit_height[i]) / unit : contact->gap[k];
         weight[i] = w->changed[i] ? sqrt(memory->evolved->summit_radius[i] / unit) : contact->weight[k];
     }
-    status = hs_shape_unstrained(memory, gap, weight, d);
+    status = hs_join_groups(memory, gap, weight, d, 1);
     if (status == HS_OK && !isnan(load)) memory->normal_load = load;
     return status;
 }
@@ -1112,7 +1113,19 @@ static int prepare_to_yield(walk *w, hs_memory *memory, hs_memory *spare[2]) {
         status = hs_part_ways(memory, w->first, w->last);
     }
     if (status == HS_OK) status = own_contact(memory);
+    w->parted = 1;
     return status == HS_OK ? make_spares(w, memory, spare) : status;
+}
+
+/* Have groups be one again that have parted as they yielded, once all of them slide. */
+static int join(walk *w, hs_memory *memory) {
+    const hs_contact *contact = memory->contact;
+    for (int64_t k = 0; k < contact->count; ++k) {
+        w->first[contact->order[k]] = contact->gap[k];
+        w->last[contact->order[k]] = contact->weight[k];
+    }
+    w->parted = 0;
+    return hs_join_groups(memory, w->first, w->last, memory->approach, 0);
 }
 
 /* The part of a path before its first summit yields. */
@@ -1134,7 +1147,15 @@ static hs_path path_to_onset(const walk *w, const hs_path *path) {
 static int walk_path(walk *w, hs_memory *memory, hs_memory *spare[2], const hs_path *path, double until,
                      hs_recorder *recorder, int *flag, hs_refusal *refusal) {
     hs_plan plan;
-    int status = begin_course(w, memory, path), still = status == HS_OK && is_still(w, memory), held = 0;
+    int status = HS_OK;
+    w->course.first = NULL;
+    w->onset = HUGE_VAL;
+    if (w->alone && w->parted && hs_slides_alike(memory)) {
+        status = join(w, memory);
+        recorder->contact = NULL;
+    }
+    if (status == HS_OK) status = begin_course(w, memory, path);
+    int still = status == HS_OK && is_still(w, memory), held = 0;
     int yields = w->onset < 1.0, at_rest = 0;
     double before = 0.0, elastic = yields ? w->onset : 1.0, first = until / (double)path->parts;
     if (status == HS_OK && still && elastic > 0.0) {
@@ -1198,6 +1219,7 @@ int hs_walk_evolving(hs_memory *memory, const hs_path *paths, int64_t count, con
     w.yields_now = 0;
     w.onset = HUGE_VAL;
     w.next = NAN;
+    w.parted = memory->contact->groups > 1;
     w.alone = w.yields && !w.wears && (law->kind == HS_NO_LAW || law->depends_on == HS_ON_NOTHING) &&
               !evolution->goal && !evolution->follow_sliding;
     w.compliance = drive->compliance * memory->contact->units.stiffness;

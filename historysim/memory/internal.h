@@ -191,7 +191,9 @@ int hs_part_ways(hs_memory *memory, const double *first_key, const double *secon
 int hs_reshape(hs_memory *memory, const double *gap, const double *weight, const uint8_t *fresh);
 /* Whether no spring is strained. */
 int hs_unstrained(const hs_memory *memory);
-int hs_shape_unstrained(hs_memory *memory, const double *gap, const double *weight, double approach);
+/* Whether all springs slide one way, as far as each group remembers. */
+int hs_slides_alike(const hs_memory *memory);
+int hs_join_groups(hs_memory *memory, const double *gap, const double *weight, double approach, int unstrained);
 /* Vertices of the deepest stack. */
 int64_t hs_deepest(const hs_memory *memory);
 int hs_any_steep(const hs_memory *memory);

@@ -437,9 +437,21 @@ int hs_unstrained(const hs_memory *memory) {
     return 1;
 }
 
-/* Give asperities other gaps and weights at an approach, where no spring is strained; those of one coefficient of friction
- * share what they remember from now on. Arrays are in the caller's numbering. */
-int hs_shape_unstrained(hs_memory *memory, const double *gap, const double *weight, double approach) {
+int hs_slides_alike(const hs_memory *memory) {
+    const hs_vertex *stack = memory->vertices;
+    double side = memory->depth[0] == 2 ? copysign(1.0, stack[1].slope) : 0.0;
+    for (int64_t index = 0; index < memory->contact->groups && memory->depth[index] > 0; ++index) {
+        stack = memory->vertices + index * memory->capacity;
+        if (memory->depth[index] != 2 || memory->steep[index]) return 0;
+        if (stack[1].slope != side * memory->friction[index] || stack[1].anchor != memory->displacement) return 0;
+    }
+    return side != 0.0;
+}
+
+/* Have those of one coefficient of friction share what they remember from now on, which is the same: nothing where no
+ * spring is strained, or that all slide. They get gaps and weights at an approach, in the caller's
+ * numbering. */
+int hs_join_groups(hs_memory *memory, const double *gap, const double *weight, double approach, int unstrained) {
     const hs_contact *contact = memory->contact;
     size_t count = (size_t)contact->count, groups = (size_t)contact->groups;
     int64_t parts = 0, *group = (int64_t *)malloc((2 * count + groups) * sizeof *group);
@@ -456,7 +468,7 @@ int hs_shape_unstrained(hs_memory *memory, const double *gap, const double *weig
             if (part_of[index] < 0) part_of[index] = parts++;
         }
         for (size_t i = 0; i < count; ++i) group[i] = part_of[parent[i]];
-        memset(fresh, 1, count);
+        memset(fresh, unstrained, count);
         shaped = hs_contact_of(contact->count, parts, gap, weight, group, &contact->units, contact->datum);
     }
     if (shaped) {

@@ -342,6 +342,27 @@ def test_summits_that_yielded_without_traction_share_one_memory_and_are_elastic(
     np.testing.assert_array_equal(state.yielded.summit_height, left.summit_height)
 
 
+def test_those_that_parted_as_they_yielded_share_one_memory_once_all_slide():
+    ensemble = rough(40, 3, yielding=LAW)
+    state = ensemble.initial_state()
+    for load, moved in ((5e-3, 0.0), (5e-3, 3e-9), (15e-3, 4e-9)):
+        state = ensemble.advance(state, normal_load=load, tangential_displacement=moved)
+    assert np.unique(state.group).size > 5
+    slides = ensemble.advance(state, tangential_displacement=200e-9)
+    back = ensemble.advance(slides, tangential_displacement=190e-9)
+    assert np.unique(back.group).size == 1
+    # as by the summits that are left, which all slid
+    left = slides.yielded
+    elastic = hs.Ensemble(PAIR, left.summit_height, left.summit_radius, FRICTION)
+    again = elastic.advance(elastic.initial_state(), normal_load=15e-3)
+    for moved in (200e-9, 190e-9):
+        before = again
+        again = elastic.advance(before, tangential_displacement=moved)
+    assert back.tangential_load == pytest.approx(again.tangential_load, rel=1e-9)
+    lost = again.dissipated_energy - before.dissipated_energy
+    assert back.dissipated_energy - slides.dissipated_energy == pytest.approx(lost, rel=1e-6)
+
+
 def test_substeps_do_not_change_a_first_loading():
     events = [hs.NormalLoad(0.0, 0.0), hs.NormalLoad(1.0, 20e-3), hs.NormalLoad(2.0, 0.0), hs.NormalLoad(3.0, 30e-3)]
     one, many = (hs.replay(rough(50, 2, yielding=LAW), events, substeps=n) for n in (1, 7))
