@@ -106,6 +106,7 @@ ERRORS = {
     "InputError": lambda: misfit("0; expected more", "loading", "waypoints", 3, "time"),
     "LoadError": lambda: hs.LoadError("event 3 at t = 1 s: too much"),
     "FrictionLimitError": lambda: hs.FrictionLimitError(8e-3, 7.5e-3, 2),
+    "MissingPackageError": lambda: errors.MissingPackageError("the friction law 'a' is of b, which is not there"),
     "CurveEndError": lambda: errors.CurveEndError("a load of 2 N", "1 N and 10 nm", 4),
     "MissingValueError": lambda: MissingValueError("line 3: misses a value"),
     "NoLoopError": lambda: loops.NoLoopError("no whole loop"),
@@ -127,7 +128,9 @@ VALUES = {
     ],
     "distributions": lambda: (Gaussian(1e-8), Tabulated([0.0, 1e-8, 2e-8], [1.0, 0.5, 0.0])),
     "GreenwoodWilliamson": lambda: hs.GreenwoodWilliamson(1e11, 1e-4, 1e-8, 1e10, 1e-6),
-    "NormalSolutions": lambda: hs.NormalSolutions(*SOLVED, (4, 5), (1e-6, 1e-6), 2e-8, (0.01, 0.02)),
+    "NormalSolutions": lambda: hs.NormalSolutions(
+        *SOLVED, np.array([np.nan, 1.0]), (4, 5), (1e-6, 1e-6), 2e-8, (0.01, 0.02)
+    ),
     "Ensemble": ensemble,
     "EnsembleState": stepped,
     "laws": lambda: (laws.ShearStrength(3e8), wear.ArchardWear(coefficient=1e-4, hardness=1e9)),

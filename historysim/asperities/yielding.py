@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from historysim.asperities.laws.friction_law import made_from
 from historysim.basics.library import ffi, lib, pointer
+from historysim.basics.registry import Registry
 from historysim.basics.units import as_float, is_number, quantity_text
 from historysim.contact import hertz
 from historysim.contact.materials import MaterialPair
@@ -37,6 +38,16 @@ PEAK_AT_ONSET = 1.6
 """Peak pressure at which a sphere begins to yield, over the yield stress (Johnson 1985, section 6.1; ν = 0.3)."""
 POISSONS_RATIO = 0.3
 """Of a pair that is known by its moduli alone."""
+
+
+YIELDING_LAWS: Registry[type["YieldingLaw"]] = Registry(
+    "historysim.yielding",
+    "historysim.asperities.yielding:YieldingLaw",
+    "yielding law",
+    "historysim.asperities.yielding",
+)
+"""The laws by their names in scenarios and logs."""
+register = YIELDING_LAWS.register
 
 
 class YieldingLaw(abc.ABC):
@@ -185,6 +196,7 @@ class HardnessLaw(YieldingLaw):
         return f"hardness {hardness}"
 
 
+@YIELDING_LAWS.register
 @attrs.frozen(kw_only=True)
 class KogutEtsion(HardnessLaw):
     """First loading by finite elements of a sphere (Kogut and Etsion, *J. Appl. Mech.* 69 (2002) 657-662).
@@ -215,6 +227,7 @@ class KogutEtsion(HardnessLaw):
         return f"Kogut and Etsion (2002), {self._numbers}; joined continuously; elastic afterwards as Hertz"
 
 
+@YIELDING_LAWS.register
 @attrs.frozen(kw_only=True)
 class Thornton(HardnessLaw):
     """First loading with Hertz's pressure cut off at a limit p_y (Thornton, *J. Appl. Mech.* 64 (1997) 383-386).
@@ -241,6 +254,7 @@ class Thornton(HardnessLaw):
         return f"Thornton (1997), {self._numbers}, pressure up to 1.6/2.8 of it; elastic afterwards as Hertz"
 
 
+@YIELDING_LAWS.register
 @attrs.frozen(kw_only=True)
 class JacksonGreen(HardnessLaw):
     """First loading by finite elements of a sphere (Jackson and Green, *J. Tribology* 127 (2005) 343-354).
@@ -267,10 +281,6 @@ class JacksonGreen(HardnessLaw):
     def text(self) -> str:
         """Say in a line what it is."""
         return f"Jackson and Green (2005), {self._numbers}; joined continuously; elastic afterwards as Hertz"
-
-
-YIELDING_LAWS: dict[str, type[YieldingLaw]] = {law.kind: law for law in (KogutEtsion, Thornton, JacksonGreen)}
-"""The laws by their names in scenarios and logs."""
 
 
 def yielding_law_from(settings: Mapping[str, Any]) -> YieldingLaw:

@@ -28,7 +28,10 @@ EVENTS = unmarked("a table that says who wrote it", ".csv")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing where all is well.")
 @json_option
 def verify(file: Path, log: Path | None, quiet: bool, as_json: bool) -> None:
-    """Replay the log of a result, FILE, and compare every bit; or check FILE, a log, and its snapshots."""
+    """Check that a result is what its log makes, bit for bit.
+
+    FILE is a result, whose log is replayed, or a log, which is checked with its snapshots.
+    """
     from historysim.log.verification import verify as check
 
     found = check(file, log, progress=not quiet, tell=notice)
@@ -98,7 +101,7 @@ def state(log: Path, moment: str | None, asperity: int | None, output: Path | No
 @click.option("-o", "--output", type=path_type, required=True, help="The new log.")
 @force_option
 def fork(log: Path, moment: str, output: Path, force: bool) -> None:
-    """Copy the past of LOG (NAME.history) up to a time to a new log, for another future."""
+    """Copy the past of LOG (NAME.history) up to a time to a new log."""
     check_outputs([Output(output, (LOG,))], [log], force=force)
     from historysim.log.event_log import EventLog
 
@@ -153,7 +156,7 @@ def list_log(
     """List the events of LOG (NAME.history)."""
     if table is not None:
         check_outputs([Output(table, (EVENTS,))], [file], force=force)
-    from historysim.loads.event_table import value_text, write_events
+    from historysim.loads.event_table import write_events
     from historysim.loads.events import EVENT_KINDS, time_text
     from historysim.log.event_log import EventLog
 
@@ -176,7 +179,7 @@ def list_log(
     rows = [("event", "time", "kind", "value")]
     for number, event in chosen:
         unit = "" if event.unit == "1" else f" {event.unit}"
-        rows.append((str(number), time_text(event.time), event.name, f"{value_text(event)}{unit}"))
+        rows.append((str(number), time_text(event.time), event.name, f"{event.cell}{unit}"))
     tell(Answer(tables=[rows]), as_json=as_json)
 
 

@@ -28,6 +28,7 @@ TABLES_OF_QUESTIONS = (
         "elapsed_time,total_normal_load",
         "loop,start_time",
         "radius,pressure",
+        "x,pressure",
         "reversal,radius",
         *(
             f"time,{name}"

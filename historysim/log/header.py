@@ -13,7 +13,7 @@ from historysim._version import __version__
 from historysim.asperities.curves import NormalCurves
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import Instrument
-from historysim.asperities.laws import DrawnFriction, law_from
+from historysim.asperities.laws import law_from
 from historysim.asperities.wear import wear_law_from
 from historysim.asperities.yielding import yielding_law_from
 from historysim.basics.arguments import workable
@@ -21,20 +21,22 @@ from historysim.basics.array_types import Array
 from historysim.basics.limits import at_most, most
 from historysim.basics.wording import shown
 from historysim.contact.materials import MaterialPair
-from historysim.errors import InputError
+from historysim.errors import InputError, MissingPackageError
 from historysim.loads.events import Event
 from historysim.log.canonical import array_digest
 from historysim.recording.provenance import made_with
 from historysim.replaying import Replay
 
 FORMAT = 1
-FORMAT_OF_CURVES = 2
-"""Form of a log whose asperities are patches of normal curves, which earlier versions would take for summits."""
 FORMAT_OF_LAWS = 3
 """Form of a log whose asperities evolve, which earlier versions would leave as they are."""
-FORMAT_OF_YIELDING = 4
-"""Form of a log whose summits yield, likewise."""
-FORMATS = (FORMAT, FORMAT_OF_CURVES, FORMAT_OF_LAWS, FORMAT_OF_YIELDING)
+FORMAT_OF_CURVES = 4
+"""Form of a log whose asperities are patches of normal curves, which earlier versions would take for summits."""
+FORMAT_OF_SUMS = 2
+"""Form of such a log of earlier versions, which wrote normal curves as sums of elements."""
+FORMAT_OF_YIELDING = 5
+"""Form of a log whose summits yield, which earlier versions would leave as they are, too."""
+FORMATS = (FORMAT, FORMAT_OF_LAWS, FORMAT_OF_CURVES, FORMAT_OF_YIELDING)
 OF_THE_ENSEMBLE = ("summit_height", "summit_radius", "friction", "x", "y")
 SURFACE, CURVES = "surface.", "curves."
 OF_THE_PAIR = ("contact_modulus", "shear_modulus", "hardness", "yield_stress", "work_of_adhesion", "cracking_load")
@@ -159,6 +161,8 @@ class LogHeader:
                 workable(name, self.arrays[name])
             # either is computed once
             _ = self.ensemble, self.instrument
+        except MissingPackageError:
+            raise
         except InputError as error:
             raise InputError(f"is damaged: its asperities cannot be used ({error})") from error
 
@@ -171,7 +175,8 @@ class LogHeader:
         curves = NormalCurves(**given) if given else None
         if (law := self.settings.get("friction_law")) is not None:
             kept, own["friction"] = own["friction"], law_from(law)
-            if law["law"] == DrawnFriction.kind and not np.array_equal(own["friction"].drawn(kept.size), kept):
+            own_law = own["friction"]
+            if own_law.depends_on == "nothing" and not np.array_equal(own_law.at_start(kept.size), kept):
                 # another version of numpy draws otherwise; what stands in the log holds
                 own["friction"] = kept
         return Ensemble(
@@ -224,6 +229,12 @@ class LogHeader:
         return str(self.settings["historysim_version"])
 
     @property
+    def packages(self) -> tuple[str, ...]:
+        """Packages of others that its laws came from, each with its version then."""
+        laws = [self.settings[name] for name in ("friction_law", "wear", "yielding") if name in self.settings]
+        return tuple(dict.fromkeys(" ".join(map(str, law["package"])).rstrip() for law in laws if "package" in law))
+
+    @property
     def surface(self) -> dict[str, Array]:
         """Arrays of the surface group of the result."""
         return {name.removeprefix(SURFACE): values for name, values in self.arrays.items() if name.startswith(SURFACE)}
@@ -253,6 +264,11 @@ def head_from(text: str, arrays: Mapping[str, Array]) -> LogHeader:
     settings = json.loads(text)
     if not isinstance(settings, dict) or settings.get("format") not in FORMATS:
         form = settings.get("format") if isinstance(settings, dict) else settings
+        if form == FORMAT_OF_SUMS:
+            raise InputError(
+                "has normal curves as earlier versions wrote them, which were wrong at light loads; run its scenario "
+                "again"
+            )
         raise InputError(
             f"is a log of form {form!r}; expected one of {', '.join(map(str, FORMATS))}; a later version of historysim "
             "has written it"

@@ -11,7 +11,7 @@ from typing import Concatenate, ParamSpec, TypeVar
 
 import xarray as xr
 
-from historysim.results import analysis, history_drift, rebuilt
+from historysim.results import analysis, history_drift, point_maps, rebuilt
 
 Given = ParamSpec("Given")
 Answer = TypeVar("Answer")
@@ -34,7 +34,7 @@ def _asked(
 
 @xr.register_dataset_accessor("contact")  # type: ignore[no-untyped-call]
 class Questions:
-    """Questions to a history; each is the function of the same name, of `analysis`, `drift` or `rebuilt` in `results`.
+    """Questions to a history; each is the function of the same name in `results`.
 
     Parameters
     ----------
@@ -56,6 +56,7 @@ class Questions:
     mean_pressure = _asked(analysis.mean_pressure)
     nominal_pressure = _asked(analysis.nominal_pressure)
     peak_pressure = _asked(analysis.peak_pressure)
+    point_maps = _asked(point_maps.point_maps)
     positioning_error = _asked(history_drift.positioning_error)
     preliminary_displacement = _asked(analysis.preliminary_displacement)
     preliminary_displacements = _asked(analysis.preliminary_displacements)

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import attrs
 
+from historysim.basics.notices import Teller, silent
 from historysim.basics.places import at, misfit
 from historysim.basics.wording import counted, shown
 from historysim.errors import InputError
 from historysim.loads.events import Event, NormalDisplacement, NormalLoad
-from historysim.loads.events import misfit as event_misfit
 from historysim.scenario.schema import reported
 from historysim.scenario.sections import Sections
 from historysim.scenario.surface_kinds import BuiltSurface
@@ -86,7 +86,9 @@ class BuiltScenario:
             )
 
 
-def build(sections: Sections, name: str, surface: BuiltSurface, events: list[Event]) -> BuiltScenario:
+def build(
+    sections: Sections, name: str, surface: BuiltSurface, events: list[Event], tell: Teller = silent
+) -> BuiltScenario:
     """Build a scenario from its sections, the surface as it comes, and its events.
 
     Raises
@@ -94,16 +96,18 @@ def build(sections: Sections, name: str, surface: BuiltSurface, events: list[Eve
     InputError
         What cannot be used, or an event that does not fit the number of asperities; the message names file and field.
     """
-    surface = as_loaded(sections, name, surface, events)
+    surface = as_loaded(sections, name, surface, events, tell)
     ensemble = ensemble_on(sections, name, surface)
     for event in events:
-        if problem := event_misfit(event, len(ensemble)):
+        if problem := event.misfit(len(ensemble)):
             raise InputError(f"{name}: loading: {event.name} at t = {event.time:g} s: {problem}")
     return BuiltScenario(sections, name, surface, ensemble, events)
 
 
-def as_loaded(sections: Sections, name: str, surface: BuiltSurface, events: Sequence[Event]) -> BuiltSurface:
-    """Return a surface with what depends on the largest load.
+def as_loaded(
+    sections: Sections, name: str, surface: BuiltSurface, events: Sequence[Event], tell: Teller = silent
+) -> BuiltSurface:
+    """Return a surface with what depends on the largest load; what is to be known of that is told.
 
     That is the normal contact of a map whose asperities press on one another, and the nominal area of one that lies on
     a ball: that of the smooth ball under that load, after Hertz. Any other surface is returned as it is.
@@ -126,8 +130,10 @@ def as_loaded(sections: Sections, name: str, surface: BuiltSurface, events: Sequ
 
     with reported(name), at("surface", "interaction"):
         found = NormalSolutions.of(
-            surface.surface, largest_load=largest_load, largest_approach=largest_approach, progress=True
+            surface.surface, largest_load=largest_load, largest_approach=largest_approach, progress=True, tell=tell
         )
+    for notice in found.notices:
+        tell(f"{name}: {notice}")
     return attrs.evolve(surface, solutions=found)
 
 
@@ -158,12 +164,8 @@ def ensemble_on(sections: Sections, name: str, surface: BuiltSurface) -> "Ensemb
             ensemble = Ensemble.from_solutions(pair, surface.solutions, coefficients)
         else:
             with at("surface"):
-                wear = sections.wear.wear() if sections.wear else None
-                evolving = {
-                    "wear": wear,
-                    "follow_sliding": sections.record.sliding,
-                    "yielding": surface.yielding,
-                }
+                wear = sections.wear.of if sections.wear else None
+                evolving = {"wear": wear, "follow_sliding": sections.record.sliding, "yielding": surface.yielding}
                 ensemble = Ensemble.from_summits(pair, surface.summits, coefficients, **evolving)
         _check_record(sections.record.asperities, len(ensemble))
     return ensemble
@@ -178,7 +180,7 @@ def _friction(sections: Sections, *, in_surface: bool) -> "float | tuple[float, 
             else "missing; expected [friction] with a coefficient, or surface.columns.friction"
         )
         raise misfit(problem, "friction")
-    return friction.friction() if friction else None
+    return friction.friction if friction else None
 
 
 def _check_steady(sections: Sections) -> None:

@@ -103,6 +103,12 @@ def open(  # noqa: A001 - as users of xarray and of files call it
     ------
     InputError
         There is no such file, it cannot be used, or it is no height map and something is said of its reading.
+
+    Examples
+    --------
+    >>> history = hs.run("scenarios/04_normal_up_tangential_up.toml", "up.nc")
+    >>> hs.open("up.nc").sizes["step"]
+    121
     """
     import xarray as xr
 
@@ -113,6 +119,8 @@ def open(  # noqa: A001 - as users of xarray and of files call it
         if isinstance(content, EventLog):
             return EventLog(path)
         if isinstance(content, xr.Dataset):
+            # the file is closed through the Dataset that opened it, which must not be asked to close itself
+            content = content.copy()
             content.set_close(stack.pop_all().close)
     return content
 

@@ -3,9 +3,7 @@
 import math
 import re
 import sys
-import tomllib
 import warnings
-from pathlib import Path
 
 import attrs
 import numpy as np
@@ -179,11 +177,14 @@ def test_a_run_has_these_summits_bit_for_bit(folder, entry):
 
 def test_the_sections_are_of_every_kind_and_have_every_key():
     # a normal curve has no summits, and tests of its own below
-    assert {entry["kind"] for entry in SECTIONS.values()} == set(surface_kinds.KINDS) - {"normal_curve"}
-    kinds = {surface_kinds.KINDS[entry["kind"]](entry) for entry in SECTIONS.values()}
+    assert {entry["kind"] for entry in SECTIONS.values()} == set(surface_kinds.SURFACES) - {"normal_curve"}
+    kinds = {surface_kinds.SURFACES[entry["kind"]].chosen(entry) for entry in SECTIONS.values()}
     for kind in kinds:
         keys = {
-            key for entry in SECTIONS.values() if surface_kinds.KINDS[entry["kind"]](entry) is kind for key in entry
+            key
+            for entry in SECTIONS.values()
+            if surface_kinds.SURFACES[entry["kind"]].chosen(entry) is kind
+            for key in entry
         }
         # two belong to files that know their distances or channels, the others to all files of numbers; what prepares a
         # map is tested by itself
@@ -192,44 +193,6 @@ def test_the_sections_are_of_every_kind_and_have_every_key():
 
 
 FORMAT = {field.name for field in attrs.fields(Format)}
-README = Path(__file__).parents[2] / "scenarios" / "README.md"
-
-
-def documented():
-    """The rows of the table of kinds: the name of the kind, and its keys with their defaults as they stand there."""
-    text = README.read_text(encoding="utf-8")
-    table = text[text.index("### `[surface]`") :].split("\n\n")[2]
-    rows = [line.strip("| ").split(" | ") for line in table.splitlines()[2:]]
-    return [(re.match(r'`"(.*?)"`', kind)[1], re.findall(r"`([^`]*)`", keys)) for kind, keys in rows]
-
-
-def defaults(kind):
-    return {field.name: field.default for field in attrs.fields(kind)}
-
-
-def test_the_table_of_kinds_is_complete_and_its_defaults_are_true():
-    rows = documented()
-    kinds = {surface_kinds.KINDS[entry["kind"]](entry) for entry in SECTIONS.values()}
-    assert {name for name, _ in rows} == set(surface_kinds.KINDS)
-    assert len(rows) == len(kinds) + 1  # the normal curve, as above
-    for name, texts in rows:
-        entry = dict.fromkeys(text.split(" = ")[0] for text in texts)
-        fields = defaults(surface_kinds.KINDS[name](entry))
-        assert set(fields) - FORMAT <= set(entry)
-        for text in texts:
-            if " = " in text and not text.startswith("["):
-                ((key, value),) = tomllib.loads(text).items()
-                assert (tuple(value) if isinstance(value, list) else value) == fields[key]
-
-
-def test_the_example_of_the_readme_has_summits(folder):
-    text = README.read_text(encoding="utf-8")
-    example = text[text.index('[surface]\nkind = "sum"') :].split("```")[0]
-    np.savetxt(folder / "maps" / "polished.txt", bumps((256, 256)))
-    (folder / "s.toml").write_text(example + LINES, encoding="utf-8")
-    assert len(scenario.load(folder / "s.toml").surface().summits) > 100
-
-
 # -- what the keys do -------------------------------------------------------------------------------
 
 
@@ -612,7 +575,7 @@ def test_surfaces_without_a_common_summit(folder):
 
 def required(name):
     entry = SECTIONS[name]
-    kind = surface_kinds.KINDS[entry["kind"]](entry)
+    kind = surface_kinds.SURFACES[entry["kind"]].chosen(entry)
     return [field.name for field in attrs.fields(kind) if field.default is attrs.NOTHING]
 
 
@@ -675,12 +638,12 @@ def test_values_of_a_wrong_type_or_size_are_refused_by_their_key(folder, name, k
         ("Sphere", "surface.kind: the text 'Sphere'; did you mean 'sphere'?"),
         (
             "gaussian",
-            "surface.kind: the text 'gaussian'; expected one of sphere, summits, textured, statistics, normal_curve",
+            "surface.kind: the text 'gaussian'; expected one of measured, normal_curve, random, sphere",
         ),
-        (["sphere"], "surface.kind: an array; expected one of sphere, summits, textured, statistics, normal_curve"),
-        ({"random": 1}, "surface.kind: a table; expected one of sphere"),
-        (7, "surface.kind: 7; expected one of sphere"),
-        (True, "surface.kind: true; expected one of sphere"),
+        (["sphere"], "surface.kind: an array; expected one of measured, normal_curve, random, sphere"),
+        ({"random": 1}, "surface.kind: a table; expected one of measured"),
+        (7, "surface.kind: 7; expected one of measured"),
+        (True, "surface.kind: true; expected one of measured"),
     ],
 )
 def test_kinds_that_there_are_not(folder, kind, said):
@@ -863,9 +826,9 @@ def test_lengths_that_no_float_can_square_are_refused(folder, name, changes):
 
 BAD_PARTS = [
     (7, ": 7; expected a table"),
-    ({}, ".kind: missing; expected one of random, measured, sum"),
-    ({"kind": "sphere"}, ".kind: the text 'sphere'; expected one of random, measured, sum"),
-    ({"kind": "summits"}, ".kind: the text 'summits'; expected one of random, measured, sum"),
+    ({}, ".kind: missing; expected one of measured, random, sum"),
+    ({"kind": "sphere"}, ".kind: the text 'sphere'; expected one of measured, random, sum"),
+    ({"kind": "summits"}, ".kind: the text 'summits'; expected one of measured, random, sum"),
     ({"kind": "randon"}, ".kind: the text 'randon'; did you mean 'random'?"),
     ({"kind": "random", **ROUGH, "rule": 9}, ".rule: belongs to the surface as a whole; expected it beside first and"),
     ({"kind": "random", **ROUGH, "sed": 1}, ".sed: unknown key; did you mean 'seed'?"),

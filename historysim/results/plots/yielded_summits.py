@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING
 
+import attrs
 import numpy as np
 import xarray as xr
 
@@ -9,6 +10,7 @@ from historysim.errors import InputError
 from historysim.results.analysis.recorded import shape_of
 from historysim.results.plots.along_path import kept_steps
 from historysim.results.plots.paper import COLUMN, Size, new_figure
+from historysim.results.plots.pictures import PICTURES, Picture
 from historysim.results.plots.style import INK, plain_title, scaled
 
 if TYPE_CHECKING:
@@ -72,3 +74,15 @@ def plot_yielding(history: xr.Dataset, *, size: Size | None = None) -> "Figure":
         if title := history.attrs.get("title"):
             figure.suptitle(plain_title(str(title)), x=0.01, ha="left", fontsize=9.5)
     return figure
+
+
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class YieldingPicture(Picture):
+    """The curve of first loading and unloading, and the summits that yielded, before and after."""
+
+    kind = "yielding"
+
+    def drawn(self, what: xr.Dataset, size: Size | None = None) -> "Figure":
+        """Return a figure of it alone."""
+        return plot_yielding(what, size=size)

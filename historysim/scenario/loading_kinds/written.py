@@ -5,22 +5,35 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import attrs
+from cattrs import Converter
+from cattrs.errors import AttributeValidationNote
 
+from historysim.basics.fields import Force, Length, Lengths, Numbers, Quantity, Time
 from historysim.basics.notices import Teller, silent
 from historysim.basics.places import at, misfit
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted, shown
 from historysim.errors import InputError, path_text
-from historysim.loads.events import EVENT_KINDS, LOAD_KINDS, Event, LoadEvent
-from historysim.scenario.loading_kinds.loading_kind import Loading, one_of_each
-from historysim.scenario.schema import Force, Length, Lengths, Numbers, Quantity, Time
+from historysim.loads.events import EVENT_KINDS, EVENTS, LOAD_KINDS, Event, LoadEvent
+from historysim.scenario.loading_kinds.loading_kind import LOADINGS, Loading, one_of_each
+from historysim.scenario.schema import table
 
 MOST_EVENTS = 10_000_000
 
 
 @attrs.frozen
 class GeometryTable:
-    """Other heights and radii of summits, of all or of some asperities."""
+    """Other heights and radii of summits, of all or of some asperities.
+
+    Attributes
+    ----------
+    summit_height
+        Heights over the same datum.
+    summit_radius
+        Radii.
+    asperities
+        Which ones; without it all, by as many summits.
+    """
 
     summit_height: Lengths | None = None
     summit_radius: Lengths | None = None
@@ -29,7 +42,43 @@ class GeometryTable:
 
 @attrs.frozen
 class Waypoint:
-    """What the channels have reached at a time, or some time after the waypoint before it, and what changes then."""
+    """What the channels have reached at a time, or some time after the waypoint before it, and what changes then.
+
+    Attributes
+    ----------
+    time
+        When; or ``after``.
+    after
+        Time since the waypoint before it.
+    normal_load
+        Normal load that is reached.
+    normal_displacement
+        Approach of the highest summit that is reached.
+    tangential_load
+        Tangential load that is reached.
+    tangential_displacement
+        Tangential displacement that is reached.
+    friction
+        Coefficient from then on.
+    friction_ramp
+        Coefficient reached then, to which friction has gone straight since its last such waypoint, or since the
+        event before the first.
+    geometry
+        Other summits from then on, as below. Each that changes is a new contact.
+    asperities
+        Whose friction changes; without it that of all.
+    name
+        What the state is called, for pictures and ``--steps``.
+
+    Examples
+    --------
+    [loading]
+    hold = true
+    waypoints = [
+        { time = 0, normal_load = "50 mN" },
+        { after = "1 s", tangential_load = "3 mN", name = "K" },
+    ]
+    """
 
     time: Time | None = None
     after: Time | None = None
@@ -42,6 +91,7 @@ class Waypoint:
     geometry: GeometryTable | None = None
     asperities: tuple[int, ...] | None = None
     name: str | None = None
+    others: dict[str, Any] = attrs.Factory(dict)
 
     def __attrs_post_init__(self) -> None:
         """Check that it has one time, and something to reach."""
@@ -57,16 +107,38 @@ class Waypoint:
             raise InputError(f"nothing to reach; expected one or more of {', '.join(EVENT_KINDS)}")
 
     @property
-    def changes(self) -> dict[str, tuple[Any, ...]]:
-        """What is reached, by the name of its key: what its event has beside the time."""
+    def changes(self) -> dict[str, Any]:
+        """What is reached, by the name of its key: what its event has beside the time, or of others the event."""
         named = {key: getattr(self, key) for key in EVENT_KINDS}
-        found: dict[str, tuple[Any, ...]] = {key: (value,) for key, value in named.items() if value is not None}
+        found: dict[str, Any] = {key: (value,) for key, value in named.items() if value is not None}
         if self.friction is not None:
             found["friction"] = (self.friction, self.asperities)
         if self.geometry is not None:
             new = self.geometry
-            found["geometry"] = (new.summit_height, new.summit_radius, new.asperities)
-        return found
+            found["geometry"] = (new.asperities, new.summit_height, new.summit_radius)
+        return found | self.others
+
+
+def waypoint_hooks(converter: Converter) -> None:
+    """Teach a converter that a waypoint may have events of other packages, each a table under its name."""
+    table_of = converter.get_structure_hook(Waypoint)
+
+    def structure(value: object, cls: Any) -> Any:
+        entry = dict(table(value))
+        own = attrs.fields_dict(Waypoint)
+        others = {key: entry.pop(key) for key in list(entry) if key not in own and key in EVENTS}
+        found = {}
+        for key, told in others.items():
+            try:
+                found[key] = converter.structure({"time": 0.0, **table(told)}, EVENTS[key])
+            except Exception as error:
+                error.add_note(AttributeValidationNote("", key, None))
+                raise
+        if "others" in entry:
+            raise misfit("unknown key; expected events by their names", "others")
+        return table_of({**entry, "others": found}, cls)
+
+    converter.register_structure_hook(Waypoint, structure)
 
 
 Place = tuple[str | int, ...]
@@ -93,10 +165,10 @@ class _Timeline:
     passed: dict[str, tuple[float, Place]] = attrs.Factory(dict)
     drifts: list[tuple[Place, LoadEvent, LoadEvent]] = attrs.Factory(list)
 
-    def reach(self, time: float, changes: Mapping[str, tuple[Any, ...]], *place: str | int) -> None:
+    def reach(self, time: float, changes: Mapping[str, Any], *place: str | int) -> None:
         for key, told in changes.items():
             with at(key):
-                event = EVENT_KINDS[key](time, *told)
+                event = told.of(time, told.contents()) if isinstance(told, Event) else EVENT_KINDS[key].of(time, told)
             self.events.append(event)
             if isinstance(event, LoadEvent):
                 self._look_back(event)
@@ -142,14 +214,29 @@ def _reached(event: LoadEvent) -> str:
 
 @attrs.frozen(kw_only=True)
 class Written(Loading):
-    """A loading that is written out; whether a channel is held at waypoints that do not name it."""
+    """A loading that is written out; whether a channel is held at waypoints that do not name it.
+
+    Attributes
+    ----------
+    hold
+        Whether a channel stays where it stands at each waypoint that does not name it.
+    """
 
     hold: bool | None = None
 
 
+@LOADINGS.register
 @attrs.frozen(kw_only=True)
 class Waypoints(Written):
-    """``loading.waypoints``: what is reached, and when."""
+    """``loading.waypoints``: what is reached, and when.
+
+    Attributes
+    ----------
+    waypoints
+        What is reached, and when, as below.
+    """
+
+    kind = "waypoints"
 
     waypoints: tuple[Waypoint, ...]
 
@@ -189,7 +276,23 @@ IN_TURN = (*LOAD_KINDS, "friction")
 
 @attrs.frozen
 class Each:
-    """Values to reach in turn; the waypoints of the block run at each of them."""
+    """Values to reach in turn; the waypoints of the block run at each of them.
+
+    Attributes
+    ----------
+    after
+        Time to reach each value.
+    normal_load
+        Normal loads.
+    normal_displacement
+        Approaches of the highest summit.
+    tangential_load
+        Tangential loads.
+    tangential_displacement
+        Tangential displacements.
+    friction
+        Coefficients.
+    """
 
     after: Time
     normal_load: Annotated[tuple[float, ...], Quantity("N")] | None = None
@@ -220,7 +323,28 @@ class Each:
 
 @attrs.frozen
 class WaypointBlock:
-    """Waypoints to run, some number of times, at each of some values."""
+    """Waypoints to run, some number of times, at each of some values.
+
+    Attributes
+    ----------
+    waypoints
+        Waypoints with ``after``. A channel that the block does not name is held.
+    repeat
+        How many times they run.
+    each
+        Values to reach first, one after the other, as below; the waypoints run at each of them.
+
+    Examples
+    --------
+    [[loading.blocks]]
+    each = { after = "2 s", normal_load = ["50 mN", "70 mN"] }
+    repeat = 4
+    waypoints = [
+        { after = "4 s", tangential_displacement = "100 nm" },
+        { after = "8 s", tangential_displacement = "-100 nm" },
+        { after = "4 s", tangential_displacement = 0 },
+    ]
+    """
 
     waypoints: tuple[Waypoint, ...]
     repeat: int = 1
@@ -268,9 +392,18 @@ class WaypointBlock:
                         line.reach(line.now + after, changes, *place, "waypoints", index)
 
 
+@LOADINGS.register
 @attrs.frozen(kw_only=True)
 class Blocks(Written):
-    """``[[loading.blocks]]``: runs of waypoints, one after the other."""
+    """``[[loading.blocks]]``: runs of waypoints, one after the other.
+
+    Attributes
+    ----------
+    blocks
+        Runs of waypoints, one after the other, as below.
+    """
+
+    kind = "blocks"
 
     blocks: tuple[WaypointBlock, ...]
 

@@ -1,30 +1,24 @@
 """The kinds of ``[surface]`` in a scenario: the keys of each, and the summits that it gives."""
 
-from collections.abc import Callable, Mapping
-from typing import Any
-
 import attrs
 from cattrs import Converter
 
+from historysim.basics.fields import Number
 from historysim.basics.places import misfit
-from historysim.basics.wording import nearest, shown
+from historysim.basics.wording import shown
 from historysim.errors import InputError
-from historysim.scenario.schema import Number, table
-from historysim.scenario.surface_kinds.distributions import DistributionTable, GaussianHeights, InlineDistribution
-from historysim.scenario.surface_kinds.given_summits import InlineSummits, Sphere, SummitTable, Textured
+from historysim.scenario.schema import kind_from_toml, table
 from historysim.scenario.surface_kinds.interacting import Interacting
-from historysim.scenario.surface_kinds.map_kinds import MapKind, MeasuredMap, RandomMap, SumOfMaps
-from historysim.scenario.surface_kinds.normal_curve import NormalCurveTable
+from historysim.scenario.surface_kinds.map_kinds import HeightMap
 from historysim.scenario.surface_kinds.run_in_surface import PassesSection, RunIn
 from historysim.scenario.surface_kinds.scaled import Scaled
-from historysim.scenario.surface_kinds.surface_kind import BuiltSurface, SurfaceKind
+from historysim.scenario.surface_kinds.surface_kind import SURFACES, BuiltSurface, SurfaceKind
 from historysim.scenario.surface_kinds.yielding_surface import Yielding, YieldingSection
 
 __all__ = [
-    "KINDS",
-    "MAPS",
+    "SURFACES",
     "BuiltSurface",
-    "MapKind",
+    "HeightMap",
     "SurfaceKind",
     "channel_from_toml",
     "map_from_toml",
@@ -34,33 +28,6 @@ __all__ = [
 
 DEEPEST = 20
 """Sums within sums that are followed."""
-
-Choice = Callable[[Mapping[str, Any]], type]
-
-
-def _summits(entry: Mapping[str, Any]) -> type:
-    return SummitTable if {"file", "columns"} & set(entry) else InlineSummits
-
-
-def _statistics(entry: Mapping[str, Any]) -> type:
-    if {"file", "columns"} & set(entry):
-        return DistributionTable
-    return InlineDistribution if {"density", "height", "gap"} & set(entry) else GaussianHeights
-
-
-MAPS: Mapping[str, Choice] = {
-    "random": lambda _: RandomMap,
-    "measured": lambda _: MeasuredMap,
-    "sum": lambda _: SumOfMaps,
-}
-KINDS: Mapping[str, Choice] = {
-    "sphere": lambda _: Sphere,
-    "summits": _summits,
-    "textured": lambda _: Textured,
-    "statistics": _statistics,
-    "normal_curve": lambda _: NormalCurveTable,
-    **MAPS,
-}
 
 
 @attrs.frozen
@@ -91,19 +58,19 @@ def surface_from_toml(converter: Converter, value: object, _: object) -> Surface
     if isinstance(beside.get("yielding"), str):
         beside["yielding"] = {"law": beside["yielding"]}
     plastic = converter.structure(beside, _Plastic)
-    surface: SurfaceKind = _structured(converter, entry, KINDS)
+    surface: SurfaceKind = kind_from_toml(converter, entry, SURFACES)
     scaled = surface if scale is None else Scaled(surface, scale)
     whole = scaled if interaction is None else Interacting(scaled, interaction)
     whole = whole if plastic.yielding is None else Yielding(whole, plastic.yielding)
     return whole if plastic.passes is None else RunIn(whole, plastic.passes)
 
 
-def map_from_toml(converter: Converter, value: object, _: object) -> MapKind:
+def map_from_toml(converter: Converter, value: object, _: object) -> HeightMap:
     """Return a surface that has to be a height map; errors as for `surface_from_toml`."""
     for key in ("rule", "prune", "ball_radius"):
         if key in table(value):
             raise misfit("belongs to the surface as a whole; expected it beside first and second", key)
-    surface: MapKind = _structured(converter, value, MAPS)
+    surface: HeightMap = kind_from_toml(converter, value, SURFACES, among=HeightMap)
     return surface
 
 
@@ -139,15 +106,3 @@ def prune_from_toml(converter: Converter, value: object, _: object) -> bool | fl
     if not 0 <= share < 1:
         raise InputError(f"{share:g}; expected true, or a share of the height range, from 0 to less than 1")
     return share
-
-
-def _structured(converter: Converter, value: object, kinds: Mapping[str, Choice]) -> Any:
-    entry = dict(table(value))
-    if "kind" not in entry:
-        raise misfit(f"missing; expected one of {', '.join(kinds)}", "kind")
-    kind = entry.pop("kind")
-    if not isinstance(kind, str) or kind not in kinds:
-        # one that is known elsewhere is no slip of the pen
-        word = kind if isinstance(kind, str) and kind not in KINDS else ""
-        raise misfit(f"{shown(kind)}; {nearest(word, kinds)}", "kind")
-    return converter.structure(entry, kinds[kind](entry))

@@ -1,20 +1,38 @@
 """Surfaces given by their summits: one, a list, a table of them, or a regular array."""
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import attrs
 
+from historysim.basics.fields import Length, Lengths, Number
 from historysim.basics.places import misfit
 from historysim.basics.wording import nearest, shown
 from historysim.scenario.column_keys import NumbersFile
-from historysim.scenario.schema import Length, Lengths, Number, given
-from historysim.scenario.surface_kinds.surface_kind import BuiltSurface
+from historysim.scenario.schema import given
+from historysim.scenario.surface_kinds.surface_kind import SURFACES, BuiltSurface, SurfaceKind
 from historysim.tables import Column
 
 
+@SURFACES.register
 @attrs.frozen
-class Sphere:
-    """One spherical asperity."""
+class Sphere(SurfaceKind):
+    """One spherical asperity.
+
+    Attributes
+    ----------
+    radius
+        Radius of the ball.
+
+    Examples
+    --------
+    [surface]
+    kind = "sphere"
+    radius = "2.5 mm"
+    """
+
+    kind = "sphere"
 
     radius: Length
 
@@ -25,14 +43,41 @@ class Sphere:
         return BuiltSurface(Summits(0.0, self.radius))
 
 
+@SURFACES.register
 @attrs.frozen
-class InlineSummits:
-    """Summits written out in the scenario; a single number stands for all."""
+class InlineSummits(SurfaceKind):
+    """Summits written out in the scenario; a single number stands for all.
+
+    Attributes
+    ----------
+    height
+        Heights, or one for all.
+    radius
+        Radii, or one for all.
+    x
+        Positions along x.
+    y
+        Positions along y.
+
+    Examples
+    --------
+    [surface]
+    kind = "summits"
+    height = ["0 nm", "-30 nm", "-80 nm"]
+    radius = "10 µm"
+    """
+
+    kind = "summits"
 
     height: Lengths
     radius: Lengths
     x: Lengths | None = None
     y: Lengths | None = None
+
+    @classmethod
+    def chosen(cls, entry: Mapping[str, Any]) -> type[SurfaceKind]:
+        """Return the class of a table, where the keys say so."""
+        return SummitTable if {"file", "columns"} & set(entry) else cls
 
     def ground(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - they are in the scenario itself
         """Return the summits."""
@@ -50,7 +95,21 @@ class InlineSummits:
 
 @attrs.frozen
 class SummitColumns:
-    """Which column of the summit table holds what."""
+    """Which column of the summit table holds what.
+
+    Attributes
+    ----------
+    height
+        Column of the heights.
+    radius
+        Column of the radii.
+    x
+        Column of the positions along x.
+    y
+        Column of the positions along y.
+    friction
+        Column of the friction coefficients.
+    """
 
     height: Column
     radius: Column
@@ -60,8 +119,21 @@ class SummitColumns:
 
 
 @attrs.frozen(kw_only=True)
-class SummitTable(NumbersFile):
-    """Summits from a table."""
+class SummitTable(NumbersFile, SurfaceKind):
+    """Summits from a table.
+
+    Attributes
+    ----------
+    columns
+        Which column holds what.
+
+    Examples
+    --------
+    [surface]
+    kind = "summits"
+    file = "data/summits_200.csv"
+    columns = { height = { column = "height_nm", unit = "nm" }, radius = { column = "radius_um", unit = "µm" } }
+    """
 
     columns: SummitColumns
 
@@ -81,9 +153,40 @@ class SummitTable(NumbersFile):
         return BuiltSurface(summits, friction=found.get("friction"))
 
 
+@SURFACES.register
 @attrs.frozen
-class Textured:
-    """A regular array of equal asperities, with scatter on request."""
+class Textured(SurfaceKind):
+    """A regular array of equal asperities, with scatter on request.
+
+    Attributes
+    ----------
+    count
+        Asperities along x and y, ``[nx, ny]``.
+    pitch
+        Distance of the asperities, one length or ``[px, py]``.
+    radius
+        Radius of each; with ``scaling`` of the one asperity that the array replaces.
+    scaling
+        ``"self-similar"``: each of n asperities gets R/√n. ``"curvature-invariant"``: R.
+    height_scatter
+        Standard deviation of Gaussian heights.
+    radius_scatter
+        Standard deviation of log-normal radii, as a fraction of their mean.
+    seed
+        Of the scatter; needed where there is any.
+
+    Examples
+    --------
+    [surface]
+    kind = "textured"
+    count = [8, 8]
+    pitch = "200 µm"
+    radius = "1 mm"
+    height_scatter = "5 nm"
+    seed = 1
+    """
+
+    kind = "textured"
 
     count: tuple[int, ...]
     pitch: Lengths

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import attrs
 
+from historysim.basics.fields import Force, Length
 from historysim.basics.places import at, misfit
 from historysim.contact.materials import MaterialPair
 from historysim.scenario.law_sections import WearSection
-from historysim.scenario.schema import Force, Length
 from historysim.scenario.surface_kinds.map_kinds import HeightMap
 from historysim.scenario.surface_kinds.surface_kind import BuiltSurface, SurfaceKind
 
@@ -62,7 +62,7 @@ class PassesSection:
                 steps,
                 friction=float(friction),
                 yielding=ground.yielding,
-                wear=self.wear.wear() if self.wear else None,
+                wear=self.wear.of if self.wear else None,
                 volume=self.volume,
                 find=ground.find,
             )

@@ -1,9 +1,13 @@
 """What every kind of ``[surface]`` gives, and has to do."""
 
+import abc
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import attrs
+
+from historysim.basics.registry import Registry
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -12,6 +16,15 @@ if TYPE_CHECKING:
     from historysim.interaction.solutions import NormalSolutions
     from historysim.surfaces.heights import Surface
     from historysim.surfaces.summits import Summits
+
+
+SURFACES: Registry[type["SurfaceKind"]] = Registry(
+    "historysim.surfaces",
+    "historysim.scenario.surface_kinds.surface_kind:SurfaceKind",
+    "kind of surface",
+    "historysim.scenario.surface_kinds",
+)
+"""The kinds of ``[surface]`` by their names."""
 
 
 @attrs.frozen(eq=False)
@@ -66,8 +79,18 @@ class BuiltSurface:
     find: "Callable[[Surface], Summits] | None" = None
 
 
-class SurfaceKind(Protocol):
-    """``[surface]``: one class for each kind; a new kind is a new class in ``KINDS``."""
+class SurfaceKind(abc.ABC):
+    """A kind of ``[surface]``: an attrs class, whose fields are its keys, registered under its name."""
 
+    registry: ClassVar[Registry[Any]] = SURFACES
+    kind: ClassVar[str]
+
+    @classmethod
+    def chosen(cls, entry: Mapping[str, Any]) -> "type[SurfaceKind]":
+        """Return the class that the keys of a section belong to, where a kind has several."""
+        del entry
+        return cls
+
+    @abc.abstractmethod
     def ground(self, folder: Path) -> BuiltSurface:
         """Return the summits, with the map that they were found on; paths are relative to the folder."""

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import attrs
 
+from historysim.basics.fields import Number, Pressure
 from historysim.basics.places import misfit
 from historysim.basics.wording import nearest
-from historysim.scenario.schema import Number, Pressure, given
+from historysim.scenario.schema import given
 from historysim.scenario.surface_kinds.surface_kind import BuiltSurface, SurfaceKind
 
 if TYPE_CHECKING:
