@@ -129,7 +129,7 @@ class Scenario:
             built = self.sections.surface.ground(self.path.parent)
             if built.passes is not None:
                 friction = self.sections.friction
-                coefficient = None if friction is None else friction.coefficient
+                coefficient = None if friction is None else getattr(friction.of, "coefficient", None)
                 built = built.passes.done(built, self.sections.materials.pair(), coefficient)
             if built.summits is not None:
                 workable("the radius of a summit", built.summits.radius)

@@ -171,7 +171,7 @@ def test_a_log_of_summits_that_yield_is_resumed_forked_and_verified(tmp_path):
     law = KogutEtsion(hardness=5.5e9, poissons_ratio=0.25)
     ensemble = hs.Ensemble(pair, [0.0, -10e-9, -25e-9], [1e-6, 0.8e-6, 2e-6], 0.2, yielding=law)
     head = LogHeader.of(hs.Replay(ensemble, ()))
-    assert head.settings["format"] == 4
+    assert head.settings["format"] == 5
     again = head_from(head.text, head.arrays).ensemble
     assert (again.yielding, again.pair.cracking_load) == (law, 0.04)
     loads = [hs.NormalLoad(float(k), n * 1e-3) for k, n in enumerate((0.5, 1.0, 0.3, 2.0, 1.5))]

@@ -1,5 +1,7 @@
 """The kinds of ``[surface]`` in a scenario: the keys of each, and the summits that it gives."""
 
+from typing import Any
+
 import attrs
 from cattrs import Converter
 
@@ -60,9 +62,11 @@ def surface_from_toml(converter: Converter, value: object, _: object) -> Surface
     plastic = converter.structure(beside, _Plastic)
     surface: SurfaceKind = kind_from_toml(converter, entry, SURFACES)
     scaled = surface if scale is None else Scaled(surface, scale)
-    whole = scaled if interaction is None else Interacting(scaled, interaction)
+    whole: Any = scaled if interaction is None else Interacting(scaled, interaction)
     whole = whole if plastic.yielding is None else Yielding(whole, plastic.yielding)
-    return whole if plastic.passes is None else RunIn(whole, plastic.passes)
+    whole = whole if plastic.passes is None else RunIn(whole, plastic.passes)
+    found: SurfaceKind = whole
+    return found
 
 
 def map_from_toml(converter: Converter, value: object, _: object) -> HeightMap:

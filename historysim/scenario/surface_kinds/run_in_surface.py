@@ -1,6 +1,7 @@
 """``surface.passes``: a height map that is run in before it is loaded."""
 
 from pathlib import Path
+from typing import Any
 
 import attrs
 
@@ -84,7 +85,8 @@ class RunIn:
 
     def ground(self, folder: Path) -> BuiltSurface:
         """Make the surface as it comes; the passes need materials and friction, too."""
-        ground, kind = self.kind.ground(folder), self.kind
+        ground = self.kind.ground(folder)
+        kind: Any = self.kind
         while not isinstance(kind, HeightMap) and hasattr(kind, "kind"):
             kind = kind.kind
         find = kind.found_summits if isinstance(kind, HeightMap) else None
