@@ -29,6 +29,7 @@ ROOMS = (
     "results",
     "scenario",
     "studies",
+    "exchange",
     "cli",
 )
 ANYONE = "_version"
