@@ -5,6 +5,7 @@ from historysim import surfaces as surfaces
 from historysim._version import __version__ as __version__
 from historysim.asperities import laws as laws
 from historysim.asperities import wear as wear
+from historysim.asperities import yielding as yielding
 from historysim.asperities.asperity import Asperity as Asperity
 from historysim.asperities.asperity import SlipState as SlipState
 from historysim.asperities.contact_batch import ContactBatch as ContactBatch

@@ -12,12 +12,23 @@ import pytest
 import historysim as hs
 from historysim.basics import lazy
 
-MOST_NAMES = 58
-NAMESPACES = ("analysis", "contact", "drift", "events", "laws", "plots", "surfaces", "wear")
+MOST_NAMES = 60
+NAMESPACES = ("analysis", "contact", "drift", "events", "laws", "plots", "surfaces", "wear", "yielding")
 CONTRACT = {
     *("MaterialPair", "Material", "material", "Ensemble", "EnsembleState", "Asperity", "SlipState"),
     *("NormalLoad", "TangentialLoad", "NormalDisplacement", "TangentialDisplacement", "FrictionChange"),
-    *("Surface", "Summits", "random_surface", "read_surface", "surfaces", "contact", "plots", "laws", "wear"),
+    *(
+        "Surface",
+        "Summits",
+        "random_surface",
+        "read_surface",
+        "surfaces",
+        "contact",
+        "plots",
+        "laws",
+        "wear",
+        "yielding",
+    ),
     *("drift", "events", "Instrument", "EventLog"),
     *("Replay", "replay", "run", "load", "open", "validate", "verify", "show", "plot", "report", "analysis"),
     *("compare", "fit", "find_loops", "sweep", "design", "get_include"),

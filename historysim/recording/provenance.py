@@ -64,6 +64,7 @@ def attributes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrume
         **in_series,
         "friction_law": friction_text(ensemble),
         **({} if ensemble.wear is None else {"wear_law": ensemble.wear.text}),
+        **({} if ensemble.yielding is None else {"yielding_law": ensemble.yielding.text}),
         **_of_other_packages(ensemble),
         **({} if ensemble.nominal_area is None else {"nominal_area": ensemble.nominal_area}),
         "number_of_asperities": len(ensemble),

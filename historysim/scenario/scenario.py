@@ -127,6 +127,10 @@ class Scenario:
 
         with reported(self.path.name), at("surface"):
             built = self.sections.surface.ground(self.path.parent)
+            if built.passes is not None:
+                friction = self.sections.friction
+                coefficient = None if friction is None else getattr(friction.of, "coefficient", None)
+                built = built.passes.done(built, self.sections.materials.pair(), coefficient)
             if built.summits is not None:
                 workable("the radius of a summit", built.summits.radius)
                 workable("the height of a summit", built.summits.height)

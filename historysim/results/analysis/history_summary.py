@@ -115,13 +115,26 @@ def _preliminary(history: Recorded, normal: Floats, displacement: Floats, asperi
 
 
 def _evolved(history: Recorded) -> list[tuple[str, str]]:
-    """Return how far asperities have slid, what they have lost, and what was forgotten with their shapes."""
+    """Return how far asperities have slid, what they lost, how they yielded, and what was forgotten."""
     lines = []
     if "total_slid_distance" in history:
         lines.append(("slid together", quantity_text(history["total_slid_distance"].values[-1], "m")))
     if "worn_volume" in history:
         worn = history["worn_volume"].isel(step=-1).values
         lines.append(("worn volume", f"{worn.sum():.4g} m³ of the recorded asperities"))
+    if "total_yielding_energy" in history:
+        share = float(history["yielded_load_share"].values[int(history["total_normal_load"].values.argmax())])
+        energy = quantity_text(float(history["total_yielding_energy"].values[-1]), "J")
+        depth = ""
+        if "yielded_depth" in history:
+            most = float(history["yielded_depth"].isel(step=-1).values.max())
+            depth = f", flattened by up to {quantity_text(most, 'm', 3)}"
+        lines.append(
+            (
+                "yielding",
+                f"{100 * share:.0f} % of the peak normal load on asperities that have yielded{depth}; took {energy}",
+            )
+        )
     if "erased_memories" in history and (erased := int(history["erased_memories"].values[-1])):
         energy = quantity_text(history["erased_energy"].values[-1], "J")
         lines.append(("erased memories", f"{erased:,}, with an elastic energy of {energy}"))
