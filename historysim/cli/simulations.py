@@ -77,10 +77,10 @@ def run(
             for path in pictures:
                 save(drawn, path)
     if not quiet:
-        from historysim.results import analysis, recorded_file
+        from historysim.results import recorded_file, sliding_order
 
         with recorded_file.opened(output) as recorded:
-            lines = analysis.summary(recorded)
+            lines = sliding_order.summary(recorded)
         print_lines([*lines, ("result", str(output)), *(("picture", str(path)) for path in pictures)])
 
 

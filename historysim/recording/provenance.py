@@ -18,6 +18,9 @@ from historysim.recording.recorder import largest_approach
 CONVENTIONS = "CF-1.11, ACDD-1.3"
 KEYWORDS = "friction, pre-sliding, rough surfaces, contact mechanics, hysteresis"
 
+MADE_BY = "replay"
+"""Where the encoding of a history in memory holds the `Replay` that has made it; a file holds its events itself."""
+
 
 def made_with() -> str:
     """Return what computes: the last bits may differ between versions, compilers and processors."""

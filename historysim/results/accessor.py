@@ -11,7 +11,7 @@ from typing import Concatenate, ParamSpec, TypeVar
 
 import xarray as xr
 
-from historysim.results import analysis, history_drift, rebuilt
+from historysim.results import analysis, history_drift, rebuilt, sliding_order
 
 Given = ParamSpec("Given")
 Answer = TypeVar("Answer")
@@ -34,7 +34,7 @@ def _asked(
 
 @xr.register_dataset_accessor("contact")  # type: ignore[no-untyped-call]
 class Questions:
-    """Questions to a history; each is the function of the same name, of `analysis`, `drift` or `rebuilt` in `results`.
+    """Questions to a history; each is the function of the same name, of a module of `historysim.results`.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class Questions:
     cycle_drift = _asked(history_drift.cycle_drift)
     drift = _asked(analysis.drift)
     energy_per_cycle = _asked(analysis.energy_per_cycle)
-    first_slips = _asked(analysis.first_slips)
+    first_slips = _asked(sliding_order.first_slips)
     friction_loops = _asked(analysis.friction_loops)
     mean_pressure = _asked(analysis.mean_pressure)
     nominal_pressure = _asked(analysis.nominal_pressure)
@@ -64,10 +64,10 @@ class Questions:
     reversal_points = _asked(rebuilt.reversal_points)
     run_drift = _asked(history_drift.run_drift)
     seen_at_rest = _asked(history_drift.seen_at_rest)
-    slides_first = _asked(analysis.slides_first)
+    slides_first = _asked(sliding_order.slides_first)
     slip_shares = _asked(analysis.slip_shares)
     stick_ratio = _asked(analysis.stick_ratio)
-    summary = _asked(analysis.summary)
+    summary = _asked(sliding_order.summary)
     tangential_stiffness = _asked(analysis.tangential_stiffness)
     telling_step = _asked(analysis.telling_step)
     time_series = _asked(analysis.time_series)

@@ -113,6 +113,8 @@ def open(  # noqa: A001 - as users of xarray and of files call it
         if isinstance(content, EventLog):
             return EventLog(path)
         if isinstance(content, xr.Dataset):
+            # the file is closed through the Dataset that opened it, which must not be asked to close itself
+            content = content.copy()
             content.set_close(stack.pop_all().close)
     return content
 

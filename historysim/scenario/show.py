@@ -83,7 +83,7 @@ def _height_map(measured: "Surface", form: str) -> Lines:
 
 
 def _dataset(history: "xr.Dataset") -> Lines:
-    from historysim.results import analysis, loop_summary, sweeps
+    from historysim.results import loop_summary, sliding_order, sweeps
 
     if history.attrs.get("content") == sweeps.CONTENT:
         return Lines(sweeps.summary(history))
@@ -94,4 +94,4 @@ def _dataset(history: "xr.Dataset") -> Lines:
     told = {str(name): str(value) for name, value in history.attrs.items()}
     # texts of many lines, such as the scenario, would hide the rest
     short = [(name, text) for name, text in told.items() if "\n" not in text.strip()]
-    return Lines([*analysis.summary(history), ("", ""), *short])
+    return Lines([*sliding_order.summary(history), ("", ""), *short])

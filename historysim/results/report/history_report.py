@@ -7,7 +7,7 @@ from typing import Any
 import xarray as xr
 
 from historysim.errors import InputError
-from historysim.results import analysis
+from historysim.results import analysis, sliding_order
 from historysim.results.plots.pictures import draw
 from historysim.results.report.page import Section, code, folded, page, paragraph, picture, table
 
@@ -44,7 +44,7 @@ def history_page(history: xr.Dataset) -> str:
 
 def _summary(history: xr.Dataset) -> Section:
     # warnings stand in a section of their own
-    return Section("Summary", (table(line for line in analysis.summary(history) if line[0] != "warning"),))
+    return Section("Summary", (table(line for line in sliding_order.summary(history) if line[0] != "warning"),))
 
 
 def validity_section(history: xr.Dataset) -> Section:
