@@ -351,10 +351,10 @@ def test_4_08_traction_over_the_diameter(ran):
 
 
 def test_5_01_the_map_is_that_of_the_loops():
-    surface = hs.load(scenario("fig_5_01")).ground().surface
+    surface = hs.load(scenario("fig_5_01")).surface().surface
     assert surface.shape == (256, 256)
     assert surface.heights.std() == pytest.approx(1e-6, rel=1e-9)
-    assert np.array_equal(surface.heights, hs.load(scenario("fig_5_05a")).ground().surface.heights)
+    assert np.array_equal(surface.heights, hs.load(scenario("fig_5_05a")).surface().surface.heights)
     figure = draw_figure(hs.load(scenario("fig_5_01")), drawable(hs.load(scenario("fig_5_01"))))
     assert figure.axes[0].images[0].get_array().shape == (256, 256)
 

@@ -153,8 +153,8 @@ VALUES = {
 
 OF_ASPERITIES = {"Ensemble", "EnsembleState", "Start", "Replay", "LogHeader"}
 """Of these, or of what stands in them, it is not asked yet whether arrays stay read-only."""
-NO_VALUES = {"Asperity", "ContactBatch", "EventLog", "LoopMarks"}
-"""They look into an ensemble, change at each step, hold an open file, and are options of a picture."""
+NO_VALUES = {"Asperity", "ContactBatch", "EventLog"}
+"""They look into an ensemble, change at each step, and hold an open file."""
 
 
 def taken_apart(value, met=None, *, hard=True):

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from historysim.basics.file_kinds import is_log, is_netcdf
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
@@ -107,15 +106,6 @@ def scenario_or_file(file: Path, values: dict[str, Any]) -> "Scenario | Path":
         return file
     if file.suffix != ".toml":
         raise InputError(f"{file}: is no scenario (.toml), so that --set has nothing to change; leave it out")
-    from historysim.scenario.scenario import load
-
-    return load(file, values)
-
-
-def replayed(file: Path, values: dict[str, Any]) -> "Scenario | Path":
-    """Return the scenario of a file, with other values, or the file itself where it is a log or a result."""
-    if is_log(file) or is_netcdf(file):
-        return scenario_or_file(file, values)
     from historysim.scenario.scenario import load
 
     return load(file, values)

@@ -7,7 +7,7 @@ import click
 
 from historysim.basics.system import processors
 from historysim.basics.targets import PICTURE, Output, check_outputs
-from historysim.cli.options import files_read, force_option, path_type, replayed, set_option
+from historysim.cli.options import force_option, path_type, set_option
 from historysim.cli.output import TABLE_OF_SWEEP, csv_of_sweep, notice, print_lines, save
 from historysim.errors import InputError
 
@@ -52,11 +52,12 @@ def run(
     """
     output = output or Path(f"{scenario.stem}.nc")
     pictures = [path for path in (output.with_suffix(".png") if with_picture else None, picture) if path is not None]
-    source = replayed(scenario, values)
-    from historysim.scenario.run import outputs_of, write
+    from historysim.scenario.run import write
+    from historysim.scenario.sources import source_of
 
-    outputs = [*outputs_of(source, output), *(Output(path, (PICTURE,)) for path in pictures)]
-    check_outputs(outputs, files_read(source), force=force)
+    source = source_of(scenario, values)
+    outputs = [*source.outputs(output), *(Output(path, (PICTURE,)) for path in pictures)]
+    check_outputs(outputs, source.files, force=force)
     write(
         source,
         output,

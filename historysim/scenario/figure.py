@@ -142,7 +142,7 @@ def _beyond(what: "xr.Dataset") -> str:
 def _map(scenario: Scenario) -> Any:
     from historysim.errors import InputError
 
-    surface = scenario.ground().surface
+    surface = scenario.surface().surface
     if surface is None:
         raise InputError(f"{scenario.path.name}: picture: the surface is no height map; expected one for the kind map")
     return surface
@@ -156,7 +156,7 @@ def _summits(scenario: Scenario) -> "dict[str, Summits]":
     points: list[Mapping[str, Any]] = [{}] if section is None else list(section.grid().points())
     found: dict[str, Summits] = {}
     for point in points:
-        summits = at_point(scenario, point).ground().summits
+        summits = at_point(scenario, point).surface().summits
         if summits is None:
             raise InputError(f"{scenario.path.name}: picture: the surface has no summits; expected one that has")
         found[", ".join(_said(key, value) for key, value in point.items()) or "summits"] = summits

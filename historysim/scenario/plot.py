@@ -272,9 +272,9 @@ def _ground(scenario: Scenario, chosen: _Options) -> "Figure":
     from historysim.recording import surface_group
     from historysim.results.plots.surface import plot_surface
 
-    ground = scenario.ground()
+    built = scenario.surface()
     title = scenario.title or scenario.path.stem
-    return plot_surface(surface_group.dataset(ground.summits, ground.surface), title=title, size=chosen.size)
+    return plot_surface(surface_group.dataset(built.summits, built.surface), title=title, size=chosen.size)
 
 
 def _record(what: "Scenario | Measurement", title: str, chosen: _Options) -> "Figure":
@@ -289,7 +289,7 @@ def _adhesion(scenario: Scenario, chosen: _Options) -> "Figure":
     from historysim.results.plots.adhesion_branch import plot_adhesion_branch
     from historysim.results.plots.adhesion_map import plot_adhesion_map
 
-    contact = scenario.adhering(*scenario.checked())
+    contact = scenario.build().adhering()
     if contact is None:
         raise InputError(
             f"{scenario.path}: has no [adhesion], or nothing touches; expected both to draw how adhesive it is"

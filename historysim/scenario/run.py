@@ -1,29 +1,23 @@
 """Run a scenario, or the log of an earlier run: into memory, or into a result with its log beside it."""
 
-import itertools
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from historysim.basics.file_kinds import is_log, is_netcdf
 from historysim.basics.notices import Teller, silent
 from historysim.basics.processors import threads_of
-from historysim.basics.targets import LOG, RESULT, Output, check_outputs
+from historysim.basics.targets import check_outputs
 from historysim.errors import InputError
-from historysim.loads.events import Event
-from historysim.log import embedded_log
-from historysim.log.file import LogFile, links_of
-from historysim.log.header import LogHeader
-from historysim.log.result import digest_attribute, log_beside, write_result
-from historysim.recording import surface_group
+from historysim.log.result import digest_attribute, write_result
 from historysim.recording.compression import check_compression
-from historysim.scenario import scenario
+from historysim.scenario.scenario import Scenario
+from historysim.scenario.sources import Source, source_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
 def run(
-    path: str | Path | scenario.Scenario,
+    path: str | Path | Scenario,
     output: str | Path | None = None,
     *,
     progress: bool = False,
@@ -80,7 +74,9 @@ def run(
     if output is None:
         _check_interval(snapshot_every)
         check_compression(compression)
-        return _in_memory(_source(path), progress=progress, threads=threads_of(threads), tell=tell)
+        header, events, link = source_of(path).content(tell)
+        attributes = header.attributes | digest_attribute(link)
+        return header.replay(events, threads_of(threads)).dataset(attributes=attributes, progress=progress)
     write(
         path,
         output,
@@ -98,7 +94,7 @@ def run(
 
 
 def write(
-    path: "str | Path | scenario.Scenario",
+    path: "str | Path | Scenario | Source",
     output: str | Path,
     *,
     progress: bool = False,
@@ -113,13 +109,9 @@ def write(
     _check_interval(snapshot_every)
     check_compression(compression)
     threads = threads_of(threads)
-    output, source = Path(output), _source(path)
-    check_outputs(
-        outputs_of(source, output),
-        source.files if isinstance(source, scenario.Scenario) else [source],
-        force=force,
-    )
-    with _log_of_run(source, output, resume=resume, tell=tell) as file:
+    output, source = Path(output), source_of(path)
+    check_outputs(source.outputs(output), source.files, force=force)
+    with source.log(output, resume=resume, tell=tell) as file:
         write_result(
             file,
             output,
@@ -135,99 +127,3 @@ def write(
 def _check_interval(snapshot_every: int | None) -> None:
     if snapshot_every is not None and not (isinstance(snapshot_every, int) and snapshot_every >= 1):
         raise InputError(f"snapshot_every is {snapshot_every!r}; expected a whole number of 1 or more")
-
-
-def outputs_of(source: Path | scenario.Scenario, output: Path) -> tuple[Output, ...]:
-    """Return the files that a run writes: a result, and its log, unless it is that log which is replayed."""
-    result = Output(output, (RESULT,))
-    if isinstance(source, Path) and is_log(source):
-        return (result,)
-    return result, Output(log_beside(output), (LOG,))
-
-
-def _source(path: "str | Path | scenario.Scenario") -> "Path | scenario.Scenario":
-    """Return a log or a result as its file, and anything else as a scenario."""
-    if isinstance(path, str | Path) and (is_log(Path(path)) or is_netcdf(Path(path))):
-        return Path(path)
-    return scenario.as_scenario(path)
-
-
-def head_of(loaded: scenario.Scenario, tell: Teller = silent) -> tuple[LogHeader, list[Event]]:
-    """Resolve a scenario: the head of its log, and its events."""
-    if loaded.sections.sweep is not None:
-        tell(f"{loaded.path.name}: [sweep] is left to historysim sweep; this is the scenario as it stands without it")
-    ground = loaded.solved(loaded.ground())
-    for notice in ground.notices:
-        tell(f"{loaded.path.name}: {notice}")
-    shown, attributes = surface_group.contents(ground.summits, ground.surface, ground.solutions)
-    ensemble, events = loaded.ensemble(ground), loaded.events(tell)
-    head = LogHeader.of(
-        ensemble,
-        scenario=loaded.text,
-        title=loaded.title,
-        metadata=loaded.metadata,
-        seeds=loaded.seeds,
-        substeps=loaded.substeps,
-        saturate=loaded.saturate,
-        record=loaded.record,
-        instrument=loaded.instrument,
-        surface=shown,
-        surface_attributes=attributes,
-    )
-    return head, events
-
-
-def _in_memory(path: Path | scenario.Scenario, *, progress: bool, threads: int, tell: Teller) -> "xr.Dataset":
-    if isinstance(path, scenario.Scenario):
-        head, events = head_of(path, tell)
-        links = links_of(head, events)
-    else:
-        if is_log(path):
-            with LogFile(path) as file:
-                head, content = file.head, file.sound()
-        else:
-            head, content = embedded_log.read(path)
-        events, links = content.events, content.links
-    attributes = head.attributes | digest_attribute(links[-1])
-    return head.replay(events, threads).dataset(attributes=attributes, progress=progress)
-
-
-def _log_again(path: Path, beside: Path, *, resume: bool) -> LogFile:
-    """Make the log of a result again, batch by batch, from the result alone."""
-    head, content = embedded_log.read(path)
-    if resume and beside.exists():
-        file = LogFile(beside, write=True)
-        if file.sound().links == content.links:
-            return file
-        file.close()
-        raise InputError(
-            f"{path}: was not made from {beside}, so the run cannot go on from there; run it without --resume to begin "
-            "again"
-        )
-    file = LogFile.create(beside, head, content.events[: content.ends[1]])
-    for first, last in itertools.pairwise(content.ends[1:]):
-        file.append(content.events[first:last])
-    return file
-
-
-def _log_of_run(path: Path | scenario.Scenario, output: Path, *, resume: bool, tell: Teller) -> LogFile:
-    """Open or make the log that a run writes; whoever has it is the only writer."""
-    if isinstance(path, Path) and is_log(path):
-        return LogFile(path, write=True)
-    beside = log_beside(output)
-    if isinstance(path, Path):
-        return _log_again(path, beside, resume=resume)
-    loaded = path
-    if not (resume and beside.exists()):
-        if resume:
-            tell(f"{beside}: there is no log to resume from; the run starts at the beginning")
-        head, events = head_of(loaded, tell)
-        return LogFile.create(beside, head, events)
-    file = LogFile(beside, write=True)
-    if file.head.settings["scenario"] != loaded.text:
-        file.close()
-        raise InputError(
-            f"{loaded.path}: is not the scenario that {beside} was made from, so the run cannot go on from there; run "
-            f"it without --resume to begin again, or go on with the old one: historysim run {beside} --resume"
-        )
-    return file

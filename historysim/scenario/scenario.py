@@ -4,23 +4,21 @@ Numbers are SI; texts may carry units. Relative paths are relative to the scenar
 build the same objects that a program would: an ``Ensemble`` and a list of events.
 """
 
-import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import attrs
 
-from historysim.asperities.instrument import RIGID, Instrument
+from historysim.asperities.instrument import Instrument
 from historysim.basics.limits import at_most, most
 from historysim.basics.notices import Teller, silent
 from historysim.basics.places import at, misfit
-from historysim.basics.wording import counted, shown
 from historysim.errors import InputError
-from historysim.loads.events import Event, NormalDisplacement, NormalLoad
-from historysim.loads.events import misfit as event_misfit
+from historysim.loads.events import Event
 from historysim.recording import named_states
+from historysim.scenario.built import BuiltScenario, build, ensemble_on
 from historysim.scenario.document import read_sections, sections_of
 from historysim.scenario.input_files import files_of
 from historysim.scenario.loading_kinds import MeasuredLoading
@@ -30,12 +28,9 @@ from historysim.scenario.surface_kinds import BuiltSurface
 from historysim.scenario.surface_kinds.map_kinds import HeightMap
 
 if TYPE_CHECKING:
-    from historysim.asperities.adhering import AdheringAsperities
     from historysim.asperities.ensemble import Ensemble
-    from historysim.asperities.laws import FrictionLaw
     from historysim.measured.measurement import Measurement
     from historysim.replaying import Replay
-    from historysim.surfaces.summits import Summits
 
 
 @attrs.frozen
@@ -79,7 +74,7 @@ class Scenario:
     @property
     def instrument(self) -> Instrument:
         """The instrument in series with the contact, rigid where none is named."""
-        return self.sections.instrument.instrument() if self.sections.instrument else RIGID
+        return self.sections.instrument_in_series
 
     @property
     def metadata(self) -> dict[str, str]:
@@ -92,8 +87,8 @@ class Scenario:
         drawn = (self.sections.surface, self.sections.friction)
         return [seed for section in drawn if section is not None for seed in _seeds(section)]
 
-    def ground(self) -> BuiltSurface:
-        """Return the surface and its summits.
+    def surface(self) -> BuiltSurface:
+        """Return the surface and its summits, as they come.
 
         Raises
         ------
@@ -104,19 +99,19 @@ class Scenario:
         from historysim.basics.arguments import workable
 
         with reported(self.path.name), at("surface"):
-            ground = self.sections.surface.ground(self.path.parent)
-            if ground.summits is not None:
-                workable("the radius of a summit", ground.summits.radius)
-                workable("the height of a summit", ground.summits.height)
-            return ground
+            built = self.sections.surface.ground(self.path.parent)
+            if built.summits is not None:
+                workable("the radius of a summit", built.summits.radius)
+                workable("the height of a summit", built.summits.height)
+            return built
 
-    def unprepared_ground(self) -> BuiltSurface | None:
+    def unprepared_surface(self) -> BuiltSurface | None:
         """Return the surface as it comes, without filters and what else prepares a map; None where nothing does.
 
         Raises
         ------
         InputError
-            As for `ground`.
+            As for `surface`.
         """
         kind: Any = self.sections.surface
         # a map may be scaled, or interact
@@ -126,75 +121,44 @@ class Scenario:
         with reported(self.path.name), at("surface"):
             return plain.ground(self.path.parent) if plain else None
 
-    def ensemble(self, ground: BuiltSurface | None = None) -> "Ensemble":
-        """Return the ensemble.
+    def build(self, tell: Teller = silent, surface: BuiltSurface | None = None) -> "BuiltScenario":
+        """Check the scenario and build what it describes: surface, ensemble and events.
 
         Parameters
         ----------
-        ground : BuiltSurface, optional
-            What `ground` has made, where it is needed for something else too.
+        tell : callable, optional
+            Takes what is to be known of how the surface was made, unless it is given, and of how a file was read.
+        surface : BuiltSurface, optional
+            What `surface` gives, where it is made already.
+
+        Raises
+        ------
+        InputError
+            What cannot be used, or an event that does not fit the number of asperities.
+        """
+        if surface is None:
+            surface = self.surface()
+            for notice in surface.notices:
+                tell(f"{self.path.name}: {notice}")
+        return build(self.sections, self.path.name, surface, self.events(tell))
+
+    def ensemble(self) -> "Ensemble":
+        """Return the ensemble.
 
         Raises
         ------
         InputError
             Materials, summits or friction that cannot be used; the message names file and field.
         """
-        from historysim.asperities.ensemble import Ensemble
+        surface = self.surface()
+        # events may come from a large file, and few surfaces depend on them
+        if surface.interacts or surface.ball_radius:
+            return self.build(surface=surface).ensemble
+        return ensemble_on(self.sections, self.path.name, surface)
 
-        ground = self.solved(ground or self.ground())
-        with reported(self.path.name):
-            pair = self.sections.materials.pair()
-            if self.sections.adhesion and self.sections.adhesion.work_of_adhesion is not None:
-                with at("adhesion"):
-                    pair = pair.with_work_of_adhesion(self.sections.adhesion.work_of_adhesion)
-            friction = self._friction(ground.friction is not None)
-            coefficients: Any = ground.friction if friction is None else friction
-            if ground.curve is not None or ground.solutions is not None:
-                self._check_steady()
-            if ground.curve is not None:
-                with at("surface"):
-                    curve = ground.curve
-                    ensemble = Ensemble.from_normal_curves(pair, curve.approach, curve.load, curve.area, coefficients)
-            elif ground.solutions is not None:
-                ensemble = Ensemble.from_solutions(pair, ground.solutions, coefficients)
-            else:
-                with at("surface"):
-                    wear = self.sections.wear.wear() if self.sections.wear else None
-                    evolving = {"wear": wear, "follow_sliding": self.sections.record.sliding}
-                    ensemble = Ensemble.from_summits(pair, ground.summits, coefficients, **evolving)
-            self._check_record(len(ensemble))
-        return ensemble
-
-    def solved(self, ground: BuiltSurface) -> BuiltSurface:
-        """Return the ground as it is loaded, with what depends on the largest load.
-
-        That is the normal contact of a map whose asperities press on one another, and the nominal area of one that lies
-        on a ball: that of the smooth ball under that load, after Hertz. Any other ground is returned as it is.
-
-        Raises
-        ------
-        InputError
-            A map that cannot be solved, or nothing ever touches.
-        """
-        if ground.solutions is not None or not (ground.interacts or ground.ball_radius):
-            return ground
-        events, modulus = self.events(), self.sections.materials.pair().contact_modulus
-        loads = [event.value for event in events if isinstance(event, NormalLoad)]
-        approaches = [event.value for event in events if isinstance(event, NormalDisplacement)]
-        if ground.ball_radius:
-            ground = attrs.evolve(ground, summits=_on_ball(ground, max([*loads, 0.0]) / modulus, approaches))
-        if not ground.interacts or ground.surface is None:
-            return ground
-        from historysim.interaction.solutions import NormalSolutions
-
-        with reported(self.path.name), at("surface", "interaction"):
-            found = NormalSolutions.of(
-                ground.surface,
-                largest_load=max([*loads, 0.0]) / modulus,
-                largest_approach=max([*approaches, 0.0]),
-                progress=True,
-            )
-        return attrs.evolve(ground, solutions=found)
+    def replay(self) -> "Replay":
+        """Return the replay that the scenario describes; errors as for `build`."""
+        return self.build().replay
 
     def events(self, tell: Teller = silent) -> list[Event]:
         """Return the events, in time order; what is to be known of how a file was read is told.
@@ -217,31 +181,6 @@ class Scenario:
                 problem = f"{steps:,} steps; {at_most('STEPS')}; use fewer substeps"
                 raise misfit(problem, "loading", "substeps")
         return events
-
-    def adhering(self, ensemble: "Ensemble", events: Sequence[Event]) -> "AdheringAsperities | None":
-        """Return how adhesive the asperities are where they are pressed most.
-
-        None without ``[adhesion]``, or where nothing touches.
-
-        Raises
-        ------
-        InputError
-            An ``[adhesion]`` that cannot be used; the message names the field.
-        """
-        from historysim.asperities.adhering import adhering_asperities
-        from historysim.recording.recorder import largest_approach
-
-        adhesion = self.sections.adhesion
-        with reported(self.path.name), at("adhesion"):
-            if adhesion is None:
-                return None
-            work = adhesion.work(ensemble.pair)
-            approach = largest_approach(ensemble, events)
-            if approach == 0:
-                return None
-            return adhering_asperities(
-                ensemble, approach, work_of_adhesion=work, equilibrium_separation=adhesion.equilibrium_separation
-            )
 
     @property
     def files(self) -> tuple[Path, ...]:
@@ -313,92 +252,12 @@ class Scenario:
                 )
                 raise misfit(problem, "friction", "course")
 
-    def replay(self, ground: BuiltSurface | None = None) -> "Replay":
-        """Return the replay that the scenario describes; parameters as for `ensemble`.
-
-        Raises
-        ------
-        InputError
-            As for `checked`.
-        """
-        from historysim.replaying import Replay
-
-        ensemble, events = self.checked(ground)
-        return Replay(
-            ensemble,
-            events,
-            substeps=self.substeps,
-            saturate=self.saturate,
-            record=self.record,
-            instrument=self.instrument,
-        )
-
-    def checked(self, ground: BuiltSurface | None = None, tell: Teller = silent) -> "tuple[Ensemble, list[Event]]":
-        """Return ensemble and events, the one checked against the other; parameters as for `ensemble`.
-
-        Raises
-        ------
-        InputError
-            As for either, or an event that does not fit the number of asperities.
-        """
-        ensemble, events = self.ensemble(ground), self.events(tell)
-        for event in events:
-            if problem := event_misfit(event, len(ensemble)):
-                raise InputError(f"{self.path.name}: loading: {event.name} at t = {event.time:g} s: {problem}")
-        return ensemble, events
-
     def _measured_loading(self) -> MeasuredLoading:
         loading = self.sections.loading
         with reported(self.path.name):
             if not isinstance(loading, MeasuredLoading):
                 raise misfit("is written out; expected a measured file", "loading")
         return loading
-
-    def _friction(self, in_surface: bool) -> "float | tuple[float, ...] | FrictionLaw | None":
-        friction = self.sections.friction
-        if in_surface == (friction is not None):
-            problem = (
-                "given both here and in surface.columns; expected one of them"
-                if in_surface
-                else "missing; expected [friction] with a coefficient, or surface.columns.friction"
-            )
-            raise misfit(problem, "friction")
-        return friction.friction() if friction else None
-
-    def _check_steady(self) -> None:
-        """Check that nothing is asked for that patches of a normal curve cannot do."""
-        asked = {
-            ("wear",): self.sections.wear is not None,
-            ("record", "sliding"): self.sections.record.sliding,
-            ("friction", "law"): self.sections.friction is not None and self.sections.friction.law is not None,
-        }
-        for place, is_asked in asked.items():
-            if is_asked:
-                problem = (
-                    "patches of one contact keep their shape and share one coefficient; expected independent summits"
-                )
-                raise misfit(problem, *place)
-
-    def _check_record(self, count: int) -> None:
-        if isinstance(self.record, str):
-            return
-        if not self.record or len(set(self.record)) < len(self.record):
-            raise misfit("expected one or more indices, each of them once", "record", "asperities")
-        for position, index in enumerate(self.record):
-            if not 0 <= index < count:
-                asperities = counted(count, "asperity", "asperities")
-                problem = f"{shown(index)}; expected an index from 0 to {count - 1}, since the surface has {asperities}"
-                raise misfit(problem, "record", "asperities", position)
-
-
-def _on_ball(ground: BuiltSurface, load: float, approaches: Sequence[float]) -> "Summits | None":
-    """Return the summits on the area of the smooth ball: by Hertz under a load over E* [m²], or at approaches [m]."""
-    from historysim.contact import hertz
-
-    radius = ground.ball_radius or 0.0
-    approach = float(hertz.approach(load, summit_radius=radius, contact_modulus=1.0))
-    area = math.pi * radius * max([approach, *approaches])
-    return ground.summits.on_area(area) if ground.summits is not None and area > 0 else ground.summits
 
 
 def load(path: str | os.PathLike[str], values: Mapping[str, Any] | None = None) -> Scenario:

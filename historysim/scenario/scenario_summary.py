@@ -30,12 +30,12 @@ def summary(scenario: Scenario) -> list[tuple[str, str]]:
     InputError
         The scenario, or a file that it names, cannot be used as it is.
     """
-    ground = scenario.ground()
-    notices = list(ground.notices)
-    ensemble, events = scenario.checked(ground, notices.append)
-    contact = scenario.adhering(ensemble, events)
+    surface = scenario.surface()
+    notices = list(surface.notices)
+    built = scenario.build(notices.append, surface)
+    ensemble, events, contact = built.ensemble, built.events, built.adhering()
     recorded = scenario.record if isinstance(scenario.record, str) else f"{len(scenario.record):,} chosen"
-    before = scenario.unprepared_ground()
+    before = scenario.unprepared_surface()
     return [
         ("title", " ".join(scenario.title.split()) or scenario.path.stem),
         ("asperities", f"{len(ensemble):,}"),
@@ -45,7 +45,7 @@ def summary(scenario: Scenario) -> list[tuple[str, str]]:
         *([("friction", ensemble.law.text)] if ensemble.law else []),
         *([("wear", ensemble.wear.text)] if ensemble.wear else []),
         *([("sweep", _sweep_line(scenario.sections.sweep))] if scenario.sections.sweep else []),
-        *([("map as it comes", _map_line(before)), ("map as prepared", _map_line(ground))] if before else []),
+        *([("map as it comes", _map_line(before)), ("map as prepared", _map_line(built.surface))] if before else []),
         *(contact.summary() if contact else []),
         *(("note", notice) for notice in notices),
         *(("warning", finding.text) for finding in recorded_validity.findings(ensemble, events, scenario.instrument)),
@@ -58,9 +58,9 @@ def _sweep_line(sweep: SweepSection) -> str:
     return f"{counted(len(grid), 'cell', 'cells')}: {axes}"
 
 
-def _map_line(ground: BuiltSurface) -> str:
+def _map_line(built: BuiltSurface) -> str:
     """Return in a line what the map and the summits of a surface are like."""
-    surface, summits = ground.surface, ground.summits
+    surface, summits = built.surface, built.summits
     if surface is None or summits is None:
         return "none"
     found = surface.statistics()

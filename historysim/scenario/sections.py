@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import attrs
 
-from historysim.asperities.instrument import Instrument
+from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.places import at, misfit
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
@@ -253,3 +253,8 @@ class Sections:
     design: DesignSection | None = None
     picture: Pictures = ()
     title: str = ""
+
+    @property
+    def instrument_in_series(self) -> Instrument:
+        """The instrument in series with the contact, rigid where none is named."""
+        return self.instrument.instrument() if self.instrument else RIGID

@@ -90,7 +90,7 @@ def _history(loaded: Scenario, *, each: bool) -> "xr.Dataset":
             f'{loaded.path.name}: record.asperities: "totals"; expected others, since their rows are asked for'
         )
     # cells are computed by as many processes as there are processors
-    job = attrs.evolve(loaded.replay(_ground(loaded)), threads=1)
+    job = attrs.evolve(loaded.build(surface=_surface(loaded)).replay, threads=1)
     if each or attrs.evolve(job.changes, friction_differs=False) != Changes():
         return job.dataset()
     # totals cost the same whatever the number of asperities; of these only what the summaries read is put beside them
@@ -100,16 +100,16 @@ def _history(loaded: Scenario, *, each: bool) -> "xr.Dataset":
     return history.assign_coords({"asperity": np.arange(len(job.ensemble)), **beside})
 
 
-_grounds: "dict[object, BuiltSurface]" = {}
+_surfaces: "dict[object, BuiltSurface]" = {}
 
 
-def _ground(loaded: Scenario) -> "BuiltSurface":
+def _surface(loaded: Scenario) -> "BuiltSurface":
     """Return the surface of a scenario, made once for cells that follow one another on it."""
     # a surface is what its keys say, and the files that these name
     section, folder = loaded.sections.surface, loaded.path.parent
     key = (repr(section), folder, *map(stamp, files_of(section, folder)))
-    ground = _grounds.pop(key, None) or loaded.ground()
-    _grounds[key] = ground
-    while len(_grounds) > SURFACES_KEPT:
-        del _grounds[next(iter(_grounds))]
-    return ground
+    built = _surfaces.pop(key, None) or loaded.surface()
+    _surfaces[key] = built
+    while len(_surfaces) > SURFACES_KEPT:
+        del _surfaces[next(iter(_surfaces))]
+    return built

@@ -7,8 +7,6 @@ from typing import Any
 from historysim.basics.display import Lines
 from historysim.scenario.scenario import Scenario, load
 from historysim.scenario.scenario_summary import summary
-from historysim.studies.design import problem_of
-from historysim.studies.sweep import sweep_of
 
 
 def validate(scenario: str | Path | Scenario, values: Mapping[str, Any] | None = None) -> Lines:
@@ -32,7 +30,11 @@ def validate(scenario: str | Path | Scenario, values: Mapping[str, Any] | None =
     """
     loaded = scenario if isinstance(scenario, Scenario) else load(scenario, values)
     if loaded.sections.sweep is not None:
+        from historysim.studies.sweep import sweep_of
+
         sweep_of(loaded)
     if loaded.sections.design is not None:
+        from historysim.studies.design import problem_of
+
         problem_of(loaded)
     return Lines(summary(loaded))

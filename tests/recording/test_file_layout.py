@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.recording.file_layout import PAGE, _Image, skeleton
+from historysim.recording.file_layout import PAGE, _Image, file_layout
 from historysim.recording.recorder import DatasetRecorder, StateOnly
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
@@ -36,7 +36,7 @@ def written(plan, path):
 @pytest.mark.parametrize(("steps", "count"), [(11, 5), (3000, 700), (11, 0)])
 def test_without_rows_it_is_a_sound_file_of_zeros(tmp_path, steps, count):
     target = recorder(steps, count)
-    plan = skeleton(target, {"title": "µ", "empty": "", "number": 7})
+    plan = file_layout(target, {"title": "µ", "empty": "", "number": 7})
     written(plan, tmp_path / "out.nc")
     with netCDF4.Dataset(tmp_path / "out.nc") as file:
         assert (file.title, file.empty, file.number, file.complete) == ("µ", "", 7, 1)
@@ -52,7 +52,7 @@ def test_without_rows_it_is_a_sound_file_of_zeros(tmp_path, steps, count):
 
 
 def test_the_places_of_rows_do_not_meet_one_another_or_anything_else():
-    plan = skeleton(recorder(3000, 700), {})
+    plan = file_layout(recorder(3000, 700), {})
     extents = [(place.begin, place.end) for place in plan.places]
     extents += [(at, at + len(content)) for at, content in plan.content.items()]
     extents.sort()
@@ -63,7 +63,7 @@ def test_the_places_of_rows_do_not_meet_one_another_or_anything_else():
 
 def test_it_is_the_same_each_time_and_small_beside_the_rows():
     target = Unfilled(hs.Ensemble(PAIR, np.linspace(-0.1, 0.0, 1000), 1.0, 0.5), np.arange(1000), 20_000)
-    one, other = skeleton(target, {"a": 1}), skeleton(target, {"a": 1})
+    one, other = file_layout(target, {"a": 1}), file_layout(target, {"a": 1})
     assert one.content == other.content
     assert one.size > 20_000 * 1000 * 41
     assert sum(map(len, one.content.values())) < 1e-3 * one.size
@@ -75,7 +75,7 @@ def test_further_groups_stand_beside(tmp_path):
         group.dimensions["x"] = 3
         group.create_variable("y", ("x",), "f8", data=np.arange(3.0))
 
-    plan = skeleton(StateOnly(recorder(2, 2).ensemble, None, 2), {}, beside)
+    plan = file_layout(StateOnly(recorder(2, 2).ensemble, None, 2), {}, beside)
     written(plan, tmp_path / "out.nc")
     with netCDF4.Dataset(tmp_path / "out.nc") as file:
         assert file["more/y"][:].tolist() == [0.0, 1.0, 2.0]

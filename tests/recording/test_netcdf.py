@@ -119,7 +119,7 @@ def test_rows_go_on_where_they_stand(path):
     for rows in known:
         path.write_bytes(content)
         with recorder_of(path) as target:
-            standing = target.standing(known)
+            standing = target.rows_kept(known)
             assert standing == {end: told for end, (told,) in known.items()}
             target.go_on(rows, standing[rows])
             for begin in range(rows, STEPS, 3):
@@ -132,19 +132,19 @@ def test_rows_go_on_where_they_stand(path):
 
 def standing_in(path, known):
     with recorder_of(path) as target:
-        return list(target.standing(known))
+        return list(target.rows_kept(known))
 
 
 def test_a_bit_that_has_changed_in_any_row_is_seen(path):
     known = half_written(path)
     whole = path.read_bytes()
     with recorder_of(path) as target:
-        for place in target._skeleton.places:
+        for place in target._layout.places:
             for row in range(ENDS[-1]):
                 content = bytearray(whole)
                 content[place.begin + row * place.row_size + row % place.row_size] ^= 1 << row % 8
                 path.write_bytes(content)
-                assert list(target.standing(known)) == [end for end in ENDS if end <= row], (place, row)
+                assert list(target.rows_kept(known)) == [end for end in ENDS if end <= row], (place, row)
 
 
 def test_rows_that_cannot_be_read_do_not_stand(path, monkeypatch):
@@ -171,7 +171,7 @@ def test_rows_of_another_history_are_not_taken_for_these(path):
     assert standing_in(path, {5: {b"another"}, 12: known[12]}) == []
     assert standing_in(path, {5: {b"another", *known[5]}, 1000: {b"more"}}) == [5]
     with recorder_of(path, instrument=hs.Instrument(lateral_stiffness=1.0)) as target:
-        assert target.standing(known) == {}
+        assert target.rows_kept(known) == {}
 
 
 def test_the_room_that_is_missing_is_what_is_not_written_yet(path, monkeypatch):

@@ -14,7 +14,7 @@ from conventions import conventions, discovery
 
 import historysim as hs
 from historysim.basics.file_kinds import is_netcdf
-from historysim.loads.schedule import stretches
+from historysim.loads.schedule import segments
 from historysim.recording import netcdf, recorder
 from historysim.recording.netcdf import recording
 from historysim.recording.recorder import DatasetRecorder, chosen_asperities
@@ -101,14 +101,14 @@ def steps(plan):
 
 
 def stream(path, ensemble, events=EVENTS, record="touching", most_rows=None):
-    plan = list(stretches(events, 2, most_rows))
+    plan = list(segments(events, 2, most_rows))
     asperities = chosen_asperities(ensemble, events, record)
     with recording(path, ensemble, asperities, steps(plan), {"Conventions": "CF-1.11"}) as file:
         fill(file, plan)
 
 
 def in_memory(ensemble, events=EVENTS, record="touching"):
-    plan = list(stretches(events, 2))
+    plan = list(segments(events, 2))
     target = DatasetRecorder(ensemble, chosen_asperities(ensemble, events, record), steps(plan))
     fill(target, plan)
     return target.dataset({"Conventions": "CF-1.11"})
@@ -264,7 +264,7 @@ def fingerprint(state):
 
 
 def test_recording_changes_no_state(ensemble, tmp_path):
-    plan = list(stretches(EVENTS[:6]))
+    plan = list(segments(EVENTS[:6]))
     before = ensemble.initial_state()
     for stretch in plan[:-1]:
         before = ensemble.with_friction(ensemble.walk(before, stretch.paths), stretch.change.friction)
@@ -444,7 +444,7 @@ def test_the_dimensions_have_fixed_lengths(ensemble, tmp_path):
 
 def test_complete_is_the_last_thing_written(ensemble, tmp_path, monkeypatch):
     path = tmp_path / "out.nc"
-    plan = list(stretches(EVENTS))
+    plan = list(segments(EVENTS))
     moved = []
     replace = Path.replace
 
@@ -479,7 +479,7 @@ def test_what_fails_in_the_middle_leaves_nothing_behind(ensemble, tmp_path, rais
 
     def fail():
         with recording(path, ensemble, np.arange(5), 100, {}) as file:
-            fill(file, list(stretches(EVENTS[:3])))
+            fill(file, list(segments(EVENTS[:3])))
             assert len(names(tmp_path)) == len(before) + 1
             raise raised
 
@@ -567,7 +567,7 @@ def test_a_full_disk_is_an_error_that_names_the_file(ensemble, tmp_path):
     stream(tmp_path / "small.nc", ensemble)
     path = tmp_path / "out.nc"
     path.write_bytes(b"an older result")
-    plan = list(stretches(EVENTS, 20_000))
+    plan = list(segments(EVENTS, 20_000))
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
 
     def overflow():

@@ -33,7 +33,7 @@ def folder(tmp_path):
 
 
 def run(folder, entry, lines=PRESSED, output="out.nc"):
-    found = loaded(folder, entry, lines).ground()
+    found = loaded(folder, entry, lines).surface()
     hs.run(folder / "s.toml", folder / output).close()
     return folder / output, found
 

@@ -100,7 +100,7 @@ def test_friction_of_a_law_is_in_the_history(tmp_path):
 )
 def test_what_cannot_be_is_told_with_its_place(tmp_path, friction, more, said):
     with pytest.raises(hs.InputError, match=said):
-        loaded(tmp_path, friction, more).checked()
+        loaded(tmp_path, friction, more).build()
 
 
 def test_validate_tells_the_laws(tmp_path):

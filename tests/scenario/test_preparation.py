@@ -64,22 +64,22 @@ def same(found, surface, **options):
     ids=lambda value: "" if callable(value) else ",".join(value),
 )
 def test_a_key_does_what_its_function_does_bit_for_bit(folder, measured, keys, by_functions):
-    same(loaded(folder, {**MAP, **keys}).ground(), by_functions(measured))
+    same(loaded(folder, {**MAP, **keys}).surface(), by_functions(measured))
 
 
 @pytest.mark.parametrize(("prune", "share"), [(True, 0.05), (0.2, 0.2), (False, 0.0), (0, 0.0)])
 def test_summits_are_pruned_by_a_share_of_the_height_range(folder, prune, share):
     surface = random_surface(**{key: value for key, value in RANDOM.items() if key != "kind"})
-    found = loaded(folder, {**RANDOM, "prune": prune}).ground()
+    found = loaded(folder, {**RANDOM, "prune": prune}).surface()
     same(found, surface, prominence=share * surface.statistics().height_range)
     assert (len(found.summits) < len(surface.summits(9))) == (share > 0)
 
 
 def test_random_maps_and_sums_are_filtered_too(folder):
     surface = random_surface(**{key: value for key, value in RANDOM.items() if key != "kind"})
-    same(loaded(folder, {**RANDOM, "s_filter": "3 µm"}).ground(), surface.smoothed(3e-6))
+    same(loaded(folder, {**RANDOM, "s_filter": "3 µm"}).surface(), surface.smoothed(3e-6))
     entry = {"kind": "sum", "first": RANDOM, "second": {**RANDOM, "s_filter": "3 µm"}, "l_filter": "30 µm"}
-    same(loaded(folder, entry).ground(), (surface + surface.smoothed(3e-6)).roughness(30e-6))
+    same(loaded(folder, entry).surface(), (surface + surface.smoothed(3e-6)).roughness(30e-6))
 
 
 @pytest.mark.parametrize(
@@ -105,7 +105,7 @@ def test_random_maps_and_sums_are_filtered_too(folder):
 )
 def test_what_cannot_be_done_is_refused_by_its_key(folder, keys, said):
     with pytest.raises(InputError) as refused:
-        loaded(folder, {**MAP, **keys}).ground()
+        loaded(folder, {**MAP, **keys}).surface()
     assert str(refused.value).startswith(f"s.toml: {said}")
 
 
@@ -116,9 +116,9 @@ def test_a_part_of_a_sum_is_not_pruned(folder):
 
 def test_statistics_are_told_before_and_after(folder):
     told = dict(summary(loaded(folder, {**MAP, "s_filter": "4 µm", "prune": True})))
-    plain = loaded(folder, MAP).ground()
+    plain = loaded(folder, MAP).surface()
     assert f"{len(plain.summits):,} summits" in told["map as it comes"]
-    after = loaded(folder, {**MAP, "s_filter": "4 µm", "prune": True}).ground()
+    after = loaded(folder, {**MAP, "s_filter": "4 µm", "prune": True}).surface()
     assert f"{len(after.summits):,} summits" in told["map as prepared"]
     assert "map as prepared" not in dict(summary(loaded(folder, MAP)))
 
@@ -127,11 +127,11 @@ def test_steps_too_coarse_for_radii_are_told_and_a_filter_mends_it(folder):
     heights = random_surface((64, 64), 1e-6, 1e-8, 20e-6, seed=2, autocorrelation="gaussian").heights
     step = 2e-9
     np.save(folder / "map.npy", np.rint(heights / step) * step)
-    (notice,) = loaded(folder, MAP).ground().notices
+    (notice,) = loaded(folder, MAP).surface().notices
     assert "heights come in steps of 2 nm" in notice
-    assert loaded(folder, {**MAP, "s_filter": "4 µm"}).ground().notices == ()
+    assert loaded(folder, {**MAP, "s_filter": "4 µm"}).surface().notices == ()
     np.save(folder / "map.npy", heights)
-    assert loaded(folder, MAP).ground().notices == ()
+    assert loaded(folder, MAP).surface().notices == ()
 
 
 def test_a_scratch_whose_edge_carries_all_is_told_and_spikes_mend_it(folder):

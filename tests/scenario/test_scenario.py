@@ -54,7 +54,7 @@ def built(folder, text):
 
 def refusal(folder, text):
     with pytest.raises(InputError) as refused:
-        loaded(folder, text).checked()
+        loaded(folder, text).build()
     return str(refused.value)
 
 
@@ -466,7 +466,7 @@ def check_that_it_is_built_or_refused(folder, document):
     (folder / "s.toml").write_bytes(document)
     message = "s.toml: fine"
     try:
-        scenario.load(folder / "s.toml").checked()
+        scenario.load(folder / "s.toml").build()
     except InputError as error:
         message = str(error)
     assert message.startswith("s.toml: ")

@@ -49,12 +49,12 @@ def folder(tmp_path):
 
 
 def ground(folder, entry):
-    return loaded(folder, entry).ground()
+    return loaded(folder, entry).surface()
 
 
 def refusal(folder, entry):
     with pytest.raises(InputError) as refused:
-        loaded(folder, entry).checked()
+        loaded(folder, entry).build()
     message = str(refused.value)
     assert all(line.startswith(("s.toml: surface", "…")) for line in message.splitlines())
     return message
@@ -226,7 +226,7 @@ def test_the_example_of_the_readme_has_summits(folder):
     example = text[text.index('[surface]\nkind = "sum"') :].split("```")[0]
     np.savetxt(folder / "maps" / "polished.txt", bumps((256, 256)))
     (folder / "s.toml").write_text(example + LINES, encoding="utf-8")
-    assert len(scenario.load(folder / "s.toml").ground().summits) > 100
+    assert len(scenario.load(folder / "s.toml").surface().summits) > 100
 
 
 # -- what the keys do -------------------------------------------------------------------------------
@@ -333,7 +333,7 @@ def test_friction_may_stand_in_the_table_of_summits(folder):
     columns = {**SECTIONS["summit table"]["columns"], "friction": "mu"}
     lines = LINES.replace("[friction]\ncoefficient = 0.2\n", "")
     found = loaded(folder, {**SECTIONS["summit table"], "columns": columns}, lines)
-    assert found.ground().friction.tolist() == [0.2, 0.1]
+    assert found.surface().friction.tolist() == [0.2, 0.1]
     assert found.ensemble().friction.tolist() == [0.2, 0.1]
 
 
@@ -354,7 +354,7 @@ def test_paths_are_relative_to_the_scenario(folder, monkeypatch, tmp_path_factor
     for path in ("../maps/rough.txt", str(folder / "maps" / "rough.txt")):
         entry = {**SECTIONS["measured"], "file": path}
         (folder / "below" / "s.toml").write_text(section(entry) + LINES, encoding="utf-8")
-        assert bits(scenario.load(folder / "below" / "s.toml").ground().summits) == expected
+        assert bits(scenario.load(folder / "below" / "s.toml").surface().summits) == expected
 
 
 def test_paths_in_a_sum_are_relative_to_the_scenario_too(folder):
@@ -1028,7 +1028,7 @@ def test_the_nominal_area_of_a_rough_ball_is_that_of_the_ball(tmp_path):
     with hs.run(tmp_path / "ball.toml", tmp_path / "ball.nc") as history:
         assert history.contact.nominal_pressure().values == pytest.approx([94.7e6], abs=0.05e6)
     by_approach = {"loading.waypoints[0].normal_load": "0 N"}
-    assert hs.load(tmp_path / "ball.toml", by_approach).ground().summits.nominal_area == pytest.approx(64**2 * 1e-12)
+    assert hs.load(tmp_path / "ball.toml", by_approach).surface().summits.nominal_area == pytest.approx(64**2 * 1e-12)
 
 
 def test_with_full_interaction_a_ball_that_is_hardly_rough_is_a_hertz_contact(tmp_path):
@@ -1043,7 +1043,7 @@ def test_with_full_interaction_a_ball_that_is_hardly_rough_is_a_hertz_contact(tm
 def test_a_random_map_may_be_cut_out_of_a_larger_one(tmp_path):
     (tmp_path / "ball.toml").write_text(ON_A_BALL, encoding="utf-8")
     values = {"surface.ball_radius": "1 m", "surface.crop_x": ["0 µm", "31 µm"], "surface.rms_height": "1 µm"}
-    cut = hs.load(tmp_path / "ball.toml", values).ground().surface
+    cut = hs.load(tmp_path / "ball.toml", values).surface().surface
     whole = hs.random_surface((64, 64), 1e-6, 1e-6, 20e-6, seed=1)
     assert cut.shape == (32, 64)
     # heights are as they fall, not centred anew

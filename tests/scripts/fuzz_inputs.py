@@ -37,7 +37,7 @@ def scenario(path: Path) -> None:
     """Read a scenario, and make what it describes, as long as that is small."""
     loaded = hs.load(path)
     if loaded.sections.surface.__class__.__name__ in {"Sphere", "Summits"}:
-        loaded.checked()
+        loaded.build()
 
 
 def log(path: Path) -> None:

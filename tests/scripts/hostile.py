@@ -347,13 +347,13 @@ def forged_log(path: Path, statements: str) -> None:
 def forged_head(path: Path, settings: dict[str, object]) -> None:
     """Write other settings into a log whose digests agree with them."""
     from historysim.log import canonical
-    from historysim.log.header import Head
+    from historysim.log.header import LogHeader
 
     connection = sqlite3.connect(path)
     told = json.loads(connection.execute("SELECT settings FROM head").fetchone()[0]) | settings
     rows = connection.execute("SELECT name, shape, content FROM array").fetchall()
     arrays = {name: np.frombuffer(content, "<f8").reshape(json.loads(shape)) for name, shape, content in rows}
-    head = Head(told, arrays)
+    head = LogHeader(told, arrays)
     for trigger in ("no_update_of_head", "no_update_of_chain"):
         connection.execute(f"DROP TRIGGER {trigger}")
     connection.execute("UPDATE head SET settings = ?", (head.text,))

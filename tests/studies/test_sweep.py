@@ -442,7 +442,7 @@ def test_numbers_of_all_summits_and_of_the_nominal_area(rough):
     ]
     found = hs.sweep(rough, {"surface.seed": [1, 2]}, outputs=outputs)
     for row, seed in enumerate((1, 2)):
-        ground = hs.load(rough, {"surface.seed": seed}).ground()
+        ground = hs.load(rough, {"surface.seed": seed}).surface()
         assert float(found.mean_summit_radius[row]) == pytest.approx(ground.summits.radius.mean(), rel=1e-12)
         assert float(found.summit_height_deviation[row]) == pytest.approx(ground.summits.height.std(ddof=1), rel=1e-12)
         assert int(found.summit_count[row]) == len(ground.summits)
