@@ -74,7 +74,9 @@ def outcome(tmp_path_factory):
 
 def test_every_block_runs_and_writes_what_it_says(outcome):
     folder, printed, _ = outcome
-    files = "10_random_rough_surface.png my.png my.pdf my_report.html ball_fitted.toml ball_fitted.png sweep.nc other.nc"
+    files = (
+        "10_random_rough_surface.png my.png my.pdf my_report.html ball_fitted.toml ball_fitted.png sweep.nc other.nc"
+    )
     assert [name for name in files.split() if not (folder / name).is_file()] == []
     assert all(printed["python"][:2])
 

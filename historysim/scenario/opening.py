@@ -42,7 +42,7 @@ def opened(
     Yields
     ------
     Scenario, EventLog, xarray.Dataset, Sliding or Surface
-        Of results, of friction loops and of sweeps, a Dataset.
+        Of results, of friction loops, of sweeps and of tables, a Dataset.
 
     Raises
     ------
@@ -67,13 +67,11 @@ def opened(
 
         with EventLog(path) as log:
             yield log
-    elif kind == "table":
-        raise InputError(f"{path}: is a table, as historysim table writes it; any program for netCDF reads it")
     elif kind == "sliding":
         from historysim.measured.sliding import Sliding
 
         yield Sliding.from_dataset(read_table(path))
-    elif kind in {"loops", "sweep"}:
+    elif kind in {"loops", "sweep", "table"}:
         yield read_table(path)
     else:
         with open_result(path) as history:
@@ -88,7 +86,8 @@ def open(  # noqa: A001 - as users of xarray and of files call it
     Parameters
     ----------
     path : path
-        A scenario, a log, a result, friction loops, friction over time or distance, a sweep or a height map.
+        A scenario, a log, a result, friction loops, friction over time or distance, a sweep, a table of a question, or
+        a height map.
     form : str, optional
         What is taken off a height map, as by `Surface.detrended`; by default a plane.
     **reading

@@ -226,6 +226,10 @@ def _sweep(what: "xr.Dataset", chosen: _Options) -> "Figure":
 
 
 def _dataset(what: "xr.Dataset", name: str, chosen: _Options) -> "Figure":
+    from historysim.results.result_files import KINDS
+
+    if KINDS.get(str(what.attrs.get("content"))) == "table":
+        raise InputError(f"{name} is a table of a question, which has no picture; expected the history that was asked")
     if _plain(chosen):
         from historysim.scenario.figure import draw_figure, drawable
 

@@ -6,12 +6,14 @@ build the same objects that a program would: an ``Ensemble`` and a list of event
 
 import os
 from collections.abc import Mapping
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import attrs
 
 from historysim.asperities.instrument import Instrument
+from historysim.basics.display import html_table
 from historysim.basics.limits import at_most, most
 from historysim.basics.notices import Teller, silent
 from historysim.basics.places import at, misfit
@@ -50,6 +52,16 @@ class Scenario:
     path: Path
     text: str = attrs.field(repr=False)
     sections: Sections
+
+    def _repr_html_(self) -> str:
+        record = self.record if isinstance(self.record, str) else f"{len(self.record):,} chosen"
+        lines = [
+            ("title", " ".join(self.title.split())),
+            ("file", str(self.path)),
+            ("substeps", f"{self.substeps:,}"),
+            ("recorded asperities", record),
+        ]
+        return f"{html_table(lines)}<details><summary>TOML</summary><pre>{escape(self.text)}</pre></details>"
 
     @property
     def title(self) -> str:

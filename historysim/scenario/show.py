@@ -83,12 +83,15 @@ def _height_map(measured: "Surface", form: str) -> Lines:
 
 
 def _dataset(history: "xr.Dataset") -> Lines:
-    from historysim.results import loop_summary, sliding_order, sweeps
+    from historysim.results import loop_summary, netcdf_table, sliding_order, sweeps
+    from historysim.results.result_files import KINDS
 
     if history.attrs.get("content") == sweeps.CONTENT:
         return Lines(sweeps.summary(history))
     if "loop" in history.dims or "loops" in history.coords:
         return Lines(loop_summary.summary(history))
+    if KINDS.get(str(history.attrs.get("content"))) == "table":
+        return Lines(netcdf_table.summary(history))
     if "total_normal_load" not in history:
         raise InputError("this Dataset is no history; expected one from historysim, with all its variables")
     told = {str(name): str(value) for name, value in history.attrs.items()}

@@ -4,6 +4,7 @@ import inspect
 import subprocess
 import sys
 
+import pytest
 import xarray as xr
 
 import historysim as hs
@@ -54,3 +55,28 @@ def test_the_accessor_comes_with_the_names_that_give_histories():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["False", "True"]
+
+
+@pytest.fixture
+def history():
+    return hs.replay(hs.Ensemble(PAIR, [0.0, -1e-8], 1e-3, 0.2), EVENTS, substeps=4)
+
+
+@pytest.mark.parametrize("name", ["slip_shares", "stick_ratio", "mean_pressure", "preliminary_displacements"])
+def test_one_step_answers_as_the_whole_history_does_there(history, name):
+    one, whole = (getattr(each.contact, name)() for each in (history.isel(step=5), history))
+    xr.testing.assert_equal(one, whole.isel(step=5))
+
+
+def test_one_step_holds_its_asperities(history):
+    found, expected = history.isel(step=5).contact.asperity(1, 0), history.contact.asperity(1, 5)
+    assert found.tangential_load == pytest.approx(expected.tangential_load, rel=1e-12)
+    assert found.reversal_points.displacement.tolist() == expected.reversal_points.displacement.tolist()
+    traction = history.isel(step=-1).contact.profiles(1, 0)["traction"]
+    assert traction.dims == ("radius",)
+
+
+@pytest.mark.parametrize("name", ["first_slips", "slides_first", "friction_loops", "summary", "tangential_stiffness"])
+def test_one_step_says_that_it_does_not_tell_the_way(history, name):
+    with pytest.raises(hs.InputError, match=f"{name}: the history has one step, which does not tell the way"):
+        getattr(history.isel(step=-1).contact, name)()

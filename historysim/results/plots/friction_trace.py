@@ -21,7 +21,7 @@ def plot_sliding(sliding: Sliding, *, title: str = "", size: Size | None = None)
     Parameters
     ----------
     sliding : Sliding
-        From `historysim.find_sliding`.
+        From `historysim.sliding`.
     title : str
         A heading.
     size : (float, float), optional
