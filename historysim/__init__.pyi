@@ -1,6 +1,7 @@
 # The public names, each with the place where it stands.
 
 from historysim import contact as contact
+from historysim import coupling as coupling
 from historysim import surfaces as surfaces
 from historysim._version import __version__ as __version__
 from historysim.asperities import laws as laws

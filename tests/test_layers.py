@@ -20,6 +20,7 @@ ROOMS = (
     "surfaces",
     "interaction",
     "asperities",
+    "coupling",
     "loads",
     "recording",
     "replaying",

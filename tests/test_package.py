@@ -12,13 +12,24 @@ import pytest
 import historysim as hs
 from historysim.basics import lazy
 
-MOST_NAMES = 55
-NAMESPACES = ("analysis", "contact", "drift", "events", "laws", "plots", "surfaces", "wear")
+MOST_NAMES = 56
+NAMESPACES = ("analysis", "contact", "coupling", "drift", "events", "laws", "plots", "surfaces", "wear")
 CONTRACT = {
     *("MaterialPair", "Material", "material", "Ensemble", "EnsembleState", "Asperity", "SlipState"),
     *("NormalLoad", "TangentialLoad", "NormalDisplacement", "TangentialDisplacement", "FrictionChange"),
-    *("Surface", "Summits", "random_surface", "read_surface", "surfaces", "contact", "plots", "laws", "wear"),
-    *("drift", "events", "Instrument", "EventLog"),
+    *(
+        "Surface",
+        "Summits",
+        "random_surface",
+        "read_surface",
+        "surfaces",
+        "contact",
+        "coupling",
+        "plots",
+        "laws",
+        "wear",
+    ),
+    *("coupling", "drift", "events", "Instrument", "EventLog"),
     *("Replay", "replay", "run", "load", "open", "validate", "verify", "show", "plot", "report", "analysis"),
     *("compare", "fit", "loops", "sliding", "sweep", "design", "get_include"),
     *("HistorySimError", "InputError", "LoadError", "FrictionLimitError", "__version__"),

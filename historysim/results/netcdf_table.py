@@ -1,4 +1,4 @@
-"""Histories, and tables of questions, loops and sweeps, as netCDF files that any tool reads and that say what they hold."""
+"""Histories, and tables of questions, loops and sweeps, as netCDF files that any tool reads."""
 
 from datetime import UTC, datetime
 from pathlib import Path
