@@ -229,9 +229,8 @@ def test_a_stepper_that_is_moved_back_and_forth_says_so_once():
         warnings.simplefilter("always")
         for k in range(10):
             stepper.step(tangential_displacement=0.001 * (-1) ** k)
-    assert [str(one.message)[:66] for one in told] == [
-        "the stepper went back and forth in each of the last 4 steps: where"
-    ]
+    (warned,) = told
+    assert "went back and forth in each of the last 4 steps" in str(warned.message)
     assert warned.filename == __file__
 
 
