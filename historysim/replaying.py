@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -99,10 +99,10 @@ class Replay(FieldsAsHtml):
 
     def write(self, path: str | Path, *, progress: bool = False) -> None:
         """Write the history to a netCDF file, which is there when it is complete, and not before."""
-        from historysim.recording.netcdf import recording
+        from historysim.recording.netcdf import FileRecorder, recording
 
-        place = (self.ensemble, self.asperities, self.steps(), self.attributes(), self.instrument)
-        with recording(Path(path), *place, changes=self.changes, writers=self.threads) as target:
+        made = partial(self.recorder, FileRecorder, attributes=self.attributes(), writers=self.threads)
+        with recording(Path(path), lambda handle: made(handle=handle)) as target:
             self.walk(target, progress=progress)
 
     def state(self, until: float = math.inf, *, start: schedule.Start | None = None) -> "EnsembleState":

@@ -136,7 +136,7 @@ VALUES = {
     "history": lambda: hs.replay(ensemble(), EVENTS[:4]),
     "Changes": lambda: Changes(friction=True),
     "Variable": lambda: PER_ASPERITY,
-    "LogHeader": lambda: LogHeader.of(ensemble(), title="a run", seeds=[1]),
+    "LogHeader": lambda: LogHeader.of(hs.Replay(ensemble(), ()), title="a run", seeds=[1]),
     "Snapshot": lambda: Snapshot.of(ended().cursor, 1, b"link", stepped(), b"told"),
     "Verdict": lambda: Verdict(3, "abc", "batch 2 cannot be read"),
     "Verification": lambda: Verification("out.nc", 3, "abc", differences=(Difference("separation", 2, found=np.nan),)),

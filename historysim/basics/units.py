@@ -168,10 +168,20 @@ def conversion_factor(unit_text: str, unit: str) -> float:
     return factor
 
 
+class QuantityText(str):
+    """A quantity as text, which keeps its value and its SI unit."""
+
+    __slots__ = ("unit", "value")
+    value: float
+    unit: str
+
+
 def quantity_text(value: float, unit: str, digits: int = 4) -> str:
     """Return a quantity as text, with the prefix that leaves one to three digits before the point: ``"90 mN"``."""
-    factor, prefix = prefixed(value)
-    return f"{value * factor:.{digits}g} {prefix}{unit}"
+    factor, symbol = scaled(value, unit)
+    text = QuantityText(f"{value * factor:.{digits}g}{symbol}")
+    text.value, text.unit = float(value), unit
+    return text
 
 
 def range_text(low: float, high: float, unit: str) -> str:
@@ -186,6 +196,14 @@ def duration_text(seconds: float) -> str:
         if seconds >= least:
             return f"{seconds / length:.4g} {unit}"
     return f"{seconds:.4g} s" if seconds >= 1 else quantity_text(seconds, "s")
+
+
+def scaled(value: float, unit: str) -> tuple[float, str]:
+    """Return the factor to multiply a value in SI by, and what stands behind it, as ``" mN"``."""
+    if unit == "1":
+        return 1.0, ""
+    factor, prefix = prefixed(value)
+    return factor, f" {prefix}{'N/m' if unit == 'N m-1' else unit}"
 
 
 def prefixed(value: float) -> tuple[float, str]:

@@ -27,10 +27,20 @@ with contextlib.suppress(ValueError, NameError):
     signal.signal(signal.SIGINT, _before)
 
 
-@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(
+    cls=Commands,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog="Exit codes: 0 done, 1 the loads cannot be carried out, 2 bad input, 130 interrupted.",
+)
 @click.version_option(__version__)
-def main() -> None:
+@click.option("-v", "--verbose", count=True, help="Say on standard error what is done; twice, in detail.")
+def main(verbose: int) -> None:
     """Replay load histories across rough frictional contacts, exactly."""
+    if verbose:
+        import logging
+
+        logging.basicConfig(format="%(asctime)s %(name)s: %(message)s", datefmt="%H:%M:%S")
+        logging.getLogger("historysim").setLevel(logging.INFO if verbose == 1 else logging.DEBUG)
 
 
 for command in (*simulations.COMMANDS, *logs.COMMANDS, *records.COMMANDS, *viewing.COMMANDS, *questions.COMMANDS):

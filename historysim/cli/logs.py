@@ -10,13 +10,11 @@ from historysim.basics.files import replacing
 from historysim.basics.targets import LOG, PICTURE, RESULT, Output, check_outputs, unmarked
 from historysim.basics.wording import counted
 from historysim.cli.ending import NotPossible
-from historysim.cli.options import force_option, path_type, quantity_option, text_options
-from historysim.cli.output import notice, print_lines, print_table, save
+from historysim.cli.options import force_option, json_option, path_type, quantity_option, text_options
+from historysim.cli.output import Answer, notice, save, tell
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from historysim.tables import Format
 
 
@@ -28,14 +26,15 @@ EVENTS = unmarked("a table that says who wrote it", ".csv")
 @click.argument("file", type=path_type)
 @click.option("--log", type=path_type, help="The log of a result. [default: NAME.history beside it]")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing where all is well.")
-def verify(file: Path, log: Path | None, quiet: bool) -> None:
+@json_option
+def verify(file: Path, log: Path | None, quiet: bool, as_json: bool) -> None:
     """Replay the log of a result, FILE, and compare every bit; or check FILE, a log, and its snapshots."""
     from historysim.log.verification import verify as check
 
     found = check(file, log, progress=not quiet, tell=notice)
-    told = "\n".join(f"  {difference.text}" for difference in found.differences)
+    differences = "\n".join(f"  {difference.text}" for difference in found.differences)
     if not found:
-        raise NotPossible(f"{file}: is not what its log gives:\n{told}")
+        raise NotPossible(f"{file}: is not what its log gives:\n{differences}")
     if is_log(file):
         lines = [
             ("events", f"{found.events:,}, sound"),
@@ -43,11 +42,11 @@ def verify(file: Path, log: Path | None, quiet: bool) -> None:
             ("digest", found.digest),
         ]
     elif found.differences:
-        lines = [(str(file), f"is what its log gives, up to rounding elsewhere:\n{told}")]
+        lines = [(str(file), f"is what its log gives, up to rounding elsewhere:\n{differences}")]
     else:
         lines = [(str(file), "is what its log gives, bit for bit")]
     if not quiet:
-        print_lines(lines)
+        tell(Answer(lines), as_json=as_json)
 
 
 @click.command()
@@ -55,8 +54,9 @@ def verify(file: Path, log: Path | None, quiet: bool) -> None:
 @click.option("--at", "moment", help='The time, as "12.5 s" or in s. [default: the end]')
 @click.option("--asperity", type=int, help="Look at this asperity: its state, its reversal points.")
 @click.option("-o", "--output", type=path_type, help="Write all asperities (netCDF); with --asperity a picture.")
+@json_option
 @force_option
-def state(log: Path, moment: str | None, asperity: int | None, output: Path | None, force: bool) -> None:
+def state(log: Path, moment: str | None, asperity: int | None, output: Path | None, as_json: bool, force: bool) -> None:
     """Say what the state was at a time in LOG (NAME.history)."""
     if output is not None:
         check_outputs([Output(output, (RESULT if asperity is None else PICTURE,))], [log], force=force)
@@ -71,24 +71,25 @@ def state(log: Path, moment: str | None, asperity: int | None, output: Path | No
             from historysim.results.plots.single_asperity import plot_asperity
 
             one = events.ensemble.asperity(asperity, found)
-            print_lines(summary(one))
-            print_table(reversal_table(one))
             if output is not None:
                 save(plot_asperity(one), output)
-                click.echo(output)
-            return
-        print_lines(
-            [
-                ("normal load", quantity_text(found.normal_load, "N")),
-                ("tangential load", quantity_text(found.tangential_load, "N")),
-                ("approach", quantity_text(found.approach, "m")),
-                ("tangential displacement", quantity_text(found.tangential_displacement, "m")),
-                ("dissipated energy", quantity_text(found.dissipated_energy, "J")),
-                ("stored energy", quantity_text(found.stored_energy, "J")),
-            ]
-        )
-        if output is not None:
-            _written(events.state_dataset(at=time), output)
+            answer = Answer(summary(one), [reversal_table(one)])
+        else:
+            if output is not None:
+                with replacing(output) as unfinished:
+                    events.state_dataset(at=time).to_netcdf(unfinished)
+            answer = Answer(
+                [
+                    ("normal load", quantity_text(found.normal_load, "N")),
+                    ("tangential load", quantity_text(found.tangential_load, "N")),
+                    ("approach", quantity_text(found.approach, "m")),
+                    ("tangential displacement", quantity_text(found.tangential_displacement, "m")),
+                    ("dissipated energy", quantity_text(found.dissipated_energy, "J")),
+                    ("stored energy", quantity_text(found.stored_energy, "J")),
+                ],
+                data=lambda: events.state_dataset(at=time),
+            )
+        tell(answer._replace(files=[] if output is None else [output]), as_json=as_json)
 
 
 @click.command()
@@ -136,6 +137,7 @@ def append(log: Path, table: Path, layout: "Format") -> None:
 @click.option("--first", type=click.IntRange(0), help="Only so many, the first ones.")
 @click.option("--last", type=click.IntRange(0), help="Only so many, the last ones.")
 @click.option("--csv", "table", type=path_type, help="Write them to this file instead, a table that append reads.")
+@json_option
 @force_option
 def list_log(
     file: Path,
@@ -145,6 +147,7 @@ def list_log(
     first: int | None,
     last: int | None,
     table: Path | None,
+    as_json: bool,
     force: bool,
 ) -> None:
     """List the events of LOG (NAME.history)."""
@@ -174,13 +177,7 @@ def list_log(
     for number, event in chosen:
         unit = "" if event.unit == "1" else f" {event.unit}"
         rows.append((str(number), time_text(event.time), event.name, f"{value_text(event)}{unit}"))
-    print_table(rows)
-
-
-def _written(history: "xr.Dataset", output: Path) -> None:
-    with replacing(output) as unfinished:
-        history.to_netcdf(unfinished)
-    click.echo(output)
+    tell(Answer(tables=[rows]), as_json=as_json)
 
 
 COMMANDS = (verify, state, fork, append, list_log)

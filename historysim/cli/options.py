@@ -44,6 +44,9 @@ force_option = click.option(
 )
 
 
+json_option = click.option("--json", "as_json", is_flag=True, help="Print one object of JSON, with numbers in SI.")
+
+
 def files_read(what: "Scenario | Path") -> tuple[Path, ...]:
     """Return the files that a command reads which is given a scenario, or another file."""
     if isinstance(what, Path) and what.suffix == ".toml":

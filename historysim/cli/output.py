@@ -1,8 +1,9 @@
 """What the commands share: what they print, and the files that they write."""
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
@@ -18,7 +19,12 @@ TABLES_OF_QUESTIONS = (
     netcdf("a table of historysim", "table", "history over time"),
     csv_table(
         "a table of historysim",
+        *("branch_drift", "direction,cycle_drift", "drift", "positioning_error", "run_drift", "telling_step"),
         "asperity,summit_height",
+        "label,text",
+        "step,time",
+        "name,value",
+        "rank,asperity",
         "elapsed_time,total_normal_load",
         "loop,start_time",
         "radius,pressure",
@@ -28,6 +34,7 @@ TABLES_OF_QUESTIONS = (
             for name in (
                 "critical_asperity",
                 "mean_pressure",
+                "nominal_pressure",
                 "peak_pressure",
                 "preliminary_displacement",
                 "presliding_work",
@@ -63,16 +70,65 @@ def csv_of_sweep(keys: Iterable[str]) -> OutputFormat:
     return csv_table("a sweep over the same keys", *map(variable_name, keys))
 
 
-def print_lines(lines: Iterable[tuple[str, str]]) -> None:
-    """Print labels with what belongs to them, in two columns."""
-    if text := two_columns(lines):
-        click.echo(text)
+class Answer(NamedTuple):
+    """What a command has found.
+
+    Attributes
+    ----------
+    lines : sequence of (label, text)
+    tables : sequence of sequence of tuple of str
+        Rows of texts; the first row of each has the headings.
+    files : sequence of path
+        What was written.
+    data : callable, optional
+        Gives all numbers as a Dataset, with units.
+    """
+
+    lines: Sequence[tuple[str, str]] = ()
+    tables: Sequence[Sequence[tuple[str, ...]]] = ()
+    files: Sequence[Path] = ()
+    data: "Callable[[], xr.Dataset] | None" = None
 
 
-def print_table(rows: Sequence[tuple[str, ...]]) -> None:
-    """Print a table of texts, column under column."""
-    if text := columns(rows):
-        click.echo(text)
+def tell(answer: Answer, *, as_json: bool = False) -> None:
+    """Print what was found: lines, tables and the names of files, or one object of JSON."""
+    if as_json:
+        click.echo(_json(answer))
+        return
+    for text in (two_columns(answer.lines), *map(columns, answer.tables), *map(str, answer.files)):
+        if text:
+            click.echo(text)
+
+
+def _json(answer: Answer) -> str:
+    import json
+
+    found: dict[str, Any] = {
+        "lines": [_line(label, text) for label, text in answer.lines if label],
+        "tables": [{"columns": rows[0], "rows": rows[1:]} for rows in answer.tables if rows],
+        "files": [str(path) for path in answer.files],
+    }
+    if answer.data is not None:
+        found["data"] = answer.data().to_dict()
+    return json.dumps(_plain(found), ensure_ascii=False, indent=1)
+
+
+def _line(label: str, text: str) -> dict[str, Any]:
+    quantity = {name: getattr(text, name) for name in ("value", "unit") if hasattr(text, name)}
+    return {"label": label, "text": str(text), **quantity}
+
+
+def _plain(value: Any) -> Any:
+    """Return what JSON can hold: it has no number that is none."""
+    if isinstance(value, dict):
+        return {str(key): _plain(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(each) for each in value]
+    if hasattr(value, "tolist"):
+        return _plain(value.tolist())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value if isinstance(value, str | int | float | bool | None) else str(value)
 
 
 def notice(text: str) -> None:

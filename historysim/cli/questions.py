@@ -1,45 +1,93 @@
 """A command that asks a result a question: table."""
 
 from pathlib import Path
+from typing import Any
 
 import click
 
 from historysim.basics.targets import Output, check_outputs
-from historysim.cli.options import force_option, path_type
-from historysim.cli.output import TABLES_OF_QUESTIONS, save_dataset
+from historysim.basics.wording import nearest
+from historysim.cli.options import force_option, json_option, path_type
+from historysim.cli.output import TABLES_OF_QUESTIONS, Answer, save_dataset, tell
 from historysim.errors import InputError
 
-TABLES = (
-    "critical_asperity",
-    "energy_per_cycle",
-    "first_slips",
-    "mean_pressure",
-    "peak_pressure",
-    "preliminary_displacement",
-    "preliminary_displacements",
-    "presliding_work",
+QUESTIONS = (
+    "branch-drift",
+    "critical-asperity",
+    "cycle-drift",
+    "drift",
+    "energy-per-cycle",
+    "first-slips",
+    "friction-loops",
+    "mean-pressure",
+    "nominal-pressure",
+    "peak-pressure",
+    "positioning-error",
+    "preliminary-displacement",
+    "preliminary-displacements",
+    "presliding-work",
     "profiles",
-    "reversal_points",
-    "slip_shares",
-    "stick_ratio",
-    "tangential_stiffness",
-    "time_series",
-    "total_mean_pressure",
+    "reversal-points",
+    "run-drift",
+    "seen-at-rest",
+    "slides-first",
+    "slip-shares",
+    "stick-ratio",
+    "summary",
+    "tangential-stiffness",
+    "telling-step",
+    "time-series",
+    "total-mean-pressure",
+    "validity",
 )
-"""Questions whose answer is a table, by the names that they have in Python."""
-OF_AN_ASPERITY = ("profiles", "reversal_points")
-PERHAPS_OF_ONE = ("time_series",)
+"""What a result answers with a table, as the methods of ``history.contact`` are called."""
+AT_A_STEP = {"profiles": "steps", "reversal-points": "step"}
+"""Questions about a step, with the name of that parameter."""
 
 
-@click.command()
+class Question(click.ParamType):  # type: ignore[type-arg]
+    """The name of a question."""
+
+    name = "question"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Return the name, with hyphens."""
+        question = str(value).replace("_", "-")
+        if question not in QUESTIONS:
+            self.fail(f"{value!r} is no question; {nearest(question, QUESTIONS)}", param, ctx)
+        return question
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[Any]:  # noqa: ARG002
+        """Return the questions that begin so, for a shell that completes them."""
+        from click.shell_completion import CompletionItem
+
+        return [CompletionItem(each) for each in QUESTIONS if each.startswith(incomplete)]
+
+
+@click.command(epilog=f"The questions: {', '.join(QUESTIONS)}.")
 @click.argument("result", type=path_type)
-@click.argument("question", type=click.Choice([name.replace("_", "-") for name in TABLES]))
+@click.argument("question", type=Question())
 @click.option("-o", "--output", type=path_type, help="The table (CSV, netCDF). [default: RESULT_QUESTION.csv]")
 @click.option("--asperity", type=int, help="Of profiles, reversal-points and time-series: whose.")
 @click.option("--step", type=int, help="Of profiles and reversal-points: at which step. [default: the last]")
+@click.option(
+    "--with",
+    "parameters",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="Another parameter of the question, as first=0; may come several times.",
+)
+@json_option
 @force_option
 def table(
-    result: Path, question: str, output: Path | None, asperity: int | None, step: int | None, force: bool
+    result: Path,
+    question: str,
+    output: Path | None,
+    asperity: int | None,
+    step: int | None,
+    parameters: tuple[str, ...],
+    as_json: bool,
+    force: bool,
 ) -> None:
     """Ask RESULT a QUESTION, and write the answer as a table.
 
@@ -47,30 +95,39 @@ def table(
     """
     output = output or result.with_name(f"{result.stem}_{question}.csv")
     check_outputs([Output(output, TABLES_OF_QUESTIONS)], [result], force=force)
-    name = question.replace("-", "_")
-    if name in OF_AN_ASPERITY and asperity is None:
-        raise InputError(f"{question}: is of one asperity; expected --asperity")
-    if step is not None and name not in OF_AN_ASPERITY:
+    given = dict(_parameter(text) for text in parameters)
+    if asperity is not None:
+        given["asperity"] = asperity
+    if question in AT_A_STEP:
+        given.setdefault(AT_A_STEP[question], -1 if step is None else step)
+    elif step is not None:
         raise InputError(f"{question}: takes no --step")
-    if asperity is not None and name not in OF_AN_ASPERITY + PERHAPS_OF_ONE:
-        raise InputError(f"{question}: takes no --asperity")
-    of_one = {} if asperity is None else {"asperity": asperity}
-    if name in OF_AN_ASPERITY:
-        # both have a parameter of another name for it
-        of_one["steps" if name == "profiles" else "step"] = -1 if step is None else step
-    import xarray as xr
-
-    from historysim.results.accessor import Questions
+    from historysim.results.answers import answer
     from historysim.results.result_files import open_result
 
     with open_result(result) as history:
-        asked = getattr(Questions(history), name)
-        answer = asked(**of_one)
-        if name == "profiles":
+        if question == "run-drift" and "second" in given:
+            with open_result(Path(given["second"])) as other:
+                given["second"] = other.load()
+        found = answer(history, question.replace("-", "_"), given)
+        if question == "profiles":
             # a row for each radius
-            answer = answer.isel(step=0)
-        save_dataset(answer.to_dataset(name=name) if isinstance(answer, xr.DataArray) else answer, output)
-    click.echo(output)
+            found = found.isel(step=0)
+        save_dataset(found, output)
+        tell(Answer(files=[output], data=lambda: found), as_json=as_json)
+
+
+def _parameter(text: str) -> tuple[str, Any]:
+    """Return name and value of a parameter: a number, or else a text."""
+    name, equals, value = (part.strip() for part in text.partition("="))
+    if not (name and equals and value):
+        raise InputError(f"--with {text!r}: expected NAME=VALUE, such as first=0")
+    for kind in (int, float):
+        try:
+            return name, kind(value)
+        except ValueError:
+            continue
+    return name, value
 
 
 COMMANDS = (table,)

@@ -10,6 +10,7 @@ from historysim.basics.targets import FITTED, PICTURE, SUGGESTED, Output, check_
 from historysim.cli.options import (
     files_read,
     force_option,
+    json_option,
     path_type,
     quantity_option,
     scenario_or_file,
@@ -20,15 +21,15 @@ from historysim.cli.output import (
     TABLES_OF_LEVELS,
     TABLES_OF_LOOPS,
     TABLES_OF_SLIDING,
-    print_lines,
-    print_table,
+    Answer,
     save,
     save_table,
+    tell,
 )
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
     from typing import TypeGuard
 
     from historysim.measured.loops import Loops
@@ -42,8 +43,9 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("file", type=path_type)
 @click.option("-o", "--output", type=path_type, help="Also write a whole scenario to start from to this file (.toml).")
+@json_option
 @text_options
-def columns(file: Path, output: Path | None, layout: "Format") -> None:
+def columns(file: Path, output: Path | None, as_json: bool, layout: "Format") -> None:
     """Show what FILE, a file of numbers, holds: its blocks, its columns as a scenario names them, a [loading] section.
 
     What the section cannot tell from names and units is marked "?".
@@ -55,14 +57,18 @@ def columns(file: Path, output: Path | None, layout: "Format") -> None:
 
     seen, blocks = what_is_seen(file, layout)
     found = describe(file, layout)
-    for line in seen:
-        click.echo(line)
-    print_table([("column", "unit", "values", "first"), *((c.column, c.unit, c.values, c.first) for c in found)])
-    click.echo(f"\n{suggested_loading(file, found, layout, blocks)}")
     if output is not None:
         with replacing(output) as unfinished:
             unfinished.write_text(suggested_scenario(file, output, found, layout, blocks), encoding="utf-8")
-        click.echo(f"\n{output}")
+    rows = [("column", "unit", "values", "first"), *((c.column, c.unit, c.values, c.first) for c in found)]
+    suggested, files = suggested_loading(file, found, layout, blocks), [] if output is None else [output]
+    if as_json:
+        tell(Answer([*(("note", line) for line in seen), ("scenario", suggested)], [rows], files), as_json=True)
+        return
+    for line in seen:
+        click.echo(line)
+    tell(Answer(tables=[rows]))
+    click.echo("\n".join(["", suggested, *(f"\n{path}" for path in files)]))
 
 
 @click.command()
@@ -95,6 +101,7 @@ def columns(file: Path, output: Path | None, layout: "Format") -> None:
 @click.option("--plot", "with_picture", is_flag=True, help="Also draw the loops: FILE's name with _loops.png, here.")
 @click.option("--picture", type=path_type, help="Also draw the loops to this file (PNG, PDF, SVG).")
 @click.option("--model", "with_model", is_flag=True, help="Draw those of the scenario's model with them, dashed.")
+@json_option
 @force_option
 @set_option
 def loops(
@@ -109,6 +116,7 @@ def loops(
     with_picture: bool,
     picture: Path | None,
     with_model: bool,
+    as_json: bool,
     force: bool,
     values: dict[str, Any],
 ) -> None:
@@ -147,7 +155,7 @@ def loops(
         _check_no_output(outputs)
         from historysim.scenario.each_run import each_run, loop_rows
 
-        _print_runs(each_run(record, lambda run: find_loops(run, **options)), loop_rows)
+        _tell_runs(each_run(record, lambda run: find_loops(run, **options)), loop_rows, as_json=as_json)
         return
     found = find_loops(record, **options)
     model = _model_loops(record, skip) if with_model else None
@@ -162,16 +170,14 @@ def loops(
         )
     for path in pictures:
         save(plot_loops(found, model, title=file.name), path)
-    print_lines(found.summary())
-    if not found.large.all():
-        print_table(found.by_amplitude().rows())
+    tables: list[Sequence[tuple[str, ...]]] = [] if found.large.all() else [found.by_amplitude().rows()]
+    lines = list(found.summary())
     if len(by_load) > 1:
-        print_table(by_load.rows())
-        print_lines([(label, both) for label, *_, both in found.rows() if label.startswith(("largest", "loops"))])
+        tables.append(by_load.rows())
+        lines += [(label, both) for label, *_, both in found.rows() if label.startswith(("largest", "loops"))]
     else:
-        print_table(found.rows())
-    for target in outputs:
-        click.echo(target.path)
+        tables.append(found.rows())
+    tell(Answer(lines, tables, [target.path for target in outputs], found.to_dataset), as_json=as_json)
 
 
 @click.command()
@@ -181,10 +187,17 @@ def loops(
 @click.option(
     "-o", "--output", type=path_type, help="Also write the windows to this file (.nc, .csv), or draw them there."
 )
+@json_option
 @force_option
 @set_option
 def sliding(
-    file: Path, over: "Over | None", windows: int, output: Path | None, force: bool, values: dict[str, Any]
+    file: Path,
+    over: "Over | None",
+    windows: int,
+    output: Path | None,
+    as_json: bool,
+    force: bool,
+    values: dict[str, Any],
 ) -> None:
     """Say how friction goes along FILE, which slides one way: static peak, running-in, steady value.
 
@@ -202,23 +215,23 @@ def sliding(
         _check_no_output(outputs)
         from historysim.scenario.each_run import each_run, sliding_rows
 
-        _print_runs(each_run(record, lambda run: find_sliding(run, over=over, windows=windows)), sliding_rows)
+        runs = each_run(record, lambda run: find_sliding(run, over=over, windows=windows))
+        _tell_runs(runs, sliding_rows, as_json=as_json)
         return
     found = find_sliding(record, over=over, windows=windows)
     if output is not None:
         save_table(found.to_dataset(), output, lambda _: plot_sliding(found, title=file.name), measured=measured)
-    print_lines(found.summary())
-    for target in outputs:
-        click.echo(target.path)
+    tell(Answer(found.summary(), files=[target.path for target in outputs], data=found.to_dataset), as_json=as_json)
 
 
 @click.command()
 @click.argument("scenario", type=path_type)
 @click.option("--skip", default=0, show_default=True, help="Loops at the start to leave out.")
 @click.option("-o", "--output", type=path_type, help="The picture. [default: SCENARIO's name with _comparison.png]")
+@json_option
 @force_option
 @set_option
-def compare(scenario: Path, skip: int, output: Path | None, force: bool, values: dict[str, Any]) -> None:
+def compare(scenario: Path, skip: int, output: Path | None, as_json: bool, force: bool, values: dict[str, Any]) -> None:
     """Set the model of SCENARIO beside what was measured: time series, loops, energy per loop."""
     output = output or Path(f"{scenario.stem}_comparison.png")
     from historysim.results.plots.measured_and_model import plot_comparison
@@ -229,9 +242,7 @@ def compare(scenario: Path, skip: int, output: Path | None, force: bool, values:
     check_outputs([Output(output, (PICTURE,))], loaded.files, force=force)
     comparison = compare_scenario(loaded, skip=skip)
     save(plot_comparison(comparison, loaded.title), output)
-    print_lines(comparison.summary())
-    print_table(comparison.rows())
-    click.echo(output)
+    tell(Answer(comparison.summary(), [comparison.rows()], [output]), as_json=as_json)
 
 
 @click.command()
@@ -242,9 +253,17 @@ def compare(scenario: Path, skip: int, output: Path | None, force: bool, values:
 @click.option(
     "--picture", type=path_type, help="The picture (PNG, PDF, SVG). [default: the fitted scenario's with .png]"
 )
+@json_option
 @force_option
 @set_option
-def fit(scenario: Path, output: Path | None, picture: Path | None, force: bool, values: dict[str, Any]) -> None:
+def fit(
+    scenario: Path,
+    output: Path | None,
+    picture: Path | None,
+    as_json: bool,
+    force: bool,
+    values: dict[str, Any],
+) -> None:
     """Fit parameters of SCENARIO, as its [fit] says, to what was measured; write the fitted scenario and a picture."""
     output = output or Path(f"{scenario.stem}_fitted.toml")
     picture = picture or output.with_suffix(".png")
@@ -273,17 +292,12 @@ def fit(scenario: Path, output: Path | None, picture: Path | None, force: bool, 
         for run in runs:
             if run.found is not None:
                 write(run.found, *named[run.number])
-        _print_runs(runs, fit_rows)
-        for run in runs:
-            if run.found is not None:
-                click.echo("\n".join(map(str, reversed(named[run.number]))))
+        files = [path for run in runs if run.found is not None for path in reversed(named[run.number])]
+        _tell_runs(runs, fit_rows, files, as_json=as_json)
         return
     found = fit_scenario(loaded, progress=True)
     write(found, output, picture)
-    print_lines(found.summary())
-    print_table(found.comparison.rows())
-    click.echo(picture)
-    click.echo(output)
+    tell(Answer(found.summary(), [found.comparison.rows()], [picture, output]), as_json=as_json)
 
 
 def _is_each(record: "Scenario | Path") -> "TypeGuard[Scenario]":
@@ -298,9 +312,19 @@ def _check_no_output(outputs: list[Output]) -> None:
         )
 
 
-def _print_runs(runs: "list[Run[Any]]", rows: "Callable[[list[Run[Any]]], list[tuple[str, ...]]]") -> None:
-    print_table(rows(runs))
-    print_lines([(f"run {run.number}", run.problem) for run in runs if run.problem])
+def _tell_runs(
+    runs: "list[Run[Any]]",
+    rows: "Callable[[list[Run[Any]]], list[tuple[str, ...]]]",
+    files: "Sequence[Path]" = (),
+    *,
+    as_json: bool,
+) -> None:
+    problems = [(f"run {run.number}", run.problem) for run in runs if run.problem]
+    if as_json:
+        tell(Answer(problems, [rows(runs)], files), as_json=True)
+        return
+    tell(Answer(tables=[rows(runs)]))
+    tell(Answer(problems, files=files))
 
 
 def _model_loops(record: "Scenario | Path", skip: int) -> "Loops | None":

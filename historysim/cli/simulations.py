@@ -7,8 +7,8 @@ import click
 
 from historysim.basics.system import processors
 from historysim.basics.targets import PICTURE, Output, check_outputs
-from historysim.cli.options import force_option, path_type, set_option
-from historysim.cli.output import TABLE_OF_SWEEP, csv_of_sweep, notice, print_lines, save
+from historysim.cli.options import force_option, json_option, path_type, set_option
+from historysim.cli.output import TABLE_OF_SWEEP, Answer, csv_of_sweep, notice, save, tell
 from historysim.errors import InputError
 
 
@@ -31,6 +31,7 @@ from historysim.errors import InputError
     type=click.IntRange(1),
     help="Threads that record many asperities; the result is the same. [default: one for each processor, up to 4]",
 )
+@json_option
 @force_option
 @set_option
 def run(
@@ -44,6 +45,7 @@ def run(
     snapshot_every: int | None,
     compression: str,
     threads: int | None,
+    as_json: bool,
     force: bool,
 ) -> None:
     """Replay SCENARIO (TOML), or the log or the result of a run, and write the history to a netCDF file.
@@ -82,18 +84,21 @@ def run(
 
         with recorded_file.opened(output) as recorded:
             lines = sliding_order.summary(recorded)
-        print_lines([*lines, ("result", str(output)), *(("picture", str(path)) for path in pictures)])
+        files = [("result", str(output)), *(("picture", str(path)) for path in pictures)]
+        tell(Answer([*lines, *files]), as_json=as_json)
 
 
 @click.command()
 @click.argument("scenario", type=path_type)
+@json_option
 @set_option
-def validate(scenario: Path, values: dict[str, Any]) -> None:
+def validate(scenario: Path, as_json: bool, values: dict[str, Any]) -> None:
     """Check SCENARIO (TOML) and the files that it names, without running it."""
     from historysim.studies.validation import validate as validated
 
-    print_lines(validated(scenario, values))
-    click.echo("valid")
+    tell(Answer(validated(scenario, values)), as_json=as_json)
+    if not as_json:
+        click.echo("valid")
 
 
 @click.command()
@@ -108,6 +113,7 @@ def validate(scenario: Path, values: dict[str, Any]) -> None:
 )
 @click.option("--workers", type=click.IntRange(1), help="Processes that compute. [default: one for each processor]")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing.")
+@json_option
 @force_option
 @set_option
 def sweep(
@@ -116,6 +122,7 @@ def sweep(
     store: Path | None,
     workers: int | None,
     quiet: bool,
+    as_json: bool,
     force: bool,
     values: dict[str, Any],
 ) -> None:
@@ -139,7 +146,8 @@ def sweep(
     found = carry_out(loaded, store=store, workers=workers or processors(), progress=not quiet, tell=notice)
     sweeps.write(found, output)
     if not quiet:
-        print_lines([*sweeps.summary(found), ("cells kept in", str(store)), ("result", str(output))])
+        files = [("cells kept in", str(store)), ("result", str(output))]
+        tell(Answer([*sweeps.summary(found), *files], data=lambda: found), as_json=as_json)
 
 
 @click.command()
@@ -149,10 +157,17 @@ def sweep(
 )
 @click.option("--workers", type=click.IntRange(1), help="Processes that compute. [default: one for each processor]")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing.")
+@json_option
 @force_option
 @set_option
 def design(
-    scenario: Path, output: Path | None, workers: int | None, quiet: bool, force: bool, values: dict[str, Any]
+    scenario: Path,
+    output: Path | None,
+    workers: int | None,
+    quiet: bool,
+    as_json: bool,
+    force: bool,
+    values: dict[str, Any],
 ) -> None:
     """Find the value of a key of SCENARIO (TOML) at which the history gives what is wanted, as its [design] says."""
     from historysim.results.sweeps import write
@@ -169,7 +184,8 @@ def design(
     if output is not None:
         write(found, output)
     if not quiet:
-        print_lines([*summary(found), *([("result", str(output))] if output else [])])
+        files = [("result", str(output))] if output else []
+        tell(Answer([*summary(found), *files], data=lambda: found), as_json=as_json)
 
 
 COMMANDS = (run, validate, sweep, design)

@@ -8,8 +8,8 @@ import click
 
 from historysim.basics.system import processors
 from historysim.basics.targets import MOVING, PAGE, PICTURE, Output, check_outputs
-from historysim.cli.options import files_read, force_option, path_type, scenario_or_file, set_option
-from historysim.cli.output import notice, print_lines, save
+from historysim.cli.options import files_read, force_option, json_option, path_type, scenario_or_file, set_option
+from historysim.cli.output import Answer, notice, save, tell
 from historysim.errors import InputError
 
 
@@ -28,16 +28,17 @@ def height_map_options(command: Callable[..., None]) -> Callable[..., None]:
 
 @click.command()
 @click.argument("file", type=path_type)
+@json_option
 @set_option
 @height_map_options
-def show(file: Path, values: dict[str, Any], **height_map: Any) -> None:
+def show(file: Path, as_json: bool, values: dict[str, Any], **height_map: Any) -> None:
     """Say in a few lines what FILE holds.
 
     A scenario, a result, a log, a sweep, a height map, or what `loops -o` and `sliding -o` have written.
     """
     from historysim.scenario.show import show as shown
 
-    print_lines(shown(scenario_or_file(file, values), **_given(height_map)))
+    tell(Answer(shown(scenario_or_file(file, values), **_given(height_map))), as_json=as_json)
 
 
 @click.command()

@@ -78,15 +78,15 @@ def contact_system(
         import control
     except ImportError as error:
         raise InputError("the package control is not installed; expected: pip install control") from error
-    for given, known, what in ((inputs, INPUTS, "inputs"), (outputs, OUTPUTS, "outputs")):
-        if wrong := [each for each in given if each not in known] or not given:
-            raise InputError(f"{what}: {wrong if given else 'none'}; expected some of {', '.join(known)}")
+    for named, known, what in ((inputs, INPUTS, "inputs"), (outputs, OUTPUTS, "outputs")):
+        if wrong := [each for each in named if each not in known] or not named:
+            raise InputError(f"{what}: {wrong if named else 'none'}; expected some of {', '.join(known)}")
     for channel in ("normal", "tangential"):
         if sum(each.startswith(channel) for each in inputs) > 1:
             raise InputError(f"inputs: both load and displacement of the {channel} channel; expected one of them")
-    sampled = _SampledContact(
-        ensemble, state or ensemble.initial_state(), tuple(inputs), tuple(outputs), saturate, instrument
-    )
+    given: dict[str, Any] = {"saturate": saturate, "instrument": instrument}
+    start = state or ensemble.initial_state()
+    sampled = _SampledContact(ensemble, start, inputs=tuple(inputs), outputs=tuple(outputs), given=given)
     return control.nlsys(
         sampled.update,
         sampled.output,
@@ -105,13 +105,12 @@ class _SampledContact:
         self,
         ensemble: "Ensemble",
         state: "EnsembleState",
+        *,
         inputs: tuple[str, ...],
         outputs: tuple[str, ...],
-        saturate: bool,
-        instrument: Instrument,
+        given: dict[str, Any],
     ) -> None:
-        self.ensemble, self.inputs, self.outputs = ensemble, inputs, outputs
-        self.given: dict[str, Any] = {"saturate": saturate, "instrument": instrument}
+        self.ensemble, self.inputs, self.outputs, self.given = ensemble, inputs, outputs, given
         self.states = {0: state}
 
     def output(self, _time: float, x: npt.ArrayLike, u: npt.ArrayLike, _params: object) -> npt.NDArray[np.float64]:

@@ -67,7 +67,7 @@ class CoupledSolution:
     evaluations: int
 
 
-def solve_ivp(
+def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
     motion: Motion,
     t_span: tuple[float, float],
     y0: npt.ArrayLike,
@@ -78,7 +78,7 @@ def solve_ivp(
     method: str | type[Any] = "RK45",
     saturate: bool = False,
     instrument: Instrument = RIGID,
-    **options: Any,
+    **options: object,
 ) -> CoupledSolution:
     """Integrate equations of motion that a contact is part of, and commit the accepted steps alone.
 

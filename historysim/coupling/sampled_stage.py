@@ -48,7 +48,7 @@ class StageMotion:
     state: "EnsembleState"
 
 
-def controlled_stage(
+def controlled_stage(  # noqa: PLR0913 - a stage, its controller, and its contact
     ensemble: "Ensemble",
     state: "EnsembleState",
     controller: Callable[[float, float], float],

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError
 from historysim.loads.events import (
     LOAD_KINDS,
@@ -70,13 +70,7 @@ def columns_of(events: Sequence[Event]) -> Columns:
 
 
 def events_of(columns: Columns) -> list[Event]:
-    """Return the events that stand in columns.
-
-    Raises
-    ------
-    InputError
-        Columns that `columns_of` does not make.
-    """
+    """Return the events that stand in columns; columns that `columns_of` does not make are an InputError."""
     kinds = np.frombuffer(columns.kind, dtype=np.int8)
     if any(len(column) != 8 * kinds.size for column in (columns.time, columns.value)) or len(columns.coefficients) % 8:
         raise InputError("holds columns of different lengths")
@@ -123,13 +117,7 @@ def _listed(event: FrictionChange | FrictionRamp | GeometryChange) -> list[float
 
 
 def _from_lists(kind: int, time: float, numbers: list[float]) -> Event:
-    """Return the event that `_listed` told.
-
-    Raises
-    ------
-    InputError
-        Numbers that it does not make.
-    """
+    """Return the event that `_listed` told; numbers that it does not make are an InputError."""
     lists: list[Any] = []
     place = 0
     while place < len(numbers):
@@ -158,24 +146,14 @@ def _floats(values: list[float]) -> bytes:
 
 
 def link(before: bytes, first: int, columns: Columns) -> bytes:
-    """SHA-256 of a batch of events, chained to the link before it.
-
-    Parameters
-    ----------
-    before : bytes
-        The link before; that of the head for the first batch.
-    first : int
-        Events before this batch.
-    columns : Columns
-        The events.
-    """
+    """Return the SHA-256 of a batch behind so many events, chained to the link before it, first that of the head."""
     total = hashlib.sha256(before + LINK.pack(first, len(columns.kind), len(columns.coefficients)))
     for column in columns:
         total.update(column)
     return total.digest()
 
 
-def array_digest(arrays: Iterable[tuple[str, npt.NDArray[np.float64]]], text: str) -> bytes:
+def array_digest(arrays: Iterable[tuple[str, Floats]], text: str) -> bytes:
     """SHA-256 of a text, and of named arrays with their shapes, as little-endian float64."""
     total = hashlib.sha256(hashlib.sha256(text.encode()).digest())
     for name, array in arrays:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from historysim.basics.array_types import Array
 from historysim.basics.hdf5 import check_named
 from historysim.errors import InputError
 from historysim.loads.events import Event
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     import h5netcdf
     import netCDF4
 
-Array = npt.NDArray[Any]
 
 GROUP = "log"
 ON_SURFACE = "in_surface_group"
@@ -153,5 +153,5 @@ def _plain(name: str) -> str:
     return f"ensemble_{name.replace('.', '_')}"
 
 
-def _floats(values: Any) -> Array:
+def _floats(values: npt.ArrayLike) -> Array:
     return np.ascontiguousarray(values, dtype="<f8")

@@ -9,7 +9,7 @@ import attrs
 import numpy as np
 
 from historysim.asperities.ensemble import Ensemble
-from historysim.asperities.instrument import RIGID, Instrument, as_instrument
+from historysim.asperities.instrument import RIGID, Instrument
 from historysim.asperities.state import EnsembleState
 from historysim.basics.arguments import scalar
 from historysim.basics.notices import Teller, silent
@@ -125,9 +125,8 @@ class EventLog:
         """
         schedule.check_substeps(substeps)
         chosen_asperities(ensemble, (), record)
-        settings: dict[str, Any] = {"substeps": substeps, "saturate": saturate, "record": record, "title": title}
-        head = LogHeader.of(ensemble, instrument=as_instrument(instrument), **settings)
-        return cls(LogFile.create(Path(path), head, list(events)))
+        job = Replay(ensemble, (), substeps=substeps, saturate=saturate, record=record, instrument=instrument)
+        return cls(LogFile.create(Path(path), LogHeader.of(job, title=title), list(events)))
 
     def __enter__(self) -> Self:
         return self

@@ -20,8 +20,8 @@ from urllib.parse import quote
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.array_types import Floats
 from historysim.basics.file_kinds import is_log, told_kind
 from historysim.basics.files import check_replaceable, sync_folder
 from historysim.basics.lock import WriterLock
@@ -211,13 +211,7 @@ class LogFile:
         return self._content
 
     def sound(self) -> Content:
-        """Read the log, all of it.
-
-        Raises
-        ------
-        InputError
-            The chain is broken somewhere.
-        """
+        """Return all of the log; a chain that is broken somewhere is an InputError."""
         content = self.read()
         if content.problem:
             count = len(content.events)
@@ -259,13 +253,7 @@ class LogFile:
     # -- writing -----------------------------------------------------------------------------------
 
     def lock(self) -> None:
-        """Take the writer's lock, if this is not the writer yet.
-
-        Raises
-        ------
-        OSError
-            Another process is writing the log, or it cannot be written.
-        """
+        """Take the writer's lock, if this is not the writer yet; an OSError where it is not to be had."""
         if self._lock is None:
             self._lock = WriterLock(self.path)
 
@@ -350,12 +338,9 @@ class LogFile:
 
 
 def checked_events(head: LogHeader, events: Sequence[Event], before: Sequence[Event] = ()) -> None:
-    """Check events that are to follow others in a log.
+    """Check that events may follow others in a log.
 
-    Raises
-    ------
-    InputError
-        What is no event, a time that comes before the one in front, or coefficients of another number of asperities.
+    What is no event, a time before the one in front, or coefficients of another number of asperities is an InputError.
     """
     check_sequence(events)
     if events and before and events[0].time < before[-1].time:
@@ -427,13 +412,7 @@ _TOLD = "SELECT type, name, tbl_name, coalesce(sql, '') FROM sqlite_master"
 
 
 def _check_schema(connection: sqlite3.Connection, path: Path) -> None:
-    """Check that a file holds the tables of a log and nothing else: no view, no trigger that is not its own.
-
-    Raises
-    ------
-    InputError
-        Something else, which would be carried out with what is asked of the log, is there.
-    """
+    """Refuse a file that holds more than a log: a view, or a trigger of another's, would be carried out."""
     found = set(connection.execute(f"{_TOLD} LIMIT {len(_schema()) + 1}").fetchall())
     strange = sorted(f"{kind} {name}" for kind, name, *_ in found - _schema())
     missing = sorted(set(TABLES) - {name for _, name, *_ in found})
@@ -555,5 +534,5 @@ def _is_cut(connection: sqlite3.Connection, path: Path) -> bool:
     return bool(path.stat().st_size < pages * size)
 
 
-def _array(shape: str, content: bytes) -> npt.NDArray[np.float64]:
+def _array(shape: str, content: bytes) -> Floats:
     return np.frombuffer(content, dtype="<f8").reshape(json.loads(shape))

@@ -8,15 +8,15 @@ from typing import Any, Self
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
 from historysim._version import __version__
 from historysim.asperities.curves import NormalCurves
 from historysim.asperities.ensemble import Ensemble
-from historysim.asperities.instrument import RIGID, Instrument
+from historysim.asperities.instrument import Instrument
 from historysim.asperities.laws import DrawnFriction, law_from
 from historysim.asperities.wear import wear_law_from
 from historysim.basics.arguments import workable
+from historysim.basics.array_types import Array
 from historysim.basics.limits import at_most, most
 from historysim.basics.wording import shown
 from historysim.contact.materials import MaterialPair
@@ -25,8 +25,6 @@ from historysim.loads.events import Event
 from historysim.log.canonical import array_digest
 from historysim.recording.provenance import made_with
 from historysim.replaying import Replay
-
-Array = npt.NDArray[Any]
 
 FORMAT = 1
 FORMAT_OF_CURVES = 2
@@ -74,20 +72,17 @@ class LogHeader:
     @classmethod
     def of(
         cls,
-        ensemble: Ensemble,
+        job: Replay,
         *,
         scenario: str = "",
         title: str = "",
         metadata: Mapping[str, str] | None = None,
         seeds: Sequence[int] = (),
-        substeps: int = 1,
-        saturate: bool = False,
-        record: Any = "touching",
-        instrument: Instrument = RIGID,
         surface: Mapping[str, Array] | None = None,
         surface_attributes: Mapping[str, Any] | None = None,
     ) -> Self:
-        """Put a head together; parameters as for `historysim.replay`, and the surface group of the result."""
+        """Put the head of a replay together, with texts of its scenario and the surface group of the result."""
+        ensemble, instrument, record = job.ensemble, job.instrument, job.record
         arrays = {name: getattr(ensemble, name) for name in OF_THE_ENSEMBLE}
         curves = {} if ensemble.curves is None else ensemble.curves.arrays
         arrays |= {f"{CURVES}{name}": values for name, values in curves.items()}
@@ -107,8 +102,8 @@ class LogHeader:
             **_known(ensemble, instrument),
             **({"metadata": dict(metadata)} if metadata else {}),
             **evolution,
-            "substeps": substeps,
-            "saturate": bool(saturate),
+            "substeps": job.substeps,
+            "saturate": bool(job.saturate),
             "record": record if isinstance(record, str) else [int(index) for index in record],
             "surface_attributes": {
                 key: value.tolist() if isinstance(value, np.generic | np.ndarray) else value
@@ -193,13 +188,7 @@ class LogHeader:
         return int(self.settings["substeps"])
 
     def replay(self, events: Sequence[Event], threads: int | None = None) -> Replay:
-        """Return the replay of events as this head says, on so many threads.
-
-        Raises
-        ------
-        InputError
-            More rows than are allowed.
-        """
+        """Return the replay of events as this head says; more rows than are allowed are an InputError."""
         if (steps := len(events) * self.substeps) > most("STEPS"):
             raise InputError(f"the log makes {steps:,} steps; {at_most('STEPS')}")
         return Replay(
@@ -245,13 +234,7 @@ def _known(ensemble: Ensemble, instrument: Instrument) -> dict[str, float]:
 
 
 def head_from(text: str, arrays: Mapping[str, Array]) -> LogHeader:
-    """Take a head from a file.
-
-    Raises
-    ------
-    InputError
-        A form that this version does not know.
-    """
+    """Return the head that stands in a file; a form that this version does not know is an InputError."""
     settings = json.loads(text)
     if not isinstance(settings, dict) or settings.get("format") not in FORMATS:
         form = settings.get("format") if isinstance(settings, dict) else settings

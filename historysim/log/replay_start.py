@@ -14,12 +14,7 @@ from historysim.log.snapshot import Snapshot, program, unpacked
 def trusted_snapshots(file: LogFile, content: Content, tell: Teller = silent) -> Iterator[Start]:
     """Yield where the snapshots of a log let a replay begin, the latest first.
 
-    Parameters
-    ----------
-    file, content
-        The log, and what stands in it.
-    tell : callable
-        Told which snapshots are passed over, and why; each reason once.
+    `tell` is told which are passed over, and why; each reason once.
     """
     told: set[str] = set()
     for found in file.snapshots(content):
@@ -48,17 +43,7 @@ def _start(file: LogFile, content: Content, snapshot: Snapshot) -> Start | str:
 def start_before(
     file: LogFile, content: Content, time: float, tell: Teller = silent, *, rows: Iterable[int] | None = None
 ) -> Start:
-    """Return the latest place up to a time where a replay of a log can begin.
-
-    Parameters
-    ----------
-    file, content, tell
-        As for `trusted_snapshots`.
-    time : float
-        [s].
-    rows : iterable of int, optional
-        Only after one of these numbers of rows.
-    """
+    """Return the latest place up to a time [s] where a replay can begin; with rows, only after one of these."""
     allowed = None if rows is None else set(rows)
     for start in trusted_snapshots(file, content, tell):
         cursor = start.cursor

@@ -1,5 +1,6 @@
 """The result of a log: its rows go to their place in a netCDF file; snapshots in the log say which of them stand."""
 
+import logging
 import math
 from datetime import UTC, datetime
 from functools import partial
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
     import h5netcdf
 
     from historysim.asperities.state import EnsembleState
+
+logger = logging.getLogger(__name__)
 
 LARGE = 200e6
 """Bytes of a result from which its size is told beforehand."""
@@ -87,6 +90,7 @@ def write_result(
     steps, tip = job.steps(), content.links[-1]
     unfinished = Unfinished(output)
     keep = False
+    logger.info("%s: %d asperities, %d events, %d steps", file.path, len(head.ensemble), len(content.events), steps)
     try:
         if resume and _is_result_of(output, tip):
             return
@@ -116,15 +120,12 @@ def write_result(
                 ahead = max(cursor.events, *(index + 1 for index in cursor.heading))
                 batches = content.batches_for(ahead)
                 file.add_snapshot(Snapshot.of(cursor, batches, content.links[batches], state, written))
+                logger.debug("%s: snapshot after %d of %d steps", file.path, cursor.rows, steps)
                 last, keep = cursor.rows, True
 
             job.walk(target, start=start, most_rows=every, progress=progress, after=snapshot)
             target.finish()
-        if compression == "none":
-            unfinished.publish()
-        else:
-            with replacing(output) as smaller:
-                compress(unfinished.path, smaller, compression)
+        _publish(unfinished, output, compression)
         keep = False
     except (LoadError, InputError):
         keep = False
@@ -135,6 +136,16 @@ def write_result(
         raise OSError(error.errno, f"{error.strerror}; then go on with --resume", str(output)) from error
     finally:
         unfinished.close(keep=keep)
+
+
+def _publish(unfinished: Unfinished, output: Path, compression: str) -> None:
+    """Put a finished result in its place."""
+    if compression == "none":
+        unfinished.publish()
+    else:
+        with replacing(output) as smaller:
+            compress(unfinished.path, smaller, compression)
+    logger.info("%s: written, %d bytes", output, output.stat().st_size)
 
 
 def _start(file: LogFile, content: Content, target: FileRecorder, tell: Teller) -> Start:

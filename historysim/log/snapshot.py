@@ -72,13 +72,7 @@ def program() -> str:
 
 
 def unpacked(ensemble: Ensemble, content: bytes) -> "EnsembleState":
-    """Return the state of an ensemble that a snapshot holds.
-
-    Raises
-    ------
-    InputError
-        Bytes that are no state of this ensemble.
-    """
+    """Return the state of an ensemble that a snapshot holds; other bytes are an InputError."""
     from historysim.asperities.state import EnsembleState
 
     return EnsembleState.from_bytes(content, ensemble.initial_state())

@@ -4,13 +4,13 @@ import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, final
+from typing import TYPE_CHECKING, final
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
 from historysim.asperities.ensemble import Ensemble
+from historysim.basics.array_types import Array
 from historysim.basics.file_kinds import is_log, is_netcdf, told_kind
 from historysim.basics.hdf5 import check_named
 from historysim.basics.notices import Teller, silent
@@ -30,7 +30,6 @@ from historysim.recording.variables import PRESENT_FRICTION, WHERE_FRICTION_CHAN
 if TYPE_CHECKING:
     import netCDF4
 
-Array = npt.NDArray[Any]
 
 ROUNDING = 1e-9
 """Largest difference, over the largest value of a variable, that is taken for rounding."""

@@ -4,17 +4,15 @@ import math
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
 from historysim.asperities.instrument import RIGID, Instrument
+from historysim.basics.array_types import Floats
 from historysim.basics.display import html_table
 from historysim.basics.units import quantity_text
 from historysim.measured.loops import BRANCH_QUANTITIES, LOOP_QUANTITIES, Loops, NoLoopError
 from historysim.measured.misfit import Residuals, what_is_left
 from historysim.measured.observation import ModelResponse, Observation
 from historysim.measured.splitting import loops_of_channels
-
-Floats = npt.NDArray[np.float64]
 
 SOFTER = 0.5
 """Stiffness at reversals over that of the model below which a compliance in series is told."""

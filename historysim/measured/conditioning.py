@@ -18,12 +18,10 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import scalar
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError
 from historysim.measured.correction import Correction
 from historysim.measured.reduction import channel, clock, reversals
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 QUALITY = 30.0
 """Frequency of a notch over the width at which it lets half of the power pass, once."""
@@ -135,13 +133,7 @@ def low_pass(time: npt.ArrayLike, values: npt.ArrayLike, frequency: float) -> Co
 
 
 def sampling_rate(time: npt.ArrayLike, size: int | None = None) -> float:
-    """Return the sampling rate of an even clock [Hz].
-
-    Raises
-    ------
-    InputError
-        Times that do not rise, or are not even; another number of them than the size.
-    """
+    """Return the sampling rate of an even clock [Hz]; times that do not rise, or are not even, are an InputError."""
     times = clock(time, size)
     steps = np.diff(times)
     if not steps.size:

@@ -11,10 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import scalar
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError
 from historysim.measured.reduction import channel, clock, in_step, reversals, turning_points
-
-Floats = npt.NDArray[np.float64]
 
 
 @attrs.frozen(eq=False)

@@ -1,5 +1,6 @@
 """What friction loops are read off by: sliding, reached, the beginning of a branch, one load, and large enough."""
 
+from collections.abc import Callable
 from typing import Any
 
 import attrs
@@ -24,7 +25,7 @@ def _length(owner: object, attribute: "attrs.Attribute[float]", value: float) ->
     scalar(f"{attribute.name} of {type(owner).__name__}", value, above=0)
 
 
-def _one_of(*kinds: type) -> Any:
+def _one_of(*kinds: type) -> Callable[[object, "attrs.Attribute[Any]", object], None]:
     names = " or ".join(kind.__name__ for kind in kinds)
 
     def check(owner: object, attribute: "attrs.Attribute[Any]", value: object) -> None:

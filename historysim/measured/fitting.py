@@ -15,17 +15,14 @@ from collections.abc import Callable, Mapping, Sequence
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.array_types import Floats, Integers
 from historysim.basics.wording import counted
 from historysim.measured import scatter
 from historysim.measured.misfit import what_is_left
 from historysim.measured.observation import ModelResponse, Observation
 from historysim.measured.power_law import CONFIDENCE
 from historysim.measured.search import FARTHEST, FARTHEST_NODE, Model, Search, SearchResult
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 TOLD_APART = 0.99
 """Correlation of two parameters above which the data do not tell them apart."""

@@ -13,13 +13,9 @@ rise of the load from N1 to N2, and not 2 δ2. So it has neither preliminary dis
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.array_types import Booleans, Floats, Integers
 from historysim.basics.wording import counted
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
-Booleans = npt.NDArray[np.bool_]
 
 PARTS = 10
 """A branch is looked at in so many parts of as many samples, so that the noise of a load is no move."""

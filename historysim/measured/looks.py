@@ -8,16 +8,13 @@ from itertools import pairwise
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.array_types import Floats, Integers
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.measured import scatter
 from historysim.measured.noise import FEWEST_SAMPLES, noise_of
 from historysim.measured.power_law import CONFIDENCE
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 CLIPPED_RUN, CLIPPED_SHARE = 5, 5e-3
 """Samples in a row, and share of all, that are the very extreme of a channel with noise, where it is clipped."""

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Literal
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.array_types import Floats, Integers
 from historysim.basics.display import columns, html_table
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
@@ -21,8 +21,6 @@ from historysim.measured.statistics import LoopStatistics
 if TYPE_CHECKING:
     import xarray as xr
 
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 Along = Literal["normal_load", "amplitude"]
 
 BOTH = "both"

@@ -37,10 +37,10 @@ from typing import TYPE_CHECKING, Literal
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.array_types import Booleans, Floats, Integers
 from historysim.basics.display import html_table
-from historysim.basics.units import prefixed, quantity_text
+from historysim.basics.units import quantity_text, scaled
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.measured.definitions import Definitions
@@ -56,8 +56,6 @@ from historysim.measured.statistics import LoopStatistics
 if TYPE_CHECKING:
     import xarray as xr
 
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 Direction = Literal["forward", "backward", "both"]
 
 DIRECTIONS: tuple[Direction, Direction] = ("forward", "backward")
@@ -200,9 +198,9 @@ class Loops:
     displacement_gap: Floats
     tangential_load_gap: Floats
     amplitude: Floats
-    left_out_branches: npt.NDArray[np.bool_]
-    stepped_branches: npt.NDArray[np.bool_]
-    rising_branches: npt.NDArray[np.bool_]
+    left_out_branches: Booleans
+    stepped_branches: Booleans
+    rising_branches: Booleans
     told: tuple[str, ...] = ()
     lateral_stiffness: float = math.inf
     remarks: tuple[tuple[str, str], ...] = ()
@@ -223,9 +221,9 @@ class Loops:
         return html_table(rows, heading)
 
     @property
-    def large(self) -> npt.NDArray[np.bool_]:
+    def large(self) -> Booleans:
         """Which loops count in means (loop): see `Definitions.amplitude_share`."""
-        large: npt.NDArray[np.bool_] = self.amplitude >= self.definitions.amplitude_share * self.amplitude.max()
+        large: Booleans = self.amplitude >= self.definitions.amplitude_share * self.amplitude.max()
         return large
 
     @property
@@ -238,10 +236,7 @@ class Loops:
     def without_first(self, count: int) -> "Loops":
         """Return the loops without the first ones, so many of each series of loops that follow each other at one load.
 
-        Raises
-        ------
-        NoLoopError
-            None is left.
+        A NoLoopError where none is left.
         """
         if not count:
             return self
@@ -408,8 +403,7 @@ class Loops:
         wander, mean = self.wander(quantity), self.statistics(quantity).mean
         if wander is None or wander.reach <= 1e-12 * abs(mean) or len(self.by_load()) > 1:
             return ""
-        factor, prefix = prefixed(mean) if unit != "1" else (1.0, "")
-        symbol = {"1": "", "N m-1": f" {prefix}N/m"}.get(unit, f" {prefix}{unit}")
+        factor, symbol = scaled(mean, unit)
         low, high = (factor * (mean + sign * wander.reach) for sign in (-1, 1))
         return f" (95 %: {low:.4g} to {high:.4g}{symbol})"
 
@@ -423,7 +417,7 @@ class Loops:
             return []
         label, unit = BRANCH_QUANTITIES[quantity]
         start, end, low, high = (
-            f"{value:.4g}" if unit == "1" else quantity_text(value, unit)
+            quantity_text(value, unit)
             for value in (
                 mean - wander.rise / 2,
                 mean + wander.rise / 2,

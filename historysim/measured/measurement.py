@@ -4,16 +4,13 @@ from collections.abc import Mapping
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.array_types import Floats, Integers
 from historysim.basics.units import duration_text, range_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.loads.events import LOAD_KINDS, Event
 from historysim.measured.reduction import check_order, kept_points, loop_dead_band, reversals
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 TANGENTIAL = ("tangential_displacement", "tangential_load")
 MANY_MORE = 5

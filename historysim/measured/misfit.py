@@ -7,12 +7,9 @@ over each branch, and what is left of both. Their squares add up to those of e.
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.array_types import Floats, Integers
 from historysim.measured.observation import ModelResponse, Observation
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 PLACES = 40
 """Places that a branch is divided into."""

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import Instrument
+from historysim.basics.array_types import Floats, Integers
 from historysim.errors import InputError
 from historysim.loads.samples import SampledLoads
 from historysim.measured.loops import Loops, NoLoopError
@@ -22,9 +23,6 @@ from historysim.measured.reduction import check_moves, loop_dead_band, turning_p
 from historysim.measured.splitting import check_skip, loops_of_measurement
 from historysim.recording.recorder import DatasetRecorder
 from historysim.replaying import Replay
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 LEAST_STEP = 5e-3
 """Change of the normal load from one sample to the next, over the greatest one, up to which it is no step of it."""

@@ -7,9 +7,8 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import checked
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError
-
-Floats = npt.NDArray[np.float64]
 
 CONFIDENCE = 0.95
 """Of all intervals of fitted numbers."""

@@ -30,7 +30,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from historysim.basics.array_types import Floats
 
 LEAST_SAMPLES = 4
 """Of a branch up to slip, from which on Mindlin's curve is laid through it."""

@@ -26,11 +26,9 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
+from historysim.basics.array_types import Floats, Integers
 from historysim.basics.library import lib, pointer
 from historysim.measured.reduction import turning_points
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 
 @attrs.frozen(eq=False)

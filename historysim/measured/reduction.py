@@ -45,12 +45,10 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import checked, scalar
+from historysim.basics.array_types import Booleans, Floats, Integers
 from historysim.basics.library import lib, pointer
 from historysim.errors import InputError
 from historysim.measured.noise import FEWEST_SAMPLES, REVERSAL, noise_of
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 DEAD_BAND_SHARE = 0.05
 """Dead band of loops over the range of the displacement, where nothing else is said, and noise is less."""
@@ -94,21 +92,9 @@ def clock(time: npt.ArrayLike, size: int | None = None) -> Floats:
 
 
 def check_order(time: Floats, place: Callable[[int], str], *, rising: bool = False) -> None:
-    """Check that times do not decrease, or that they rise from sample to sample.
+    """Check that times [s] do not decrease, or that they rise from sample to sample.
 
-    Parameters
-    ----------
-    time : array (sample)
-        [s].
-    place : callable
-        Says where a sample stood in its file.
-    rising : bool
-        Whether each time has to be later than the one before.
-
-    Raises
-    ------
-    InputError
-        They do not; the message names the place.
+    The InputError names the place where a sample stood in its file, as `place` says it.
     """
     steps = np.diff(time)
     back = np.flatnonzero(steps <= 0 if rising else steps < 0)
@@ -165,22 +151,10 @@ def turning_points(values: npt.ArrayLike, dead_band: float = 0.0) -> Integers:
 
 
 def loop_dead_band(displacement: npt.ArrayLike, said: float | None = None, noise: float | None = None) -> float:
-    """Return the dead band of loops [m].
+    """Return the dead band of loops [m]: what is said, else 5 % of the range, or six deviations of the noise.
 
-    Parameters
-    ----------
-    displacement : array_like (sample)
-        [m].
-    said : float, optional
-        What is said; by default 5 % of the range of the displacement, or six deviations of its noise where that is
-        more.
-    noise : float, optional
-        The standard deviation of its noise [m], 0 for a simulated one; by default as `noise.noise_of` estimates it.
-
-    Raises
-    ------
-    InputError
-        Missing or infinite samples, or a dead band below 0.
+    The noise [m] is 0 for a simulated displacement; by default it is estimated, as by `noise.noise_of`. A channel that
+    misses samples, or a dead band below 0, is an InputError.
     """
     if said is not None:
         return scalar("dead_band", said, least=0)
@@ -196,17 +170,9 @@ def estimated_noise(displacement: Floats, noise: float | None = None) -> float:
 
 
 def check_moves(displacement: npt.ArrayLike, said: float | None = None) -> None:
-    """Check that a displacement has strokes, and is not all noise.
+    """Check that a displacement has strokes, and is not all noise: one that rests is an InputError.
 
-    Parameters
-    ----------
-    displacement, said
-        As for `loop_dead_band`; with a dead band that is said any stroke will do, and so will few samples.
-
-    Raises
-    ------
-    InputError
-        It rests.
+    With a dead band that is said any stroke will do, and so will few samples.
     """
     samples = channel("displacement", displacement)
     noise, length = estimated_noise(samples), float(np.ptp(samples))
@@ -328,7 +294,7 @@ def in_step(values: npt.ArrayLike, kept: npt.ArrayLike) -> Floats:
     return result
 
 
-def whole_samples(*channels: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+def whole_samples(*channels: npt.ArrayLike) -> Booleans:
     """Return which samples miss no channel (sample).
 
     To take the others out, index all channels with it. What goes straight between samples then goes straight across

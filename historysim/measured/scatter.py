@@ -26,10 +26,8 @@ import math
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
+from historysim.basics.array_types import Floats, Integers
 
 FEWEST_LOOPS = 3
 """Loops below which their scatter says nothing of use."""

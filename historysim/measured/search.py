@@ -23,11 +23,11 @@ from typing import TYPE_CHECKING
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import Instrument
 from historysim.basics.arguments import scalar
+from historysim.basics.array_types import Booleans, Floats, Integers
 from historysim.errors import InputError
 from historysim.measured.observation import ModelResponse, Observation, passed
 
@@ -35,9 +35,6 @@ if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult
     from scipy.sparse import csr_array
 
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
-Booleans = npt.NDArray[np.bool_]
 Model = Callable[[Mapping[str, float]], tuple[Ensemble, Instrument]]
 
 MOST_NODES = 1000

@@ -13,13 +13,14 @@ The friction coefficient of a sample is T/N, positive in the direction of slidin
 """
 
 import math
-from typing import TYPE_CHECKING, Any, Literal, Self, get_args
+from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, get_args
 
 import attrs
 import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import scalar
+from historysim.basics.array_types import Floats, Integers
 from historysim.basics.display import html_table
 from historysim.basics.units import duration_text, quantity_text
 from historysim.basics.wording import counted
@@ -33,8 +34,8 @@ if TYPE_CHECKING:
 
     from historysim.measured.measurement import Measurement
 
-Floats = npt.NDArray[np.float64]
 Over = Literal["time", "distance"]
+Kind = TypeVar("Kind", bound="attrs.AttrsInstance")
 
 WINDOWS = 50
 UNITS = {"time": "s", "distance": "m"}
@@ -129,7 +130,7 @@ class Sliding:
     window_place: Floats
     window_mean: Floats
     window_deviation: Floats
-    window_count: npt.NDArray[np.int64]
+    window_count: Integers
     peak: StaticPeak | None
     approach: Approach | None
     remarks: tuple[tuple[str, str], ...] = ()
@@ -197,10 +198,7 @@ class Sliding:
     def from_dataset(cls, table: "xr.Dataset") -> Self:
         """Return what `to_dataset` gave; of the samples their first and last place is left.
 
-        Raises
-        ------
-        InputError
-            A Dataset of something else.
+        A Dataset of something else is an InputError.
         """
         over = next((over for over in get_args(Over) if over in table.coords), None)
         if table.attrs.get("content") != CONTENT_OF_COURSE or over is None:
@@ -212,7 +210,7 @@ class Sliding:
         ends = [float(table.attrs.get(name, end)) for name, end in usual.items()]
         remarks = filter(None, str(table.attrs.get("remarks", "")).split("\n"))
 
-        def stored(name: str, kind: type[Any]) -> Any:
+        def stored(name: str, kind: type[Kind]) -> Kind | None:
             fields = {field.name: table.attrs.get(f"{name}_{field.name}") for field in attrs.fields(kind)}
             return None if None in fields.values() else kind(**fields)
 
@@ -243,19 +241,9 @@ class Sliding:
 
 
 def sliding_of_measurement(measurement: "Measurement", *, over: Over | None = None, windows: int = WINDOWS) -> Sliding:
-    """Return the friction of a measurement that slides one way.
+    """Return the friction of a measurement that slides one way; without tangential displacement, over time alone.
 
-    Parameters
-    ----------
-    measurement : Measurement
-        With tangential load and normal load; without tangential displacement, over time alone.
-    over, windows
-        As for `sliding_of_channels`.
-
-    Raises
-    ------
-    InputError
-        As for `sliding_of_channels`, or a load that was not measured.
+    Parameters and errors as for `sliding_of_channels`; a load that was not measured is an InputError, too.
     """
     check_order(measurement.time, measurement.place)
     found = sliding_of_channels(
@@ -378,7 +366,7 @@ def _place(over: Over | None, time: Floats, moved: Floats | None, sense: float) 
     return np.asarray(np.maximum.accumulate(sense * (moved - moved[0])))
 
 
-def _windows(along: Floats, friction: Floats, edges: Floats) -> tuple[Floats, Floats, npt.NDArray[np.int64]]:
+def _windows(along: Floats, friction: Floats, edges: Floats) -> tuple[Floats, Floats, Integers]:
     """Return mean along the place, standard deviation and number of the samples of each window."""
     windows = edges.size - 1
     # the integral of the friction up to each sample and, between samples, up to each edge
@@ -430,7 +418,7 @@ def _approach(edges: Floats, mean: Floats, origin: float) -> Approach | None:
     if place.size < 5 or np.ptp(values) == 0:
         return None
 
-    def model(way: Floats, steady: float, start: float, length: float) -> Any:
+    def model(way: Floats, steady: float, start: float, length: float) -> Floats:
         return steady + (start - steady) * np.exp(-way / length)
 
     whole = float(edges[-1] - origin)

@@ -4,13 +4,14 @@ One way leads from any record, measured or simulated, to its loops, so that the 
 """
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypedDict, Unpack
 
 import attrs
 import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import scalar
+from historysim.basics.array_types import Booleans, Floats, Integers
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.measured.definitions import DEFAULT, Definitions, FirstLoad, LastPart
@@ -32,8 +33,6 @@ if TYPE_CHECKING:
 
     from historysim.measured.measurement import Measurement
 
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 STEEPLY, BENDING = 2.4, 0.4
 """Rises over the least one that no sliding has; and the share of a rise in its second half below which it bends."""
@@ -43,91 +42,53 @@ WRONG_WAY = -0.05
 """Energy of loops over the area of the boxes around them from which on they run the wrong way round."""
 
 
-def loops_of_history(
-    history: "xr.Dataset",
-    *,
-    dead_band: float | None = None,
-    skip: int = 0,
-    skip_per_level: int = 0,
-    definitions: Definitions = DEFAULT,
-) -> Loops:
-    """Return the friction loops of a simulated history.
+class Options(TypedDict, total=False):
+    """How loops are found, as for `loops_of_channels`."""
 
-    How finely the history is recorded matters: between steps it is taken as straight (see ``substeps``).
+    dead_band: float | None
+    skip: int
+    skip_per_level: int
+    definitions: Definitions
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history, with or without asperities.
-    dead_band, skip, skip_per_level, definitions
-        As for `loops_of_channels`.
 
-    Raises
-    ------
-    InputError
-        As for `loops_of_channels`, or a Dataset without the channels of a history.
+def loops_of_history(history: "xr.Dataset", **options: Unpack[Options]) -> Loops:
+    """Return the friction loops of a simulated history, with or without asperities.
+
+    How finely the history is recorded matters: between steps it is taken as straight (see ``substeps``). Errors as for
+    `loops_of_channels`; a Dataset without the channels of a history is an InputError, too.
     """
     names = ("time", "tangential_displacement", "total_tangential_load", "total_normal_load")
     missing = [name for name in names if name not in history.variables]
     if missing:
         raise InputError(f"the Dataset has no {', '.join(missing)}; expected a history, as replay and run return it")
-    time, displacement, tangential_load, normal_load = (history[name].values for name in names)
-    return loops_of_channels(
-        time,
-        displacement,
-        tangential_load,
-        normal_load,
-        dead_band=dead_band,
-        skip=skip,
-        skip_per_level=skip_per_level,
-        definitions=definitions,
-        displacement_noise=0.0,
-    )
+    return loops_of_channels(*(history[name].values for name in names), **options, displacement_noise=0.0)
 
 
 def loops_of_measurement(
-    measurement: "Measurement",
-    *,
-    dead_band: float | None = None,
-    skip: int = 0,
-    skip_per_level: int = 0,
-    definitions: Definitions = DEFAULT,
-    lateral_stiffness: float = math.inf,
+    measurement: "Measurement", *, lateral_stiffness: float = math.inf, **options: Unpack[Options]
 ) -> Loops:
-    """Return the friction loops of a measurement.
+    """Return the friction loops of a measurement of tangential displacement and tangential load.
 
-    Parameters
-    ----------
-    measurement : Measurement
-        With tangential displacement and tangential load; with the normal load, friction coefficients are known too.
-    dead_band : float, optional
-        As for `loops_of_channels`; by default what the measurement says of its tangential displacement.
-    skip, skip_per_level, definitions, lateral_stiffness
-        As for `loops_of_channels`.
-
-    Raises
-    ------
-    InputError
-        As for `loops_of_channels`, or a channel that was not measured, or a displacement that rests.
+    With the normal load, friction coefficients are known too. By default, the dead band is what the measurement says of
+    its tangential displacement. Errors as for `loops_of_channels`; a channel that was not measured, or a displacement
+    that rests, is an InputError, too.
     """
     check_order(measurement.time, measurement.place)
-    dead_band = measurement.dead_band.get("tangential_displacement") if dead_band is None else dead_band
-    check_moves(measurement["tangential_displacement"], dead_band)
+    if options.get("dead_band") is None:
+        options["dead_band"] = measurement.dead_band.get("tangential_displacement")
+    check_moves(measurement["tangential_displacement"], options["dead_band"])
     loops = loops_of_channels(
         measurement.time,
         measurement["tangential_displacement"],
         measurement["tangential_load"],
         measurement.get("normal_load"),
-        dead_band=dead_band,
-        skip=skip,
-        skip_per_level=skip_per_level,
-        definitions=definitions,
         lateral_stiffness=lateral_stiffness,
+        **options,
     )
     return attrs.evolve(loops, remarks=measurement.remarks)
 
 
-def loops_of_channels(
+def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of them
     time: npt.ArrayLike,
     displacement: npt.ArrayLike,
     tangential_load: npt.ArrayLike,
@@ -247,13 +208,7 @@ def _trace(
 
 
 def check_skip(skip: float, name: str = "skip") -> int:
-    """Return how many loops are left out at the start; the name is that of the argument, for the message.
-
-    Raises
-    ------
-    InputError
-        Not a whole number of 0 or more.
-    """
+    """Return how many loops are left out at the start; what is no whole number of 0 or more is an InputError."""
     count = scalar(name, skip)
     if count % 1 or count < 0:
         raise InputError(f"{name} is {count:g}; expected a whole number of loops to leave out, 0 or more")
@@ -282,7 +237,7 @@ def _left_out(ends: Integers, size: int) -> tuple[tuple[int, int], ...]:
 
 def _branches(
     trace: Trace, ends: Integers, definitions: Definitions, lateral_stiffness: float, *, between: bool
-) -> tuple[Floats, npt.NDArray[np.bool_]]:
+) -> tuple[Floats, Booleans]:
     """Return the quantities of all branches, (loop, direction, quantity), and which still rise where they slide."""
     branches = np.full((len(ends), 2, len(BRANCH_QUANTITIES)), math.nan)
     rising = np.zeros((len(ends), 2), dtype=np.bool_)
@@ -297,8 +252,8 @@ def _branches(
                 sign * trace.tangential_load[part],
                 sign * float(trace.tangential_load[max(first - 1, 0)]),
                 None if trace.normal_load is None else trace.normal_load[part],
-                definitions,
-                lateral_stiffness,
+                definitions=definitions,
+                lateral_stiffness=lateral_stiffness,
                 between=between,
             )
     return branches, rising
@@ -340,9 +295,9 @@ def _branch(
     f: Floats,
     before: float,
     normal: Floats | None,
+    *,
     definitions: Definitions,
     lateral_stiffness: float,
-    *,
     between: bool,
 ) -> tuple[tuple[float, ...], bool]:
     """Return the quantities of one branch, in its own direction, in the order of BRANCH_QUANTITIES; whether it rises.

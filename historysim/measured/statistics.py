@@ -5,11 +5,9 @@ from typing import Self
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
-from historysim.basics.units import prefixed
-
-Floats = npt.NDArray[np.float64]
+from historysim.basics.array_types import Floats
+from historysim.basics.units import scaled
 
 
 @attrs.frozen
@@ -45,10 +43,9 @@ class LoopStatistics:
         """Return mean ± standard deviation as a text, and of how many loops where that is not all of them."""
         if self.count == 0:
             return "–"
-        factor, prefix = prefixed(self.mean) if unit != "1" else (1.0, "")
+        factor, symbol = scaled(self.mean, unit)
         # a scatter at the level of rounding is none
         spread = self.standard_deviation if self.standard_deviation > 1e-12 * abs(self.mean) else 0.0
         scatter = f" ± {spread * factor:.2g}" if self.count > 1 else ""
-        symbol = {"1": "", "N m-1": f" {prefix}N/m"}.get(unit, f" {prefix}{unit}")
         some = f" (of {self.count})" if self.count < loops else ""
         return f"{self.mean * factor:.4g}{scatter}{symbol}{some}"

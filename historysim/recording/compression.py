@@ -23,13 +23,7 @@ MOST_CELLS_ACROSS = 1 << 21
 
 
 def check_compression(compression: str) -> None:
-    """Check that a result can be compressed in a way.
-
-    Raises
-    ------
-    InputError
-        An unknown way.
-    """
+    """Refuse a way of compression that is unknown."""
     if compression not in COMPRESSIONS:
         raise InputError(f"compression is {compression!r}; expected one of {', '.join(COMPRESSIONS)}")
 
@@ -37,10 +31,7 @@ def check_compression(compression: str) -> None:
 def compress(source: Path, target: Path, compression: str) -> None:
     """Copy a result, and compress its variables; what is compressed already is copied as it is.
 
-    Raises
-    ------
-    OSError
-        The copy cannot be written; is the disk full?
+    A copy that cannot be written is an OSError.
     """
     import netCDF4
 

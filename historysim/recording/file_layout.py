@@ -18,6 +18,8 @@ from historysim.recording.variables import COORDINATES, Variable
 
 if TYPE_CHECKING:
     import h5netcdf
+    import h5py
+    from _typeshed import ReadableBuffer, WriteableBuffer
 
 PAGE = 1 << 12
 
@@ -63,15 +65,9 @@ class FileLayout:
 def file_layout(
     recorder: Recorder, attributes: Mapping[str, Any], beside: Callable[["h5netcdf.File"], None] | None = None
 ) -> FileLayout:
-    """Return the result that a recorder is to fill.
+    """Return the result that a recorder is to fill, with attributes, and ``complete`` behind them.
 
-    Parameters
-    ----------
-    recorder : Recorder
-    attributes : dict
-        Of the file; ``complete`` follows them.
-    beside : callable, optional
-        Writes further groups into the open file.
+    `beside` writes further groups into the open file.
     """
     import h5netcdf
     import h5py
@@ -103,7 +99,7 @@ def file_layout(
     return FileLayout(image.size, dict(_around(image, places)), places)
 
 
-def put_attributes(holder: Any, attributes: Mapping[str, Any]) -> None:
+def put_attributes(holder: "h5netcdf.File | h5netcdf.Group | h5netcdf.Variable", attributes: Mapping[str, Any]) -> None:
     """Give a group or a variable attributes; texts as arrays of characters, which is what CF asks for."""
     import h5py
 
@@ -118,7 +114,7 @@ def put_attributes(holder: Any, attributes: Mapping[str, Any]) -> None:
             holder.attrs[name] = np.int32(value) if small else value
 
 
-def _declare(file: "h5netcdf.File", variable: Variable) -> Any:
+def _declare(file: "h5netcdf.File", variable: Variable) -> "h5netcdf.Variable":
     """Make a variable, and take all its room at once, without filling it."""
     from h5py import h5d, h5p
 
@@ -128,7 +124,7 @@ def _declare(file: "h5netcdf.File", variable: Variable) -> Any:
     return file.create_variable(variable.name, variable.dimensions, variable.dtype, dcpl=plan)
 
 
-def _place(dataset: Any) -> RowPlace:
+def _place(dataset: "h5py.Dataset") -> RowPlace:
     """Ask HDF5 where a variable stands; one that holds nothing has no place."""
     begin = dataset.id.get_offset() or 0
     size = dataset.nbytes if begin else 0
@@ -168,13 +164,13 @@ class _Image(io.RawIOBase):
         self.size = self._at if size is None else size
         return self.size
 
-    def readinto(self, buffer: Any) -> int:
+    def readinto(self, buffer: "WriteableBuffer") -> int:
         view = memoryview(buffer).cast("B")[: max(0, self.size - self._at)]
         for page, inside, outside in self._parts(len(view)):
             view[outside] = self._pages.get(page, bytes(PAGE))[inside]
         return len(view)
 
-    def write(self, content: Any) -> int:
+    def write(self, content: "ReadableBuffer") -> int:
         view = memoryview(content).cast("B")
         for page, inside, outside in self._parts(len(view)):
             self._pages.setdefault(page, bytearray(PAGE))[inside] = view[outside]

@@ -28,13 +28,7 @@ def written(times: Mapping[str, float]) -> dict[str, str]:
 
 
 def named_states(history: Timed) -> dict[str, int]:
-    """Return the step of each named state, in the order of the scenario: the last one at its time.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history, or the rows of a cell of a sweep.
-    """
+    """Return the step of each named state of a history, in the order of the scenario: the last one at its time."""
     import numpy as np
 
     times = json.loads(str(history.attrs.get(ATTRIBUTE, "{}")))

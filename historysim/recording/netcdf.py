@@ -12,24 +12,19 @@ from typing import TYPE_CHECKING, Any, Self, final
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
-from historysim.asperities.ensemble import Ensemble
-from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics import system
+from historysim.basics.array_types import Array
 from historysim.basics.files import replacing
 from historysim.basics.system import read_at, write_at
 from historysim.memory.binding import TOTALS
 from historysim.memory.rows import Rows
 from historysim.recording import recorder
-from historysim.recording.changes import STEADY, Changes
 from historysim.recording.file_layout import FileLayout, RowPlace, file_layout
 from historysim.recording.recorder import Recorder
 
 if TYPE_CHECKING:
     import h5netcdf
-
-Array = npt.NDArray[Any]
 
 
 @final
@@ -84,13 +79,7 @@ class FileRecorder(Recorder):
         return self._layout.size
 
     def check_room(self, folder: Path) -> None:
-        """Check that a folder's disk has room for what is not written yet.
-
-        Raises
-        ------
-        OSError
-            It has not.
-        """
+        """Check that a folder's disk has room for what is not written yet; an OSError where it has not."""
         needed, free = self.size - 512 * os.fstat(self.handle).st_blocks, shutil.disk_usage(folder).free
         if free < needed:
             raise OSError(
@@ -100,17 +89,9 @@ class FileRecorder(Recorder):
             )
 
     def rows_kept(self, known: Mapping[int, Collection[bytes]]) -> Mapping[int, bytes]:
-        """Return up to which of some numbers of rows those in the file are what they were.
+        """Return up to which numbers of rows those in the file are what they were.
 
-        Parameters
-        ----------
-        known : dict
-            What `flush` has returned then, by the number of rows.
-
-        Returns
-        -------
-        dict
-            Of these numbers those up to which nothing has changed, with what was returned.
+        Of the numbers in `known`, with what `flush` has returned there, those up to which nothing has changed.
         """
         found: dict[int, bytes] = {}
         begun, sums = 0, [0] * len(self._sums)
@@ -148,10 +129,7 @@ class FileRecorder(Recorder):
     def flush(self) -> bytes:
         """Write all rows so far to the disk; return a digest of them, by which `rows_kept` finds out whether they are.
 
-        Raises
-        ------
-        OSError
-            They cannot be written.
+        Rows that cannot be written are an OSError.
         """
         self._written()
         with _reported():
@@ -160,13 +138,7 @@ class FileRecorder(Recorder):
         return _digest(self._sums)
 
     def finish(self) -> None:
-        """Make a result of the rows, which are all there.
-
-        Raises
-        ------
-        OSError
-            It cannot be written.
-        """
+        """Make a result of the rows, which are all there; an OSError where it cannot be written."""
         self._written()
         with _reported():
             for address, content in self._layout.content.items():
@@ -234,39 +206,18 @@ def _reported() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def recording(
-    path: Path,
-    ensemble: Ensemble,
-    asperities: npt.NDArray[np.int64] | None,
-    steps: int,
-    attributes: Mapping[str, Any],
-    instrument: Instrument = RIGID,
-    *,
-    changes: Changes = STEADY,
-    writers: int = 2,
-) -> Iterator[FileRecorder]:
-    """Record into a netCDF file, which appears under its name only when all rows stand in it.
-
-    Parameters
-    ----------
-    path : Path
-        An existing file is replaced, at the end.
-    ensemble, asperities, steps, attributes, instrument, changes, writers
-        See `FileRecorder`.
+def recording(path: Path, recorder_of: Callable[[int], FileRecorder]) -> Iterator[FileRecorder]:
+    """Record into a netCDF file with a recorder made for its handle; it replaces another one when all rows are there.
 
     Raises
     ------
     OSError
         The folder cannot be written to, or the disk is full.
     """
-    with replacing(path) as unfinished, opened(unfinished) as handle:
-        place = (ensemble, asperities, steps)
-        with FileRecorder(
-            *place, handle, attributes, instrument=instrument, changes=changes, writers=writers
-        ) as target:
-            target.check_room(path.parent)
-            yield target
-            target.finish()
+    with replacing(path) as unfinished, opened(unfinished) as handle, recorder_of(handle) as target:
+        target.check_room(path.parent)
+        yield target
+        target.finish()
 
 
 @contextlib.contextmanager

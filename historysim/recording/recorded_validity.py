@@ -19,27 +19,10 @@ def findings(
 ) -> tuple[Finding, ...]:
     """Return which assumptions of the model do not hold where the asperities are pressed most.
 
-    Parameters
-    ----------
-    ensemble : Ensemble
-    events : sequence of events
-        Of the whole history.
-    instrument : Instrument, optional
-        Whose resolutions the tangential loads and displacements are compared with.
-    approach : float, optional
-        The largest approach of the history [m], as `largest_approach` gives it; by default it is found without the
-        compiler, which differs by no more than rounding.
-
-    Returns
-    -------
-    tuple of Finding
-        Those of `asperities.validity.findings`, and ``amplitude``: the greatest tangential displacement [m] or load
-        [N] that is asked for, below the resolution of the instrument.
-
-    Raises
-    ------
-    InputError
-        Loads that are not finite.
+    Those of `asperities.validity.findings`, and ``amplitude``: the greatest tangential displacement [m] or load [N]
+    that is asked for, below the resolution of the instrument. `approach` is the largest one of the history [m], as
+    `largest_approach` gives it; by default it is found without the compiler, which differs by no more than rounding.
+    Loads that are not finite are an InputError.
     """
     approach = largest_approach(ensemble, events) if approach is None else approach
     found = validity.findings(ensemble, approach, instrument)

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any, final
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
+from historysim.basics.array_types import Array, Integers
 from historysim.errors import InputError
 from historysim.loads.events import Event, NormalDisplacement, NormalLoad
 from historysim.loads.schedule import changes_geometry
@@ -35,7 +35,6 @@ from historysim.recording.variables import (
 if TYPE_CHECKING:
     import xarray as xr
 
-Array = npt.NDArray[Any]
 Selection = str | Sequence[int]
 
 ROWS_AT_ONCE = 1 << 12
@@ -46,7 +45,7 @@ CELLS_IN_MEMORY = 1 << 24
 """Rows times asperities that are walked before the progress bar moves on, where all of them stay in memory."""
 
 
-def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selection) -> npt.NDArray[np.int64] | None:
+def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selection) -> Integers | None:
     """Return the indices of the asperities to record, ascending, or None for totals alone.
 
     Parameters
@@ -118,7 +117,7 @@ class Recorder(abc.ABC):
     """
 
     ensemble: Ensemble
-    asperities: npt.NDArray[np.int64] | None
+    asperities: Integers | None
     steps: int
     instrument: Instrument = attrs.field(default=RIGID, kw_only=True)
     changes: Changes = attrs.field(default=STEADY, kw_only=True)
@@ -264,7 +263,7 @@ class StateOnly(Recorder):
         """Leave the rows."""
 
 
-def coordinates_of(ensemble: Ensemble, asperities: npt.NDArray[np.int64] | None) -> list[tuple[Variable, Array]]:
+def coordinates_of(ensemble: Ensemble, asperities: Integers | None) -> list[tuple[Variable, Array]]:
     """Coordinates along ``asperity``, with their values."""
     if asperities is None:
         return []

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.array_types import Array
 from historysim.interaction.solutions import NormalSolutions
 from historysim.recording.file_layout import put_attributes
 from historysim.recording.variables import SOLUTIONS, SUMMITS, SURFACE, Variable
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 GROUP = "surface"
 MOST_POINTS = 512
 """Points of a height map along each axis that are kept, and as many in all of a profile: what a picture can show."""
-
-Array = npt.NDArray[Any]
 
 
 def contents(

@@ -6,14 +6,12 @@ from typing import Any
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
 from historysim.asperities.asperity import SlipState
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import Instrument
+from historysim.basics.array_types import Array
 from historysim.memory.rows import Rows
-
-Array = npt.NDArray[Any]
 
 
 @attrs.frozen

@@ -49,6 +49,9 @@ NEAR = 1e-8
 limit a load that is known to rounding gives the displacement to the power of 2/3 of that."""
 SOON = 1e-6
 """Share of a piece after which it is seen whether an asperity that has just touched slides at once."""
+CLOSEST = 4 * float(np.finfo(np.float64).eps)
+"""Relative width of an interval in which a root is known."""
+MOST_TRIALS = 150
 ROWS_AT_ONCE = 4096
 
 
@@ -424,9 +427,22 @@ def _parts(path: Paths, shares: Floats) -> Paths:
 
 
 def _root(function: "Callable[..., Floats]", low: Floats, high: float, *each: Floats) -> Floats:
-    """Return where functions of a share, one of each asperity, are 0 (method of Chandrupatla)."""
-    from scipy.optimize import elementwise
+    """Return where functions of a share, one of each asperity, rise through 0 (regula falsi, Illinois, and halving).
 
-    found = elementwise.find_root(function, (low, np.full(low.size, high)), args=each)
-    share: Floats = found.x
-    return share
+    scipy.optimize has such a method, but takes longer to import than a small run takes.
+    """
+    below, above = low.copy(), np.full(low.size, high)
+    first, last = function(below, *each), function(above, *each)
+    above = np.where(first >= 0.0, below, above)
+    for count in range(MOST_TRIALS):
+        if (above - below <= CLOSEST * above).all():
+            break
+        rise = last - first
+        part = np.divide(-first, rise, out=np.full(low.size, 0.5), where=rise > 0.0)
+        # a side that stays for long makes the secant slow
+        share = below + (0.5 if count % 3 == 2 else np.clip(part, 0.0, 1.0)) * (above - below)
+        value = function(share, *each)
+        left = value < 0.0
+        below, above = np.where(left, share, below), np.where(left, above, share)
+        first, last = np.where(left, value, 0.5 * first), np.where(left, 0.5 * last, value)
+    return above

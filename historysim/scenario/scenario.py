@@ -4,6 +4,7 @@ Numbers are SI; texts may carry units. Relative paths are relative to the scenar
 build the same objects that a program would: an ``Ensemble`` and a list of events.
 """
 
+import logging
 import os
 from collections.abc import Mapping
 from html import escape
@@ -33,6 +34,8 @@ if TYPE_CHECKING:
     from historysim.asperities.ensemble import Ensemble
     from historysim.measured.measurement import Measurement
     from historysim.replaying import Replay
+
+logger = logging.getLogger(__name__)
 
 
 @attrs.frozen
@@ -152,7 +155,9 @@ class Scenario:
             surface = self.surface()
             for notice in surface.notices:
                 tell(f"{self.path.name}: {notice}")
-        return build(self.sections, self.path.name, surface, self.events(tell))
+        events = self.events(tell)
+        logger.info("%s: the surface is made, %d events are read", self.path.name, len(events))
+        return build(self.sections, self.path.name, surface, events)
 
     def ensemble(self) -> "Ensemble":
         """Return the ensemble.

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack, cast
 
 from historysim.basics.display import Lines
+from historysim.basics.units import quantity_text
 from historysim.errors import InputError
 from historysim.scenario.opening import Reading, opened
 from historysim.scenario.scenario import Scenario
@@ -16,6 +17,19 @@ if TYPE_CHECKING:
     from historysim.surfaces.heights import Surface
 
     Showable = str | Path | xr.Dataset | Scenario | EventLog | Surface
+
+
+UNITS = {
+    "contact_modulus": "Pa",
+    "shear_modulus": "Pa",
+    "hardness": "Pa",
+    "yield_stress": "Pa",
+    "work_of_adhesion": "J/m²",
+    "lateral_stiffness": "N/m",
+    "displacement_resolution": "m",
+    "load_resolution": "N",
+}
+"""Of the attributes that are quantities."""
 
 
 def show(what: "Showable", *, form: str | None = None, **reading: Unpack[Reading]) -> Lines:
@@ -94,7 +108,10 @@ def _dataset(history: "xr.Dataset") -> Lines:
         return Lines(netcdf_table.summary(history))
     if "total_normal_load" not in history:
         raise InputError("this Dataset is no history; expected one from historysim, with all its variables")
-    told = {str(name): str(value) for name, value in history.attrs.items()}
+    told = {
+        str(name): quantity_text(value, UNITS[name]) if name in UNITS else str(value)
+        for name, value in history.attrs.items()
+    }
     # texts of many lines, such as the scenario, would hide the rest
     short = [(name, text) for name, text in told.items() if "\n" not in text.strip()]
     return Lines([*sliding_order.summary(history), ("", ""), *short])

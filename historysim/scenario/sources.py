@@ -82,15 +82,11 @@ class _ScenarioSource(Source):
         surface = built.surface
         shown, attributes = surface_group.contents(surface.summits, surface.surface, surface.solutions)
         header = LogHeader.of(
-            built.ensemble,
+            built.replay,
             scenario=loaded.text,
             title=loaded.title,
             metadata=loaded.metadata,
             seeds=loaded.seeds,
-            substeps=loaded.substeps,
-            saturate=loaded.saturate,
-            record=loaded.record,
-            instrument=loaded.instrument,
             surface=shown,
             surface_attributes=attributes,
         )

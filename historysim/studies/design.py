@@ -2,14 +2,17 @@
 
 import math
 import os
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import attrs
 import numpy as np
+import numpy.typing as npt
 
 from historysim._version import __version__
 from historysim.basics.arguments import scalar
+from historysim.basics.array_types import Floats
 from historysim.basics.display import Lines
 from historysim.basics.notices import Teller, silent
 from historysim.basics.places import at
@@ -19,10 +22,11 @@ from historysim.basics.wording import counted, nearest
 from historysim.errors import HistorySimError, InputError
 from historysim.recording.provenance import CONVENTIONS, KEYWORDS, made_with
 from historysim.results.sweeps import CONTENT
-from historysim.scenario.grid import Grid, Point, grid_of, variable_name
+from historysim.scenario.grid import Grid, Point, variable_name
 from historysim.scenario.points import at_point
 from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import reported
+from historysim.scenario.sections import DesignSection
 from historysim.studies.cell import cell
 from historysim.studies.gathering import FAILURE, swept_coordinates, unit_of
 from historysim.studies.outputs import SUMMARIES
@@ -42,6 +46,7 @@ JUMPS = 1e-3
 QUANTILE = 0.95
 """Share of the points at which an output is below, or above, a limit, where nothing else is said."""
 Limit = Literal["below", "above"]
+T = TypeVar("T")
 
 
 @attrs.frozen
@@ -91,7 +96,7 @@ class Root:
     throughout: Limit | None = None
 
 
-def design(
+def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
     scenario: Scenario | str | os.PathLike[str],
     key: str | None = None,
     between: Sequence[Any] | None = None,
@@ -103,7 +108,7 @@ def design(
     above: float | str | None = None,
     quantile: float | None = None,
     workers: int = 1,
-    executor: Any = None,
+    executor: object = None,
     progress: bool = False,
     tell: Teller = silent,
 ) -> "xr.Dataset":
@@ -152,10 +157,17 @@ def design(
     logarithm; where it crosses the target between two of them the root is found by Brent's method (scipy).
     """
     scenario = as_scenario(scenario)
-    problem, grid = problem_of(scenario, key, between, target, output, over, below, above, quantile)
+    section = None
+    if key is not None:
+        share = None if quantile is None else scalar("quantile", quantile)
+        ends = tuple(between) if np.iterable(between) and not isinstance(between, str) else (between,)
+        with reported(scenario.path.name), at("design"):
+            keys: Any = over
+            section = DesignSection(key, ends, target, below, above, share, output, keys)
+    problem, grid = problem_of(scenario, section)
     points = list(grid.points())
     with executor_for(workers, executor) as (chosen, count):
-        found = _each(_search, [(problem, point) for point in points], chosen, count, progress)
+        found = _each(_search, [(problem, point) for point in points], chosen, count, progress=progress)
         values = np.array([one.value for one in found])
         if not np.isfinite(values).any():
             # what keeps all points from a value is told once
@@ -169,64 +181,42 @@ def design(
                 tell(f"{where or scenario.path.name}: the least value counts; {more} of {problem.key} would do, too")
         with reported(scenario.path.name), at("design"):
             middle = float(np.nanmedian(values)) if problem.limit is None else _limited(problem, found)
-        beside = _each(_output_at, [(problem, point, middle) for point in points], chosen, count, progress)
+        beside = _each(_output_at, [(problem, point, middle) for point in points], chosen, count, progress=progress)
     return _dataset(problem, grid, found, beside, middle)
 
 
-def problem_of(
-    scenario: Scenario,
-    key: str | None = None,
-    between: Sequence[Any] | None = None,
-    target: float | str | None = None,
-    output: str = "drift",
-    over: Mapping[str, Any] | None = None,
-    below: float | str | None = None,
-    above: float | str | None = None,
-    quantile: float | None = None,
-) -> tuple[Problem, Grid]:
-    """Return what is sought, in SI, and the grid over which the search is repeated; parameters and errors as above."""
+def problem_of(scenario: Scenario, section: DesignSection | None = None) -> tuple[Problem, Grid]:
+    """Return what a section, by default that of the scenario, asks for, in SI, and the grid over which it is sought.
+
+    No section, or a key or a value that cannot be used, is an InputError.
+    """
+    section = section or scenario.sections.design
     with reported(scenario.path.name), at("design"):
-        if key is None:
-            section = scenario.sections.design
-            if section is None:
-                raise InputError("missing; expected [design], or a key, the values that it lies between, and a target")
-            key, between, target = section.key, section.between, section.target
-            below, above, quantile = section.below, section.above, section.quantile
-            output, grid = section.output, section.grid()
-        else:
-            grid = Grid(()) if over is None else grid_of(over)
-        given = {"target": target, "below": below, "above": above}
-        told = {name: value for name, value in given.items() if value is not None}
-        wanted_by = list(told)
-        if between is None or len(between) != 2 or len(wanted_by) != 1:
-            raise InputError("expected a target, or below or above, and two values for the key to lie between")
-        share = QUANTILE if quantile is None else scalar("quantile", quantile, least=0.5)
-        if share >= 1 or (quantile is not None and wanted_by == ["target"]):
-            raise InputError(f"quantile is {share:g}; expected a share below 1, with below or above")
-        if output not in SUMMARIES:
-            raise InputError(f"output is {output!r}; {nearest(output, SUMMARIES)}")
-    unit = unit_of(at_point(scenario, {**next(grid.points()), key: between[0]}).sections, key)
+        if section is None:
+            raise InputError("missing; expected [design], or a key, the values that it lies between, and a target")
+        if section.output not in SUMMARIES:
+            raise InputError(f"output is {section.output!r}; {nearest(section.output, SUMMARIES)}")
+        key, grid = section.key, section.grid()
+    unit = unit_of(at_point(scenario, {**next(grid.points()), key: section.between[0]}).sections, key)
     with reported(scenario.path.name), at("design"):
         if not unit:
             raise InputError(f"{key} takes no plain number or quantity; expected one such as surface.rms_height")
         with at("between"):
-            low, high = (quantity(value, unit) for value in between)
+            low, high = (quantity(value, unit) for value in section.between)
             if not low < high:
                 raise InputError(f"{low:g} and {high:g}; expected the least value, then the greatest")
-        with at(wanted_by[0]):
-            wanted = quantity(told[wanted_by[0]], SUMMARIES[output].units)
+        limit: Limit | None = "below" if section.below is not None else "above" if section.above is not None else None
+        with at(limit or "target"):
+            wanted = quantity(getattr(section, limit or "target"), SUMMARIES[section.output].units)
     swept_coordinates(scenario, grid)
-    limit: Limit | None = "below" if below is not None else "above" if above is not None else None
-    return Problem(scenario, key, low, high, output, wanted, limit, share), grid
+    share = QUANTILE if section.quantile is None else section.quantile
+    return Problem(scenario, key, low, high, section.output, wanted, limit, share), grid
 
 
 def _limited(problem: Problem, found: Sequence[Root]) -> float:
     """Return the value at which the output keeps its limit in the wanted share of the points.
 
-    Raises
-    ------
-    InputError
-        No value in the range does, or the output rises with the key at some points and falls at others.
+    An InputError where none does, or the output rises with the key at some points and falls at others.
     """
     known = [one for one in found if math.isfinite(one.value)]
     if len({one.rises for one in known}) > 1:
@@ -247,24 +237,26 @@ def _limited(problem: Problem, found: Sequence[Root]) -> float:
     if value == never:
         share = np.mean([end != never for end in ends])
         raise InputError(
-            f"{problem.output} is {problem.limit} {_text(problem.target, SUMMARIES[problem.output].units)} in "
+            f"{problem.output} is {problem.limit} {quantity_text(problem.target, SUMMARIES[problem.output].units)} in "
             f"{share:.0%} of the points at best; expected {problem.quantile:.0%}: lower quantile, or widen between"
         )
     return float(np.clip(value, problem.low, problem.high))
 
 
-def _each(function: Any, tasks: Sequence[Any], executor: Any, count: int, progress: bool) -> list[Any]:
+def _each(
+    function: Callable[..., T], tasks: Sequence[tuple[Any, ...]], executor: Executor, count: int, *, progress: bool
+) -> list[T]:
     """Carry tasks out, and return their results in their order."""
-    results: list[Any] = [None] * len(tasks)
+    results: dict[int, T] = {}
     numbered = [(index, function, task) for index, task in enumerate(tasks)]
     with progress_bar(progress, "search", len(tasks), leave=False) as done:
         for (index, _, _), outcome in outcomes(_called, numbered, executor, AHEAD * count):
             results[index] = outcome
             done()
-    return results
+    return [results[index] for index in range(len(tasks))]
 
 
-def _called(task: tuple[int, Any, Any]) -> Any:
+def _called(task: tuple[int, Callable[..., T], tuple[Any, ...]]) -> T:
     return task[1](*task[2])
 
 
@@ -289,7 +281,7 @@ def _crossing(problem: Problem, point: Point) -> Root:
     crossings = np.flatnonzero((missing == 0) | (missing * after < 0))
     if not crossings.size:
         unit = SUMMARIES[problem.output].units
-        least, most = _text(outputs.min(), unit), _text(outputs.max(), unit)
+        least, most = quantity_text(outputs.min(), unit), quantity_text(outputs.max(), unit)
         if np.ptp(outputs) <= 1e-12 * np.abs(outputs).max():
             return Root(reason=f"{problem.output} is {least} whatever {problem.key} is{_why_none(problem, outputs)}")
         reason = f"{problem.output} is from {least} to {most} in the range of {problem.key}; widen between"
@@ -314,7 +306,7 @@ def _crossing(problem: Problem, point: Point) -> Root:
     return Root(root, output, others=crossings.size - 1, rises=rises)
 
 
-def _why_none(problem: Problem, outputs: Any) -> str:
+def _why_none(problem: Problem, outputs: Floats) -> str:
     """Return why nothing can change an output, where that is known."""
     if problem.output.endswith("drift") and not np.any(outputs):
         return ": the history has no two normal loads for it to change between; expected loads that differ"
@@ -338,7 +330,7 @@ def _dataset(
     summary = SUMMARIES[problem.output]
     named = "median" if problem.limit is None else "quantile"
 
-    def variable(values: Any, units: str, long_name: str) -> "xr.Variable":
+    def variable(values: npt.ArrayLike, units: str, long_name: str) -> "xr.Variable":
         return xr.Variable(dims, np.reshape(values, grid.shape), {"long_name": long_name, "units": units})
 
     data = {
@@ -384,13 +376,7 @@ def _dataset(
 
 
 def summary(found: "xr.Dataset") -> Lines:
-    """Return in a few lines what a design has found.
-
-    Parameters
-    ----------
-    found : xarray.Dataset
-        From `design`.
-    """
+    """Return in a few lines what a design has found."""
     key, output = str(found.attrs["design_key"]), str(found.attrs["design_output"])
     name = variable_name(key)
     unit, wanted = str(found[name].attrs["units"]), str(found[output].attrs["units"])
@@ -399,16 +385,20 @@ def summary(found: "xr.Dataset") -> Lines:
     limit = found.attrs.get("limit")
     if limit is not None:
         return Lines(_limited_lines(found, key, output, unit, wanted))
-    lines = [("wanted", f"{output} of {_text(found.attrs['target'], wanted)}")]
+    lines = [("wanted", f"{output} of {quantity_text(found.attrs['target'], wanted)}")]
     if values.size == 1:
-        return Lines([*lines, (key, _text(values[0], unit))])
+        return Lines([*lines, (key, quantity_text(values[0], unit))])
     low, middle, high = np.quantile(values, (0.05, 0.5, 0.95))
     beside = found[f"{output}_at_median"].values.ravel()
     beside = beside[np.isfinite(beside)]
     least, most = np.quantile(beside, (0.05, 0.95))
     share = float((beside <= found.attrs["target"]).mean())
-    spread = f"{_text(middle, unit)} (median of {values.size}); 5 to 95 %: {_text(low, unit)} to {_text(high, unit)}"
-    kept = f"5 to 95 %: {_text(least, wanted)} to {_text(most, wanted)}; at or below the wanted in {share:.0%}"
+    found_at, reached = (
+        f"5 to 95 %: {quantity_text(start, of)} to {quantity_text(end, of)}"
+        for start, end, of in ((low, high, unit), (least, most, wanted))
+    )
+    spread = f"{quantity_text(middle, unit)} (median of {values.size}); {found_at}"
+    kept = f"{reached}; at or below the wanted in {share:.0%}"
     lines += [(key, spread), (f"{output} with the median", kept)]
     if missing := found[name].size - values.size:
         lines.append(("not found", f"in {missing} of {found[name].size}"))
@@ -421,16 +411,12 @@ def _limited_lines(found: "xr.Dataset", key: str, output: str, unit: str, wanted
     known = beside[np.isfinite(beside)]
     kept = known <= target * (1 + CLOSE) if limit == "below" else known >= target * (1 - CLOSE)
     least, most = np.quantile(known, (0.05, 0.95))
-    asked = f"{output} {limit} {_text(target, wanted)}"
+    asked = f"{output} {limit} {quantity_text(target, wanted)}"
     return [
         ("wanted", asked if beside.size == 1 else f"{asked} in {found.attrs['quantile']:.0%} of {beside.size}"),
-        (key, _text(found.attrs["chosen"], unit)),
+        (key, quantity_text(found.attrs["chosen"], unit)),
         (
             f"{output} there",
-            f"5 to 95 %: {_text(least, wanted)} to {_text(most, wanted)}; {limit} in {kept.mean():.0%}",
+            f"5 to 95 %: {quantity_text(least, wanted)} to {quantity_text(most, wanted)}; {limit} in {kept.mean():.0%}",
         ),
     ]
-
-
-def _text(value: float, unit: str) -> str:
-    return f"{value:.4g}" if unit == "1" else quantity_text(value, unit)

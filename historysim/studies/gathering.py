@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin
 
 import attrs
 import numpy as np
+import numpy.typing as npt
 
 from historysim._version import __version__
 from historysim.basics import findings
@@ -20,6 +21,7 @@ from historysim.scenario.overriding import place_of
 from historysim.scenario.points import at_point
 from historysim.scenario.scenario import Scenario
 from historysim.scenario.schema import Quantity, reported
+from historysim.scenario.sections import Sections
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,20 +34,9 @@ def gathered(
 ) -> "xr.Dataset":
     """Return the cells of a grid as one Dataset.
 
-    Parameters
-    ----------
-    scenario : Scenario
-    grid : Grid
-    cells : sequence of Dataset
-        In the order of its points; None where a cell has failed. What differs in length is filled up with NaN; the
-        rows of an asperity stand under its index.
-    reasons : dict
-        Why cells have failed, by their position.
-
-    Raises
-    ------
-    InputError
-        All cells have failed; the message has the reason of the first.
+    The cells are in the order of its points, None where one has failed, for which there is a reason by its position.
+    What differs in length is filled up with NaN; the rows of an asperity stand under its index. Where all cells have
+    failed, that is an InputError with the reason of the first.
     """
     import xarray as xr
 
@@ -136,10 +127,7 @@ def _same(variables: "Sequence[xr.Variable]") -> bool:
 def swept_coordinates(scenario: Scenario, grid: Grid) -> dict[str, "xr.Variable"]:
     """Return the swept quantities, with their units, along the dimensions of a grid.
 
-    Raises
-    ------
-    InputError
-        A key or a value that the scenario does not take; the message names the key.
+    A key or a value that the scenario does not take is an InputError that names the key.
     """
     import xarray as xr
 
@@ -155,14 +143,14 @@ def swept_coordinates(scenario: Scenario, grid: Grid) -> dict[str, "xr.Variable"
     return found
 
 
-def _column(values: list[Any]) -> Any:
+def _column(values: list[Any]) -> npt.NDArray[Any]:
     """Return the values of a coordinate: numbers, or else texts."""
     if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
         return np.array(values)
     return np.array([value if isinstance(value, str) else _text(value) for value in values])
 
 
-def _text(value: Any) -> str:
+def _text(value: object) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, Mapping):
@@ -170,9 +158,10 @@ def _text(value: Any) -> str:
     return f"[{', '.join(map(_text, value))}]" if isinstance(value, list | tuple) else str(value)
 
 
-def unit_of(sections: Any, key: str) -> str:
+def unit_of(sections: Sections, key: str) -> str:
     """Return the unit in SI of what a key holds, empty where it has none."""
-    here, unit = sections, ""
+    here: Any = sections
+    unit = ""
     for step in place_of(key):
         if isinstance(step, int):
             here = here[step]
@@ -191,7 +180,7 @@ def _fields(section: Any) -> Mapping[str, "attrs.Attribute[Any]"]:
     return attrs.fields_dict(type(section)) if attrs.has(type(section)) else {}
 
 
-def _unit(kind: Any) -> str:
+def _unit(kind: object) -> str:
     """Return the unit that a field is declared with, empty where it has none."""
     if get_origin(kind) is Annotated and isinstance(get_args(kind)[1], Quantity):
         return str(get_args(kind)[1].unit)

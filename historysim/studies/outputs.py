@@ -158,13 +158,7 @@ OF_EACH = frozenset(
 
 
 def chosen_outputs(names: Iterable[str]) -> tuple[str, ...]:
-    """Return the outputs of these names, `UNASKED` where there are none.
-
-    Raises
-    ------
-    InputError
-        An unknown name, with its place among them.
-    """
+    """Return the outputs of these names, `UNASKED` where there are none; an unknown name is an InputError."""
     names = tuple(names)
     known = (*SUMMARIES, *sorted(ROWS), *sorted(OF_EACH))
     for index, name in enumerate(names):

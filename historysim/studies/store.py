@@ -88,30 +88,15 @@ class Store:
             return None
 
     def write(self, name: str, cell: "xr.Dataset") -> None:
-        """Keep a cell: when this returns, it is on the disk.
-
-        Raises
-        ------
-        OSError
-            It cannot be written.
-        """
+        """Keep a cell: when this returns, it is on the disk; an OSError where it cannot be."""
         with replacing(self._path(name)) as unfinished:
             unfinished.write_bytes(packed(cell))
 
     @contextlib.contextmanager
     def claimed(self, name: str, *, wait: bool) -> Iterator[bool]:
-        """Claim a cell, so that no other process computes it, too; the system gives it back however this one ends.
+        """Claim a cell, so that no other process computes it, too; yield whether it is, or wait until it is.
 
-        Parameters
-        ----------
-        name : str
-        wait : bool
-            Wait where another process has it.
-
-        Yields
-        ------
-        bool
-            Whether it is claimed.
+        The system gives it back however this process ends.
         """
         # a byte of one file for each cell: nothing is left behind, and shared disks know such locks; where one does
         # not, a cell is computed twice at worst
@@ -152,13 +137,7 @@ def packed(cell: "xr.Dataset") -> bytes:
 
 
 def unpacked(content: bytes) -> "xr.Dataset":
-    """Return the cell that stands in the bytes of a file.
-
-    Raises
-    ------
-    ValueError, KeyError, EOFError, zipfile.BadZipFile
-        They are none, or damaged.
-    """
+    """Return the cell that stands in the bytes of a file; damaged ones raise what is in `DAMAGE`."""
     import xarray as xr
 
     with np.load(io.BytesIO(content), allow_pickle=False) as file:
@@ -181,5 +160,5 @@ def _plain(attributes: Mapping[Any, Any]) -> dict[str, Any]:
     }
 
 
-def _array(value: Any) -> Any:
+def _array(value: object) -> object:
     return np.array(value["values"], dtype=value["dtype"]) if isinstance(value, dict) else value

@@ -1,5 +1,6 @@
 """Sweeps: a scenario at many points, each a cell that is computed once, kept, and put together with all others."""
 
+import logging
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
+logger = logging.getLogger(__name__)
+
 MOST_AT_ONCE = 16
 """Cells that a worker is given in one go, at most: handing over costs some tenths of a millisecond."""
 TURNS = 8
@@ -32,7 +35,7 @@ TURNS = 8
 ENDED = "the process that computed it was ended from outside, perhaps for want of memory"
 
 
-def sweep(
+def sweep(  # noqa: PLR0913 - the keys of [sweep], and how it is carried out
     scenario: Scenario | str | os.PathLike[str],
     over: Mapping[str, Any] | None = None,
     *,
@@ -40,7 +43,7 @@ def sweep(
     outputs: Sequence[str] = (),
     store: str | os.PathLike[str] | None = None,
     workers: int = 1,
-    executor: Any = None,
+    executor: object = None,
     progress: bool = False,
     tell: Teller = silent,
 ) -> "xr.Dataset":
@@ -111,13 +114,9 @@ def sweep(
 
 
 def sweep_of(scenario: Scenario, outputs: Sequence[str] = ()) -> tuple[Grid, tuple[str, ...]]:
-    """Return the grid and the outputs that the ``[sweep]`` of a scenario says, or other outputs where some are given.
+    """Return grid and outputs that the ``[sweep]`` of a scenario says, or other outputs where some are given.
 
-    Raises
-    ------
-    InputError
-        There is no ``[sweep]``, or it names an output that is unknown, or a key or a value that the scenario does not
-        take; the message names the file.
+    No ``[sweep]``, or an output, a key or a value that cannot be, is an InputError that names the file.
     """
     section = scenario.sections.sweep
     with reported(scenario.path.name):
@@ -165,10 +164,7 @@ class FailedCell:
 def computed(batch: Batch) -> "list[xr.Dataset | FailedCell | None]":
     """Return the cells of a batch: computed and kept, read where they are there, None where another process has them.
 
-    Raises
-    ------
-    OSError
-        A cell cannot be kept.
+    A cell that cannot be kept is an OSError.
     """
     return [_computed(batch, name, point) for _, name, point in batch.cells]
 
@@ -183,6 +179,7 @@ def _computed(batch: Batch, name: str, point: Point) -> "xr.Dataset | FailedCell
         # another process may have ended it meanwhile
         if (kept := store.read(name)) is not None:
             return kept
+        logger.info("cell %s: %s", name, point)
         found = _attempt(batch, point)
         if not isinstance(found, FailedCell):
             store.write(name, found)

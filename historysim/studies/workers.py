@@ -59,26 +59,14 @@ WORKERS_OF_ANY = 256
 
 
 def check_workers(workers: int) -> None:
-    """Check a number of workers.
-
-    Raises
-    ------
-    InputError
-        It is not a whole number of 1 or more.
-    """
+    """Refuse a number of workers that is not a whole number of 1 or more."""
     if not isinstance(workers, int) or isinstance(workers, bool) or workers < 1:
         raise InputError(f"workers is {workers!r}; expected a whole number of 1 or more")
 
 
 @contextlib.contextmanager
-def executor_for(workers: int, given: Any = None) -> Iterator[tuple[Executor, int]]:
-    """Yield who computes, and how many that are: whoever is given, this process, or processes that end with the block.
-
-    Raises
-    ------
-    InputError
-        No such number of workers, or no executor.
-    """
+def executor_for(workers: int, given: object = None) -> Iterator[tuple[Executor, int]]:
+    """Yield who computes, and how many: whoever is given, this process, or processes that end with the block."""
     check_workers(workers)
     if given is not None:
         yield as_executor(given), getattr(given, "_max_workers", WORKERS_OF_ANY)
@@ -89,14 +77,8 @@ def executor_for(workers: int, given: Any = None) -> Iterator[tuple[Executor, in
             yield own, workers
 
 
-def as_executor(given: Any) -> Executor:
-    """Return an executor with the interface of concurrent.futures; a client of dask.distributed has one.
-
-    Raises
-    ------
-    InputError
-        Something else.
-    """
+def as_executor(given: object) -> Executor:
+    """Return an executor with the interface of concurrent.futures; a client of dask.distributed has one."""
     if isinstance(given, Executor):
         return given
     if hasattr(given, "get_executor"):
@@ -125,10 +107,7 @@ def outcomes(
 ) -> Iterator[tuple[T, Any]]:
     """Carry tasks out and yield each with its result, as they end.
 
-    Raises
-    ------
-    BrokenError
-        A process was ended from outside; it has the tasks that were under way.
+    A `BrokenError` has the tasks that were under way when a process was ended from outside.
     """
     waiting, running = deque(tasks), dict[Future[Any], T]()
     while waiting or running:

@@ -126,23 +126,7 @@ def _table(path: Path, columns: Mapping[str, Column], piece: Piece, wanted: Mapp
 
 
 def join_tables(tables: Sequence[Table]) -> Table:
-    """Return one table out of several, one below the other.
-
-    Parameters
-    ----------
-    tables : sequence of Table
-        Tables of the same quantities.
-
-    Returns
-    -------
-    Table
-        All their rows, in order.
-
-    Raises
-    ------
-    InputError
-        A quantity in two SI units.
-    """
+    """Return one table out of several of the same quantities; two SI units of one are an InputError."""
     first = tables[0]
     if len(tables) == 1:
         return first
@@ -201,17 +185,7 @@ def describe(path: str | PathLike[str], format: Format | None = None) -> list[Li
 def what_is_seen(path: str | PathLike[str], format: Format | None = None) -> tuple[list[str], int]:  # noqa: A002 - as above
     """Return lines on the tables of a text, what stands above and below them, and how many tables there are.
 
-    Parameters
-    ----------
-    path : path-like
-        The file; one that is no text has no such lines.
-    format : Format, optional
-        How the file is written, where that has to be said.
-
-    Raises
-    ------
-    InputError
-        As for `describe`.
+    A file that is no text has no such lines. Errors as for `describe`.
     """
     path, layout = Path(path), format or Format()
     with _file(path):
@@ -228,23 +202,9 @@ def opened_rows(
     known: Collection[str],
     format: Format | None = None,  # noqa: A002 - as above
 ) -> "Iterator[tuple[Heading, Iterator[tuple[int, list[str]]]]]":
-    """Yield the heading and the rows of a text whose values are more than numbers.
+    """Yield the heading of a text whose values are more than numbers, and the number of each line with its values.
 
-    Parameters
-    ----------
-    path : path-like
-        The file.
-    known : collection of str
-        Names of columns. The header is the line that has the most of them; units may stand beside them.
-    format : Format, optional
-        How the file is written, where that has to be said.
-
-    Yields
-    ------
-    Heading
-        The names of the columns and their units.
-    iterator of (int, list of str)
-        The number of each line, counted from 1, and the texts of its values.
+    The header is the line that has the most of the known names; units may stand beside them.
 
     Raises
     ------

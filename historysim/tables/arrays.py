@@ -8,8 +8,8 @@ from typing import Any
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.array_types import Floats
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
 from historysim.tables.columns import Column, Format, Found, Listing, MissingValueError
@@ -17,7 +17,6 @@ from historysim.tables.lines import MISSING
 from historysim.tables.names import places_of
 from historysim.tables.settled import unit_in
 
-Floats = npt.NDArray[np.float64]
 Selection = tuple[slice | int, ...]
 
 _UNIT_ENDINGS = (" unit", " units", "_unit", "_units", ".unit", ".units")
@@ -205,7 +204,7 @@ def _numbers_of_list(values: list[Any], name: str) -> Floats:
         raise InputError(f"column {name} holds an integer beyond the largest float") from error
 
 
-def _number(value: Any, name: str, row: int) -> float:
+def _number(value: object, name: str, row: int) -> float:
     # JSON has no NaN, so that some programs write it as a text
     if value is None or (isinstance(value, str) and value.strip().lower() in MISSING):
         return np.nan

@@ -5,25 +5,23 @@ is no number, ends it; a line that begins with a number, or has as many values a
 is a row, broken or not.
 """
 
-import csv
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from itertools import islice
 
 import attrs
 
 from historysim.basics.limits import at_most, most
-from historysim.basics.units import conversion_factor
 from historysim.errors import InputError
 from historysim.tables.columns import Format
 from historysim.tables.head import SEARCHED, Head
 from historysim.tables.heading import Heading
-from historysim.tables.lines import split
+from historysim.tables.lines import AT_ONCE, fields
 from historysim.tables.runs import like_a_number
+from historysim.tables.settled import factor_or_none
 
 # so many lines of what stands above a table are kept
 _KEPT = 30
-_AT_ONCE = 2000
 _NO_NUMBERS = re.compile(r"[^\d.,;|\t+\-eE \r\n]")
 _START = re.compile(
     r"^\W*(?:(?:block|step|segment|cycle|test)\W+)?start(?:ed|ing|s)?(?:[\s_]*(?:time|at))?"
@@ -113,13 +111,6 @@ class _Look:
     numeric: tuple[int, ...]
     comment: str
 
-    def fields(self, line: str) -> list[str]:
-        try:
-            rows = split([line], self.delimiter)
-        except csv.Error:
-            return []
-        return [field.strip() for field in rows[0]] if len(rows) == 1 else []
-
     def is_passed_over(self, line: str) -> bool:
         return not line.strip() or bool(self.comment and line.lstrip().startswith(self.comment))
 
@@ -131,38 +122,25 @@ class _Look:
             return all(len(line.split()) == self.width for line in lines)
         return all(line.count(self.delimiter) == self.width - 1 and line.strip() for line in lines)
 
-    def is_row(self, fields: Sequence[str]) -> bool:
-        if len(fields) < self.width or any(fields[self.width :]):
+    def is_row(self, row: Sequence[str]) -> bool:
+        if len(row) < self.width or any(row[self.width :]):
             return False
-        values = [fields[place] for place in self.numeric]
+        values = [row[place] for place in self.numeric]
         return any(values) and all(not value or value == "-" or like_a_number(value) for value in values)
 
-    def is_broken_row(self, fields: Sequence[str], *, apart: bool) -> bool:
+    def is_broken_row(self, row: Sequence[str], *, apart: bool) -> bool:
         """Return whether a line that is no row is meant as one; not where a blank line stands above it."""
-        filled = [field for field in fields if field]
+        filled = [field for field in row if field]
         if not filled:
             return True
         if like_a_number(filled[0]) and self.numeric[0] == 0:
             return True
-        numbers = sum(like_a_number(fields[place]) for place in self.numeric if place < len(fields))
-        return not apart and len(fields) == self.width and numbers > 0 and 2 * numbers >= len(self.numeric)
+        numbers = sum(like_a_number(row[place]) for place in self.numeric if place < len(row))
+        return not apart and len(row) == self.width and numbers > 0 and 2 * numbers >= len(self.numeric)
 
 
 def survey(lines: Iterable[str], layout: Format) -> Survey:
-    """Return the tables of a text.
-
-    Parameters
-    ----------
-    lines : iterable of str
-        Its lines.
-    layout : Format
-        What is known of how it is written.
-
-    Raises
-    ------
-    InputError
-        There is no table, or there are too many.
-    """
+    """Return the tables of a text, written as far as known in a format; none, or too many, are an InputError."""
     text = _Lines(lines)
     blocks: list[Block] = []
     below: list[str] = []
@@ -207,11 +185,8 @@ def start_time(line: str) -> float | None:
         hours, minutes, seconds = clock.groups()
         return int(hours) * 3600.0 + int(minutes) * 60.0 + float((seconds or "0").replace(",", "."))
     if time := _TIME.fullmatch(value):
-        try:
-            factor = conversion_factor(time[2] or match["bracket"] or "s", "s")
-        except InputError:
-            return None
-        return float(time[1].replace(",", ".")) * factor
+        factor = factor_or_none(time[2] or match["bracket"] or "s", "s")
+        return None if factor is None else float(time[1].replace(",", ".")) * factor
     return None
 
 
@@ -233,41 +208,21 @@ def _pass_rows(text: _Lines, look: _Look) -> tuple[int, int, int]:
     """Take the rows of a table, broken ones among them; return the lines of the first and the last, and how many."""
     first = last = rows = 0
     apart = False
-    while lines := text.peek(_AT_ONCE):
+    while lines := text.peek(AT_ONCE):
         if look.are_rows(lines):
             first = first or text.passed + 1
             text.take(len(lines))
             rows += len(lines)
             last, apart = text.passed, False
             continue
-        taken, count, last_row, ended, apart = _run(lines, look, apart=apart)
-        rows += count
-        if last_row is not None:
-            first = first or text.passed + 1
-            last = text.passed + last_row + 1
-        if ended:
-            text.take(0 if last_row is None else last_row + 1)
-            break
-        text.take(taken)
+        for line_number, line in enumerate(lines, text.passed + 1):
+            if look.is_passed_over(line):
+                apart = apart or not line.strip()
+                continue
+            values = fields(line, look.delimiter)
+            if not look.is_row(values) and not look.is_broken_row(values, apart=apart):
+                text.take(max(last - text.passed, 0))
+                return first, last, rows
+            first, last, rows, apart = first or line_number, line_number, rows + 1, False
+        text.take(len(lines))
     return first, last, rows
-
-
-def _run(lines: list[str], look: _Look, *, apart: bool) -> tuple[int, int, int | None, bool, bool]:
-    """Return how many lines belong to a table, and rows; the last row, if it ends there, if a line is blank."""
-    last: int | None = None
-    count = 0
-    for index, fields in enumerate(_split_all(lines, look)):
-        if fields is None:
-            apart = apart or not lines[index].strip()
-            continue
-        if not look.is_row(fields) and not look.is_broken_row(fields, apart=apart):
-            return index, count, last, True, apart
-        last, apart = index, False
-        count += 1
-    return len(lines), count, last, False, apart
-
-
-def _split_all(lines: list[str], look: _Look) -> Iterator[list[str] | None]:
-    """Yield the values of each line, or None of one that is passed over."""
-    for line in lines:
-        yield None if look.is_passed_over(line) else look.fields(line)

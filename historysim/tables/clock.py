@@ -3,30 +3,16 @@
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.array_types import Floats
 from historysim.tables.columns import Part
-
-Floats = npt.NDArray[np.float64]
 
 
 def one_clock(time: Floats, parts: Sequence[Part]) -> tuple[Floats, list[str]]:
-    """Return the times of joined tables on the clock of the first, and what was done to them.
+    """Return the times of joined tables [s] on the clock of the first, and what a user has to know of it.
 
-    Parameters
-    ----------
-    time : array (row)
-        The times of all tables, one below the other [s]; NaN where missing.
-    parts : sequence of Part
-        The tables.
-
-    Returns
-    -------
-    array (row)
-        Times [s]. A table whose clock goes on stays as it is. One whose clock starts again begins when the file says
-        that it was started, or else one sample after the end of the table before it.
-    list of str
-        What a user has to know of it.
+    A table whose clock goes on stays as it is. One whose clock starts again begins when the file says that it was
+    started, or else one sample after the end of the table before it. NaN where a time is missing.
     """
     joined = time.copy()
     begin, offset = 0, 0.0

@@ -181,17 +181,7 @@ class Format:
 
 @attrs.frozen
 class Part:
-    """A table that was joined with others.
-
-    Attributes
-    ----------
-    label : str
-        What a message calls it.
-    rows : int
-        How many rows it has.
-    start : float, optional
-        When it was started, as the file says [s].
-    """
+    """A table that was joined with others: its name in messages, its rows, and when it started [s] if that is said."""
 
     label: str
     rows: int
@@ -204,17 +194,7 @@ class MissingValueError(InputError):
 
 @attrs.frozen(eq=False)
 class Piece:
-    """Columns of one table of a file, as they stand there.
-
-    Attributes
-    ----------
-    found : dict of str to Found
-        The columns.
-    part : Part
-        Which table.
-    lines : numpy.ndarray (rows,) of int, optional
-        As in `Table`.
-    """
+    """Columns of one table of a file, as they stand there, which table, and the lines of its rows as in `Table`."""
 
     found: "dict[str, Found]"
     part: Part
@@ -252,19 +232,7 @@ class Table:
 
 @attrs.frozen
 class Listing:
-    """One column of a file, in texts to be shown.
-
-    Attributes
-    ----------
-    column : str
-        How it is asked for, in TOML.
-    unit : str
-        The unit that the file names, or nothing.
-    values : str
-        How many values it has.
-    first : str
-        The first of them.
-    """
+    """One column in texts: how TOML asks for it, the unit that the file names, how many values, and the first."""
 
     column: str
     unit: str

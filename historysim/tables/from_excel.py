@@ -20,10 +20,7 @@ def as_text(layout: Format) -> Format:
 def opened(path: Path, layout: Format) -> Iterator[Iterator[str]]:
     """Yield the rows of a sheet as lines.
 
-    Raises
-    ------
-    InputError
-        A damaged file, no such sheet, several with something in them, or python-calamine is not installed.
+    A damaged file, no such sheet, several with something in them, or no python-calamine is an InputError.
     """
     try:
         from python_calamine import CalamineWorkbook

@@ -23,26 +23,14 @@ if TYPE_CHECKING:
 
 @contextmanager
 def opened(path: Path, _: Format) -> Iterator[Contents]:
-    """Yield what an HDF5 file holds.
-
-    Raises
-    ------
-    InputError
-        A damaged file, or of another kind.
-    """
+    """Yield what an HDF5 file holds; a damaged file, or another, is an InputError."""
     with datasets(path, "HDF5") as found, readable("HDF5"):
         yield Contents([array for name, dataset in found.items() for array in _arrays(name, dataset)])
 
 
 @contextmanager
 def datasets(path: Path, kind: str) -> "Iterator[dict[str, h5py.Dataset]]":
-    """Yield all datasets of a file by their paths.
-
-    Raises
-    ------
-    InputError
-        A damaged file, or of another kind.
-    """
+    """Yield all datasets of a file by their paths; a damaged file, or another, is an InputError."""
     import h5py
 
     check_contained(path, by_h5py=True)

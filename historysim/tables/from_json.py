@@ -14,13 +14,7 @@ from historysim.tables.from_text import decoded
 
 @contextmanager
 def opened(path: Path, layout: Format) -> Iterator[Contents]:
-    """Yield what a JSON file holds.
-
-    Raises
-    ------
-    InputError
-        Not JSON, in another encoding, or with one key twice.
-    """
+    """Yield what a JSON file holds; no JSON, another encoding, or one key twice is an InputError."""
     text = decoded(path, layout.encoding or "utf-8")
     with readable("JSON"):
         try:
@@ -41,7 +35,7 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return found
 
 
-def _gather(contents: Contents, name: str, value: Any) -> None:
+def _gather(contents: Contents, name: str, value: object) -> None:
     """Add the arrays and texts below a name to the contents."""
     if isinstance(value, dict):
         for key, item in value.items():

@@ -34,13 +34,7 @@ _LOGICAL, _COMPLEX = 0x200, 0x800
 
 @contextmanager
 def opened(path: Path, _: Format) -> Iterator[Contents]:
-    """Yield what a MATLAB file holds.
-
-    Raises
-    ------
-    InputError
-        A damaged file, or of another kind.
-    """
+    """Yield what a MATLAB file holds; a damaged file, or another, is an InputError."""
     with path.open("rb") as stream:
         header = stream.read(_HEADER)
     order = {b"IM": "<", b"MI": ">"}.get(header[126:])

@@ -18,13 +18,7 @@ _CDF5 = b"CDF\x05"
 
 @contextmanager
 def opened(path: Path, _: Format) -> Iterator[Contents]:
-    """Yield what a netCDF file holds.
-
-    Raises
-    ------
-    InputError
-        A damaged file, or of another kind.
-    """
+    """Yield what a netCDF file holds; a damaged file, or another, is an InputError."""
     with path.open("rb") as stream:
         beginning = stream.read(4)
     if beginning == _CDF5:

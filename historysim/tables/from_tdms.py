@@ -17,13 +17,7 @@ from historysim.tables.columns import Format
 
 @contextmanager
 def opened(path: Path, _: Format) -> Iterator[Contents]:
-    """Yield what a TDMS file holds.
-
-    Raises
-    ------
-    InputError
-        A damaged file, or of another kind, or npTDMS is not installed.
-    """
+    """Yield what a TDMS file holds; a damaged file, another, or no npTDMS is an InputError."""
     try:
         from nptdms import TdmsFile
     except ImportError as error:

@@ -7,14 +7,14 @@ import re
 from collections import deque
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
-from itertools import chain, islice
+from itertools import chain, islice, repeat
 from pathlib import Path
-from typing import IO, NoReturn
+from typing import IO, Self
 
 import numpy as np
-import numpy.typing as npt
-from attrs import Factory, define, evolve
+from attrs import Factory, define, evolve, frozen
 
+from historysim.basics.array_types import Floats, Integers
 from historysim.basics.limits import at_most, most
 from historysim.basics.wording import counted
 from historysim.errors import InputError
@@ -22,11 +22,10 @@ from historysim.tables.blocks import Block, Survey, survey
 from historysim.tables.columns import Column, Format, Found, Listing, MissingValueError, Part, Piece
 from historysim.tables.head import Head, ragged
 from historysim.tables.heading import Heading
-from historysim.tables.lines import brief, decimal_hint, is_plain, number, split
+from historysim.tables.lines import AT_ONCE, brief, decimal_hint, fields, is_plain, number, split
 from historysim.tables.times import clock, from_the_first
 
-Floats = npt.NDArray[np.float64]
-Lines = npt.NDArray[np.int64]
+Lines = Integers
 
 Opened = Callable[[], AbstractContextManager[Iterator[str]]]
 
@@ -38,9 +37,6 @@ MOST_LINES = 1 << 62
 
 WINDOWS = "cp1252"
 """The encoding of most texts that are not UTF-8."""
-
-# so many rows are held as texts at once, few enough for the cache
-AT_ONCE = 2000
 
 
 def read(
@@ -78,7 +74,7 @@ def read(
             above = passed + sum(1 for _ in islice(stream, block.begin - 1 - passed))
             lines = islice(stream, block.last - above)
             head = Head.of(lines, layout if heading is None else evolve(layout, header=heading), above)
-            pieces.append(reading.piece(lines, head, f"block {index + 1}", start=block.start, first=block.first))
+            pieces.append(reading.piece(lines, head, f"block {index + 1}", block.start))
             deque(lines, maxlen=0)
             passed = block.last
     return pieces, [*_left_out(found, chosen), *reading.notices]
@@ -87,10 +83,7 @@ def read(
 def _chosen_blocks(found: Survey, reading: "_Reading", bad: "_BadRowError | None") -> list[tuple[int, int | None]]:
     """Return which blocks are read, and the line of the header of each where it is given.
 
-    Raises
-    ------
-    InputError
-        It is not clear which, or one that there is not.
+    An InputError where it is not clear which, or there is no such block.
     """
     layout, count = reading.layout, len(found.blocks)
     if layout.header and (layout.block is None or count == 1):
@@ -184,8 +177,7 @@ def opened_rows(
     with opened(path, layout) as stream:
         head = Head.of(stream, layout)
         heading = head.heading_of(known)
-        chunks = _rows(chain(head.physical[heading.above :], stream), heading, layout)
-        yield heading, (row for numbers, rows in chunks for row in zip(numbers, rows, strict=True))
+        yield heading, _rows(chain(head.physical[heading.above :], stream), heading, layout)
 
 
 def encoding_of(path: Path) -> str:
@@ -204,13 +196,7 @@ def encoding_of(path: Path) -> str:
 
 
 def decoded(path: Path, encoding: str) -> str:
-    """Return a whole text, without the mark at its beginning.
-
-    Raises
-    ------
-    InputError
-        Another encoding, with the byte that does not fit.
-    """
+    """Return a whole text, without the mark at its beginning; another encoding is an InputError with the byte."""
     content = path.read_bytes()
     try:
         return content.decode(encoding).removeprefix("\ufeff")
@@ -289,43 +275,40 @@ def _lines_of_rows(lines: Iterator[str], heading: Heading, layout: Format) -> It
             yield numbers, kept
 
 
-def _rows(lines: Iterator[str], heading: Heading, layout: Format) -> Iterator[tuple[list[int], list[list[str]]]]:
-    """Yield the rows, many at once, and the numbers of their lines; a line that is none is an error."""
-    for numbers, kept in _lines_of_rows(lines, heading, layout):
-        try:
-            rows = split(kept, heading.delimiter)
-        except csv.Error:
-            rows = []
-        if len(rows) < len(kept):
-            _refuse_a_line(numbers, kept, heading.delimiter)
-        if set(map(len, rows)) != {heading.width}:
-            _check_widths(numbers, rows, heading)
-        yield numbers, rows
+def _rows(lines: Iterator[str], heading: Heading, layout: Format) -> Iterator[tuple[int, list[str]]]:
+    """Yield the rows with the numbers of their lines; a line that is none is an error."""
+    for numbers, texts in _lines_of_rows(lines, heading, layout):
+        rows = _all_rows(texts, heading)
+        yield from zip(numbers, map(_row, numbers, texts, repeat(heading)) if rows is None else rows, strict=True)
 
 
-def _refuse_a_line(numbers: Sequence[int], lines: Sequence[str], delimiter: str) -> NoReturn:
-    for line_number, line in zip(numbers, lines, strict=True):
-        try:
-            split([line], delimiter)
-        except csv.Error as error:
-            reason = "a value in quotes does not end on it" if "end of data" in str(error) else error
-            raise InputError(f"line {line_number} is not a CSV table: {reason}") from error
-    raise InputError("is not a CSV table: a value in quotes runs over several lines")
+def _all_rows(lines: Sequence[str], heading: Heading) -> list[list[str]] | None:
+    """Return the values of lines that all are rows; else None."""
+    try:
+        rows = split(lines, heading.delimiter)
+    except csv.Error:
+        return None
+    is_even = set(map(len, rows)) == {heading.width}
+    return rows if len(rows) == len(lines) and (is_even or all(_fits(row, heading) for row in rows)) else None
 
 
-def _check_widths(numbers: Sequence[int], rows: Sequence[Sequence[str]], heading: Heading) -> None:
-    for line_number, row in zip(numbers, rows, strict=True):
-        if len(row) < heading.width or any(field.strip() for field in row[heading.width :]):
-            raise InputError(_ragged(line_number, row, heading))
+def _row(line_number: int, text: str, heading: Heading) -> list[str]:
+    """Return the values of a line."""
+    try:
+        row = split([text], heading.delimiter)[0]
+    except csv.Error as error:
+        reason = "a value in quotes does not end on it" if "end of data" in str(error) else error
+        raise _BadRowError(f"line {line_number} is not a CSV table: {reason}") from error
+    if not _fits(row, heading):
+        named = heading.names and not heading.misfit
+        wide = f"the header names {heading.width} columns" if named else f"other lines have {heading.width}"
+        raise _BadRowError(ragged(line_number, len(row), wide))
+    return row
 
 
-def _ragged(line_number: int, row: Sequence[str], heading: Heading) -> str:
-    named = heading.names and not heading.misfit
-    return ragged(
-        line_number,
-        len(row),
-        f"the header names {heading.width} columns" if named else f"other lines have {heading.width}",
-    )
+def _fits(row: Sequence[str], heading: Heading) -> bool:
+    """Return whether a row has as many values as it shall, but for blank ones at its end."""
+    return len(row) >= heading.width and not any(field.strip() for field in row[heading.width :])
 
 
 class _BadRowError(InputError):
@@ -334,6 +317,75 @@ class _BadRowError(InputError):
 
 class _MissingError(_BadRowError, MissingValueError):
     """A row that misses a value."""
+
+
+@frozen
+class _Wanted:
+    """The values that are wanted of the rows of a table.
+
+    Attributes
+    ----------
+    places : list of int
+        Where they stand.
+    guard : int
+        The place of the first number in the first row: where a word stands there, is no row. -1 where it is wanted, or
+        there is none.
+    clocks : set of int
+        Places of clocks.
+    """
+
+    heading: Heading
+    places: list[int]
+    decimal: str
+    missing: bool
+    guard: int
+    clocks: set[int]
+
+    @classmethod
+    def of(cls, first: Sequence[str], heading: Heading, places: list[int], decimal: str, *, missing: bool) -> Self:
+        """Return what is wanted of rows that begin with this one."""
+        values = [number(field, decimal) for field in first]
+        guard = next((place for place, value in enumerate(values) if value is not None and math.isfinite(value)), -1)
+        clocks = {place for place in places if place < len(first) and clock(first[place]) is not None}
+        return cls(heading, places, decimal, missing, -1 if guard in places else guard, clocks)
+
+    def of_plain(self, lines: Sequence[str]) -> list[Floats] | None:
+        """Return the values of lines that are rows of finite numbers and times; None where anything else is there."""
+        rows = _all_rows(lines, self.heading)
+        if rows is None:
+            return None
+        values = []
+        for place in self.places:
+            texts = [row[place] for row in rows]
+            column = _clock_times(texts) if place in self.clocks else plain_numbers(texts, self.decimal)
+            if column is None:
+                return None
+            values.append(column)
+        return None if self.guard >= 0 and any(_WORD.match(row[self.guard]) for row in rows) else values
+
+    def of_line(self, line_number: int, text: str) -> list[float]:
+        """Return the values of a line."""
+        row = _row(line_number, text, self.heading)
+        values = []
+        for place in self.places:
+            value = number(row[place], self.decimal)
+            expected = "a finite number"
+            if place in self.clocks and not (value is not None and math.isnan(value)):
+                value, expected = clock(row[place]), "a time as in the rows above"
+            told = f"{self._place(line_number, place, row)}; expected {expected}"
+            if value is None:
+                decimal = decimal_hint(row[place], self.decimal)
+                # a decimal comma in some rows is no break in them: without those, the rest would be another record
+                raise InputError(told + decimal) if decimal else _BadRowError(told)
+            if math.isnan(value) and not self.missing:
+                raise _MissingError(told)
+            values.append(value)
+        if self.guard >= 0 and _WORD.match(row[self.guard]):
+            raise _BadRowError(f"{self._place(line_number, self.guard, row)} where the rows begin with numbers")
+        return values
+
+    def _place(self, line_number: int, place: int, row: Sequence[str]) -> str:
+        return f"line {line_number}, column {self.heading.label(place)}: {brief(row[place])}"
 
 
 @define
@@ -358,15 +410,12 @@ class _Reading:
             return False
         return True
 
-    def piece(
-        self, stream: Iterator[str], head: Head, label: str, *, start: float | None = None, first: int | None = None
-    ) -> Piece:
-        """Read one table; where its first line is known, rows that are broken are left out if that is asked for."""
+    def piece(self, stream: Iterator[str], head: Head, label: str, start: float | None = None) -> Piece:
+        """Read one table."""
         heading = head.heading(list(self.columns.values()))
         places = [heading.place(column) for column in self.columns.values()]
         lines = chain(head.physical[heading.above - head.before :], stream)
-        drop = first is not None and self.layout.broken == "drop"
-        values, numbers, clocks = self._values(lines, heading, places, drop=drop)
+        values, numbers, clocks = self._values(lines, heading, places)
         found = {}
         for key, place, column in zip(self.columns, places, values, strict=True):
             if place in clocks:
@@ -377,142 +426,54 @@ class _Reading:
         return Piece(found, Part(label, len(numbers), start), numbers)
 
     def _values(
-        self, lines: Iterator[str], heading: Heading, places: Sequence[int], *, drop: bool
+        self, lines: Iterator[str], heading: Heading, places: list[int]
     ) -> tuple[list[Floats], Lines, set[int]]:
         """Read rows into arrays, one for each place, one of the numbers of their lines, and which places are clocks."""
         parts: list[list[Floats]] = [[] for _ in places]
         kept: list[Lines] = []
         dropped: list[int] = []
-        guard: int | None = None
-        clocks: set[int] = set()
+        wanted: _Wanted | None = None
         for numbers, texts in _lines_of_rows(lines, heading, self.layout):
-            rows = _split_or_none(texts, heading)
-            if guard is None:
-                fields = rows[0] if rows else _fields(texts[0], heading)
-                guard = _first_number(fields, self.layout.decimal)
-                clocks = {place for place in places if place < len(fields) and clock(fields[place]) is not None}
-            kept_numbers = numbers
-            values = None if rows is None else self._plain(rows, places, guard, clocks)
+            if wanted is None:
+                first = fields(texts[0], heading.delimiter)
+                wanted = _Wanted.of(first, heading, places, self.layout.decimal, missing=self.missing)
+            values, kept_numbers = wanted.of_plain(texts), numbers
             if values is None:
-                refused = dropped if drop else None
-                kept_numbers, values = self._careful(numbers, texts, heading, places, guard, clocks, refused)
+                values, kept_numbers = self._careful(wanted, numbers, texts, dropped)
             self.count += len(kept_numbers)
             if self.count > self.most_rows:
                 raise InputError(f"has more than {self.most_rows:,} rows; thin or split it")
             for part, column in zip(parts, values, strict=True):
                 part.append(column)
             kept.append(np.array(kept_numbers, dtype=np.int64))
-        if not sum(map(len, kept)):
+        if wanted is None or not sum(map(len, kept)):
             raise InputError("has a header but no rows; expected one line for each sample")
         if dropped:
             which = ", ".join(map(str, dropped[:5])) + (", …" if len(dropped) > 5 else "")
             self.notices.append(f"{counted(len(dropped), 'broken row', 'broken rows')} left out (line {which})")
-        return [np.concatenate(part) for part in parts], np.concatenate(kept), clocks
-
-    def _plain(
-        self, rows: Sequence[Sequence[str]], places: Sequence[int], guard: int, clocks: set[int]
-    ) -> list[Floats] | None:
-        """Return the values of rows that are all finite numbers; None where anything else stands among them."""
-        values = []
-        for place in places:
-            texts = [row[place] for row in rows]
-            column = _clock_times(texts) if place in clocks else plain_numbers(texts, self.layout.decimal)
-            if column is None:
-                return None
-            values.append(column)
-        if guard >= 0 and guard not in places and any(map(_WORD.match, [row[guard] for row in rows])):
-            return None
-        return values
+        return [np.concatenate(part) for part in parts], np.concatenate(kept), wanted.clocks
 
     def _careful(
-        self,
-        numbers: Sequence[int],
-        texts: Sequence[str],
-        heading: Heading,
-        places: Sequence[int],
-        guard: int,
-        clocks: set[int],
-        dropped: list[int] | None,
-    ) -> tuple[list[int], list[Floats]]:
-        """Return the values of rows, line by line, and the numbers of their lines."""
+        self, wanted: _Wanted, numbers: Sequence[int], texts: Sequence[str], dropped: list[int]
+    ) -> tuple[list[Floats], list[int]]:
+        """Return the values of rows, line by line, and the numbers of their lines; broken ones may be left out."""
         kept: list[int] = []
         found: list[list[float]] = []
         for line_number, text in zip(numbers, texts, strict=True):
             try:
-                found.append(self._row(line_number, text, heading, places, guard, clocks))
+                found.append(wanted.of_line(line_number, text))
                 kept.append(line_number)
             except _MissingError:
                 raise
-            except _BadRowError:
-                if dropped is None:
-                    raise
+            except _BadRowError as error:
+                if self.layout.broken == "refuse":
+                    raise _BadRowError(f'{error}; broken = "drop" leaves such rows out') from error
                 dropped.append(line_number)
-        columns = np.array(found, dtype=np.float64).reshape(len(kept), len(places))
-        return kept, [columns[:, index].copy() for index in range(len(places))]
-
-    def _row(
-        self, line_number: int, text: str, heading: Heading, places: Sequence[int], guard: int, clocks: set[int]
-    ) -> list[float]:
-        """Return the wanted values of a line."""
-        try:
-            row = split([text], heading.delimiter)[0]
-        except csv.Error as error:
-            reason = "a value in quotes does not end on it" if "end of data" in str(error) else error
-            raise _BadRowError(f"line {line_number} is not a CSV table: {reason}") from error
-        hint = '; broken = "drop" leaves such rows out'
-        if len(row) < heading.width or any(field.strip() for field in row[heading.width :]):
-            raise _BadRowError(_ragged(line_number, row, heading) + hint)
-        values = []
-        for place in places:
-            value = number(row[place], self.layout.decimal)
-            expected = "a finite number"
-            if place in clocks and not (value is not None and math.isnan(value)):
-                value, expected = clock(row[place]), "a time as in the rows above"
-            told = f"line {line_number}, column {heading.label(place)}: {brief(row[place])}; expected {expected}"
-            if value is None:
-                decimal = decimal_hint(row[place], self.layout.decimal)
-                # a decimal comma in some rows is no break in them: without those, the rest would be another record
-                raise (InputError(told + decimal) if decimal else _BadRowError(told + hint))
-            if math.isnan(value) and not self.missing:
-                raise _MissingError(told)
-            values.append(value)
-        if guard >= 0 and guard not in places and _WORD.match(row[guard]):
-            raise _BadRowError(
-                f"line {line_number}, column {heading.label(guard)}: {brief(row[guard])} where the rows begin with "
-                f"numbers{hint}"
-            )
-        return values
+        columns = np.array(found, dtype=np.float64).reshape(len(kept), len(wanted.places))
+        return [columns[:, index].copy() for index in range(len(wanted.places))], kept
 
 
 def _clock_times(texts: Sequence[str]) -> Floats | None:
     """Return what a clock tells [s]; None where anything else stands among the times."""
     times = [clock(text) for text in texts]
     return None if None in times else np.array(times, dtype=np.float64)
-
-
-def _first_number(row: Sequence[str], decimal: str) -> int:
-    """Return the first place with a number, or -1."""
-    values = [number(field, decimal) for field in row]
-    return next((place for place, value in enumerate(values) if value is not None and math.isfinite(value)), -1)
-
-
-def _fields(text: str, heading: Heading) -> list[str]:
-    try:
-        return split([text], heading.delimiter)[0]
-    except csv.Error:
-        return []
-
-
-def _split_or_none(texts: Sequence[str], heading: Heading) -> list[list[str]] | None:
-    """Return the values of lines that are all rows by their number of values; else None."""
-    try:
-        rows = split(texts, heading.delimiter)
-    except csv.Error:
-        return None
-    if len(rows) < len(texts):
-        return None
-    if set(map(len, rows)) != {heading.width} and any(
-        len(row) < heading.width or any(field.strip() for field in row[heading.width :]) for row in rows
-    ):
-        return None
-    return rows

@@ -47,13 +47,7 @@ class Head:
 
     @classmethod
     def of(cls, stream: Iterable[str], layout: Format, before: int = 0) -> "Head":
-        """Return the first lines of a text, or of a part of it below so many lines.
-
-        Raises
-        ------
-        InputError
-            None that is not blank.
-        """
+        """Return the first lines of a text, or of a part below so many lines; an InputError where all are blank."""
         physical = list(islice(stream, SEARCHED))
         if physical and not before:
             physical[0] = physical[0].removeprefix("\ufeff")
@@ -72,10 +66,7 @@ class Head:
     def heading(self, columns: Sequence[Column]) -> Heading:
         """Return the heading of the table that holds some columns; without any, of what looks most like a table.
 
-        Raises
-        ------
-        InputError
-            None that does, or lines that can be read in two ways.
+        An InputError where none does, or lines can be read in two ways.
         """
         named = [column for column in columns if isinstance(column.column, str)]
         if self.layout.header == 0 and named:
@@ -98,10 +89,7 @@ class Head:
     def heading_of(self, known: Collection[str]) -> Heading:
         """Return the heading with the most of some names, whatever units stand beside them.
 
-        Raises
-        ------
-        InputError
-            No line has any, or names may stand over other columns than their own.
+        An InputError where no line has any, or names may stand over other columns than their own.
         """
         most, found = 0, None
         for delimiter in self._delimiters if self.layout.header != 0 else ():

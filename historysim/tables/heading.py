@@ -42,10 +42,7 @@ class Heading:
     def place(self, column: Column) -> int:
         """Return the index of a column.
 
-        Raises
-        ------
-        InputError
-            No such column, several, or one that may not stand below its name.
+        An InputError where there is none, or several, or it may not stand below its name.
         """
         if column.index is not None:
             raise InputError(

@@ -8,28 +8,17 @@ from collections.abc import Sequence
 # what stands for a value that is missing, in any case of letters
 MISSING = {"", "nan", "+nan", "-nan", "na", "null", "-"}
 
+AT_ONCE = 2000
+"""Lines that are held as texts at once: few enough for the cache."""
+
 _QUOTED = re.compile(r'"([^"]*)"|(\S+)')
 
 
 def split(lines: Sequence[str], delimiter: str) -> list[list[str]]:
-    """Return the values in lines.
+    """Return the values of lines that are not blank; the delimiter ``" "`` is any white space.
 
-    Parameters
-    ----------
-    lines : sequence of str
-        Lines that are not blank.
-    delimiter : str
-        What stands between two values; ``" "`` is any white space.
-
-    Returns
-    -------
-    list of list of str
-        The values of each line. There are fewer rows than lines if a value in quotes runs over several.
-
-    Raises
-    ------
-    csv.Error
-        Quotes that do not end, or a value that is far too long.
+    There are fewer rows than lines if a value in quotes runs over several. Quotes that do not end, or a value that is
+    far too long, are a csv.Error.
     """
     if delimiter == " ":
         return [
@@ -37,6 +26,15 @@ def split(lines: Sequence[str], delimiter: str) -> list[list[str]]:
             for line in lines
         ]
     return list(csv.reader(lines, delimiter=delimiter, skipinitialspace=True, strict=True))
+
+
+def fields(line: str, delimiter: str) -> list[str]:
+    """Return the values of one line, without blanks around them; none if quotes in it do not end."""
+    try:
+        rows = split([line], delimiter)
+    except csv.Error:
+        return []
+    return [field.strip() for field in rows[0]] if len(rows) == 1 else []
 
 
 def number(text: str, decimal: str) -> float | None:

@@ -6,26 +6,13 @@ from collections.abc import Sequence
 from historysim.tables.settled import split_unit
 
 _WIDE = re.compile(r"\t+|\s{2,}")
-_BRACKETED = re.compile(r"\(.*\)|\[.*\]")
+BRACKETED = re.compile(r"\(.*\)|\[.*\]")
 
 
 def namings(line: str, fields: Sequence[str], delimiter: str) -> list[list[str]]:
-    """Return the ways to read the names of a line.
+    """Return the ways to read the names of a line: its values, and where white space delimits them, names with blanks.
 
-    Parameters
-    ----------
-    line : str
-        The line.
-    fields : sequence of str
-        What stands between its delimiters.
-    delimiter : str
-        What stands between two values; ``" "`` is any white space.
-
-    Returns
-    -------
-    list of list of str
-        The values; where white space delimits them, names may hold blanks, and so there may also be: what stands
-        between tabs or two blanks, words with the unit behind them, and all words up to a unit.
+    These are what stands between tabs or two blanks, words with the unit behind them, and all words up to a unit.
     """
     ways = [list(fields)]
     if delimiter == " " and len(fields) > 1:
@@ -52,7 +39,7 @@ def places_of(name: str, names: Sequence[str], brackets: Sequence[str] = ()) -> 
 def _with_units(words: Sequence[str]) -> list[str]:
     names: list[str] = []
     for word in words:
-        if names and _BRACKETED.fullmatch(word):
+        if names and BRACKETED.fullmatch(word):
             names[-1] += f" {word}"
         else:
             names.append(word)

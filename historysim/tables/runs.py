@@ -1,12 +1,11 @@
 """Lines of a text that look like the rows of a table."""
 
-import csv
 import re
 from collections.abc import Iterable, Sequence
 
 import attrs
 
-from historysim.tables.lines import split
+from historysim.tables.lines import fields
 
 _LIKE_A_NUMBER = re.compile(r"[+-]?(?:\d[\d.,]*|[.,]\d+)(?:e[+-]?\d+)?|[+-]?nan|na|null", re.IGNORECASE)
 
@@ -20,12 +19,8 @@ class Line:
     is_comment: bool
 
     def fields(self, delimiter: str) -> list[str]:
-        """Return its values; none if quotes in it do not end."""
-        try:
-            rows = split([self.text], delimiter)
-        except csv.Error:
-            return []
-        return [field.strip() for field in rows[0]] if len(rows) == 1 else []
+        """Return its values, as `lines.fields` does."""
+        return fields(self.text, delimiter)
 
 
 def like_a_number(field: str) -> bool:
@@ -38,12 +33,12 @@ def longest_run(rows: Sequence[Line], delimiter: str, least: int = 2) -> list[Li
     longest = range(0)
     begin = width = 0
     for index, line in enumerate(rows):
-        fields = line.fields(delimiter)
-        if len(fields) < least or not any(map(like_a_number, fields)):
+        values = line.fields(delimiter)
+        if len(values) < least or not any(map(like_a_number, values)):
             width = 0
             continue
-        if len(fields) != width:
-            begin, width = index, len(fields)
+        if len(values) != width:
+            begin, width = index, len(values)
         if index + 1 - begin > len(longest):
             longest = range(begin, index + 1)
     return list(rows[longest.start : longest.stop])
@@ -54,9 +49,9 @@ def runs(rows: Sequence[Line], delimiter: str, least: int) -> Iterable[tuple[int
     begin = 0
     previous: list[bool | None] = []
     for index, line in enumerate(rows):
-        fields = line.fields(delimiter)
-        looks = [like_a_number(field) if field else None for field in fields]
-        is_row = len(fields) >= least and any(looks)
+        values = line.fields(delimiter)
+        looks = [like_a_number(value) if value else None for value in values]
+        is_row = len(values) >= least and any(looks)
         is_alike = len(looks) == len(previous) and all(
             None in pair or pair[0] == pair[1] for pair in zip(looks, previous, strict=True)
         )
@@ -81,12 +76,12 @@ def numeric_places(run: Sequence[Line], delimiter: str) -> list[int]:
 
 def width_of(rows: Sequence[Line], delimiter: str, usual: int) -> int:
     """Return the number of columns, without blank ones that delimiters at the ends of the lines make."""
-    fields = [line.fields(delimiter) for line in rows]
-    return max((len(without_blank_end(row)) for row in fields if len(row) == usual), default=usual)
+    values = [line.fields(delimiter) for line in rows]
+    return max((len(without_blank_end(row)) for row in values if len(row) == usual), default=usual)
 
 
-def without_blank_end(fields: list[str]) -> list[str]:
+def without_blank_end(values: list[str]) -> list[str]:
     """Return values without blank ones at the end."""
-    while fields and not fields[-1]:
-        fields = fields[:-1]
-    return fields
+    while values and not values[-1]:
+        values = values[:-1]
+    return values

@@ -35,13 +35,7 @@ def split_unit(name: str) -> tuple[str, str | None]:
 
 
 def fitting(unit: str, wanted: Sequence[str]) -> tuple[str, float]:
-    """Return the first of some SI units that a unit converts to, and the factor.
-
-    Raises
-    ------
-    InputError
-        None of them, an unknown unit, or one that no factor converts.
-    """
+    """Return the first of some SI units that a unit converts to, and the factor; an InputError where there is none."""
     problems = []
     for si in wanted:
         try:
@@ -54,18 +48,9 @@ def fitting(unit: str, wanted: Sequence[str]) -> tuple[str, float]:
 
 
 def settled(explicit: str | None, units: Sequence[str], wanted: Sequence[str], column: str) -> tuple[str, float]:
-    """Return the SI unit of a column and the factor that takes its values there.
+    """Return the SI unit of a column, one of those wanted, and the factor that takes its values there.
 
-    Parameters
-    ----------
-    explicit : str, optional
-        The unit that is given; it holds, whatever the file says.
-    units : sequence of str
-        The units that the file gives.
-    wanted : sequence of str
-        SI units that the column may be in; the first if neither gives a unit.
-    column : str
-        What a message calls the column.
+    An explicit unit holds whatever the file says; without a unit from either, values are in the first that is wanted.
 
     Raises
     ------
@@ -84,7 +69,7 @@ def settled(explicit: str | None, units: Sequence[str], wanted: Sequence[str], c
         si, factor = fitting(known[0], wanted)
     except InputError as error:
         weight = f'; what a balance tells in {known[0]} is a force in {known[0]}f: say unit = "{known[0]}f"'
-        hint = weight if "N" in wanted and _is_mass(known[0]) else ""
+        hint = weight if "N" in wanted and factor_or_none(known[0], "kg") else ""
         raise InputError(f"{column}: {error}{hint}") from error
     for unit in known[1:]:
         if not _is_same(unit, si, factor):
@@ -98,22 +83,18 @@ def overridden(explicit: str, units: Sequence[str], wanted: Sequence[str]) -> st
     return next((unit for unit in units if _is_known(unit) and not _is_same(unit, si, factor)), None)
 
 
-def _is_mass(unit: str) -> bool:
+def factor_or_none(unit: str, si: str) -> float | None:
+    """Return the factor that takes numbers in a unit to SI; None where there is none."""
     try:
-        return conversion_factor(unit, "kg") > 0
+        return conversion_factor(unit, si)
     except InputError:
-        return False
+        return None
 
 
 def _is_same(unit: str, si: str, factor: float) -> bool:
-    try:
-        return math.isclose(conversion_factor(unit, si), factor, rel_tol=_ROUNDING)
-    except InputError:
-        return False
+    own = factor_or_none(unit, si)
+    return own is not None and math.isclose(own, factor, rel_tol=_ROUNDING)
 
 
 def _is_known(unit: str) -> bool:
-    try:
-        return conversion_factor(unit, unit) > 0
-    except InputError:
-        return False
+    return factor_or_none(unit, unit) is not None

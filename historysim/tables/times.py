@@ -4,9 +4,8 @@ import datetime as dt
 import re
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from historysim.basics.array_types import Floats
 
 DAY = 86400.0
 _DATE = (
@@ -20,12 +19,9 @@ _CLOCK = re.compile(
 def clock(text: str) -> float | None:
     """Return the seconds that a clock tells, or None where a text is none.
 
-    Parameters
-    ----------
-    text : str
-        ``hh:mm:ss`` with or without a fraction, alone or behind a date ``yyyy-mm-dd`` or ``dd.mm.yyyy``. Two numbers
-        alone may be hours and minutes or minutes and seconds, and a date with slashes begins with the day or with
-        the month: these are none.
+    It is ``hh:mm:ss`` with or without a fraction, alone or behind a date ``yyyy-mm-dd`` or ``dd.mm.yyyy``. Two numbers
+    alone may be hours and minutes or minutes and seconds, and a date with slashes begins with the day or the month:
+    these are none.
     """
     match = _CLOCK.fullmatch(text.strip())
     if match is None:
@@ -47,12 +43,8 @@ def clock(text: str) -> float | None:
 def from_the_first(times: Floats, start: float | None) -> tuple[Floats, float | None]:
     """Return seconds since the first row of a record, past midnight too, and when that row was.
 
-    Parameters
-    ----------
-    times : array (row)
-        What a clock tells [s]; NaN where missing.
-    start : float, optional
-        When the first row of the record was, where that is in a table before.
+    The times [s] are those of a clock, NaN where missing; the start is that of the record, where it is in a table
+    before.
     """
     known = np.flatnonzero(np.isfinite(times))
     if not known.size:

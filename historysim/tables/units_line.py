@@ -4,12 +4,11 @@ import re
 from collections.abc import Sequence
 from functools import lru_cache
 
-from historysim.basics.units import conversion_factor
-from historysim.errors import InputError
+from historysim.tables.names import BRACKETED
+from historysim.tables.runs import like_a_number
+from historysim.tables.settled import factor_or_none
 
-_BRACKETED = re.compile(r"\(.*\)|\[.*\]")
 _LETTER = re.compile(r"[^\W\d_]|[%°]")
-_NUMBER = re.compile(r"[+-]?[\d.,]+(?:e[+-]?\d+)?|nan|na|null", re.IGNORECASE)
 _NONE = {"-", "--"}
 # what instruments measure; a mass stands for the gram-force of a balance
 _KINDS = ("s", "N", "m", "Pa", "rad", "V", "A", "K", "Hz", "m s-1", "rad s-1", "J", "W", "N m-1", "kg", "%")
@@ -17,32 +16,19 @@ _TOO_SHORT_FOR_A_UNIT = {"t", "h", "d", "a", "u"}
 
 
 def units_in_line(fields: Sequence[str]) -> list[str]:
-    """Return the units of a line, each in brackets, or nothing where it is no line of units.
+    """Return the units of a line, one for each value, in brackets; nothing where it is no line of units.
 
-    Parameters
-    ----------
-    fields : sequence of str
-        The values of the line.
-
-    Returns
-    -------
-    list of str
-        One unit for each value, empty where there is none.
-
-    Notes
-    -----
     In brackets, any text is a unit. Bare, at least half of the values must be units that instruments measure in, and
     none a number: a line of names alone, such as ``t;F;x``, is no line of units.
     """
     filled = [field for field in fields if field]
-    if filled and all(map(_BRACKETED.fullmatch, filled)):
+    if filled and all(map(BRACKETED.fullmatch, filled)):
         return list(fields)
-    told = [field for field in filled if field not in _NONE and not _BRACKETED.fullmatch(field)]
-    if not told or any(map(_NUMBER.fullmatch, told)) or 2 * sum(map(_is_measured_in, told)) < len(told):
+    told = [field for field in filled if field not in _NONE and not BRACKETED.fullmatch(field)]
+    if not told or any(map(like_a_number, told)) or 2 * sum(map(_is_measured_in, told)) < len(told):
         return []
     return [
-        field if not field or _BRACKETED.fullmatch(field) else "" if field in _NONE else f"[{field}]"
-        for field in fields
+        field if not field or BRACKETED.fullmatch(field) else "" if field in _NONE else f"[{field}]" for field in fields
     ]
 
 
@@ -50,10 +36,4 @@ def units_in_line(fields: Sequence[str]) -> list[str]:
 def _is_measured_in(text: str) -> bool:
     if text in _TOO_SHORT_FOR_A_UNIT or len(text) > 12 or not _LETTER.match(text):
         return False
-    for kind in _KINDS:
-        try:
-            conversion_factor(text, kind)
-        except InputError:
-            continue
-        return True
-    return text in {"°C", "degC", "C", "°F"}
+    return text in {"°C", "degC", "C", "°F"} or any(factor_or_none(text, kind) for kind in _KINDS)

@@ -9,7 +9,8 @@ from click.testing import CliRunner
 
 import historysim as hs
 from historysim.cli import main
-from historysim.cli.questions import OF_AN_ASPERITY, TABLES
+from historysim.cli.questions import AT_A_STEP, QUESTIONS
+from historysim.results.accessor import Questions
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
 EVENTS = [hs.NormalLoad(0.0, 4e-3)]
@@ -33,14 +34,33 @@ def read(path):
         return list(csv.reader(stream))
 
 
+NEEDED = {
+    **{question: ["--asperity", "0", "--step", "6"] for question in AT_A_STEP},
+    **{question: ["--with", "first=5", "--with", "second=9"] for question in ("branch-drift", "drift")},
+    "positioning-error": ["--with", "start=4", "--with", "end=12"],
+    "nominal-pressure": ["--with", "nominal_area=1e-9"],
+    "run-drift": ["--with", "second=r.nc"],
+}
+
+
+def test_the_shell_has_every_question_that_python_has():
+    asked = {name.replace("_", "-") for name in vars(Questions) if not name.startswith("_")}
+    # an asperity is no table, and `state --asperity` shows it
+    assert set(QUESTIONS) == asked - {"asperity"}
+
+
 def test_every_question_is_a_table(history, tmp_path):
-    for name in TABLES:
-        question = name.replace("_", "-")
-        options = ["--asperity", "0", "--step", "6"] if name in OF_AN_ASPERITY else []
-        done = call("r.nc", question, *options)
-        assert (done.exit_code, done.output) == (0, f"r_{question}.csv\n")
+    for question in QUESTIONS:
+        for _ in range(2):  # the second replaces the first
+            done = call("r.nc", question, *NEEDED.get(question, []))
+            assert (done.exit_code, done.output) == (0, f"r_{question}.csv\n"), question
         header, *rows = read(tmp_path / f"r_{question}.csv")
         assert all(len(row) == len(header) for row in rows)
+    header, *rows = read(tmp_path / "r_drift.csv")
+    assert (header, float(rows[0][0])) == (["drift [m]"], history.contact.drift(5, 9))
+    header, *rows = read(tmp_path / "r_slides-first.csv")
+    assert header == ["rank", "asperity"]
+    assert [int(row[1]) for row in rows] == list(history.contact.slides_first())
     header, *rows = read(tmp_path / "r_stick-ratio.csv")
     assert header == ["time [s]", "stick_ratio 0", "stick_ratio 1"]
     assert np.array(rows, dtype=float)[:, 1:].tolist() == history.contact.stick_ratio().values.tolist()
@@ -60,14 +80,17 @@ def test_a_table_can_be_netcdf(history):
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (["r.nc", "profiles"], "profiles: is of one asperity; expected --asperity"),
+        (["r.nc", "profiles"], "profiles: needs asperity; expected --with asperity=VALUE"),
         (["r.nc", "slip-shares", "--step", "3"], "slip-shares: takes no --step"),
         (["r.nc", "profiles", "--asperity", "9"], "asperity 9: is not recorded in the history; expected one of 0, 1"),
-        (["r.nc", "slip-shares", "--asperity", "0"], "slip-shares: takes no --asperity"),
+        (["r.nc", "slip-shares", "--asperity", "0"], "slip-shares: has no parameter 'asperity'; it takes none"),
         (["r.nc", "time-series", "--step", "0"], "time-series: takes no --step"),
         (["r.nc", "slip-shares", "-o", "s.txt"], "s.txt: .txt ending; expected .nc or .csv"),
         (["n.nc", "slip-shares"], "n.nc: there is no such file"),
-        (["r.nc", "slips"], "'slips' is not one of 'critical-asperity'"),
+        (["r.nc", "slides-frst"], "'slides-frst' is no question; did you mean 'slides-first'?"),
+        (["r.nc", "drift"], "drift: needs first, second; expected --with first=VALUE"),
+        (["r.nc", "drift", "--with", "frst=1"], "drift: has no parameter 'frst'; did you mean 'first'?"),
+        (["r.nc", "drift", "--with", "first"], "--with 'first': expected NAME=VALUE, such as first=0"),
     ],
 )
 def test_what_does_not_fit_is_refused(tmp_path, arguments, told):

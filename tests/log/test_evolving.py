@@ -46,14 +46,14 @@ def test_other_events_come_back_from_columns_and_tables(tmp_path):
 def test_a_head_keeps_law_and_wear(law):
     for wear in (None, ArchardWear(coefficient=0.01, hardness=1.0), EnergyWear(volume_per_energy=0.1, shape="blunted")):
         ensemble = hs.Ensemble(PAIR, HEIGHT, RADIUS, law, wear=wear, follow_sliding=True)
-        head = LogHeader.of(ensemble)
+        head = LogHeader.of(hs.Replay(ensemble, ()))
         again = head_from(head.text, head.arrays).ensemble
         assert (again.law, again.wear, again.follow_sliding) == (law, wear, True)
         assert again.friction.tobytes() == ensemble.friction.tobytes()
 
 
 def test_a_head_of_steady_contacts_is_that_of_earlier_versions():
-    settings = LogHeader.of(hs.Ensemble(PAIR, HEIGHT, RADIUS, 0.5)).settings
+    settings = LogHeader.of(hs.Replay(hs.Ensemble(PAIR, HEIGHT, RADIUS, 0.5), ())).settings
     assert settings["format"] == 1
     assert not {"friction_law", "wear", "follow_sliding"} & set(settings)
 

@@ -6,6 +6,7 @@ import shutil
 import sqlite3
 import stat
 
+import attrs
 import numpy as np
 import pytest
 
@@ -19,6 +20,7 @@ from historysim.log.snapshot import Snapshot, unpacked
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 ENSEMBLE = hs.Ensemble(PAIR, [0.0, -0.01, -0.03], [1.0, 2.0, 0.5], 0.5, x=[0.0, 1.0, 2.0])
+JOB = hs.Replay(ENSEMBLE, ())
 EVENTS = [
     hs.NormalLoad(0.0, 0.03),
     hs.TangentialLoad(1.0, 0.006),
@@ -41,7 +43,7 @@ def path(tmp_path):
 
 @pytest.fixture
 def made(path, small_batches):  # noqa: ARG001 - the batches are those that it makes
-    LogFile.create(path, LogHeader.of(ENSEMBLE, title="three"), EVENTS).close()
+    LogFile.create(path, LogHeader.of(JOB, title="three"), EVENTS).close()
     return path
 
 
@@ -85,9 +87,9 @@ def test_the_head_makes_the_ensemble_again_bit_for_bit(made):
         assert again.pair.displacement_ratio == ENSEMBLE.pair.displacement_ratio
         assert file.head.instrument.rigid
         assert file.head.settings["title"] == "three"
-    soft = LogHeader.of(ENSEMBLE, instrument=hs.Instrument(3.34e5))
+    soft = LogHeader.of(attrs.evolve(JOB, instrument=hs.Instrument(3.34e5)))
     assert head_from(soft.text, soft.arrays).instrument == hs.Instrument(3.34e5)
-    assert soft.link != LogHeader.of(ENSEMBLE).link
+    assert soft.link != LogHeader.of(JOB).link
 
 
 def test_what_is_appended_is_chained_to_what_is_there(made):
@@ -139,9 +141,9 @@ def test_rows_can_be_neither_changed_nor_deleted(made, table, change):
 def test_a_new_log_takes_the_place_of_an_old_one_when_it_is_whole(made):
     before = made.read_bytes()
     with pytest.raises(hs.InputError, match="is not a load event"):
-        LogFile.create(made, LogHeader.of(ENSEMBLE), [*EVENTS, None])
+        LogFile.create(made, LogHeader.of(JOB), [*EVENTS, None])
     assert made.read_bytes() == before
-    LogFile.create(made, LogHeader.of(ENSEMBLE), EVENTS[:1]).close()
+    LogFile.create(made, LogHeader.of(JOB), EVENTS[:1]).close()
     with LogFile(made) as file:
         assert file.sound().events == EVENTS[:1]
     assert names(made.parent) == ["run.history"]
@@ -335,7 +337,7 @@ def test_a_damaged_snapshot_is_told_and_harms_nothing(made, statement, reason):
 def test_a_snapshot_of_another_log_is_told(made, tmp_path):
     with_snapshot(made)
     other = tmp_path / "other.history"
-    LogFile.create(other, LogHeader.of(ENSEMBLE, title="another"), EVENTS).close()
+    LogFile.create(other, LogHeader.of(JOB, title="another"), EVENTS).close()
     connection = sqlite3.connect(other)
     connection.execute("ATTACH DATABASE ? AS source", (str(made),))
     connection.execute("INSERT INTO snapshot SELECT * FROM source.snapshot")
@@ -357,7 +359,7 @@ def test_a_second_writer_is_told_and_readers_are_not_held_up(made):
             with pytest.raises(OSError, match="another process is writing it"):
                 reader.append([hs.NormalLoad(3.0, 0.01)])
             with pytest.raises(OSError, match="another process is writing it"):
-                LogFile.create(made, LogHeader.of(ENSEMBLE), EVENTS)
+                LogFile.create(made, LogHeader.of(JOB), EVENTS)
             writer.append([hs.NormalLoad(3.0, 0.01)])
             assert len(reader.sound().events) == len(EVENTS) + 1
     with LogFile(made) as file:

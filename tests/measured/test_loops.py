@@ -3,7 +3,6 @@
 import json
 import math
 from itertools import pairwise
-from pathlib import Path
 
 import attrs
 import numpy as np
@@ -12,6 +11,7 @@ import synthetic
 import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
+from records_shared import SHARED
 
 import historysim as hs
 from historysim.contact import mindlin
@@ -384,7 +384,7 @@ def test_the_dataset_holds_everything(tmp_path):
 
 # ---------------------------------------------------------------- a measured record
 
-RECORD = Path(__file__).parents[3] / "shared" / "data" / "friction_damper" / "0.5Hz36lbtension1amplitude.json"
+RECORD = SHARED / "friction_damper" / "0.5Hz36lbtension1amplitude.json"
 
 
 @pytest.fixture(scope="module")

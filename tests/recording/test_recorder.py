@@ -16,7 +16,7 @@ import historysim as hs
 from historysim.basics.file_kinds import is_netcdf
 from historysim.loads.schedule import segments
 from historysim.recording import netcdf, recorder
-from historysim.recording.netcdf import recording
+from historysim.recording.netcdf import FileRecorder, recording
 from historysim.recording.recorder import DatasetRecorder, chosen_asperities
 from historysim.recording.variables import COORDINATES, PER_ASPERITY, PRESENT_FRICTION, TOTALS, WHERE_FRICTION_CHANGES
 
@@ -100,10 +100,14 @@ def steps(plan):
     return sum(stretch.row_time.size for stretch in plan)
 
 
+def into(path, ensemble, asperities, count, attributes):
+    return recording(path, lambda handle: FileRecorder(ensemble, asperities, count, handle, attributes))
+
+
 def stream(path, ensemble, events=EVENTS, record="touching", most_rows=None):
     plan = list(segments(events, 2, most_rows))
     asperities = chosen_asperities(ensemble, events, record)
-    with recording(path, ensemble, asperities, steps(plan), {"Conventions": "CF-1.11"}) as file:
+    with into(path, ensemble, asperities, steps(plan), {"Conventions": "CF-1.11"}) as file:
         fill(file, plan)
 
 
@@ -274,7 +278,7 @@ def test_recording_changes_no_state(ensemble, tmp_path):
     for asperities in (None, np.arange(5), np.array([3])):
         chosen = () if asperities is None else asperities
         target = DatasetRecorder(ensemble, asperities, times.size)
-        with recording(tmp_path / "out.nc", ensemble, asperities, times.size, {}) as file:
+        with into(tmp_path / "out.nc", ensemble, asperities, times.size, {}) as file:
             for kind in (target, file):
                 after = ensemble.walk(before, paths, rows=kind.blank(times.size), asperities=chosen)
                 assert fingerprint(after) == ended
@@ -454,7 +458,7 @@ def test_complete_is_the_last_thing_written(ensemble, tmp_path, monkeypatch):
         return replace(self, target)
 
     monkeypatch.setattr(Path, "replace", watched)
-    with recording(path, ensemble, None, steps(plan), {"Conventions": "CF-1.11"}) as file:
+    with into(path, ensemble, None, steps(plan), {"Conventions": "CF-1.11"}) as file:
         fill(file, plan)
         file.flush()
         (unfinished,) = tmp_path.iterdir()
@@ -478,7 +482,7 @@ def test_what_fails_in_the_middle_leaves_nothing_behind(ensemble, tmp_path, rais
     before = names(tmp_path)
 
     def fail():
-        with recording(path, ensemble, np.arange(5), 100, {}) as file:
+        with into(path, ensemble, np.arange(5), 100, {}) as file:
             fill(file, list(segments(EVENTS[:3])))
             assert len(names(tmp_path)) == len(before) + 1
             raise raised
@@ -571,7 +575,7 @@ def test_a_full_disk_is_an_error_that_names_the_file(ensemble, tmp_path):
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
 
     def overflow():
-        with recording(path, ensemble, np.arange(5), steps(plan), {}) as file:
+        with into(path, ensemble, np.arange(5), steps(plan), {}) as file:
             resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 20, limits[1]))
             fill(file, plan)
 

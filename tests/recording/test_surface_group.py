@@ -1,7 +1,6 @@
 """The surface beside the history: what stands in the group ``surface`` of a result."""
 
 import warnings
-from pathlib import Path
 
 import netCDF4
 import numpy as np
@@ -9,6 +8,7 @@ import pytest
 import xarray as xr
 from click.testing import CliRunner
 from conventions import conventions
+from records_shared import SHARED
 from sections import LINES, ROUGH, SECTIONS, SHORT, loaded, write_files
 
 import historysim as hs
@@ -20,7 +20,7 @@ from historysim.surfaces.heights import Surface
 from historysim.surfaces.random import random_surface
 from historysim.surfaces.summits import Summits
 
-HEIGHTS = Path(__file__).parents[3] / "shared" / "data" / "heights"
+HEIGHTS = SHARED / "heights"
 PRESSED = LINES.replace("normal_load = 0", "normal_load = 1e-6").replace('"all"', '"touching"')
 COLUMNS = {"summit_height": "height", "summit_radius": "radius", "summit_x": "x", "summit_y": "y"}
 CASES = {**SECTIONS, **{f"{name}, in short": entry for name, entry in SHORT.items()}}

@@ -10,6 +10,7 @@ from pathlib import Path
 import attrs
 import numpy as np
 import pytest
+from records_shared import SHARED
 from sections import (
     AMOUNT,
     DENSITY,
@@ -39,7 +40,7 @@ from historysim.surfaces.summits import Summits
 from historysim.surfaces.textured import split, textured_summits
 from historysim.tables import Format
 
-HEIGHTS = Path(__file__).parents[3] / "shared" / "data" / "heights"
+HEIGHTS = SHARED / "heights"
 
 
 @pytest.fixture

@@ -109,8 +109,10 @@ def test_a_range_in_which_the_target_is_met_twice_is_told(ball):
     ("arguments", "message"),
     [
         ((), r"design: missing; expected \[design\]"),
-        (("surface.radius",), "design: expected a target, or below or above, and two"),
-        (("surface.radius", [1, 2, 3], 1e-9), "design: expected a target, or below or above, and two"),
+        (("surface.radius",), "design.between: 1 value"),
+        (("surface.radius", "12", 1e-9), "design.between: 1 value"),
+        (("surface.radius", [1, 2, 3], 1e-9), "design.between: 3 values; expected two, the least and the greatest"),
+        (("surface.radius", [1, 2]), "design: no target; expected one of target, below and above"),
         (("surface.radius", [2, 1], 1e-9), "design.between: 2 and 1; expected the least value"),
         (("surface.radius", ["1 N", 1], 1e-9), "surface.radius: '1 N': 'N' is not a unit of a length"),
         (("surface.radius", [1, "1 N"], 1e-9), "design.between: '1 N': 'N' is not a unit of a length"),

@@ -1,10 +1,10 @@
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from records_shared import SHARED
 from scipy.integrate import trapezoid
 from scipy.io import loadmat
 
@@ -14,7 +14,7 @@ from historysim.surfaces import distribution as module
 from historysim.surfaces.distribution import Gaussian, Tabulated, drawn_summits, quantile_summits
 
 EPS = np.finfo(float).eps
-MEASURED = Path(__file__).parents[3] / "shared" / "data" / "brake_reuss" / "brb_surface_data.mat"
+MEASURED = SHARED / "brake_reuss" / "brb_surface_data.mat"
 
 TWO_HILLS = Tabulated([0, 1, 2, 5, 6, 7], [0, 3, 0, 0, 3, 0])
 

@@ -4,19 +4,19 @@ import subprocess
 import sys
 import warnings
 import zipfile
-from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from records_shared import SHARED
 
 from historysim.errors import InputError
 from historysim.surfaces import raw_map
 from historysim.surfaces.reading import read_surface
 
-HEIGHTS = Path(__file__).parents[3] / "shared" / "data" / "heights"
+HEIGHTS = SHARED / "heights"
 EPS = np.finfo(float).eps
 PLAIN = {"pixel_size": "1 µm", "height_unit": "nm"}
 METRES = {"pixel_size": 1.0, "height_unit": "m"}

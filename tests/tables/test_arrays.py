@@ -5,7 +5,6 @@ import json
 import logging
 import warnings
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import attrs
 import numpy as np
@@ -13,12 +12,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from number_files import write_matlab_73
+from records_shared import SHARED
 
 from historysim import tables
 from historysim.errors import InputError
 from historysim.tables import Column, Format, describe, from_tdms, read_table
 
-DATA = Path(__file__).parents[3] / "shared" / "data"
+DATA = SHARED
 DAMPER = DATA / "friction_damper" / "0.5Hz36lbtension1amplitude.json"
 BOLTED = DATA / "brake_reuss" / "brb_surface_data.mat"
 

@@ -6,7 +6,6 @@ import sqlite3
 import subprocess
 import sys
 from contextlib import closing
-from pathlib import Path
 
 import attrs
 import netCDF4
@@ -14,13 +13,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from records_shared import SHARED
 
 from historysim import tables
 from historysim.errors import InputError
 from historysim.tables import Column, Format, describe, from_text, read_table
 from historysim.tables.settled import settled, unit_in
 
-DATA = Path(__file__).parents[3] / "shared" / "data"
+DATA = SHARED
 TRIAXIAL = DATA / "triaxial" / "TM11_Pc130_Pp50_T100_loading.tsv"
 
 measured_files = pytest.mark.skipif(not DATA.is_dir(), reason="the folder of measured data is not there")

@@ -9,10 +9,15 @@ from historysim.basics import findings
 from historysim.basics.findings import Finding
 from historysim.basics.units import duration_text, quantity_text
 from historysim.errors import InputError
-from historysim.results.analysis.preliminary import capacity
-from historysim.results.analysis.recorded import CHANGING_HEIGHT, Recorded, is_complete
+from historysim.results.analysis.preliminary import capacity, friction_of
+from historysim.results.analysis.recorded import CHANGING_HEIGHT, Recorded, is_complete, present_friction
 from historysim.results.analysis.slips import NEVER, first_steps, order_of_sliding
 
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+MOST_COEFFICIENTS = 4
+"""Friction coefficients that a summary names."""
 WORTH_TELLING = 1.05
 """Ratio of traction to friction limit from which a summary tells it."""
 
@@ -68,11 +73,8 @@ def summary(history: Recorded, slide_times: npt.NDArray[np.float64] | None = Non
         lines.append(("preliminary displacement", f"not available: {reason}"))
     else:
         lines += [
-            (
-                "preliminary displacement",
-                f"{quantity_text(float(displacement[peak]), 'm')} at the peak normal load, θμδ of virgin loading",
-            ),
-            ("critical asperity", str(asperity[peak]) if displacement[peak] > 0 else "none"),
+            ("preliminary displacement", _preliminary(history, normal, displacement, asperity)),
+            ("critical asperity", f"{asperity[peak]}, the last to slide" if displacement[peak] > 0 else "none"),
         ]
     with suppress(InputError):
         lines.append(("slides first", _first_to_slide(history, slide_times)))
@@ -88,6 +90,29 @@ def summary(history: Recorded, slide_times: npt.NDArray[np.float64] | None = Non
             ("traction", f"up to {largest:.2f} μp where friction fell: the model is that far from Coulomb's law")
         )
     return [*lines, *(("warning", finding.text) for finding in validity(history))]
+
+
+def _preliminary(history: Recorded, normal: Floats, displacement: Floats, asperity: Integers) -> str:
+    """Return at which displacement a virgin contact slides as a whole; where friction changes, at each coefficient."""
+    touches = displacement > 0
+    if not touches.any():
+        return "none, nothing touches"
+    changes = present_friction(history).changes
+    friction = np.round(friction_of(history, asperity), 6)[touches] if changes else np.zeros(touches.sum())
+    normal, displacement = normal[touches], displacement[touches]
+    _, first = np.unique(friction, return_index=True)
+    coefficients = friction[np.sort(first)]
+    if coefficients.size > MOST_COEFFICIENTS:
+        coefficients = coefficients[[0, -1]]
+    told = []
+    for coefficient in coefficients:
+        of_it = np.flatnonzero(friction == coefficient)
+        at = of_it[normal[of_it].argmax()]
+        where = f" at μ = {coefficient:.4g}" if coefficients.size > 1 else ""
+        told.append(
+            f"{quantity_text(float(displacement[at]), 'm')}{where} under {quantity_text(float(normal[at]), 'N')}"
+        )
+    return f"{', '.join(told)}, loaded from rest"
 
 
 def _evolved(history: Recorded) -> list[tuple[str, str]]:

@@ -119,6 +119,18 @@ def capacity(history: Recorded) -> tuple[Floats, npt.NDArray[np.int64]]:
     return _changing_capacity(history, friction) if changes else _steady_capacity(history, friction.of(0))
 
 
+def friction_of(history: Recorded, label: npt.NDArray[np.int64]) -> Floats:
+    """Return the friction coefficient of one asperity at each step [1], of which there is a label each."""
+    friction = present_friction(history)
+    position = {int(name): place for place, name in enumerate(history["asperity"].values)}
+    places = np.array([position.get(int(name), 0) for name in label])
+    found = np.empty(label.size)
+    for rows in parts(history):
+        values = np.broadcast_to(friction.of(rows), (places[rows].size, len(position)))
+        found[rows] = values[np.arange(len(values)), places[rows]]
+    return found
+
+
 def _steady_capacity(history: Recorded, friction: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
     separation, height = history["separation"].values, history["summit_height"].values
     # no asperity is the last to slide that never touches, or where another one is as high or higher and has more

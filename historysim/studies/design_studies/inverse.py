@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 Pair = tuple[Quantity, Quantity]
 
 
-def finish_for_a_drift(
+def finish_for_a_drift(  # noqa: PLR0913 - the keys of a scenario
     pair: MaterialPair,
     *,
     drift: Quantity,
@@ -69,10 +69,12 @@ def finish_for_a_drift(
         "autocorrelation_length": autocorrelation_length,
     }
     question = ("rms_height", between, drift)
-    return _sought("finish", pair, surface, normal_load, friction, seeds, question, options)
+    return _sought(
+        "finish", pair, surface, question, normal_load=normal_load, friction=friction, seeds=seeds, **options
+    )
 
 
-def texture_for_a_drift(
+def texture_for_a_drift(  # noqa: PLR0913 - the keys of a scenario
     pair: MaterialPair,
     *,
     drift: Quantity,
@@ -122,18 +124,21 @@ def texture_for_a_drift(
         "radius_scatter": radius_scatter,
     }
     question = ("radius", between, drift)
-    return _sought("texture", pair, surface, normal_load, friction, seeds, question, options)
+    return _sought(
+        "texture", pair, surface, question, normal_load=normal_load, friction=friction, seeds=seeds, **options
+    )
 
 
 def _sought(
     what: str,
     pair: MaterialPair,
     surface: dict[str, Any],
+    question: tuple[str, Pair, Quantity],
+    *,
     normal_load: Pair,
     friction: float,
     seeds: Seeds,
-    question: tuple[str, Pair, Quantity],
-    options: Any,
+    **options: Unpack[SweepOptions],
 ) -> "xr.Dataset":
     """Return the value of a key of the surface at which the drift from one load to the other is what is wanted."""
     key, between, wanted = question

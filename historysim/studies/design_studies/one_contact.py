@@ -63,4 +63,4 @@ def radius_load_friction(
         outputs += ["drift", "branch_drift"]
     tables = {"surface": {"kind": "sphere"}, "friction": {}, "loading": {"waypoints": waypoints}}
     title = "one contact of other radius, load and friction"
-    return swept("radius_load_friction", title, pair, tables, values, outputs, **options)
+    return swept("radius_load_friction", title, pair, tables, values, outputs=outputs, **options)

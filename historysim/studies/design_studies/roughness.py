@@ -82,7 +82,7 @@ def roughness(
     }
     tables = random_tables(pixel_size, list(shape))
     title = "random surfaces of other roughness"
-    return with_spread(swept("roughness", title, pair, tables, values, OUTPUTS, **options))
+    return with_spread(swept("roughness", title, pair, tables, values, outputs=OUTPUTS, **options))
 
 
 def nominal_area(
@@ -131,10 +131,9 @@ def nominal_area(
     }
     title = "one finish on larger and larger faces"
     tables = random_tables(pixel_size, shapes[0])
-    found = with_spread(swept("nominal_area", title, pair, tables, values, OUTPUTS, **options))
+    found = with_spread(swept("nominal_area", title, pair, tables, values, outputs=OUTPUTS, **options))
     areas = [math.prod(each) * pixel**2 for each in shapes]
-    named: xr.Dataset = over_numbers(found, "surface_shape", "nominal_area", areas, "nominal area", "m2")
-    return named
+    return over_numbers(found, "surface_shape", "nominal_area", areas, told="nominal area", units="m2")
 
 
 def random_tables(pixel_size: Quantity, shape: list[int]) -> dict[str, Any]:

@@ -46,23 +46,10 @@ class StoredSweepOptions(SweepOptions, total=False):
 def scenario_for(
     name: str, title: str, pair: MaterialPair, tables: Mapping[str, Any], values: Mapping[str, Any]
 ) -> Scenario:
-    """Return the scenario of a study.
+    """Return the scenario of a study, from its tables but ``[materials]``, and further values by key.
 
-    Parameters
-    ----------
-    name : str
-        Of the function, which messages begin with.
-    title : str
-    pair : MaterialPair
-    tables : dict
-        Its tables but ``[materials]``.
-    values : dict
-        Further values by key, one for each.
-
-    Raises
-    ------
-    InputError
-        No pair, or a value that the scenario does not take.
+    `name` is that of the function, which messages begin with. No pair, or a value that the scenario does not take, is
+    an InputError.
     """
     if not isinstance(pair, MaterialPair):
         raise InputError(f"{name}: pair is {pair!r}; expected a MaterialPair of two materials, or from_moduli")
@@ -79,6 +66,7 @@ def swept(
     pair: MaterialPair,
     tables: Mapping[str, Any],
     values: Mapping[str, Any],
+    *,
     outputs: Sequence[str],
     together: Sequence[Sequence[str]] = (),
     **options: Unpack[StoredSweepOptions],
@@ -100,7 +88,7 @@ def swept(
     return found if several else found.squeeze()
 
 
-def is_several(value: Any) -> bool:
+def is_several(value: object) -> bool:
     """Return whether a value is an array or a range."""
     if hasattr(value, "tolist"):
         value = value.tolist()
@@ -112,7 +100,9 @@ def with_spread(found: "xr.Dataset", along: str = "surface_seed") -> "xr.Dataset
     return found.assign(spread(found, along).data_vars) if along in found.dims else found
 
 
-def over_numbers(found: "xr.Dataset", along: str, name: str, values: Sequence[float], told: str, units: str) -> Any:
+def over_numbers(
+    found: "xr.Dataset", along: str, name: str, values: Sequence[float], *, told: str, units: str
+) -> "xr.Dataset":
     """Return a sweep over arrays, such as ``[4, 4]``, whose dimension is a number that they stand for."""
     if along not in found.dims:
         return found

@@ -90,13 +90,14 @@ def equal_asperities(
     }
     tables = _texture(pitch, counts if one else counts[0])
     outputs = ("preliminary_displacement", "peak_contact_area", "peak_approach")
-    found = swept("equal_asperities", "n equal asperities in place of one", pair, tables, values, outputs, **options)
+    found = swept(
+        "equal_asperities", "n equal asperities in place of one", pair, tables, values, outputs=outputs, **options
+    )
     numbers = [] if one else [nx * ny for nx, ny in counts]
-    told: xr.Dataset = over_numbers(found, "surface_count", "asperity_count", numbers, "number of asperities", "1")
-    return told
+    return over_numbers(found, "surface_count", "asperity_count", numbers, told="number of asperities", units="1")
 
 
-def texture_tolerances(
+def texture_tolerances(  # noqa: PLR0913 - the keys of a scenario
     pair: MaterialPair,
     *,
     count: tuple[int, int],
@@ -156,7 +157,7 @@ def texture_tolerances(
     outputs = ("preliminary_displacement", "peak_contact_count")
     tables = _texture(pitch, list(count))
     title = "scatter of heights and radii of a texture"
-    return with_spread(swept("texture_tolerances", title, pair, tables, values, outputs, **options))
+    return with_spread(swept("texture_tolerances", title, pair, tables, values, outputs=outputs, **options))
 
 
 def one_large_asperity(
@@ -232,10 +233,10 @@ def one_large_asperity(
     }
     outputs = ("preliminary_displacement", "critical_asperity", "peak_contact_count")
     title = f"one asperity of another radius among {count}"
-    return swept("one_large_asperity", title, pair, tables, values, outputs, together, **options)
+    return swept("one_large_asperity", title, pair, tables, values, outputs=outputs, together=together, **options)
 
 
-def _texture(pitch: Quantity, count: Any) -> dict[str, Any]:
+def _texture(pitch: Quantity, count: object) -> dict[str, Any]:
     return {"surface": {"kind": "textured", "count": count, "pitch": pitch}, **_loaded()}
 
 
