@@ -2,6 +2,7 @@
 
 import ast
 import collections
+import re
 from pathlib import Path
 
 import pytest
@@ -151,6 +152,13 @@ def heavy_at_start(root):
 
 def test_every_module_imports_only_from_above():
     assert complaints(ROOT) == []
+
+
+def test_the_architecture_has_every_room_in_its_order():
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    table = text[text.index("| room |") :].split("\n\n")[0]
+    listed = re.findall(r"^\| `([\w.]+?)(?:/|\.py)` \|", table, re.MULTILINE)
+    assert listed == list(ROOMS)
 
 
 def test_all_modules_are_read():

@@ -127,7 +127,9 @@ VALUES = {
     ],
     "distributions": lambda: (Gaussian(1e-8), Tabulated([0.0, 1e-8, 2e-8], [1.0, 0.5, 0.0])),
     "GreenwoodWilliamson": lambda: hs.GreenwoodWilliamson(1e11, 1e-4, 1e-8, 1e10, 1e-6),
-    "NormalSolutions": lambda: hs.NormalSolutions(*SOLVED, (4, 5), (1e-6, 1e-6), 2e-8, (0.01, 0.02)),
+    "NormalSolutions": lambda: hs.NormalSolutions(
+        *SOLVED, np.array([np.nan, 1.0]), (4, 5), (1e-6, 1e-6), 2e-8, (0.01, 0.02)
+    ),
     "Ensemble": ensemble,
     "EnsembleState": stepped,
     "laws": lambda: (laws.ShearStrength(3e8), wear.ArchardWear(coefficient=1e-4, hardness=1e9)),

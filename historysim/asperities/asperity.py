@@ -43,6 +43,15 @@ class Asperity:
         [m].
     memory : TractionMemory
         View of the friction group's polyline.
+
+    Examples
+    --------
+    >>> pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+    >>> ensemble = hs.Ensemble(pair, summit_height=0.0, summit_radius=2.5e-3, friction=0.2)
+    >>> state = ensemble.advance(ensemble.initial_state(), normal_load=50e-3)
+    >>> asperity = ensemble.asperity(0, ensemble.advance(state, tangential_load=5e-3))
+    >>> print(f"{asperity.stick_radius / asperity.contact_radius:.4f}")  # (1 - T/(μN))^(1/3)
+    0.7937
     """
 
     index: int

@@ -41,6 +41,14 @@ class ContactBatch:
     ------
     InputError
         A number that is not finite or out of range, or arrays of different lengths.
+
+    Examples
+    --------
+    >>> pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+    >>> batch = hs.ContactBatch(pair, radius=1e-3, friction=0.3, count=2)
+    >>> batch.step(np.array([5e-9, -1e-9]), np.array([0.5e-9, 0.5e-9]))
+    >>> print(batch.normal_load.round(6))
+    [0.000642 0.      ]
     """
 
     def __init__(self, pair: MaterialPair, radius: npt.ArrayLike, friction: npt.ArrayLike, count: int) -> None:

@@ -33,6 +33,7 @@ from historysim.memory.binding import (
     drive,
     new_contact,
     new_memory,
+    stack,
     view,
 )
 from historysim.memory.paths import STILL, Goals, Paths, paths_to, unrecorded
@@ -82,6 +83,15 @@ class Ensemble:
     ------
     InputError
         A number that is not finite or out of range, arrays of different lengths, or patches that shall evolve.
+
+    Examples
+    --------
+    >>> pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+    >>> ensemble = hs.Ensemble(pair, summit_height=[0.0, -30e-9], summit_radius=10e-6, friction=0.2)
+    >>> state = ensemble.advance(ensemble.initial_state(), normal_load=4e-3)
+    >>> state = ensemble.advance(state, tangential_displacement=5e-9)
+    >>> print(f"{state.tangential_load * 1e3:.4f} mN on {state.contact_count} asperities")
+    0.4414 mN on 2 asperities
     """
 
     pair: MaterialPair
@@ -162,6 +172,8 @@ class Ensemble:
         load: "npt.ArrayLike",
         area: "npt.ArrayLike | None" = None,
         friction: float = 0.2,
+        *,
+        noise: "npt.ArrayLike | None" = None,
         **options: Any,
     ) -> Self:
         """Make an ensemble of patches of one contact, which may press on one another, of their normal curves.
@@ -178,11 +190,16 @@ class Ensemble:
             Of the whole contact, from first touch at 0, ascending [m].
         load : array_like (row) or (row, patch)
             Normal load of each patch at that approach [N]; one column alone is the whole contact, as an
-            indentation measures it. Their sum rises ever faster; noise is smoothed (`NormalCurves.misfit`).
+            indentation measures it. Their sum rises ever faster, or as fast, as that of a flat punch does. A sum that
+            does is met exactly; of another one the nearest that does is taken (see `NormalCurves.misfit` and
+            `NormalCurves.error`).
         area : array_like, of the shape of ``load``, optional
             Contact areas [m²]; without them there are no areas in the history.
         friction : float
             Coulomb coefficient μ ≥ 0 of the whole contact.
+        noise : array_like, optional
+            Standard deviation of the noise of the total load [N], one number or one for each row with a load; by
+            default none where the total is convex, otherwise what differences of neighbouring rows show.
         **options
             ``x`` and ``y``, positions of the patches [m] (patch); ``highest_summit``, height of the flat at first
             touch [m]; ``tolerance``.
@@ -196,8 +213,16 @@ class Ensemble:
             raise InputError(f"pair is {pair!r}; expected a MaterialPair")
         places = {name: options.pop(name) for name in ("x", "y") if name in options}
         top = scalar("highest_summit", options.pop("highest_summit", 0.0))
-        curves = NormalCurves.from_table(approach, load, area, **places)
-        radius = (0.75 * curves.weight / pair.contact_modulus) ** 2
+        curves = NormalCurves.from_table(approach, load, area, noise=noise, **places)
+        return cls._of_curves(pair, curves, friction, top, **options)
+
+    @classmethod
+    def _of_curves(cls, pair: MaterialPair, curves: NormalCurves, friction: float, top: float, **options: Any) -> Self:
+        if curves.weight is None:
+            # knots have none; their unit of length is the range of the table
+            radius = np.full(curves.label.size, curves.approach[-1])
+        else:
+            radius = (0.75 * curves.weight / pair.contact_modulus) ** 2
         return cls(pair, top - curves.label, radius, scalar("friction", friction, least=0), curves=curves, **options)
 
     @classmethod
@@ -206,9 +231,9 @@ class Ensemble:
     ) -> Self:
         """Make an ensemble of the patches of a rough contact; see `from_normal_curves`, which raises its errors."""
         x, y = solutions.position
-        load = solutions.load * pair.contact_modulus
-        known = {"x": x, "y": y, "highest_summit": solutions.highest_summit}
-        return cls.from_normal_curves(pair, solutions.approach, load, solutions.area, friction, **known, **options)
+        load, stiffness = (each * pair.contact_modulus for each in (solutions.load, solutions.stiffness))
+        curves = NormalCurves.from_exact(solutions.approach, load, solutions.area, stiffness, x=x, y=y)
+        return cls._of_curves(pair, curves, friction, solutions.highest_summit, **options)
 
     def __repr__(self) -> str:
         least, most = self.friction.min(), self.friction.max()
@@ -640,9 +665,10 @@ class Ensemble:
         """
         if self.curves is None:
             raise InputError("the ensemble has no normal curves; expected one from normal curves: see asperity")
-        rows = blank_rows(1, self.elements)
-        check(lib.hs_read(state.memory, rows.handed(np.arange(self.elements)), 0))
-        return self.curves.superposed(rows)
+        rows = blank_rows(1, 1)
+        check(lib.hs_read(state.memory, rows.handed(np.zeros(1, dtype=np.int64)), 0))
+        stick = float(self.curves.stick_approach(rows)[0])
+        return self.curves.superposed(stack(state.memory), state.memory.contact.units, stick)
 
     def asperity(self, index: int, state: EnsembleState) -> "Asperity":
         """Return one asperity, holding its memory in a state.
@@ -683,10 +709,10 @@ class Ensemble:
         if self.wear is not None or (self.law is not None and self.law.depends_on in {"own", "slid"}):
             # asperities whose friction depends on themselves share what they remember where they are alike
             keys += [self.summit_height, self.summit_radius]
-        sign = None if self.curves is None else self.curves.weight
+        stiffness = None if self.curves is None else self.curves.stiffness
         group = _alike(*keys)
         moduli = self.pair.contact_modulus, self.pair.displacement_ratio
-        return new_contact(self.summit_height, self.summit_radius, sign, group, *moduli)
+        return new_contact(self.summit_height, self.summit_radius, stiffness, group, *moduli)
 
     @cached_property
     def _beginning(self) -> Any:

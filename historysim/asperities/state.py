@@ -64,6 +64,16 @@ class EnsembleState:
     ----------
     memory : hs_memory
         Of the library.
+
+    Examples
+    --------
+    >>> pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+    >>> ensemble = hs.Ensemble(pair, summit_height=0.0, summit_radius=2.5e-3, friction=0.2)
+    >>> state = ensemble.advance(ensemble.initial_state(), normal_load=50e-3)
+    >>> print(f"{state.tangential_stiffness:.4g} N/m")
+    9.573e+05 N/m
+    >>> state == ensemble.initial_state()
+    False
     """
 
     memory: Memory

@@ -11,6 +11,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
+from historysim.asperities.curves import NormalCurves
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.asperities.laws.slid import SlidFriction
@@ -34,6 +35,10 @@ HALF = 0.5
 """Share of the normal load that a handful of outliers may carry."""
 FEW = 500
 """Circles of which all pairs are looked at, since that takes less than to import what finds those that are near."""
+MOST_BEFORE_ROWS = 0.2
+"""Approach of the first row of a normal curve, over that of the last."""
+MOST_ERROR = 0.01
+"""What a normal curve may be off by, over its largest load."""
 ONSET_OF_HARDNESS, ONSET_OF_YIELD = 0.4, 1.07
 """Mean pressure at which a sphere begins to flow, over the hardness (Greenwood and Williamson 1966: peak pressure
 0.6 H) and over the yield stress (Johnson 1985, section 6.1: peak pressure 1.6 Y for ν = 0.3)."""
@@ -76,7 +81,7 @@ def findings(ensemble: Ensemble, approach: float, instrument: Instrument = RIGID
     Returns
     -------
     tuple of Finding
-        Of these, those that do not hold; none where nothing touches, or of patches with normal curves:
+        Of these, those that do not hold; none where nothing touches:
 
         ``steep``
             Share of the load on asperities with a/R > 0.3, at most 0.1.
@@ -92,6 +97,11 @@ def findings(ensemble: Ensemble, approach: float, instrument: Instrument = RIGID
             Share of the load on a handful of summits that stand apart (`detached_summits`), at most 0.5.
         ``resolution``
             Preliminary displacement [m], at least the resolution of the instrument.
+        ``first_row``
+            Approach of the first row of a normal curve over that of the last, at most 0.2.
+        ``normal_curve``
+            What the normal curve may be off by, over its largest load, at most 0.01. Of patches with normal curves
+            there are these two alone.
         ``rising``
             Rise of the friction coefficient with the distance slid, over 1/(θδ), at most 1.
 
@@ -102,7 +112,7 @@ def findings(ensemble: Ensemble, approach: float, instrument: Instrument = RIGID
     """
     # patches with normal curves may press on one another, and are no spheres
     if ensemble.curves is not None:
-        return ()
+        return tuple(_curve(ensemble.curves))
     depth = ensemble.summit_height - (ensemble.highest_summit - approach)
     index = np.flatnonzero(depth > 0)
     if not index.size:
@@ -125,6 +135,32 @@ def _found(ensemble: Ensemble, touching: _Touching, instrument: Instrument) -> I
     yield from _adhering(ensemble, touching)
     yield from _unresolved(ensemble, touching, instrument)
     yield from _rising(ensemble, touching)
+
+
+def _curve(curves: NormalCurves) -> Iterator[Finding]:
+    if not (curves.guessed_before_rows or curves.noise is not None):
+        # of solutions the first row is that of the first touch, and rows are close
+        return
+    first = float(curves.approach[0] / curves.approach[-1])
+    if first > MOST_BEFORE_ROWS:
+        yield Finding(
+            "first_row",
+            first,
+            MOST_BEFORE_ROWS,
+            f"the lightest load of the normal curve stands at {_percent(first)} of its range of approach: what is "
+            "carried below it, and by every slip front there, is a guess (a power of the approach); measure lighter "
+            "loads",
+        )
+    error = curves.error()
+    if error > MOST_ERROR:
+        why = "between its rows" if curves.noise is None else "under its noise"
+        yield Finding(
+            "normal_curve",
+            error,
+            MOST_ERROR,
+            f"the normal curve may be off by {_percent(error)} of its largest load {why}, and so may all loads: "
+            "measure more rows",
+        )
 
 
 def _outliers(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:

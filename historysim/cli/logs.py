@@ -28,7 +28,10 @@ EVENTS = unmarked("a table that says who wrote it", ".csv")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing where all is well.")
 @json_option
 def verify(file: Path, log: Path | None, quiet: bool, as_json: bool) -> None:
-    """Replay the log of a result, FILE, and compare every bit; or check FILE, a log, and its snapshots."""
+    """Check that a result is what its log makes, bit for bit.
+
+    FILE is a result, whose log is replayed, or a log, which is checked with its snapshots.
+    """
     from historysim.log.verification import verify as check
 
     found = check(file, log, progress=not quiet, tell=notice)
@@ -98,7 +101,7 @@ def state(log: Path, moment: str | None, asperity: int | None, output: Path | No
 @click.option("-o", "--output", type=path_type, required=True, help="The new log.")
 @force_option
 def fork(log: Path, moment: str, output: Path, force: bool) -> None:
-    """Copy the past of LOG (NAME.history) up to a time to a new log, for another future."""
+    """Copy the past of LOG (NAME.history) up to a time to a new log."""
     check_outputs([Output(output, (LOG,))], [log], force=force)
     from historysim.log.event_log import EventLog
 

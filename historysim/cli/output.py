@@ -28,6 +28,7 @@ TABLES_OF_QUESTIONS = (
         "elapsed_time,total_normal_load",
         "loop,start_time",
         "radius,pressure",
+        "x,pressure",
         "reversal,radius",
         *(
             f"time,{name}"
@@ -82,12 +83,15 @@ class Answer(NamedTuple):
         What was written.
     data : callable, optional
         Gives all numbers as a Dataset, with units.
+    below : sequence of (label, text)
+        Lines that stand below the tables.
     """
 
     lines: Sequence[tuple[str, str]] = ()
     tables: Sequence[Sequence[tuple[str, ...]]] = ()
     files: Sequence[Path] = ()
     data: "Callable[[], xr.Dataset] | None" = None
+    below: Sequence[tuple[str, str]] = ()
 
 
 def tell(answer: Answer, *, as_json: bool = False) -> None:
@@ -95,7 +99,12 @@ def tell(answer: Answer, *, as_json: bool = False) -> None:
     if as_json:
         click.echo(_json(answer))
         return
-    for text in (two_columns(answer.lines), *map(columns, answer.tables), *map(str, answer.files)):
+    for text in (
+        two_columns(answer.lines),
+        *map(columns, answer.tables),
+        two_columns(answer.below),
+        *map(str, answer.files),
+    ):
         if text:
             click.echo(text)
 
@@ -104,7 +113,7 @@ def _json(answer: Answer) -> str:
     import json
 
     found: dict[str, Any] = {
-        "lines": [_line(label, text) for label, text in answer.lines if label],
+        "lines": [_line(label, text) for label, text in (*answer.lines, *answer.below) if label],
         "tables": [{"columns": rows[0], "rows": rows[1:]} for rows in answer.tables if rows],
         "files": [str(path) for path in answer.files],
     }

@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from historysim.basics.targets import Output, check_outputs
+from historysim.basics.targets import Output, check_outputs, unmarked
 from historysim.basics.wording import nearest
 from historysim.cli.options import force_option, json_option, path_type
 from historysim.cli.output import TABLES_OF_QUESTIONS, Answer, save_dataset, tell
@@ -22,6 +22,7 @@ QUESTIONS = (
     "mean-pressure",
     "nominal-pressure",
     "peak-pressure",
+    "point-maps",
     "positioning-error",
     "preliminary-displacement",
     "preliminary-displacements",
@@ -41,7 +42,8 @@ QUESTIONS = (
     "validity",
 )
 """What a result answers with a table, as the methods of ``history.contact`` are called."""
-AT_A_STEP = {"profiles": "steps", "reversal-points": "step"}
+VTU = unmarked("a mesh for ParaView", ".vtu")
+AT_A_STEP = {"point-maps": "step", "profiles": "steps", "reversal-points": "step"}
 """Questions about a step, with the name of that parameter."""
 
 
@@ -67,9 +69,13 @@ class Question(click.ParamType):  # type: ignore[type-arg]
 @click.command(epilog=f"The questions: {', '.join(QUESTIONS)}.")
 @click.argument("result", type=path_type)
 @click.argument("question", type=Question())
-@click.option("-o", "--output", type=path_type, help="The table (CSV, netCDF). [default: RESULT_QUESTION.csv]")
+@click.option(
+    "-o", "--output", type=path_type, help="The table (CSV, netCDF; VTU of point-maps). [default: RESULT_QUESTION.csv]"
+)
 @click.option("--asperity", type=int, help="Of profiles, reversal-points and time-series: whose.")
-@click.option("--step", type=int, help="Of profiles and reversal-points: at which step. [default: the last]")
+@click.option(
+    "--step", type=int, help="Of point-maps, profiles and reversal-points: at which step. [default: the last]"
+)
 @click.option(
     "--with",
     "parameters",
@@ -94,7 +100,8 @@ def table(
     The questions are methods of history.contact in Python, where their documentation says what the columns are.
     """
     output = output or result.with_name(f"{result.stem}_{question}.csv")
-    check_outputs([Output(output, TABLES_OF_QUESTIONS)], [result], force=force)
+    kinds = (VTU,) if question == "point-maps" and output.suffix.lower() == ".vtu" else TABLES_OF_QUESTIONS
+    check_outputs([Output(output, kinds)], [result], force=force)
     given = dict(_parameter(text) for text in parameters)
     if asperity is not None:
         given["asperity"] = asperity
@@ -113,7 +120,12 @@ def table(
         if question == "profiles":
             # a row for each radius
             found = found.isel(step=0)
-        save_dataset(found, output)
+        if kinds == (VTU,):
+            from historysim.results.point_maps import write_vtk
+
+            write_vtk(found, output)
+        else:
+            save_dataset(found, output)
         tell(Answer(files=[output], data=lambda: found), as_json=as_json)
 
 

@@ -46,7 +46,9 @@ if TYPE_CHECKING:
 @json_option
 @text_options
 def columns(file: Path, output: Path | None, as_json: bool, layout: "Format") -> None:
-    """Show what FILE, a file of numbers, holds: its blocks, its columns as a scenario names them, a [loading] section.
+    """Show what FILE, a file of numbers, holds.
+
+    Its blocks, its columns as a scenario names them, and a [loading] section to start from.
 
     What the section cannot tell from names and units is marked "?".
     """
@@ -120,9 +122,9 @@ def loops(
     force: bool,
     values: dict[str, Any],
 ) -> None:
-    """Say what the friction loops of FILE are like: of a scenario's measured record, or of a result.
+    """Evaluate the friction loops of FILE.
 
-    At several normal loads this is a table with a row for each load.
+    FILE is a result, or a scenario with a measured record. At several normal loads a table has a row for each load.
     """
     band = None if dead_band is None else quantity_option("--dead-band", dead_band, "m")
     named = Path(f"{file.stem}_loops.png") if with_picture else None
@@ -171,13 +173,14 @@ def loops(
     for path in pictures:
         save(plot_loops(found, model, title=file.name), path)
     tables: list[Sequence[tuple[str, ...]]] = [] if found.large.all() else [found.by_amplitude().rows()]
-    lines = list(found.summary())
+    below: Sequence[tuple[str, str]] = ()
     if len(by_load) > 1:
         tables.append(by_load.rows())
-        lines += [(label, both) for label, *_, both in found.rows() if label.startswith(("largest", "loops"))]
+        below = [(label, both) for label, *_, both in found.rows() if label.startswith(("largest", "loops"))]
     else:
         tables.append(found.rows())
-    tell(Answer(lines, tables, [target.path for target in outputs], found.to_dataset), as_json=as_json)
+    files = [target.path for target in outputs]
+    tell(Answer(found.summary(), tables, files, found.to_dataset, below), as_json=as_json)
 
 
 @click.command()
@@ -199,9 +202,9 @@ def sliding(
     force: bool,
     values: dict[str, Any],
 ) -> None:
-    """Say how friction goes along FILE, which slides one way: static peak, running-in, steady value.
+    """Evaluate the friction of FILE, which slides one way.
 
-    FILE is a scenario with a measured record, or a result.
+    Static peak, running-in and steady value. FILE is a result, or a scenario with a measured record.
     """
     from historysim.results.plots.friction_trace import plot_sliding
     from historysim.scenario.scenario import load
@@ -232,7 +235,10 @@ def sliding(
 @force_option
 @set_option
 def compare(scenario: Path, skip: int, output: Path | None, as_json: bool, force: bool, values: dict[str, Any]) -> None:
-    """Set the model of SCENARIO beside what was measured: time series, loops, energy per loop."""
+    """Compare the model of SCENARIO with its measured record.
+
+    Time series, loops, and energy per loop.
+    """
     output = output or Path(f"{scenario.stem}_comparison.png")
     from historysim.results.plots.measured_and_model import plot_comparison
     from historysim.scenario.compare import compare as compare_scenario
@@ -264,7 +270,10 @@ def fit(
     force: bool,
     values: dict[str, Any],
 ) -> None:
-    """Fit parameters of SCENARIO, as its [fit] says, to what was measured; write the fitted scenario and a picture."""
+    """Fit parameters of SCENARIO to its measured record, as [fit] says.
+
+    Writes the fitted scenario and a picture.
+    """
     output = output or Path(f"{scenario.stem}_fitted.toml")
     picture = picture or output.with_suffix(".png")
     from historysim.results.plots.measured_and_model import plot_comparison

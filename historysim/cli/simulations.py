@@ -48,7 +48,9 @@ def run(
     as_json: bool,
     force: bool,
 ) -> None:
-    """Replay SCENARIO (TOML), or the log or the result of a run, and write the history to a netCDF file.
+    """Replay SCENARIO (TOML) and write the history (netCDF).
+
+    SCENARIO may also be the log or the result of a run, which is then made again.
 
     The log, NAME.history, stands beside the result from the beginning.
     """
@@ -93,7 +95,7 @@ def run(
 @json_option
 @set_option
 def validate(scenario: Path, as_json: bool, values: dict[str, Any]) -> None:
-    """Check SCENARIO (TOML) and the files that it names, without running it."""
+    """Check SCENARIO (TOML) and the files that it names."""
     from historysim.studies.validation import validate as validated
 
     tell(Answer(validated(scenario, values)), as_json=as_json)
@@ -126,9 +128,11 @@ def sweep(
     force: bool,
     values: dict[str, Any],
 ) -> None:
-    """Replay SCENARIO (TOML) at all points of its [sweep], and write what comes out to one file.
+    """Replay SCENARIO (TOML) at all points of its [sweep].
 
-    A sweep that was ended goes on where it was; a cell that cannot be computed is told and leaves a gap.
+    The outputs go to one file.
+
+    A sweep that was ended goes on where it was; a cell that cannot be computed is reported and leaves a gap.
     """
     output = output or Path(f"{scenario.stem}.nc")
     store = store or output.with_suffix(".cells")
@@ -169,7 +173,10 @@ def design(
     force: bool,
     values: dict[str, Any],
 ) -> None:
-    """Find the value of a key of SCENARIO (TOML) at which the history gives what is wanted, as its [design] says."""
+    """Find the value of a key that gives a wanted output.
+
+    [design] of SCENARIO (TOML) names the key, its range, and the output.
+    """
     from historysim.results.sweeps import write
     from historysim.scenario.scenario import load
     from historysim.studies.design import design as carry_out

@@ -151,7 +151,7 @@ def plot(
 @click.option("-o", "--output", type=path_type, help="The page (HTML). [default: FILE's name with _report.html]")
 @force_option
 def report(file: Path, output: Path | None, force: bool) -> None:
-    """Write a report of FILE: one HTML page that opens anywhere, without a network.
+    """Write a report of FILE, one HTML page that opens anywhere.
 
     A result: summary, validity, pictures, provenance, and a slider through time that moves loop and contact map. A
     sweep; what `loops -o`, `loops --levels` and `sliding -o` have written; a scenario whose loading is measured, which
@@ -176,7 +176,7 @@ def report(file: Path, output: Path | None, force: bool) -> None:
 )
 @force_option
 def gallery(folder: Path, output: Path, workers: int | None, scripts: bool, force: bool) -> None:
-    """Run all scenarios in FOLDER and write their pictures to one HTML page that opens anywhere.
+    """Run all scenarios in FOLDER and draw them on one HTML page.
 
     Scenarios with [sweep] are swept; hidden files and folders are left out. FOLDER is "scenarios" where none is named,
     as in the repository. Scripts are carried out with --scripts only, and only those that hold a line

@@ -102,6 +102,12 @@ class Material:
     ------
     InputError
         A number that is not finite or out of its range, or a name or source that is not a text.
+
+    Examples
+    --------
+    >>> glass = hs.Material("my glass", youngs_modulus=64e9, poissons_ratio=0.2)
+    >>> glass.shear_modulus
+    26666666666.666668
     """
 
     name: str = attrs.field(validator=_text)
@@ -238,6 +244,11 @@ def material(name: str) -> Material:
     ------
     InputError
         An unknown name; the message gives the close matches and all names.
+
+    Examples
+    --------
+    >>> hs.material("silicon").youngs_modulus
+    112000000000.0
     """
     key = _key(name) if isinstance(name, str) else ""
     if key in _BY_KEY:
@@ -288,6 +299,12 @@ class MaterialPair:
     -----
     Hertz (1882); Mindlin, *J. Appl. Mech.* 16 (1949) 259-268; Johnson, *Contact Mechanics* (1985), sections 4.2
     and 7.2.
+
+    Examples
+    --------
+    >>> pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+    >>> print(f"E* = {pair.contact_modulus:.4g} Pa, G* = {pair.shear_modulus:.4g} Pa")
+    E* = 4.305e+10 Pa, G* = 9.232e+09 Pa
     """
 
     first: Material | None

@@ -6,8 +6,9 @@ import sys
 import tokenize
 import zipfile
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,8 +17,10 @@ from historysim.basics.files import replacing
 
 Floats = npt.NDArray[np.float64]
 
-FORM = b"2"
+FORM = b"3"
 """Changes whenever the same arguments are to be computed anew."""
+DIGEST = "digest"
+"""Name of the digest of all other arrays of a file."""
 DAMAGE = (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error, tokenize.TokenError)
 
 
@@ -33,25 +36,29 @@ def folder() -> Path:
 def kept(name: str, arguments: Sequence[Floats], compute: Callable[[], dict[str, Floats]]) -> dict[str, Floats]:
     """Return what is computed from arguments, from the folder where it was before.
 
-    A file that is damaged is computed again; where none can be written, nothing is kept.
+    A file that is damaged, or holds anything else than what was computed, is computed again; where none can be written,
+    nothing is kept.
     """
-    digest = hashlib.sha256(FORM)
-    for array in arguments:
-        digest.update(repr((array.shape, array.dtype.str)).encode() + array.tobytes())
-    path = folder() / f"{name}_{digest.hexdigest()[:32]}.npz"
+    path = folder() / f"{name}_{_digest(enumerate(arguments))[:32]}.npz"
     try:
-        with zipfile.ZipFile(path) as file:
-            whole = file.testzip() is None
-        if whole:
-            with np.load(path, allow_pickle=False) as arrays:
-                return {key: arrays[key] for key in arrays.files}
+        with np.load(path, allow_pickle=False) as arrays:
+            found = {key: arrays[key] for key in arrays.files}
+        if str(found.pop(DIGEST, "")) == _digest(found.items()):
+            return found
     except DAMAGE:
         pass
     found = compute()
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with replacing(path) as unfinished, unfinished.open("wb") as stream:
-            np.savez_compressed(stream, allow_pickle=False, **found)
+            np.savez_compressed(stream, allow_pickle=False, **found, **{DIGEST: np.array(_digest(found.items()))})
     except OSError:
         pass
     return found
+
+
+def _digest(arrays: Iterable[tuple[object, npt.NDArray[Any]]]) -> str:
+    found = hashlib.sha256(FORM)
+    for name, array in arrays:
+        found.update(repr((name, array.shape, array.dtype.str)).encode() + array.tobytes())
+    return found.hexdigest()

@@ -1,6 +1,7 @@
 """`NormalSolutions`: pressures of a rough contact at a row of loads, point by point, and the patches."""
 
 import math
+from collections.abc import Iterator
 from typing import Self
 
 import attrs
@@ -8,9 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import scalar
+from historysim.basics.notices import Teller, silent
 from historysim.basics.progress import progress_bar
+from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.interaction.cache import kept
+from historysim.interaction.few_points import FewPoints
 from historysim.interaction.half_space import HalfSpace
 from historysim.interaction.patches import patches_of
 from historysim.surfaces.heights import Surface
@@ -18,21 +22,28 @@ from historysim.surfaces.heights import Surface
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
-LOADS = 40
 LIGHTEST = 1e-3
-"""Loads that are solved, evenly spaced by their logarithm, and the lightest of them over the largest."""
+"""Lightest load over the largest where more points than a few touch at once."""
+STEP = 1.12
+"""Loads that are solved by conjugate gradients, one over the one before."""
 FIRST_PRESSURE = 1e-4
 """Mean pressure, over E* and the rms slope, to begin from where an approach is to be reached."""
 ABOVE = 1.001
 """By how much the largest load that is solved lies above what is asked for."""
-FEWEST_POINTS = 8
-"""Points in contact from which a solution is one of the surface, and not of its grid."""
 MOST_DOUBLINGS = 40
+ITERATIONS = 60
+"""Steps of the conjugate gradients that a load takes, after the one before it."""
+LONG = 30.0
+"""Time that is announced before it begins [s]."""
+MOST_CHANGE = 0.1
+"""Change of the contact area without every second point, from which areas and patches are those of the grid."""
 
 
 @attrs.frozen(eq=False)
 class NormalSolutions:
-    """Frictionless solutions of one height map under a flat, from light to heavy loads.
+    """Frictionless solutions of one height map under a flat, from the first point that touches to the heaviest load.
+
+    Up to the first row one point carries all, a flat punch. Between the rows pressures are taken to grow together.
 
     Attributes
     ----------
@@ -42,6 +53,8 @@ class NormalSolutions:
         Flat indices of the points of the map that touch under the largest load.
     pressure : array (row, point)
         Pressures there, over E*.
+    stiffness : array (row)
+        dP/da of the whole contact over E*, just before the row; not a number where it was not solved [m].
     patch : array (point)
         The patch that a point belongs to: connected parts of the contact under the largest load, the largest first.
     shape : (int, int)
@@ -58,6 +71,7 @@ class NormalSolutions:
     approach: Floats
     point: Integers = attrs.field(repr=False)
     pressure: Floats = attrs.field(repr=False)
+    stiffness: Floats = attrs.field(repr=False)
     patch: Integers = attrs.field(repr=False)
     shape: tuple[int, int]
     pixel_size: tuple[float, float]
@@ -72,6 +86,7 @@ class NormalSolutions:
         largest_load: float = 0.0,
         largest_approach: float = 0.0,
         progress: bool = False,
+        tell: Teller = silent,
     ) -> Self:
         """Solve a map up to a load and an approach, or take the solutions from the cache of an earlier run.
 
@@ -85,6 +100,8 @@ class NormalSolutions:
             From first touch [m].
         progress : bool
             Show a progress bar on standard error where that is a terminal and it takes long.
+        tell : callable, optional
+            Takes the notice of how long it will take, where that is long.
 
         Raises
         ------
@@ -96,10 +113,10 @@ class NormalSolutions:
             raise InputError("nothing touches; expected a normal load or an approach of more than 0")
         space = HalfSpace(surface)
         target = (load / (surface.nominal_area), approach / space.unit)
-        key = (np.ascontiguousarray(surface.heights), np.array([*surface.pixel_size, surface.periodic, *target, LOADS]))
+        key = (np.ascontiguousarray(surface.heights), np.array([*surface.pixel_size, surface.periodic, *target]))
 
         def solved() -> dict[str, Floats]:
-            return _solve(space, surface, target, progress=progress)
+            return _solve(space, surface, target, progress=progress, tell=tell)
 
         found = kept("normal_solutions", key, solved)
         touching = (found["pressure"][-1] > 0).reshape(surface.shape)
@@ -107,6 +124,7 @@ class NormalSolutions:
             found["approach"] * space.unit,
             (point := np.flatnonzero(touching)),
             found["pressure"][:, point],
+            found["stiffness"] * space.unit,
             patches_of(touching, periodic=surface.periodic).ravel()[point],
             surface.shape,
             surface.pixel_size,
@@ -128,6 +146,21 @@ class NormalSolutions:
     def area(self) -> Floats:
         """Contact area of each patch (row, patch) [m²]."""
         return self._summed((self.pressure > 0).astype(np.float64)) * math.prod(self.pixel_size)
+
+    @property
+    def notices(self) -> tuple[str, ...]:
+        """What has to be known of the solutions."""
+        change = self.coarse[1]
+        if abs(change) <= MOST_CHANGE:
+            return ()
+        patches = counted(self.count, "patch", "patches")
+        told = f"changes by {change:+.0%}" if np.isfinite(change) else "is lost"
+        notice = (
+            f"{self.point.size:,} points of the map touch, in {patches}, and the contact area {told} without every "
+            "second point of the map: areas, patches and pressures are those of the grid, not of the surface; take a "
+            "finer map, or filter it (s_filter)"
+        )
+        return (notice,)
 
     @property
     def position(self) -> tuple[Floats, Floats]:
@@ -159,26 +192,68 @@ class NormalSolutions:
         return sums
 
 
-def _solve(space: HalfSpace, surface: Surface, target: tuple[float, float], *, progress: bool) -> dict[str, Floats]:
-    """Solve all loads, from the lightest, and the heaviest on the map with every second point left out."""
-    top = _top(space, *target)
-    approaches, pressures = [0.0], []
-    with progress_bar(progress, "load", LOADS, desc="normal contact", delay=2) as count:
-        for pressure in np.geomspace(_bottom(space, top), top, LOADS):
-            found = space.solve(float(pressure))
-            count()
-            if found is not None and _resolved(found) and found[0] > approaches[-1]:
-                approaches.append(found[0])
-                pressures.append(found[1].ravel())
-    if len(pressures) < LOADS // 4:
-        raise InputError(
-            f"{len(pressures)} of {LOADS} loads touch more than a few points; expected a finer map, or a larger load"
-        )
+def _solve(
+    space: HalfSpace, surface: Surface, target: tuple[float, float], *, progress: bool, tell: Teller
+) -> dict[str, Floats]:
+    """Solve all loads, from the first touch, and the heaviest on the map with every second point left out."""
+    _check_flattening(space, *target)
+    count, cell = space.heights.size, math.prod(surface.size) / space.unit**2 / surface.heights.size
+    approaches, pressures, stiffnesses = [], [], []
+    for row in FewPoints(space.heights, space.influence, periodic=surface.periodic).rows():
+        pressure = np.zeros(count)
+        pressure[row.point] = row.pressure
+        approaches.append(row.approach)
+        pressures.append(pressure)
+        stiffnesses.append(float(row.growth.sum()) * cell)
+        if pressure.mean() >= target[0] * ABOVE and row.approach >= target[1] * ABOVE:
+            break
+    else:
+        first = float(pressures[-1].mean()) if pressures else 0.0
+        for approach, pressure in _heavier(space, first, target, progress=progress, tell=tell):
+            if not approaches or approach > approaches[-1]:
+                approaches.append(approach)
+                pressures.append(pressure)
+                stiffnesses.append(math.nan)
     return {
-        "approach": np.array(approaches[1:]),
+        "approach": np.array(approaches),
         "pressure": np.array(pressures),
-        "coarse": _change_at_half(space, surface, top, approaches[-1], float((pressures[-1] > 0).mean())),
+        "stiffness": np.array(stiffnesses),
+        "coarse": _change_at_half(
+            space, surface, float(pressures[-1].mean()), approaches[-1], float((pressures[-1] > 0).mean())
+        ),
     }
+
+
+def _check_flattening(space: HalfSpace, pressure: float, approach: float) -> None:
+    """Check that what is asked for does not press a map flat that repeats."""
+    flat = float(space.heights.max() - space.heights.mean())
+    if pressure * ABOVE >= (limit := space.flattening):
+        raise InputError(
+            f"the load presses the map flat, all of it touches from {limit / pressure:.1%} of that on; expected less"
+        )
+    if approach * ABOVE >= flat and limit < math.inf:
+        raise InputError(
+            f"the approach presses the map flat: at {flat * space.unit:.6g} m all of it touches; expected less"
+        )
+
+
+def _heavier(
+    space: HalfSpace, first: float, target: tuple[float, float], *, progress: bool, tell: Teller
+) -> Iterator[tuple[float, Floats]]:
+    """Yield approaches and pressures of loads from above a mean pressure to what is asked for."""
+    top = _top(space, *target)
+    first = first or top * LIGHTEST
+    loads = np.geomspace(first, top, max(math.ceil(math.log(top / first) / math.log(STEP)), 1) + 1)[1:]
+    seconds = loads.size * ITERATIONS * space.time_of_iteration()
+    if seconds > LONG:
+        sides = " × ".join(f"{side:,}" for side in space.heights.shape)
+        tell(f"the normal contact of {sides} points takes some {seconds / 60:.0f} min for {loads.size} loads, once")
+    with progress_bar(progress, "load", loads.size, desc="normal contact", delay=2) as count:
+        for load in loads:
+            found = space.solve(float(load))
+            count()
+            if found is not None:
+                yield found[0], found[1].ravel()
 
 
 def _change_at_half(space: HalfSpace, surface: Surface, top: float, approach: float, area: float) -> Floats:
@@ -194,22 +269,6 @@ def _change_at_half(space: HalfSpace, surface: Surface, top: float, approach: fl
     reached = (found[0] * half.unit + float(surface.heights.max() - heights.max())) / space.unit
     touches = float((found[1] > 0).mean()) * 4 * heights.size / surface.heights.size
     return np.array([reached / approach, touches / area]) - 1.0
-
-
-def _resolved(found: tuple[float, Floats]) -> bool:
-    """Whether the contact is one of the surface, and not of a few points of its grid."""
-    return bool((found[1] > 0).sum() >= FEWEST_POINTS)
-
-
-def _bottom(space: HalfSpace, top: float) -> float:
-    """Mean pressure of the lightest load."""
-    pressure = top
-    while pressure > LIGHTEST * top:
-        found = space.solve(0.5 * pressure)
-        if found is None or not _resolved(found):
-            break
-        pressure *= 0.5
-    return pressure
 
 
 def _top(space: HalfSpace, mean_pressure: float, approach: float) -> float:

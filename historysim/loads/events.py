@@ -72,7 +72,13 @@ def _not_negative(event: object, attribute: "attrs.Attribute[float]", value: flo
 
 @attrs.frozen
 class NormalLoad(LoadEvent):
-    """The total normal load [N] reached at a time; 0 lifts the surface off."""
+    """The total normal load [N] reached at a time; 0 lifts the surface off.
+
+    Examples
+    --------
+    >>> hs.NormalLoad(0.0, 50e-3)
+    NormalLoad(time=0.0, value=0.05)
+    """
 
     value: float = attrs.field(converter=as_float, validator=_not_negative)
     name = "normal_load"
@@ -82,7 +88,13 @@ class NormalLoad(LoadEvent):
 
 @attrs.frozen
 class NormalDisplacement(LoadEvent):
-    """The approach of the highest summit from first touch [m]; negative values are a gap."""
+    """The approach of the highest summit from first touch [m]; negative values are a gap.
+
+    Examples
+    --------
+    >>> hs.NormalDisplacement(0.0, 20e-9)
+    NormalDisplacement(time=0.0, value=2e-08)
+    """
 
     name = "normal_displacement"
     channel = "normal"
@@ -91,7 +103,13 @@ class NormalDisplacement(LoadEvent):
 
 @attrs.frozen
 class TangentialLoad(LoadEvent):
-    """The total tangential load [N] reached at a time."""
+    """The total tangential load [N] reached at a time.
+
+    Examples
+    --------
+    >>> hs.TangentialLoad(1.0, 5e-3)
+    TangentialLoad(time=1.0, value=0.005)
+    """
 
     name = "tangential_load"
     channel = "tangential"
@@ -100,7 +118,13 @@ class TangentialLoad(LoadEvent):
 
 @attrs.frozen
 class TangentialDisplacement(LoadEvent):
-    """The rigid tangential displacement U [m] reached at a time, or with an `Instrument` that of its drive."""
+    """The rigid tangential displacement U [m] reached at a time, or with an `Instrument` that of its drive.
+
+    Examples
+    --------
+    >>> hs.TangentialDisplacement(1.0, 10e-9)
+    TangentialDisplacement(time=1.0, value=1e-08)
+    """
 
     name = "tangential_displacement"
     channel = "tangential"
@@ -186,6 +210,11 @@ class FrictionChange:
     ------
     InputError
         A time or coefficient that is not a finite number, a negative coefficient, or what are no indices.
+
+    Examples
+    --------
+    >>> hs.FrictionChange(2.0, 0.15)
+    FrictionChange(time=2.0, friction=0.15, asperities=None)
     """
 
     time: float = attrs.field(converter=as_float, validator=_finite)

@@ -85,6 +85,15 @@ class EventLog:
         There is no such file, or it is no log, or its head is damaged.
     OSError
         It cannot be opened.
+
+    Examples
+    --------
+    >>> pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+    >>> ensemble = hs.Ensemble(pair, summit_height=0.0, summit_radius=2.5e-3, friction=0.2)
+    >>> with hs.EventLog.create("ball.history", ensemble, [hs.NormalLoad(0.0, 50e-3)]) as log:
+    ...     log.append([hs.TangentialLoad(1.0, 5e-3)])
+    ...     print(f"{log.state(at=0.5).tangential_load * 1e3:.2f} mN")
+    2.50 mN
     """
 
     def __init__(self, path: str | Path | LogFile) -> None:

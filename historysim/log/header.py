@@ -27,11 +27,13 @@ from historysim.recording.provenance import made_with
 from historysim.replaying import Replay
 
 FORMAT = 1
-FORMAT_OF_CURVES = 2
-"""Form of a log whose asperities are patches of normal curves, which earlier versions would take for summits."""
 FORMAT_OF_LAWS = 3
 """Form of a log whose asperities evolve, which earlier versions would leave as they are."""
-FORMATS = (FORMAT, FORMAT_OF_CURVES, FORMAT_OF_LAWS)
+FORMAT_OF_CURVES = 4
+"""Form of a log whose asperities are patches of normal curves, which earlier versions would take for summits."""
+FORMAT_OF_SUMS = 2
+"""Form of such a log of earlier versions, which wrote normal curves as sums of elements."""
+FORMATS = (FORMAT, FORMAT_OF_LAWS, FORMAT_OF_CURVES)
 OF_THE_ENSEMBLE = ("summit_height", "summit_radius", "friction", "x", "y")
 SURFACE, CURVES = "surface.", "curves."
 OF_THE_PAIR = ("contact_modulus", "shear_modulus", "hardness", "yield_stress", "work_of_adhesion")
@@ -238,6 +240,11 @@ def head_from(text: str, arrays: Mapping[str, Array]) -> LogHeader:
     settings = json.loads(text)
     if not isinstance(settings, dict) or settings.get("format") not in FORMATS:
         form = settings.get("format") if isinstance(settings, dict) else settings
+        if form == FORMAT_OF_SUMS:
+            raise InputError(
+                "has normal curves as earlier versions wrote them, which were wrong at light loads; run its scenario "
+                "again"
+            )
         raise InputError(
             f"is a log of form {form!r}; expected one of {', '.join(map(str, FORMATS))}; a later version of historysim "
             "has written it"

@@ -8,5 +8,12 @@ from pathlib import Path
 
 
 def get_include() -> str:
-    """Return the folder of ``historysim.h``, for C programs that step a memory themselves."""
+    """Return the folder of ``historysim.h``, for C programs that step a memory themselves.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> (Path(hs.get_include()) / "historysim.h").is_file()
+    True
+    """
     return str(Path(__file__).parent)

@@ -89,16 +89,16 @@ class Slopes(NamedTuple):
 def new_contact(
     height: Floats,
     radius: Floats,
-    sign: Floats | None,
+    stiffness: Floats | None,
     group: Integers | None,
     contact_modulus: float,
     displacement_ratio: float,
 ) -> Any:
-    """Return a contact of summits; see ``hs_contact_new``."""
-    sides = ffi.NULL if sign is None else pointer(sign)
+    """Return a contact of summits, or of knots with a stiffness; see ``hs_contact_new``."""
+    knots = ffi.NULL if stiffness is None else pointer(stiffness)
     groups = ffi.NULL if group is None else pointer(group)
     made = lib.hs_contact_new(
-        height.size, pointer(height), pointer(radius), sides, groups, contact_modulus, displacement_ratio
+        height.size, pointer(height), pointer(radius), knots, groups, contact_modulus, displacement_ratio
     )
     return ffi.gc(_there(made), lib.hs_contact_free)
 

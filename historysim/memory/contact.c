@@ -82,19 +82,23 @@ static int put_in_order(hs_contact *contact, const double *gap, const double *we
             own_gap[i] = gap[order[i]];
             own_weight[i] = weight[order[i]];
         }
+    double *load = (double *)contact->load;
+    if (load) load[0] = 0.0;
+    for (int64_t i = 1; load && i < count; ++i)
+        load[i] = load[i - 1] + 0.5 * (own_weight[i - 1] + own_weight[i]) * (own_gap[i] - own_gap[i - 1]);
     return HS_OK;
 }
 
-/* Gaps, weights, order and first asperities stand in one block. */
-static size_t size_of_arrays(int64_t count, int64_t groups) {
-    return ((size_t)count * (groups > 1 ? 5 : 3) + (size_t)groups + 1) * 8;
+/* Gaps, weights, order, first asperities and loads of knots stand in one block. */
+static size_t size_of_arrays(int64_t count, int64_t groups, int knots) {
+    return ((size_t)count * (groups > 1 ? 5 : 3) + (size_t)groups + 1 + (knots ? (size_t)count : 0)) * 8;
 }
 
 /* A contact of which no array is filled in. */
-static hs_contact *blank(int64_t count, int64_t groups, const hs_units *units, double datum) {
+static hs_contact *blank(int64_t count, int64_t groups, int knots, const hs_units *units, double datum) {
     /* of one group all stand in the one order, and the fewer arrays there are, the more of them a cache holds */
     size_t n = (size_t)count, arrays = groups > 1 ? 4 : 2;
-    hs_contact *contact = (hs_contact *)malloc(sizeof(hs_contact) + size_of_arrays(count, groups));
+    hs_contact *contact = (hs_contact *)malloc(sizeof(hs_contact) + size_of_arrays(count, groups, knots));
     if (!contact) return NULL;
     double *numbers = (double *)(contact + 1);
     contact->count = count;
@@ -105,6 +109,7 @@ static hs_contact *blank(int64_t count, int64_t groups, const hs_units *units, d
     contact->sorted_weight = groups > 1 ? numbers + 3 * n : numbers + n;
     contact->order = (int64_t *)(numbers + arrays * n);
     contact->first = contact->order + n;
+    contact->load = knots ? (const double *)(contact->first + groups + 1) : NULL;
     contact->units = *units;
     contact->datum = datum;
     contact->references = 1;
@@ -113,8 +118,8 @@ static hs_contact *blank(int64_t count, int64_t groups, const hs_units *units, d
 
 /* Make a contact with the units of another, in order; gaps and weights are in the caller's numbering. */
 hs_contact *hs_contact_of(int64_t count, int64_t groups, const double *gap, const double *weight, const int64_t *group,
-                          const hs_units *units, double datum) {
-    hs_contact *contact = blank(count, groups, units, datum);
+                          int knots, const hs_units *units, double datum) {
+    hs_contact *contact = blank(count, groups, knots, units, datum);
     if (!contact || put_in_order(contact, gap, weight, group) == HS_OK) return contact;
     free(contact);
     return NULL;
@@ -122,16 +127,16 @@ hs_contact *hs_contact_of(int64_t count, int64_t groups, const double *gap, cons
 
 /* Copy all arrays from a contact of as many asperities and groups. */
 void hs_contact_assign(hs_contact *contact, const hs_contact *from) {
-    memcpy((double *)contact->gap, from->gap, size_of_arrays(from->count, from->groups));
+    memcpy((double *)contact->gap, from->gap, size_of_arrays(from->count, from->groups, from->load != NULL));
 }
 
 hs_contact *hs_contact_copy(const hs_contact *contact) {
-    hs_contact *copy = blank(contact->count, contact->groups, &contact->units, contact->datum);
+    hs_contact *copy = blank(contact->count, contact->groups, contact->load != NULL, &contact->units, contact->datum);
     if (copy) hs_contact_assign(copy, contact);
     return copy;
 }
 
-hs_contact *hs_contact_new(int64_t count, const double *summit_height, const double *summit_radius, const double *sign,
+hs_contact *hs_contact_new(int64_t count, const double *summit_height, const double *summit_radius, const double *stiffness,
                            const int64_t *group, double contact_modulus, double displacement_ratio) {
     double highest = summit_height[0], largest = summit_radius[0];
     int64_t groups = 1;
@@ -151,10 +156,9 @@ hs_contact *hs_contact_new(int64_t count, const double *summit_height, const dou
     if (!gap) return NULL;
     for (int64_t i = 0; i < count; ++i) {
         gap[i] = (highest - summit_height[i]) / largest;
-        weight[i] = sqrt(summit_radius[i] / largest);
-        if (sign) weight[i] = copysign(weight[i], sign[i]);
+        weight[i] = stiffness ? stiffness[i] / (units.load / units.length) : sqrt(summit_radius[i] / largest);
     }
-    hs_contact *contact = hs_contact_of(count, groups, gap, weight, group, &units, highest);
+    hs_contact *contact = hs_contact_of(count, groups, gap, weight, group, stiffness != NULL, &units, highest);
     free(gap);
     return contact;
 }

@@ -57,12 +57,17 @@ typedef struct hs_units {
 
 /* ---- contact: which summits there are, and which of them share what they remember; it is never changed -------------- */
 
-/* Asperities stand by their groups, and in a group by ascending gap; groups by ascending smallest gap. */
+/* Asperities stand by their groups, and in a group by ascending gap; groups by ascending smallest gap.
+ *
+ * A normal curve of any shape is a contact of one group, too: its asperities are knots, their gaps the approaches of
+ * the knots, their weights the stiffness dP/da there, which goes straight in between. The springs of a knot are those that
+ * first touch from its approach up to that of the next one. */
 typedef struct hs_contact {
     int64_t count;               /* asperities */
     int64_t groups;              /* of asperities that share one friction coefficient, and so one memory */
     const double *gap;           /* (count) below the highest summit at the start */
     const double *weight;        /* (count) k = √(R/R0), so that an asperity carries k (a - gap)^(3/2) at approach a */
+    const double *load;          /* (count) P at the knots of a normal curve; NULL of asperities */
     const int64_t *order;        /* (count) which asperity, in the caller's numbering, stands at each position */
     const int64_t *first;        /* (groups + 1) position of the first asperity of each group */
     const double *sorted_gap;    /* (count) of all asperities by ascending gap */
@@ -75,10 +80,11 @@ typedef struct hs_contact {
 /* Make a contact of summits with heights and radii [m]; NULL where there is no memory.
  *
  * `contact_modulus` is E* [Pa], `displacement_ratio` θ = E* / (4 G*). Asperities with the same number in `group` (from 0,
- * all numbers up to the largest) share one friction coefficient; NULL stands for one group. Where `sign` is given, an
- * element with a negative one takes from the normal load (see normal curves); NULL stands for summits. */
+ * all numbers up to the largest) share one friction coefficient; NULL stands for one group. Where `stiffness` is given, dP/da
+ * [N/m] in ascending order, the contact is a normal curve: heights say how deep its knots lie, the first of them 0 below the
+ * highest, and the largest radius is the unit of length; NULL stands for summits. */
 HS_API hs_contact *hs_contact_new(int64_t count, const double *summit_height, const double *summit_radius,
-                                  const double *sign, const int64_t *group, double contact_modulus,
+                                  const double *stiffness, const int64_t *group, double contact_modulus,
                                   double displacement_ratio);
 HS_API void hs_contact_free(hs_contact *contact);
 
@@ -352,18 +358,18 @@ HS_API const char *hs_memory_check(const hs_memory *memory);
 
 /* ---- patches of normal curves ------------------------------------------------------------------------------------------- */
 
-/* A table of normal curves, and how the elements that carry their sum share in its rows. */
+/* A table of normal curves: of each patch what it gains from row to row, which the knots in between carry. */
 typedef struct hs_patches {
     int64_t count;             /* patches */
     int64_t rows;              /* of the table */
-    const double *share;       /* (element, row) from loads of elements to weights of the rows */
-    const double *load;        /* (patch, row) [N] */
+    const int64_t *row;        /* (knot) row of the table up to which its springs touch */
+    const double *gain;        /* (patch, row) what it carries more than at the row before, over what all carry more */
     const double *approach;    /* (rows + 1) [m], the first touch before the rows */
     const double *area;        /* (rows + 1, patch) [m²] */
     const double *first_touch; /* (patch) [m] */
 } hs_patches;
-/* Fill in rows of patches from rows of all elements, at approaches and with stick zones that first touched there [m]. */
-HS_API int hs_record_patches(const hs_patches *patches, const hs_rows *elements, int64_t count, const double *approach,
+/* Fill in rows of patches from rows of all knots, at approaches and with stick zones that first touched there [m]. */
+HS_API int hs_record_patches(const hs_patches *patches, const hs_rows *knots, int64_t count, const double *approach,
                              const double *stick, double friction, const hs_rows *rows);
 
 /* ---- batch: many contacts of one asperity, each with a path of its own --------------------------------------------------- */

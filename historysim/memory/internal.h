@@ -58,14 +58,20 @@ typedef struct hs_load {
     double slope; /* dP/da */
 } hs_load;
 
-/* Asperities in ascending gap. */
+/* Asperities in ascending gap, or knots, which have loads. */
 typedef struct hs_curve {
     const double *gap;
     const double *weight;
+    const double *load;
     int64_t count;
 } hs_curve;
 
 int64_t hs_touching(const double *gap, int64_t count, double approach);
+/* P'' between a knot and the next one, which are not at one place; 0 beyond the last one. */
+static inline double hs_bend_at(hs_curve curve, int64_t i) {
+    return i + 1 < curve.count ? (curve.weight[i + 1] - curve.weight[i]) / (curve.gap[i + 1] - curve.gap[i]) : 0.0;
+}
+hs_load hs_load_between_knots(hs_curve curve, double approach);
 hs_load hs_sum_of_loads(const double *gap, const double *weight, int64_t touching, double approach);
 double hs_label_at(hs_curve curve, double total, double guess, double rigid, double compliance);
 double hs_cube_root(double x);
@@ -77,11 +83,12 @@ static inline hs_load hs_load_of_one(double gap, double weight, double approach)
 }
 /* P(a) and P'(a). */
 static inline hs_load hs_load_at(hs_curve curve, double approach) {
+    if (curve.load) return hs_load_between_knots(curve, approach);
     if (curve.count == 1) return hs_load_of_one(curve.gap[0], curve.weight[0], approach);
     return hs_sum_of_loads(curve.gap, curve.weight, hs_touching(curve.gap, curve.count, approach), approach);
 }
 static inline hs_curve hs_all_of(const hs_contact *contact) {
-    hs_curve all = {contact->sorted_gap, contact->sorted_weight, contact->count};
+    hs_curve all = {contact->sorted_gap, contact->sorted_weight, contact->load, contact->count};
     return all;
 }
 
@@ -100,7 +107,7 @@ typedef struct hs_group {
 static inline hs_group hs_group_of(const hs_memory *memory, int64_t index) {
     const hs_contact *contact = memory->contact;
     int64_t start = contact->first[index];
-    hs_group group = {{contact->gap + start, contact->weight + start, contact->first[index + 1] - start},
+    hs_group group = {{contact->gap + start, contact->weight + start, contact->load, contact->first[index + 1] - start},
                       memory->each + start,
                       memory->vertices + index * memory->capacity,
                       memory->friction[index],
@@ -153,9 +160,9 @@ static inline hs_aim hs_to_load(double value) {
 
 /* Sort positions by a key, equals in the order in which they come. */
 int hs_sort_by(const double *key, int64_t *place, int64_t count);
-/* Make a contact with the units of another; gaps and weights are in the caller's numbering. */
+/* Make a contact with the units of another; gaps and weights are in the caller's numbering, of asperities or of knots. */
 hs_contact *hs_contact_of(int64_t count, int64_t groups, const double *gap, const double *weight, const int64_t *group,
-                          const hs_units *units, double datum);
+                          int knots, const hs_units *units, double datum);
 hs_contact *hs_contact_held(hs_contact *contact);
 void hs_contact_assign(hs_contact *contact, const hs_contact *from);
 hs_contact *hs_contact_copy(const hs_contact *contact);

@@ -31,10 +31,37 @@ HS_WIDE static void parts(const double *restrict gap, const double *restrict wei
         part[i] = part_of_one(gap[i], weight[i], low, high, slip_low, slip_slope, drag_low, drag_slope);
 }
 
+/* Energy of the springs of a curve with knots. Those that touch at once, where the stiffness jumps, are at its knots; of the
+ * others there are as many on each stretch between two of them, so that Simpson's rule is exact. */
+static double between_knots(hs_curve curve, const hs_slip *slip) {
+    const double rate = 1.0 / (slip->high - slip->low);
+    const double slip_slope = (slip->slip_high - slip->slip_low) * rate, drag_slope = (slip->drag_high - slip->drag_low) * rate;
+    int64_t i = hs_touching(curve.gap, curve.count, slip->low);
+    double total = 0.0, before = i > 0 ? curve.weight[i - 1] : 0.0;
+    if (i > 0) --i;
+    for (; i < curve.count && curve.gap[i] < slip->high; ++i) {
+        double s = curve.gap[i] - slip->low;
+        if (s >= 0.0 && curve.weight[i] > before && (i == 0 || curve.gap[i] == curve.gap[i - 1]))
+            total += (curve.weight[i] - before) * (slip->slip_low + slip_slope * s) * (slip->drag_low + drag_slope * s);
+        before = curve.weight[i];
+        if (i + 1 == curve.count || curve.gap[i + 1] <= hs_most(curve.gap[i], slip->low)) continue;
+        double first = hs_most(curve.gap[i], slip->low), sum = 0.0;
+        double width = hs_least(curve.gap[i + 1], slip->high) - first;
+        for (int k = 0; k < 3; ++k) {
+            double at = first - slip->low + 0.5 * k * width;
+            sum += (k == 1 ? 4.0 : 1.0) * (slip->slip_low + slip_slope * at) * (slip->drag_low + drag_slope * at);
+        }
+        total += hs_bend_at(curve, i) * width * sum / 6.0;
+    }
+    return total;
+}
+
 /* Add to each asperity its part of a slip, unless `each` is NULL; return the sum. */
 static double spread(hs_curve curve, double *each, const hs_slip *slip) {
     double part[HS_AT_ONCE], lane[HS_LANES] = {0};
     if (slip->high <= slip->low) return 0.0;
+    /* knots are nothing that loses energy of its own */
+    if (curve.load) return between_knots(curve, slip);
     if (curve.count == 1) {
         if (curve.gap[0] >= slip->high) return 0.0;
         parts(curve.gap, curve.weight, 1, slip, part);

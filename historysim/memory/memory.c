@@ -358,7 +358,7 @@ int hs_part_ways(hs_memory *memory, const double *first_key, const double *secon
                 gap[contact->order[i]] = contact->gap[i];
                 weight[contact->order[i]] = contact->weight[i];
             }
-            split = hs_contact_of(contact->count, parts, gap, weight, group, &contact->units, contact->datum);
+            split = hs_contact_of(contact->count, parts, gap, weight, group, 0, &contact->units, contact->datum);
         }
         groups_of(contact, parent);
         if (split) found = of_parts(memory, split, parent, NULL);
@@ -386,7 +386,7 @@ int hs_reshape(hs_memory *memory, const double *gap, const double *weight, const
     if (group && key && hs_memory_join(memory) == HS_OK) {
         for (size_t i = 0; i < count; ++i) key[i] = fresh[i];
         if (part(contact, key, key, group, &parts) == HS_OK)
-            shaped = hs_contact_of(contact->count, parts, gap, weight, group, &contact->units, contact->datum);
+            shaped = hs_contact_of(contact->count, parts, gap, weight, group, 0, &contact->units, contact->datum);
     }
     if (shaped) {
         groups_of(contact, parent);
@@ -415,7 +415,7 @@ hs_memory *hs_memory_of_one(const hs_memory *memory, int64_t asperity) {
     }
     while (contact->order[position] != asperity) ++position;
     while (contact->first[from + 1] <= position) ++from;
-    hs_contact *one = hs_contact_of(1, 1, contact->gap + position, contact->weight + position, NULL, &contact->units,
+    hs_contact *one = hs_contact_of(1, 1, contact->gap + position, contact->weight + position, NULL, 0, &contact->units,
                                     contact->datum);
     hs_memory *found = one ? hs_memory_blank(one, memory->depth[from] + 2, 0) : NULL;
     hs_contact_free(one);

@@ -1,4 +1,5 @@
-/* The normal curve of asperities: the load P(a) = Σ k (a - h)^(3/2) at an approach, and the approach at a load. */
+/* The normal curve: the load P(a) at an approach, and the approach at a load. Of asperities it is Σ k (a - h)^(3/2); between
+ * knots it is a parabola. */
 
 #include "internal.h"
 
@@ -39,6 +40,33 @@ hs_load hs_sum_of_loads(const double *gap, const double *weight, int64_t touchin
     return found;
 }
 
+/* P(a) and P'(a) of a curve with knots; beyond the last one it goes on straight. */
+hs_load hs_load_between_knots(hs_curve curve, double approach) {
+    int64_t i = hs_touching(curve.gap, curve.count, approach) - 1;
+    hs_load found = {0.0, 0.0};
+    if (i < 0) return found;
+    double x = approach - curve.gap[i], half = 0.5 * hs_bend_at(curve, i) * x;
+    found.load = curve.load[i] + x * (curve.weight[i] + half);
+    found.slope = curve.weight[i] + 2.0 * half;
+    return found;
+}
+
+/* Label a at which rigid·(a - h) + compliance·P(a) is a total, with the first knot h. */
+static double label_between_knots(hs_curve curve, double total, double rigid, double compliance) {
+    int64_t low = 0, high = curve.count;
+    while (high - low > 1) {
+        int64_t middle = (low + high) / 2;
+        if (rigid * (curve.gap[middle] - curve.gap[0]) + compliance * curve.load[middle] < total)
+            low = middle;
+        else
+            high = middle;
+    }
+    double left = total - (rigid * (curve.gap[low] - curve.gap[0]) + compliance * curve.load[low]);
+    double slope = rigid + compliance * curve.weight[low], bend = compliance * hs_bend_at(curve, low);
+    double label = curve.gap[low] + 2.0 * left / (slope + sqrt(slope * slope + 2.0 * bend * left));
+    return high < curve.count ? hs_least(label, curve.gap[high]) : label;
+}
+
 /* Cube root for x > 0 by Halley's method, which triples the digits each time: libm's differs from machine to machine. */
 double hs_cube_root(double x) {
     int exponent;
@@ -58,10 +86,11 @@ double hs_cube_root(double x) {
 
 /* Label a at which rigid·(a - h) + compliance·P(a), with the smallest gap h, is a total.
  *
- * Newton on the power 2/3, bracketed. Weights may be negative where their sum still rises with the approach. */
+ * Of asperities by Newton on the power 2/3, bracketed. */
 double hs_label_at(hs_curve curve, double total, double guess, double rigid, double compliance) {
     double gap = curve.gap[0], low = gap;
     if (total <= 0.0) return low;
+    if (curve.load) return label_between_knots(curve, total, rigid, compliance);
     /* the deepest asperity alone would carry it here */
     double root = hs_cube_root(total / (compliance * curve.weight[0])), high = low + root * root;
     if (rigid > 0.0)
@@ -73,13 +102,10 @@ double hs_label_at(hs_curve curve, double total, double guess, double rigid, dou
         hs_load here = hs_load_at(curve, approach);
         double present = rigid * (approach - gap) + compliance * here.load, slope = rigid + compliance * here.slope;
         if (present == total) return approach;
-        if (present < total) {
+        if (present < total)
             low = approach;
-            /* elements of negative weight have taken from what the deepest alone would carry */
-            if (low == high && present < 0.999 * total) high += high - gap;
-        } else {
+        else
             high = approach;
-        }
         /* (total/present)^(2/3) - 1 without loss of digits near 1: with c³ = total/present it is (c - 1)(c + 1), and
          * c - 1 = (c³ - 1)/(c² + c + 1) */
         double ratio = total / present, c = hs_cube_root(ratio);

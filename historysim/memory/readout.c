@@ -203,7 +203,7 @@ static void record_totals(const hs_memory *memory, hs_totals *totals, int satura
     totals->approach = memory->approach * units->length;
     totals->displacement = memory->displacement * units->displacement;
     totals->contact_count = (double)touching;
-    totals->real_contact_area = real_area(contact, touching, memory->approach) * units->area;
+    totals->real_contact_area = contact->load ? 0.0 : real_area(contact, touching, memory->approach) * units->area;
     totals->tangential_stiffness = sticking_stiffness(memory, 0.0) * units->stiffness;
     totals->dissipated_energy = memory->dissipated * units->energy;
     totals->friction_limit = limit * units->load;
@@ -260,6 +260,38 @@ HS_WIDE static void project(const double *restrict gap, const double *restrict w
     }
 }
 
+/* Fill in the columns of a curve with knots: what the springs of each knot carry, those that touch from its label up to that of
+ * the next one. Radii stand for labels: their squares are in proportion to approaches from the knot on. */
+static void record_knots(const hs_recorder *recorder, const hs_memory *memory, int64_t row) {
+    const hs_rows *rows = recorder->rows;
+    hs_curve curve = hs_all_of(memory->contact);
+    const hs_vertex *stack = memory->vertices;
+    const hs_units *units = &memory->contact->units;
+    int64_t depth = memory->depth[0], columns = rows->columns;
+    double boundary, outermost;
+    slip_zones(stack, depth, memory->displacement, memory->friction[0], memory->steep[0], &boundary, &outermost);
+    for (int64_t c = 0; c < columns; ++c) {
+        int64_t i = recorder->place[c], at = row * columns + c, j = 1;
+        double label = curve.gap[i], force[2], load[2];
+        for (int side = 0; side < 2; ++side) {
+            double end = side == 0 ? label : i + 1 < curve.count ? curve.gap[i + 1] : HUGE_VAL;
+            while (j < depth - 1 && stack[j].label < end) ++j;
+            int whole = end >= stack[j].label;
+            load[side] = whole ? stack[j].normal : side == 0 ? curve.load[i] : curve.load[i + 1];
+            force[side] = stack[j].tangential - (whole ? 0.0 : stack[j].slope * (stack[j].normal - load[side]));
+        }
+        int touches = label < memory->approach;
+        double normal = touches ? hs_most(load[1] - load[0], 0.0) : 0.0;
+        double limit = memory->steep[0] ? HUGE_VAL : memory->friction[0] * normal;
+        rows->normal_load[at] = normal * units->load;
+        rows->tangential_load[at] = touches ? hs_within(force[1] - force[0], limit) * units->load : 0.0;
+        rows->contact_radius[at] = touches ? sqrt(memory->approach - label) * units->radius : 0.0;
+        rows->stick_radius[at] = touches ? sqrt(hs_most(boundary - label, 0.0)) * units->radius : 0.0;
+        int slip = boundary > label ? HS_PARTIAL_SLIP : HS_GROSS_SLIP;
+        rows->slip_state[at] = (int8_t)(!touches ? (int)HS_SEPARATED : outermost > label ? slip : (int)HS_FULL_STICK);
+    }
+}
+
 /* Project one group onto arrays of its asperities, or, where it is alone, of the columns. */
 static void record_group(const hs_recorder *recorder, const hs_memory *memory, int64_t index, int64_t row) {
     const hs_rows *rows = recorder->rows;
@@ -288,6 +320,10 @@ static void record_group(const hs_recorder *recorder, const hs_memory *memory, i
 
 static void record_asperities(const hs_recorder *recorder, const hs_memory *memory, int64_t row) {
     const hs_rows *rows = recorder->rows;
+    if (memory->contact->load && memory->depth[0] > 0) {
+        record_knots(recorder, memory, row);
+        return;
+    }
     int64_t columns = rows->columns, count = memory->contact->count, at = row * columns;
     for (int64_t index = 0; index < memory->contact->groups && memory->depth[index] > 0; ++index)
         record_group(recorder, memory, index, row);

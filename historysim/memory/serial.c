@@ -6,13 +6,15 @@
 #include "internal.h"
 
 #define FORMAT 1
+#define EVOLVES 1
+#define KNOTS 2
 static const char magic[8] = {'h', 's', 'm', 'e', 'm', 'o', 'r', 'y'};
 
 typedef struct head {
     char magic[8];
     uint32_t format;
     uint32_t order; /* 1 in the byte order of the machine that wrote */
-    int64_t count, groups, vertices, evolves;
+    int64_t count, groups, vertices, what; /* a sum of EVOLVES and KNOTS */
     int64_t normal_control, tangential_control;
     hs_units units;
     double datum;
@@ -23,10 +25,10 @@ typedef struct head {
 /* numbers of 8 bytes behind the head; flags of one byte follow them */
 static uint64_t numbers_of(const head *given) {
     uint64_t n = (uint64_t)given->count, g = (uint64_t)given->groups;
-    return 4 * n + 3 * g + 1 + 6 * (uint64_t)given->vertices + (given->evolves ? 6 * n : 0);
+    return 4 * n + 3 * g + 1 + 6 * (uint64_t)given->vertices + (given->what & EVOLVES ? 6 * n : 0);
 }
 static uint64_t flags_of(const head *given) {
-    return (uint64_t)given->groups + (given->evolves ? (uint64_t)given->count : 0);
+    return (uint64_t)given->groups + (given->what & EVOLVES ? (uint64_t)given->count : 0);
 }
 
 static uint64_t checksum(const unsigned char *bytes, size_t size) {
@@ -51,7 +53,7 @@ static head head_of(const hs_memory *memory) {
     found.count = contact->count;
     found.groups = contact->groups;
     found.vertices = vertices_of(memory);
-    found.evolves = memory->evolved != NULL;
+    found.what = (memory->evolved ? EVOLVES : 0) + (contact->load ? KNOTS : 0);
     found.normal_control = memory->normal_control;
     found.tangential_control = memory->tangential_control;
     found.units = contact->units;
@@ -218,7 +220,8 @@ static hs_contact *read_contact(const head *given, const unsigned char *at, hs_c
                 fits = isfinite(gap[order[i]]) && isfinite(weight[order[i]]);
             }
         if (fits) {
-            contact = hs_contact_of(given->count, given->groups, gap, weight, group, &given->units, given->datum);
+            contact = hs_contact_of(given->count, given->groups, gap, weight, group, (given->what & KNOTS) != 0, &given->units,
+                                    given->datum);
             *why = "there is not enough memory";
         }
     }
@@ -232,7 +235,7 @@ static hs_contact *read_contact(const head *given, const unsigned char *at, hs_c
             *why = "asperities are not in order";
         }
     }
-    if (contact && like && like->count == contact->count && like->groups == contact->groups &&
+    if (contact && like && !like->load == !contact->load && like->count == contact->count && like->groups == contact->groups &&
         memcmp(like->gap, contact->gap, 8 * n) == 0 && memcmp(like->weight, contact->weight, 8 * n) == 0 &&
         memcmp(like->order, contact->order, 8 * n) == 0 && memcmp(like->first, contact->first, 8 * (g + 1)) == 0 &&
         memcmp(&like->units, &contact->units, sizeof like->units) == 0 && like->datum == contact->datum) {
@@ -254,13 +257,13 @@ static const char *check_bytes(const unsigned char *bytes, size_t size, head *gi
     if (given->format != FORMAT) return "the memory was saved in a format of another version";
     int64_t most = (int64_t)(size / 8);
     if (given->count < 1 || given->count > most || given->groups < 1 || given->groups > given->count ||
-        given->vertices < 0 || given->vertices > most || (given->evolves != 0 && given->evolves != 1) ||
+        given->vertices < 0 || given->vertices > most || given->what < 0 || given->what > KNOTS || (given->what == KNOTS && given->groups > 1) ||
         size != size_of(given))
         return "the bytes are cut off, or too many";
     if (!is_control(given->normal_control) || !is_control(given->tangential_control))
         return "a channel is controlled in no known way";
     for (int k = 0; k < 3; ++k)
-        if (!isfinite(given->together[k]) || (!given->evolves && given->together[k] != 0.0))
+        if (!isfinite(given->together[k]) || (given->what != EVOLVES && given->together[k] != 0.0))
             return "a sum over all asperities is not what they have become";
     uint64_t sum;
     take(bytes + size - sizeof sum, &sum, sizeof sum);
@@ -291,7 +294,7 @@ int hs_memory_read(const void *bytes, size_t size, hs_contact *like, hs_memory *
     hs_memory *found = NULL;
     *why = "depths of stacks do not fit";
     if (deepest >= 0 && vertices == given.vertices) {
-        found = hs_memory_blank(contact, deepest + 4, given.evolves != 0);
+        found = hs_memory_blank(contact, deepest + 4, given.what == EVOLVES);
         *why = "there is not enough memory";
     }
     hs_contact_free(contact);

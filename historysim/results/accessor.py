@@ -12,7 +12,7 @@ from typing import Concatenate, ParamSpec, TypeVar, cast
 import xarray as xr
 
 from historysim.errors import InputError
-from historysim.results import analysis, history_drift, rebuilt, sliding_order
+from historysim.results import analysis, history_drift, point_maps, rebuilt, sliding_order
 
 OF_ONE_STEP = {
     "asperity_at",
@@ -78,7 +78,7 @@ def _asked(
 
 @xr.register_dataset_accessor("contact")  # type: ignore[no-untyped-call]
 class Questions:
-    """Questions to a history; each is the function of the same name, of a module of `historysim.results`.
+    """Questions to a history; each is the function of the same name in `results`.
 
     Parameters
     ----------
@@ -100,6 +100,7 @@ class Questions:
     mean_pressure = _asked(analysis.mean_pressure)
     nominal_pressure = _asked(analysis.nominal_pressure)
     peak_pressure = _asked(analysis.peak_pressure)
+    point_maps = _asked(point_maps.point_maps)
     positioning_error = _asked(history_drift.positioning_error)
     preliminary_displacement = _asked(analysis.preliminary_displacement)
     preliminary_displacements = _asked(analysis.preliminary_displacements)

@@ -44,6 +44,11 @@ def write_csv(table: xr.Dataset | xr.DataArray, path: str | Path) -> None:
         A table without a dimension.
     OSError
         The file cannot be written.
+
+    Examples
+    --------
+    >>> history = hs.run("scenarios/04_normal_up_tangential_up.toml")
+    >>> hs.write_csv(history.contact.stick_ratio(), "stick_ratio.csv")
     """
     dataset = table.to_dataset(name=table.name or "value") if isinstance(table, xr.DataArray) else table
     with replacing(Path(path)) as unfinished, unfinished.open("w", encoding="utf-8", newline="") as stream:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import attrs
 
+from historysim.basics.notices import Teller, silent
 from historysim.basics.places import at, misfit
 from historysim.basics.wording import counted, shown
 from historysim.errors import InputError
@@ -86,7 +87,9 @@ class BuiltScenario:
             )
 
 
-def build(sections: Sections, name: str, surface: BuiltSurface, events: list[Event]) -> BuiltScenario:
+def build(
+    sections: Sections, name: str, surface: BuiltSurface, events: list[Event], tell: Teller = silent
+) -> BuiltScenario:
     """Build a scenario from its sections, the surface as it comes, and its events.
 
     Raises
@@ -94,7 +97,7 @@ def build(sections: Sections, name: str, surface: BuiltSurface, events: list[Eve
     InputError
         What cannot be used, or an event that does not fit the number of asperities; the message names file and field.
     """
-    surface = as_loaded(sections, name, surface, events)
+    surface = as_loaded(sections, name, surface, events, tell)
     ensemble = ensemble_on(sections, name, surface)
     for event in events:
         if problem := event_misfit(event, len(ensemble)):
@@ -102,8 +105,10 @@ def build(sections: Sections, name: str, surface: BuiltSurface, events: list[Eve
     return BuiltScenario(sections, name, surface, ensemble, events)
 
 
-def as_loaded(sections: Sections, name: str, surface: BuiltSurface, events: Sequence[Event]) -> BuiltSurface:
-    """Return a surface with what depends on the largest load.
+def as_loaded(
+    sections: Sections, name: str, surface: BuiltSurface, events: Sequence[Event], tell: Teller = silent
+) -> BuiltSurface:
+    """Return a surface with what depends on the largest load; what is to be known of that is told.
 
     That is the normal contact of a map whose asperities press on one another, and the nominal area of one that lies on
     a ball: that of the smooth ball under that load, after Hertz. Any other surface is returned as it is.
@@ -126,8 +131,10 @@ def as_loaded(sections: Sections, name: str, surface: BuiltSurface, events: Sequ
 
     with reported(name), at("surface", "interaction"):
         found = NormalSolutions.of(
-            surface.surface, largest_load=largest_load, largest_approach=largest_approach, progress=True
+            surface.surface, largest_load=largest_load, largest_approach=largest_approach, progress=True, tell=tell
         )
+    for notice in found.notices:
+        tell(f"{name}: {notice}")
     return attrs.evolve(surface, solutions=found)
 
 

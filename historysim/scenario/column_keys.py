@@ -18,7 +18,13 @@ from historysim.tables import Column, Format, Table, join_tables, read_table
 # a section that names a file inherits this beside others, and two bases with slots do not mix
 @attrs.frozen(kw_only=True, slots=False)
 class NumbersFile(Format):
-    """A file of numbers, or several that go on one after the other, and how they are written."""
+    """A file of numbers, or several that go on one after the other, and how they are written.
+
+    Attributes
+    ----------
+    file
+        Path, relative to the scenario; an array of paths is one record in several files, in their order.
+    """
 
     file: str | tuple[str, ...]
 

@@ -35,6 +35,12 @@ def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> "Comparison":
         run the wrong way round.
     LoadError
         A normal load that the contact cannot carry.
+
+    Examples
+    --------
+    >>> comparison = hs.compare("scenarios/15_instrument_in_series.toml")
+    >>> print(f"{np.sqrt(np.mean(comparison.difference ** 2)) * 1e6:.0f} µN")
+    171 µN
     """
     from historysim.measured.comparison import Comparison
     from historysim.measured.observation import observe, passed

@@ -30,7 +30,27 @@ def _one_place(section: Any) -> None:
 
 @attrs.frozen(kw_only=True)
 class WrittenCourse:
-    """A course that stands in the scenario."""
+    """A course that stands in the scenario.
+
+    Attributes
+    ----------
+    time
+        Times of the coefficients; or ``distance``.
+    distance
+        Way of the tangential displacement, both directions counting; it must be controlled throughout.
+    coefficient
+        Coefficients, as many as times or distances; straight in between. At each event the coefficient becomes
+        that of its time or distance, and acts on what comes behind it.
+
+    Examples
+    --------
+    [friction]
+    coefficient = 0.5
+
+    [friction.course]
+    distance = ["0 m", "1 mm", "20 mm"]
+    coefficient = [0.5, 0.35, 0.3]
+    """
 
     time: Times | None = None
     distance: Distances | None = None
@@ -52,7 +72,17 @@ class WrittenCourse:
 
 @attrs.frozen(kw_only=True)
 class CourseColumns:
-    """Which column of the file holds what."""
+    """Which column of the file holds what.
+
+    Attributes
+    ----------
+    time
+        Column of the times; or ``distance``.
+    distance
+        Column of the distances.
+    coefficient
+        Column of the coefficients.
+    """
 
     time: Column | None = None
     distance: Column | None = None
@@ -65,7 +95,13 @@ class CourseColumns:
 
 @attrs.frozen(kw_only=True)
 class CourseFile(NumbersFile):
-    """A course from a file of numbers."""
+    """A course from a file of numbers.
+
+    Attributes
+    ----------
+    columns
+        Which column holds what.
+    """
 
     columns: CourseColumns
 

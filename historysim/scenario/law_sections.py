@@ -30,7 +30,47 @@ WEAR_KEYS: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
 
 @attrs.frozen
 class FrictionSection:
-    """``[friction]``: one coefficient and its course, or one for each asperity, or a law with what it needs."""
+    """``[friction]``: one coefficient and its course, or one for each asperity, or a law with what it needs.
+
+    Attributes
+    ----------
+    coefficient
+        Coefficient of friction μ, or an array with one for each asperity. Left out where the summit table has a
+        column of friction. With ``law = "slid distance"`` the array that belongs to ``distance``.
+    course
+        A coefficient that changes over time or distance, as below.
+    law
+        ``"power"``, ``"shear strength"``, ``"shifted load"``, ``"slid distance"`` or ``"drawn"``, in place of a
+        coefficient.
+    reference_load
+        N_ref of ``"power"``, μ = coefficient (N/N_ref)^exponent.
+    exponent
+        Of ``"power"``.
+    load
+        Of ``"power"``: ``"own"``, the load of the asperity, by default, or ``"total"``.
+    shear_strength
+        τ0 of ``"shear strength"``, T_max = τ0 A.
+    area
+        Of ``"shear strength"``: ``"hertz"`` by default, or ``"jkr"`` with ``work_of_adhesion``.
+    work_of_adhesion
+        W of ``"shifted load"``, T_max = μ (N + 2πWR), and of the area of JKR.
+    distance
+        Of ``"slid distance"``: slid distances of an asperity, rising from 0.
+    mean
+        Of ``"drawn"``: one coefficient is drawn for each asperity.
+    deviation
+        Of ``"drawn"``: standard deviation.
+    seed
+        Of ``"drawn"``.
+    distribution
+        Of ``"drawn"``: ``"lognormal"`` by default, or ``"uniform"``.
+
+    Examples
+    --------
+    [friction]
+    law = "shear strength"
+    shear_strength = "11.4 MPa"
+    """
 
     coefficient: Numbers | None = None
     course: AnyCourse | None = None
@@ -76,7 +116,29 @@ class FrictionSection:
 
 @attrs.frozen
 class WearSection:
-    """``[wear]``: what sliding takes from the asperities."""
+    """``[wear]``: what sliding takes from the asperities.
+
+    Attributes
+    ----------
+    law
+        ``"archard"``, dV = K N ds/H, or ``"energy"``, dV = α dE.
+    coefficient
+        K of ``"archard"``.
+    hardness
+        H of ``"archard"``.
+    volume_per_energy
+        α of ``"energy"``.
+    shape
+        ``"truncated"`` by default: the cap of the volume is cut off, the radius stays. ``"blunted"``: a blunter
+        paraboloid.
+
+    Examples
+    --------
+    [wear]
+    law = "archard"
+    coefficient = 1e-4
+    hardness = "6 GPa"
+    """
 
     law: str
     coefficient: Number | None = None

@@ -51,6 +51,12 @@ def loops(
     InputError
         Something else, a file that cannot be used, a record without a whole loop, or one whose loops run the wrong way
         round.
+
+    Examples
+    --------
+    >>> loops = hs.loops("scenarios/15_instrument_in_series.toml")
+    >>> len(loops)
+    8
     """
     import xarray as xr
 

@@ -102,6 +102,12 @@ def open(  # noqa: A001 - as users of xarray and of files call it
     ------
     InputError
         There is no such file, it cannot be used, or it is no height map and something is said of its reading.
+
+    Examples
+    --------
+    >>> history = hs.run("scenarios/04_normal_up_tangential_up.toml", "up.nc")
+    >>> hs.open("up.nc").sizes["step"]
+    121
     """
     import xarray as xr
 

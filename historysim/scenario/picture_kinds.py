@@ -32,7 +32,29 @@ class Picture:
 
 @attrs.frozen(kw_only=True)
 class LoopsPicture(Picture):
-    """Friction loops over one another: of the run, or of the cells of a sweep."""
+    """Friction loops over one another: of the run, or of the cells of a sweep.
+
+    Attributes
+    ----------
+    steps
+        Names of states that are marked; by default all.
+    first_loading
+        Normal loads whose curves of first loading are drawn.
+    work
+        Shades the closed loop between ±δ. Of a sweep it needs ``preliminary_displacement`` among the outputs.
+    drift
+        Draws it between the δ of two loops; needs the same.
+    drive
+        Behind an instrument the loop of the drive, too.
+    loads
+        Both loads along the named states, beside the loop.
+
+    Examples
+    --------
+    [[picture]]
+    kind = "loops"
+    loads = true
+    """
 
     steps: tuple[str, ...] | None = None
     first_loading: Annotated[tuple[float, ...], Quantity("N")] = ()
@@ -44,7 +66,29 @@ class LoopsPicture(Picture):
 
 @attrs.frozen(kw_only=True)
 class TractionPicture(Picture):
-    """The traction of an asperity at several states."""
+    """The traction of an asperity at several states.
+
+    Attributes
+    ----------
+    steps
+        Names of states; by default all.
+    asperity
+        Which; by default the one that carries most.
+    across
+        ``"radius"`` or ``"diameter"``.
+    limit
+        Draws ±μp of each state.
+    fronts
+        Marks where slip ends.
+    change_from
+        A state from which on changes are drawn.
+
+    Examples
+    --------
+    [[picture]]
+    kind = "traction"
+    across = "diameter"
+    """
 
     steps: tuple[str, ...] | None = None
     asperity: int | None = None
@@ -56,7 +100,18 @@ class TractionPicture(Picture):
 
 @attrs.frozen(kw_only=True)
 class SummitsPicture(Picture):
-    """Radius over height of all summits: of the surface, or of the surfaces of a sweep."""
+    """Radius over height of all summits: of the surface, or of the surfaces of a sweep.
+
+    Attributes
+    ----------
+    apart
+        Several surfaces side by side.
+
+    Examples
+    --------
+    [[picture]]
+    kind = "summits"
+    """
 
     apart: bool = False
 
@@ -68,7 +123,31 @@ class MapPicture(Picture):
 
 @attrs.frozen(kw_only=True)
 class CurvePicture(Picture):
-    """A number of a sweep over what was swept, or over another number."""
+    """A number of a sweep over what was swept, or over another number.
+
+    Attributes
+    ----------
+    quantity
+        The number of the sweep.
+    over
+        A dimension, or another number, such as ``peak_nominal_pressure``.
+    each
+        The dimension of the lines.
+    spread
+        ``"deviation"``, ``"quantiles"`` or ``"none"``.
+    fit
+        ``"straight"`` (with R²) or ``"power"`` (with the exponent).
+    logarithmic
+        Both axes.
+
+    Examples
+    --------
+    [[picture]]
+    kind = "curve"
+    quantity = "presliding_work"
+    over = "loading_waypoints[0]_normal_load"
+    fit = "power"
+    """
 
     quantity: str
     over: str | None = None
@@ -80,7 +159,22 @@ class CurvePicture(Picture):
 
 @attrs.frozen(kw_only=True)
 class BarsPicture(Picture):
-    """A number of the cells of a sweep as bars in groups, with the difference within each."""
+    """A number of the cells of a sweep as bars in groups, with the difference within each.
+
+    Attributes
+    ----------
+    quantity
+        The number of the sweep.
+    groups
+        A table of lists with the name of each bar.
+
+    Examples
+    --------
+    [[picture]]
+    kind = "bars"
+    quantity = "preliminary_displacement"
+    groups = { "1 N" = ["100 m", "1000 m"] }
+    """
 
     quantity: str
     groups: dict[str, Any]

@@ -94,6 +94,11 @@ def plot(
     ------
     InputError
         Something that has no picture, a file that cannot be used, or an option that does not fit what is drawn.
+
+    Examples
+    --------
+    >>> figure = hs.plot("scenarios/12_textured_surface.toml")
+    >>> figure.savefig("surface.png")
     """
     options = _Options(picture, step, panels, adhesion, asperity, size, steps, across, tuple(labels))
     if isinstance(what, list | tuple) and what and all(_is_result(each) for each in what):

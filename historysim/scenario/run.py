@@ -70,6 +70,12 @@ def run(
         A load that the contact cannot carry; the message names the event.
     OSError
         ``output`` or the log cannot be written, or another process is writing it.
+
+    Examples
+    --------
+    >>> history = hs.run("scenarios/04_normal_up_tangential_up.toml")
+    >>> print(f"{float(history.tangential_displacement.max()) * 1e9:.3f} nm")
+    5.003 nm
     """
     if output is None:
         _check_interval(snapshot_every)

@@ -157,7 +157,7 @@ class Scenario:
                 tell(f"{self.path.name}: {notice}")
         events = self.events(tell)
         logger.info("%s: the surface is made, %d events are read", self.path.name, len(events))
-        return build(self.sections, self.path.name, surface, events)
+        return build(self.sections, self.path.name, surface, events, tell)
 
     def ensemble(self) -> "Ensemble":
         """Return the ensemble.
@@ -298,6 +298,12 @@ def load(path: str | os.PathLike[str], values: Mapping[str, Any] | None = None) 
     InputError
         No path, a file that cannot be read or is not TOML, or fields that cannot be used: one line for each, with
         the path to it.
+
+    Examples
+    --------
+    >>> scenario = hs.load("scenarios/04_normal_up_tangential_up.toml", {"friction.coefficient": 0.3})
+    >>> len(scenario.events())
+    242
     """
     if not isinstance(path, str | os.PathLike):
         raise InputError(f"{path!r} is no scenario; expected the path of a TOML file")

@@ -21,7 +21,29 @@ if TYPE_CHECKING:
 
 @attrs.frozen
 class MaterialTable:
-    """A material that is not built in."""
+    """A material that is not built in.
+
+    Attributes
+    ----------
+    name
+        What it is called.
+    youngs_modulus
+        Young's modulus E.
+    poissons_ratio
+        Poisson's ratio ν.
+    shear_modulus
+        Shear modulus G; by default E/(2 (1 + ν)).
+    surface_energy
+        Surface energy γ, from which the work of adhesion follows.
+    hardness
+        Hardness, for the warning that asperities yield.
+    yield_stress
+        Yield stress, for the same.
+
+    Examples
+    --------
+    second = { name = "my glass", youngs_modulus = "64 GPa", poissons_ratio = 0.2 }
+    """
 
     name: str
     youngs_modulus: Pressure
@@ -37,7 +59,30 @@ MaterialEntry = str | MaterialTable
 
 @attrs.frozen
 class MaterialsSection:
-    """``[materials]``: two materials, or the moduli of the pair."""
+    """``[materials]``: two materials, or the moduli of the pair.
+
+    Attributes
+    ----------
+    first
+        A built-in material by its name, or a table as below.
+    second
+        The other material.
+    contact_modulus
+        E* of the pair, in place of materials, together with ``shear_modulus``.
+    shear_modulus
+        G* of the pair.
+    hardness
+        Of the softer one, where the pair is given by its moduli. Changes no result: it tells whether the model
+        may be used.
+    yield_stress
+        Of the softer one, likewise.
+
+    Examples
+    --------
+    [materials]
+    first = "silicon"
+    second = "float glass"
+    """
 
     first: MaterialEntry | None = None
     second: MaterialEntry | None = None
@@ -81,7 +126,24 @@ def _material(key: str, entry: MaterialEntry | None) -> "Material":
 
 @attrs.frozen
 class InstrumentSection:
-    """``[instrument]``: what stands between the drive and the contact, and what it resolves."""
+    """``[instrument]``: what stands between the drive and the contact, and what it resolves.
+
+    Attributes
+    ----------
+    lateral_stiffness
+        Stiffness in series with the contact. Tangential displacements of the loading are then those of the
+        drive: drive displacement = contact displacement + T/k_s.
+    displacement_resolution
+        What the instrument resolves. Changes no result: a run warns of what is below it.
+    load_resolution
+        Likewise, of loads.
+
+    Examples
+    --------
+    [instrument]
+    lateral_stiffness = "334 mN/µm"
+    displacement_resolution = "1 nm"
+    """
 
     lateral_stiffness: Stiffness | None = None
     displacement_resolution: Length | None = None
@@ -103,6 +165,18 @@ class AdhesionSection:
     """``[adhesion]``: what says how adhesive the asperities are; the replay itself has no adhesion.
 
     Without a work of adhesion it follows from the surface energies of the two materials (Girifalco and Good).
+
+    Attributes
+    ----------
+    equilibrium_separation
+        Equilibrium separation z0 of the surfaces.
+    work_of_adhesion
+        Work of adhesion W; by default from the surface energies of the two materials.
+
+    Examples
+    --------
+    [adhesion]
+    equilibrium_separation = "0.3 nm"
     """
 
     equilibrium_separation: Length
@@ -126,7 +200,26 @@ FITTED = ("friction", "shear_modulus", "lateral_stiffness", "height_scale")
 
 @attrs.frozen
 class FitSection:
-    """``[fit]``: what is fitted to what was measured, and how noisy that is."""
+    """``[fit]``: what is fitted to what was measured, and how noisy that is.
+
+    Attributes
+    ----------
+    parameters
+        What is fitted, from the scenario's own values on: any of ``"friction"``, ``"shear_modulus"``,
+        ``"lateral_stiffness"``, ``"height_scale"``.
+    skip
+        Loops at the start of the record that are not compared.
+    displacement_noise
+        Standard deviation of the measured displacement; by default from the record.
+    load_noise
+        Standard deviation of the measured load; by default from the record.
+
+    Examples
+    --------
+    [fit]
+    parameters = ["friction"]
+    skip = 1
+    """
 
     parameters: tuple[str, ...]
     skip: int = 0
@@ -150,7 +243,50 @@ class FitSection:
 
 @attrs.frozen
 class MetadataSection:
-    """``[metadata]``: who made the data, what for, and under which licence, by the names of ACDD 1.3."""
+    """``[metadata]``: who made the data, what for, and under which licence, by the names of ACDD 1.3.
+
+    Attributes
+    ----------
+    summary
+        A paragraph on the data; by default one of the program's own.
+    keywords
+        Words for a catalogue.
+    comment
+        Anything else.
+    creator_name
+        Who made the data.
+    creator_email
+        Where to write to.
+    creator_url
+        A page on who made the data.
+    institution
+        Where the data were made.
+    project
+        What for.
+    publisher_name
+        Who publishes them.
+    publisher_email
+        Where to write to.
+    publisher_url
+        A page on the publisher.
+    acknowledgement
+        Who is thanked.
+    references
+        What describes the data or how they were made.
+    license
+        Under which licence they may be used.
+    naming_authority
+        Who gives the ``id``.
+    product_version
+        Which version of the data.
+
+    Examples
+    --------
+    [metadata]
+    creator_name = "A. Tribologist"
+    license = "CC-BY-4.0"
+    keywords = ["friction", "drift"]
+    """
 
     summary: str | None = None
     keywords: tuple[str, ...] | None = None
@@ -179,7 +315,22 @@ RECORDS = ("touching", "all", "totals")
 
 @attrs.frozen
 class RecordSection:
-    """``[record]``: the asperities that are written out one by one, and whether it is followed how far they slide."""
+    """``[record]``: the asperities that are written out one by one, and whether it is followed how far they slide.
+
+    Attributes
+    ----------
+    asperities
+        ``"touching"``, ``"all"``, ``"totals"`` (none of them), or an array of indices, counted from 0 in the
+        order of the surface.
+    sliding
+        Also records how far each asperity slides, ∫|dU| while all its springs slip: ``slid_distance``. With
+        wear, or friction that evolves, it is recorded in any case.
+
+    Examples
+    --------
+    [record]
+    asperities = "totals"
+    """
 
     asperities: str | tuple[int, ...] = "touching"
     sliding: bool = False
@@ -187,7 +338,25 @@ class RecordSection:
 
 @attrs.frozen
 class SweepSection:
-    """``[sweep]``: keys with several values each, which `historysim.sweep` goes through."""
+    """``[sweep]``: keys with several values each, which `historysim.sweep` goes through.
+
+    Attributes
+    ----------
+    over
+        Keys with several values each: arrays, or ranges ``{ from, to, count, spacing }``.
+    together
+        Lists of keys that are taken side by side, as one dimension.
+    outputs
+        Numbers, totals or variables that each cell gives; by default ten numbers.
+
+    Examples
+    --------
+    [sweep]
+    outputs = ["preliminary_displacement"]
+
+    [sweep.over]
+    friction.coefficient = [0.1, 0.2, 0.3]
+    """
 
     over: dict[str, Any]
     together: tuple[tuple[str, ...], ...] = ()
@@ -206,7 +375,35 @@ class SweepSection:
 
 @attrs.frozen
 class DesignSection:
-    """``[design]``: a key that is free, and what `historysim.design` finds its value for."""
+    """``[design]``: a key that is free, and what `historysim.design` finds its value for.
+
+    Attributes
+    ----------
+    key
+        The key whose value is looked for.
+    between
+        The least and the greatest value.
+    target
+        What the output shall be; one of ``target``, ``below`` and ``above`` is needed.
+    below
+        A limit that the output shall keep in a share of the points of ``over``.
+    above
+        Likewise, from below.
+    quantile
+        That share; by default 0.95.
+    output
+        Which number of a sweep.
+    over
+        Keys over which the search is repeated, as in ``[sweep.over]``.
+
+    Examples
+    --------
+    [design]
+    key = "friction.coefficient"
+    between = [0.05, 0.5]
+    target = "10 nm"
+    output = "preliminary_displacement"
+    """
 
     key: str
     between: tuple[Any, ...]
@@ -237,7 +434,13 @@ class DesignSection:
 
 @attrs.frozen
 class Sections:
-    """A scenario file, section by section."""
+    """A scenario file, section by section.
+
+    Attributes
+    ----------
+    title
+        A heading, before the first section.
+    """
 
     materials: MaterialsSection
     surface: SurfaceKind

@@ -52,6 +52,15 @@ def show(what: "Showable", *, form: str | None = None, **reading: Unpack[Reading
     ------
     InputError
         Something else, a file that cannot be used, or an option that does not fit what is shown.
+
+    Examples
+    --------
+    >>> print(hs.show("scenarios/04_normal_up_tangential_up.toml"))
+    title                Silicon ball on glass: both loads rise
+    asperities           1
+    events               242 over 12 s
+    substeps             1
+    recorded asperities  touching
     """
     if isinstance(what, str | Path):
         from historysim.results.result_files import kind_of

@@ -34,6 +34,13 @@ def spread(found: xr.Dataset, along: str = "surface_seed", quantiles: Sequence[f
     ------
     InputError
         The sweep has no such dimension, or a quantile is none.
+
+    Examples
+    --------
+    >>> over = {"surface.seed": range(3)}
+    >>> found = hs.sweep("scenarios/18_texture_tolerances.toml", {**over, "surface.height_scatter": ["10 nm"]})
+    >>> "preliminary_displacement_mean" in hs.spread(found, "surface_seed")
+    True
     """
     _check_dimension(found, along)
     share = np.array(quantiles, dtype=float)

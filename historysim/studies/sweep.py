@@ -88,6 +88,12 @@ def sweep(  # noqa: PLR0913 - the keys of [sweep], and how it is carried out
         A scenario or a sweep that cannot be used as it is; all cells have failed.
     OSError
         A cell cannot be kept.
+
+    Examples
+    --------
+    >>> found = hs.sweep("scenarios/04_normal_up_tangential_up.toml", {"friction.coefficient": [0.2, 0.3]})
+    >>> print((found.preliminary_displacement * 1e9).round(2).values)
+    [19.61 29.41]
     """
     scenario = as_scenario(scenario)
     if over is None:

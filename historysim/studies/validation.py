@@ -27,6 +27,15 @@ def validate(scenario: str | Path | Scenario, values: Mapping[str, Any] | None =
     ------
     InputError
         What is wrong, where, and how to mend it.
+
+    Examples
+    --------
+    >>> print(hs.validate("scenarios/04_normal_up_tangential_up.toml"))
+    title                Silicon ball on glass: both loads rise
+    asperities           1
+    events               242 over 12 s
+    substeps             1
+    recorded asperities  touching
     """
     loaded = scenario if isinstance(scenario, Scenario) else load(scenario, values)
     if loaded.sections.sweep is not None:

@@ -78,6 +78,12 @@ class Surface(FrozenArrays):
     InputError
         Heights that are not numbers, infinite or all missing, another shape, a pixel size out of range, or a
         `periodic` that is not true or false.
+
+    Examples
+    --------
+    >>> surface = hs.Surface(np.zeros((3, 3)), pixel_size=(1e-6, 1e-6))
+    >>> surface.statistics().rms_height
+    0.0
     """
 
     heights: Floats = attrs.field(repr=False)

@@ -97,6 +97,12 @@ def random_surface(
     ρ comes out within 0.01.
 
     Hu and Tonder, *Int. J. Mach. Tools Manuf.* 32 (1992) 83-90; Grigoriu, *Applied Non-Gaussian Processes* (1995).
+
+    Examples
+    --------
+    >>> surface = hs.random_surface((64, 64), 1e-6, rms_height=50e-9, autocorrelation_length=10e-6, seed=1)
+    >>> print(f"{surface.statistics().rms_height * 1e9:.1f} nm, {len(surface.summits(rule=9))} summits")
+    50.0 nm, 282 summits
     """
     points = _points(shape)
     lengths = _in_pixels(points, per_axis("pixel_size", pixel_size), autocorrelation_length)

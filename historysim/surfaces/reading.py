@@ -82,6 +82,12 @@ def read_surface(
     line has, in this order; ``#`` and ``%`` start a comment; a height is missing where there is nan, NA, bad, dashes,
     asterisks, or nothing between two semicolons, tabs or commas (a last column of nothing is none). A decimal comma is
     read between semicolons only.
+
+    Examples
+    --------
+    >>> surface = hs.read_surface("data/heights_128.txt", pixel_size=1e-6, height_unit="nm")
+    >>> print(f"{surface.detrended('sphere').statistics().rms_height * 1e9:.1f} nm")
+    64.1 nm
     """
     try:
         path = Path(path)

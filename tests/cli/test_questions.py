@@ -50,7 +50,8 @@ def test_the_shell_has_every_question_that_python_has():
 
 
 def test_every_question_is_a_table(history, tmp_path):
-    for question in QUESTIONS:
+    # maps are those of a surface with interaction, see tests/results/plots/test_contact_map.py
+    for question in sorted({*QUESTIONS} - {"point-maps"}):
         for _ in range(2):  # the second replaces the first
             done = call("r.nc", question, *NEEDED.get(question, []))
             assert (done.exit_code, done.output) == (0, f"r_{question}.csv\n"), question

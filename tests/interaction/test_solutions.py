@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from dense_contact import DenseContact
 from half_space import HalfSpace as BruteForce
 
 import historysim as hs
@@ -14,6 +15,53 @@ MU = 0.2
 @pytest.fixture(autouse=True)
 def nothing_is_left_behind(monkeypatch, tmp_path):
     monkeypatch.setenv("HISTORYSIM_CACHE", str(tmp_path / "cache"))
+
+
+def alone(seed):
+    """A rough map alone on its half-space, and moves in (approach, U): deep loops, light loads, lift-off."""
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(24, 40))
+    kind = ["gaussian", "exponential"][seed % 2]
+    heights = hs.random_surface(
+        (count, count), 48 / count, 0.3, rng.uniform(8, 20), seed=seed, autocorrelation=kind
+    ).heights
+    reach = rng.uniform(0.3, 0.7) * heights.max()
+    moves = []
+    for _ in range(8):
+        approach = reach * rng.choice([rng.uniform(0.3, 1), rng.uniform(0.02, 0.2), -0.1], p=[0.7, 0.25, 0.05])
+        loop = 4 if rng.random() < 0.5 else 1
+        moves += [(approach, MU * reach * rng.uniform(-0.8, 0.8)) for _ in range(loop)]
+    return hs.Surface(heights, 48 / count), moves
+
+
+def judged(seed, parts):
+    """Errors of each move against the brute force: of T over μN, of tractions (L1), of the energy over the last."""
+    surface, moves = alone(seed)
+    largest = max(approach for approach, _ in moves)
+    brute = DenseContact(surface.heights, surface.pixel_size[0], largest)
+    walked = zip(*(brute.history(moves, MU, count) for count in (parts, 2 * parts)), strict=True)
+    solutions = NormalSolutions.of(surface, largest_approach=largest)
+    ensemble = hs.Ensemble.from_solutions(PAIR, solutions, MU)
+    state, found = ensemble.initial_state(), []
+    for (approach, displacement), ((_, q1, e1), (p, q2, e2)) in zip(moves, walked, strict=True):
+        state = ensemble.advance(state, normal_displacement=approach, tangential_displacement=displacement)
+        # the error of the brute force is halved with its steps
+        q, energy, limit = 2 * q2 - q1, 2 * e2 - e1, MU * p.sum() * brute.cell
+        superposition, maps = ensemble.superposition(state), np.zeros((2, surface.heights.size))
+        for each, weights in zip(maps, (superposition.normal, superposition.tangential), strict=True):
+            each[solutions.point] = weights @ solutions.pressure
+        assert (np.abs(maps[1]) <= MU * maps[0] * (1 + 1e-9) + 1e-15).all()
+        if limit == 0:
+            assert state.normal_load == 0
+            continue
+        off = np.abs(maps[1][brute.point] - q).sum() * brute.cell / limit if (p > 0).sum() >= 10 else 0.0
+        force = abs(state.tangential_load - q.sum() * brute.cell) / limit
+        load = abs(state.normal_load - p.sum() * brute.cell) * ensemble.curves.load[-1].sum() ** -1
+        found.append([force, off, abs(state.dissipated_energy - energy), load])
+    found = np.array(found)
+    found[:, 2] /= energy
+    assert found[:, 3].max() <= ensemble.curves.error()
+    return found
 
 
 def balls(distance, *, points=96, side=96.0, radius=400.0, periodic=False):
@@ -60,6 +108,109 @@ def test_any_history_agrees_with_a_brute_force_of_all_points():
     assert fine_maps.max() < 0.8 * coarse_maps.max()
 
 
+def test_the_second_of_deep_loops_that_was_wrong_is_right():
+    surface = hs.random_surface((40, 40), 1.6, 0.3, 14.0, seed=1, autocorrelation="gaussian")
+    reach = 0.5 * surface.heights.max()
+    solutions = NormalSolutions.of(hs.Surface(surface.heights, 1.6), largest_approach=0.8 * reach)
+    ensemble = hs.Ensemble.from_solutions(PAIR, solutions, MU)
+    state, found = ensemble.initial_state(), []
+    for share in (0.7, -0.5, 0.4, -0.2, 0.1, -0.2, 0.5):
+        state = ensemble.advance(state, normal_displacement=0.8 * reach, tangential_displacement=share * MU * reach)
+        found.append(state.tangential_load / (MU * state.normal_load))
+    # a brute force of all points in small steps
+    expected = [0.87495, -0.92535, 0.66098, -0.49696, 0.12741, -0.49696, 0.78102]
+    np.testing.assert_allclose(found, expected, atol=4e-4)
+
+
+@pytest.mark.parametrize("seed", [3, 8])
+def test_deep_loops_light_loads_and_lift_off_agree_with_a_dense_brute_force(seed):
+    found = judged(seed, 24)
+    assert found[:, 0].max() < 5e-3
+    assert np.median(found[:, 0]) < 1e-3
+    assert found[:, 1].max() < 0.03
+    assert found[:, 2].max() < 1e-2
+
+
+@pytest.mark.slow
+def test_twenty_maps_agree_with_a_dense_brute_force():
+    found = np.concatenate([judged(seed, 96) for seed in range(20)])
+    assert found[:, 0].max() < 5e-3
+    assert np.median(found[:, 0]) < 1e-3
+    assert found[:, 1].max() < 0.03
+    assert found[:, 2].max() < 1e-2
+
+
+def test_a_lone_ball_has_the_pressures_and_tractions_of_cattaneo():
+    surface = balls(0.0)
+    solutions = NormalSolutions.of(surface, largest_approach=1.0)
+    ensemble = hs.Ensemble.from_solutions(PAIR, solutions, MU)
+    state = ensemble.advance(ensemble.initial_state(), normal_displacement=1.0)
+    state = ensemble.advance(state, tangential_displacement=0.5 * MU)
+    back = ensemble.advance(state, tangential_displacement=0.1 * MU)
+    x, y = (index - 47.5 for index in np.unravel_index(solutions.point, surface.shape))
+    # a pressed disc of label h reaches to √(R h); a front goes back by U/μ, and by half of it after a reversal
+    rings = {at: np.sqrt(np.clip(400.0 * at - x**2 - y**2, 0, None)) * 2 / (np.pi * 400.0) for at in (1.0, 0.5, 0.8)}
+    for reached, expected in (
+        (ensemble.superposition(state).normal, rings[1.0]),
+        (ensemble.superposition(state).tangential, MU * (rings[1.0] - rings[0.5])),
+        (ensemble.superposition(back).tangential, MU * (-rings[1.0] + 2 * rings[0.8] - rings[0.5])),
+    ):
+        off = np.abs(reached @ solutions.pressure - expected).sum() / np.abs(expected).sum()
+        # the edge lies between points that are 1/20 of the radius apart
+        assert off < 0.05
+
+
+def test_the_first_row_is_one_point_as_a_flat_punch():
+    surface = rough(1, 32)
+    alone = hs.Surface(surface.heights, surface.pixel_size)
+    solutions = NormalSolutions.of(alone, largest_approach=0.3)
+    assert (solutions.pressure[0] > 0).sum() == 1
+    # Love: the middle of a square of side s under a unit pressure moves by 8 s ln(1 + √2)/(2 π E*)
+    per_pressure = 4 / np.pi * np.log(1 + np.sqrt(2)) * surface.pixel_size[0]
+    np.testing.assert_allclose(solutions.pressure[0].max(), solutions.approach[0] / per_pressure, rtol=1e-9)
+    assert (np.diff(solutions.pressure, axis=0) > -1e-9).all()
+
+
+def test_few_points_and_conjugate_gradients_give_the_same(monkeypatch, tmp_path):
+    from historysim.interaction import few_points
+
+    surface = rough(2, 48)
+    exact = NormalSolutions.of(surface, largest_approach=0.3)
+    monkeypatch.setattr(few_points, "MOST_POINTS", 8)
+    monkeypatch.setenv("HISTORYSIM_CACHE", str(tmp_path / "another"))
+    iterated = NormalSolutions.of(surface, largest_approach=0.3)
+    assert np.isnan(iterated.stiffness).sum() > 5 > np.isnan(exact.stiffness).sum()
+    curves = [hs.Ensemble.from_solutions(PAIR, each, MU).curves for each in (exact, iterated)]
+    between = np.linspace(0.02, 0.3, 50)
+    np.testing.assert_allclose(curves[0].total(between), curves[1].total(between), rtol=2e-3)
+
+
+def test_a_map_that_repeats_is_not_pressed_flat():
+    surface = rough(3, 32)
+    with pytest.raises(hs.InputError, match=r"presses the map flat, all of it touches from .*% of that on"):
+        NormalSolutions.of(surface, largest_load=1e3 * surface.nominal_area)
+    with pytest.raises(hs.InputError, match=r"presses the map flat: at .* m all of it touches"):
+        NormalSolutions.of(surface, largest_approach=10.0)
+
+
+def test_a_contact_of_few_points_is_told():
+    rough_points = hs.Surface(np.random.default_rng(1).normal(size=(8, 8)), 1.0)
+    solutions = NormalSolutions.of(rough_points, largest_load=1e-2)
+    (notice,) = solutions.notices
+    assert "areas, patches and pressures are those of the grid" in notice
+    assert NormalSolutions.of(balls(0.0), largest_approach=1.0).notices == ()
+
+
+def test_how_long_it_takes_is_told_before(monkeypatch):
+    from historysim.interaction import few_points, solutions
+
+    monkeypatch.setattr(few_points, "MOST_POINTS", 8)
+    monkeypatch.setattr(solutions, "LONG", 0.0)
+    told = []
+    NormalSolutions.of(rough(3, 32), largest_approach=0.3, tell=told.append)
+    assert "the normal contact of 32 × 32 points takes some 0 min for" in told[0]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_twenty_random_moves_agree_with_a_brute_force_of_all_points(seed):
@@ -68,8 +219,7 @@ def test_twenty_random_moves_agree_with_a_brute_force_of_all_points(seed):
     (coarse, _), (fine, _) = compared(surface, moves, 24), compared(surface, moves, 48)
     settled = np.abs(2 * fine - coarse)
     assert np.median(settled) < 1e-3
-    # where a handful of points touches, a load lies between the rows of the table
-    assert settled.max() < 0.02
+    assert settled.max() < 5e-3
 
 
 def test_a_lone_ball_is_hertz():
@@ -143,7 +293,6 @@ def test_points_touch_so_that_the_area_grows_evenly():
         (hs.Surface(np.zeros((16, 16)), 1.0), "flat; expected heights that differ"),
         (hs.Surface(np.arange(16.0), 1.0), "profile; expected a height map"),
         (hs.Surface(np.where(np.eye(16) > 0, np.nan, np.arange(16.0)), 1.0), "16 heights are missing"),
-        (hs.Surface(np.random.default_rng(1).normal(size=(4, 4)), 1.0), "touch more than a few points"),
     ],
 )
 def test_maps_that_cannot_be_solved_are_refused(surface, message):

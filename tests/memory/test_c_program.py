@@ -56,7 +56,7 @@ def inside(tmp_path_factory):
     library = compiled(CC, None, tmp_path_factory.mktemp("inside"), "-shared", "-fPIC", name="core.so")
     ffi = FFI()
     ffi.cdef("""
-        typedef struct { const double *gap, *weight; int64_t count; } hs_curve;
+        typedef struct { const double *gap, *weight, *load; int64_t count; } hs_curve;
         double hs_label_at(hs_curve curve, double total, double guess, double rigid, double compliance);
         double hs_cube_root(double x);
     """)
@@ -79,8 +79,34 @@ def test_a_label_is_found_from_label_and_load_together(inside, count, seed, soft
     weight, compliance, label = rng.uniform(0.5, 1.0, count), 10**softness, 10**depth
     load = np.sum(weight * np.maximum(label - gap, 0.0) ** 1.5)
     kept = ffi.from_buffer("double[]", gap), ffi.from_buffer("double[]", weight)
-    found = lib.hs_label_at((*kept, count), label + compliance * load, guess, 1.0, compliance)
+    found = lib.hs_label_at((*kept, ffi.NULL, count), label + compliance * load, guess, 1.0, compliance)
     assert found == pytest.approx(label, rel=16 * EPS)
+
+
+@given(
+    count=st.integers(1, 40),
+    seed=st.integers(0, 2**32 - 1),
+    softness=st.floats(-6, 6),
+    part=st.floats(1e-6, 1.2),
+    rigid=st.sampled_from([0.0, 1.0]),
+)
+def test_a_label_is_found_between_knots(inside, count, seed, softness, part, rigid):
+    ffi, lib = inside
+    rng = np.random.default_rng(seed)
+    gap = np.append(0.0, np.sort(rng.uniform(0.0, 1.0, count)))
+    # knots at one place are a jump of the stiffness
+    gap[2:] = np.where(rng.random(count - 1) < 0.3, gap[1:-1], gap[2:])
+    gap = np.maximum.accumulate(gap)
+    stiffness = np.cumsum(rng.uniform(0.1, 1.0, count + 1))
+    load = np.append(0.0, np.cumsum(np.diff(gap) * 0.5 * (stiffness[1:] + stiffness[:-1])))
+    label, compliance = part * gap[-1], 10**softness
+    piece = max(int(np.searchsorted(gap, label, side="left")) - 1, 0)
+    bend = (stiffness[piece + 1] - stiffness[piece]) / (gap[piece + 1] - gap[piece]) if piece < count else 0.0
+    x = label - gap[piece]
+    total = rigid * label + compliance * (load[piece] + x * (stiffness[piece] + 0.5 * bend * x))
+    kept = [ffi.from_buffer("double[]", each) for each in (gap, stiffness, load)]
+    found = lib.hs_label_at((*kept, count + 1), total, 0.0, rigid, compliance)
+    assert found == pytest.approx(label, rel=256 * EPS)
 
 
 @given(st.floats(min_value=1e-300, max_value=1e300))

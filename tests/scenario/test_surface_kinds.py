@@ -3,9 +3,7 @@
 import math
 import re
 import sys
-import tomllib
 import warnings
-from pathlib import Path
 
 import attrs
 import numpy as np
@@ -192,44 +190,6 @@ def test_the_sections_are_of_every_kind_and_have_every_key():
 
 
 FORMAT = {field.name for field in attrs.fields(Format)}
-README = Path(__file__).parents[2] / "scenarios" / "README.md"
-
-
-def documented():
-    """The rows of the table of kinds: the name of the kind, and its keys with their defaults as they stand there."""
-    text = README.read_text(encoding="utf-8")
-    table = text[text.index("### `[surface]`") :].split("\n\n")[2]
-    rows = [line.strip("| ").split(" | ") for line in table.splitlines()[2:]]
-    return [(re.match(r'`"(.*?)"`', kind)[1], re.findall(r"`([^`]*)`", keys)) for kind, keys in rows]
-
-
-def defaults(kind):
-    return {field.name: field.default for field in attrs.fields(kind)}
-
-
-def test_the_table_of_kinds_is_complete_and_its_defaults_are_true():
-    rows = documented()
-    kinds = {surface_kinds.KINDS[entry["kind"]](entry) for entry in SECTIONS.values()}
-    assert {name for name, _ in rows} == set(surface_kinds.KINDS)
-    assert len(rows) == len(kinds) + 1  # the normal curve, as above
-    for name, texts in rows:
-        entry = dict.fromkeys(text.split(" = ")[0] for text in texts)
-        fields = defaults(surface_kinds.KINDS[name](entry))
-        assert set(fields) - FORMAT <= set(entry)
-        for text in texts:
-            if " = " in text and not text.startswith("["):
-                ((key, value),) = tomllib.loads(text).items()
-                assert (tuple(value) if isinstance(value, list) else value) == fields[key]
-
-
-def test_the_example_of_the_readme_has_summits(folder):
-    text = README.read_text(encoding="utf-8")
-    example = text[text.index('[surface]\nkind = "sum"') :].split("```")[0]
-    np.savetxt(folder / "maps" / "polished.txt", bumps((256, 256)))
-    (folder / "s.toml").write_text(example + LINES, encoding="utf-8")
-    assert len(scenario.load(folder / "s.toml").surface().summits) > 100
-
-
 # -- what the keys do -------------------------------------------------------------------------------
 
 

@@ -77,7 +77,7 @@ static void require_alike(const hs_memory *one, const hs_memory *other, const ch
 typedef struct history {
     int64_t count;
     int evolves, calls_pow;
-    int cancels; /* elements that take load away, whose energies may be negative */
+    int knots; /* a normal curve of knots in place of summits */
     double height[MOST], radius[MOST], top; /* [m] */
     double modulus, reach, deepest;         /* [Pa], [m] of displacements and of approaches */
     double farthest;                        /* displacement so far, dimensionless */
@@ -154,12 +154,12 @@ static void choose_drive(history *h) {
 
 static void begin(history *h) {
     int64_t group[MOST];
-    double friction[MOST], each[MOST], sign[MOST];
+    double friction[MOST], each[MOST], stiffness[MOST];
     int kind = below(8);
     memset(h, 0, sizeof *h);
     h->calls_pow = one_in(20);
     h->evolves = h->calls_pow || one_in(10);
-    h->cancels = one_in(20);
+    h->knots = one_in(20);
     h->count = kind == 0 ? 1 : 1 + below(h->evolves ? 5 : MOST);
     int64_t groups = kind < 4 ? 1 : kind < 6 ? 1 + below(3) : h->count;
     if (groups > h->count) groups = h->count;
@@ -172,15 +172,19 @@ static void begin(history *h) {
         h->radius[i] = one_in(4) && i > 0 ? h->radius[i - 1] : size * between(0.3, 1.0);
         group[i] = i < groups ? i : below((int)groups);
         friction[i] = each[group[i]];
-        sign[i] = 1.0;
         if (h->height[i] > h->top) h->top = h->height[i];
     }
-    /* an element that takes a little away, as those of normal curves do */
-    if (h->cancels && groups == 1 && !h->evolves)
-        for (int64_t i = 0; i < h->count; ++i)
-            if (h->height[i] < h->top && one_in(3)) sign[i] = -1.0, h->radius[i] = 1e-4 * size;
+    if (groups > 1 || h->evolves) h->knots = 0;
+    /* stiffnesses rise with the depth, all at once where two knots are at one place */
+    if (h->knots)
+        for (int64_t i = 0; i < h->count; ++i) {
+            h->height[i] = i == 0 ? rough : h->height[i - 1] - (one_in(5) ? 0.0 : between(0.0, 2.0 * rough / MOST));
+            stiffness[i] = (i == 0 ? 0.0 : stiffness[i - 1]) + h->modulus * size * (one_in(3) && i > 0 ? 0.0 : between(0.01, 1.0));
+            h->top = rough;
+        }
     hs_contact *contact = (hs_contact *)there(
-        hs_contact_new(h->count, h->height, h->radius, sign, one_in(2) && groups == 1 ? NULL : group, h->modulus, ratio));
+        hs_contact_new(h->count, h->height, h->radius, h->knots ? stiffness : NULL,
+                       one_in(2) && groups == 1 ? NULL : group, h->modulus, ratio));
     h->memory = (hs_memory *)there(hs_memory_new(contact, friction));
     hs_contact_free(contact);
     h->deepest = 1.5 * rough;
@@ -263,7 +267,7 @@ static void do_step(history *h) {
     int status = stepped(h->memory, &path, &h->drive, &refusal);
     require(status == HS_OK || status == HS_BEYOND_LIMIT, "fails");
     require(status == refusal.status, "does not say why it is refused");
-    require(h->cancels || h->memory->dissipated >= before, "what is dissipated falls");
+    require(h->memory->dissipated >= before, "what is dissipated falls");
     if (!start) return;
     if (status == HS_BEYOND_LIMIT) {
         require(fabs(refusal.request) > refusal.limit, "a load within the limit is refused");
@@ -309,7 +313,7 @@ static void do_set_friction(history *h) {
         if (one_in(3)) friction[i] = one_in(9) ? 0.0 : one_in(3) ? 0.3 : between(0.02, 0.9);
     double before = h->memory->dissipated;
     require(hs_set_friction(h->memory, friction, &h->drive) == HS_OK, "fails");
-    require(h->cancels || h->memory->dissipated >= before, "what is dissipated falls");
+    require(h->memory->dissipated >= before, "what is dissipated falls");
 }
 
 /* Arrays of rows for some asperities, each as long as it says. */
@@ -482,13 +486,13 @@ static void do_bytes(history *h) {
 /* Patches whose normal curves the elements carry, all of it drawn at random. */
 static void do_patches(history *h) {
     enum { TABLE = 5, PATCHES = 3 };
-    double share[MOST * TABLE], load[PATCHES * TABLE], approach[TABLE + 1], area[(TABLE + 1) * PATCHES];
+    double gain[PATCHES * TABLE], approach[TABLE + 1], area[(TABLE + 1) * PATCHES];
     double touch[PATCHES], at[2], stick[2];
-    int64_t asperity[MOST], patch[PATCHES] = {0, 1, 2}, n = h->count;
+    int64_t asperity[MOST], row[MOST], patch[PATCHES] = {0, 1, 2}, n = h->count;
     if (h->memory->contact->groups > 1) return;
     doing = "patches";
-    for (int64_t k = 0; k < n * TABLE; ++k) share[k] = one_in(3) ? 0.0 : between(-0.2, 1.0);
-    for (int k = 0; k < PATCHES * TABLE; ++k) load[k] = between(0.0, 1.0);
+    for (int64_t k = 0; k < n; ++k) row[k] = below(TABLE);
+    for (int k = 0; k < PATCHES * TABLE; ++k) gain[k] = between(0.0, 1.0);
     for (int k = 0; k <= TABLE; ++k) approach[k] = k * h->deepest / TABLE;
     for (int k = 0; k < (TABLE + 1) * PATCHES; ++k) area[k] = between(0.0, 1e-12) * (k / PATCHES);
     for (int k = 0; k < PATCHES; ++k) touch[k] = k * h->deepest / 4.0;
@@ -520,7 +524,7 @@ static void do_patches(history *h) {
         at[k] = h->memory->approach * h->memory->contact->units.length;
         stick[k] = at[k] * between(0.0, 1.0);
     }
-    hs_patches patches = {PATCHES, TABLE, share, load, approach, area, touch};
+    hs_patches patches = {PATCHES, TABLE, row, gain, approach, area, touch};
     require(hs_record_patches(&patches, &elements, 2, at, stick, h->memory->friction[0], &rows) == HS_OK, "fails");
     note(numbers, 5 * size * sizeof *numbers);
     note(states, size);

@@ -13,8 +13,8 @@ from historysim.errors import InputError
 from historysim.results.analysis.cycles import friction_loops
 from historysim.results.analysis.recorded import check_recorded, position_of
 from historysim.results.plots.along_path import thinned
-from historysim.results.plots.contact_map import SOLVED, draw_zones, zones_at
 from historysim.results.plots.contact_map import draw_legend as name_zones
+from historysim.results.plots.contact_map import draw_zones, zones_at
 from historysim.results.plots.paper import PAGE, Size, in_style, new_figure
 from historysim.results.plots.printed import MADE_BY
 from historysim.results.plots.style import FAINT, INK, STATE_COLOURS
@@ -27,6 +27,7 @@ from historysim.results.plots.surface import (
     draw_map,
     surface_of,
 )
+from historysim.results.point_maps import SOLVED
 
 if TYPE_CHECKING:
     from matplotlib.animation import FuncAnimation

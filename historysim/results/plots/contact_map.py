@@ -1,7 +1,7 @@
 """The contact of a rough map whose asperities press on one another, point by point, at one time of a log."""
 
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, TypeVar
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import attrs
 import numpy as np
@@ -14,10 +14,11 @@ from historysim.basics.units import prefixed, quantity_text
 from historysim.errors import InputError
 from historysim.log.event_log import EventLog
 from historysim.replaying import Replay
-from historysim.results.origin import Origin, ask_origin
+from historysim.results.origin import Origin
 from historysim.results.plots.paper import PAGE, Size, new_figure
 from historysim.results.plots.style import INK, STATE_COLOURS, plain_title
 from historysim.results.plots.surface import position_of
+from historysim.results.point_maps import SLIPS, SOLVED, STICKS, answered, maps_of, sides_of
 from historysim.surfaces.heights import Surface
 
 if TYPE_CHECKING:
@@ -27,11 +28,6 @@ if TYPE_CHECKING:
 Floats = npt.NDArray[np.float64]
 
 Extent = tuple[float, float, float, float]
-Answer = TypeVar("Answer")
-
-STICKS, SLIPS = 1.0, 2.0
-SOLVED = "solved_pressure"
-"""What the surface of a result holds where its asperities press on one another."""
 
 
 @attrs.frozen(eq=False)
@@ -100,64 +96,47 @@ def plot_interacting(history: xr.Dataset, step: int | str = "partial", *, size: 
         A step that the history does not have, or one that does not come from a file with its events.
     """
     at = float(history["time"].values[position_of(step, history)])
-    return _drawn(*_answered(history, lambda origin: (origin, origin.state(at))), at, "", size)
+    return _drawn(*answered(history, lambda origin: (origin, origin.state(at))), at, "", size)
 
 
 def zones_at(history: xr.Dataset, steps: Sequence[int]) -> Zones:
     """Return where the contact sticks and slips at steps; parameters and errors as for `plot_interacting`."""
     times = [float(history["time"].values[step]) for step in steps]
-    return _answered(
+    return answered(
         history,
         lambda origin: Zones([_zone(origin, origin.state(at)) for at in times], *_extent(origin)),
     )
 
 
-def _answered(history: xr.Dataset, question: Callable[[Origin], Answer]) -> Answer:
-    found = ask_origin(history, question)
-    if found is None:
-        raise InputError(
-            "the contact map of patches follows from the events of the history, which is not the whole file of a "
-            "result, nor has its log beside it; expected the file that historysim run has written"
-        )
-    return found
-
-
 def _zone(origin: Origin, state: EnsembleState) -> Floats:
     """Return what sticks and what slips, point by point; NaN where nothing touches."""
-    found, first_touch = origin.ensemble.superposition(state), origin.surface["first_touch"]
-    kind = np.where(first_touch <= found.stick_approach, STICKS, SLIPS)
-    return _on_map(origin, kind, first_touch <= found.approach)
+    return _touching(maps_of(origin, state).contact_state.astype(np.float64))
 
 
-def _on_map(origin: Origin, values: Floats, touching: npt.NDArray[np.bool_]) -> Floats:
-    shape = origin.settings["surface_attributes"]["shape"]
-    filled = np.full(int(np.prod(shape)), np.nan)
-    filled[origin.surface["point"].astype(np.int64)[touching]] = values[touching]
-    return filled.reshape(shape)
+def _touching(values: Floats) -> Floats:
+    """Return values with NaN in place of 0."""
+    return np.where(values == 0, np.nan, values)
 
 
 def _extent(origin: Origin) -> tuple[Extent, str]:
     """Return the ends of the map in a readable unit, and that unit."""
-    x, y = _sides(origin.surface)
+    x, y = sides_of(origin)
     factor, prefix = prefixed(max(x, y))
     return (0.0, x * factor, 0.0, y * factor), f"{prefix}m"
 
 
 def _drawn(origin: Origin, state: EnsembleState, at: float, title: str, size: Size | None) -> "Figure":
-    arrays, ensemble = origin.surface, origin.ensemble
     shape = origin.settings["surface_attributes"]["shape"]
-    pixel = tuple(float(side / count) for side, count in zip(_sides(arrays), shape, strict=True))
-    found, modulus = ensemble.superposition(state), ensemble.pair.contact_modulus
-    touching = arrays["first_touch"] <= found.approach
-    pressure = _on_map(origin, np.clip(found.normal @ arrays[SOLVED], 0.0, None) * modulus, touching)
-    traction = _on_map(origin, found.tangential @ arrays[SOLVED] * modulus, touching)
+    pixel = tuple(float(side / count) for side, count in zip(sides_of(origin), shape, strict=True))
+    maps = maps_of(origin, state)
+    nothing = maps.pressure == 0
     extent, unit = _extent(origin)
     with new_figure(size, (PAGE, 163.0)) as figure:
         axes = figure.subplots(2, 2, sharex=True, sharey=True)
-        draw_zones(axes[0, 0], _zone(origin, state), extent, "whole map")
+        draw_zones(axes[0, 0], _touching(maps.contact_state.astype(np.float64)), extent, "whole map")
         draw_zones(axes[0, 1], _independent(origin, at, shape, pixel), extent, "independent summits")
-        _draw_field(axes[1, 0], pressure, extent, "pressure", signed=False)
-        _draw_field(axes[1, 1], traction, extent, "traction", signed=True)
+        _draw_field(axes[1, 0], _touching(maps.pressure), extent, "pressure", signed=False)
+        _draw_field(axes[1, 1], np.where(nothing, np.nan, maps.traction), extent, "traction", signed=True)
         for axis in axes[1]:
             axis.set_xlabel(f"$x$ ({unit})")
         for axis in axes[:, 0]:
@@ -181,12 +160,6 @@ def draw_legend(figure: "Figure") -> None:
     figure.legend(handles=handles, loc="outside lower left", ncols=2, columnspacing=2.0)
 
 
-def _sides(arrays: Any) -> tuple[float, float]:
-    """Lengths of the map: the last point is one step before the end."""
-    x, y = (np.asarray(arrays[name]) for name in ("x", "y"))
-    return float(x[-1] + x[1] - x[0]), float(y[-1] + y[1] - y[0])
-
-
 def _independent(origin: Origin, at: float, shape: tuple[int, int], pixel: tuple[float, ...]) -> Floats:
     """Stick and slip of the summits of the map, each a circle, where they carry the same loads by themselves."""
     arrays, found = origin.surface, np.full(shape, np.nan)
@@ -201,7 +174,7 @@ def _independent(origin: Origin, at: float, shape: tuple[int, int], pixel: tuple
     for index in np.flatnonzero(row["contact_radius"].values > 0):
         beside = [np.abs(each - ensemble.coordinates[name][index]) for name, each in (("x", x), ("y", y))]
         if periodic:
-            beside = [np.minimum(each, side - each) for each, side in zip(beside, _sides(arrays), strict=True)]
+            beside = [np.minimum(each, side - each) for each, side in zip(beside, sides_of(origin), strict=True)]
         far = np.hypot(beside[0][:, None], beside[1])
         # one smaller than a point is drawn as one
         found[far <= max(float(row["contact_radius"][index]), 0.5 * max(pixel))] = SLIPS
@@ -220,17 +193,20 @@ def draw_zones(axes: "Axes", zone: Floats, extent: Extent, name: str) -> None:
 
 
 def _draw_field(axes: "Axes", values: Floats, extent: Extent, name: str, *, signed: bool) -> None:
-    """Draw a quantity point by point; one with a sign from dark to light, which grey print tells apart, too."""
+    """Draw a quantity point by point; one with a sign in two colours that part at 0."""
     largest = float(np.nanmax(np.abs(values), initial=0.0)) or 1.0
     factor, prefix = prefixed(largest)
     image = axes.imshow(
         values.T * factor,
         origin="lower",
         extent=extent,
-        cmap="viridis",
+        cmap="PuOr" if signed else "viridis",
         vmin=-largest * factor if signed else 0.0,
         vmax=largest * factor,
         interpolation="nearest",
     )
+    if signed:
+        # 0 is white, which nothing that touches should be taken for
+        axes.set_facecolor("0.85")
     axes.set_title(name)
     axes.figure.colorbar(image, ax=axes, shrink=0.8, label=f"{name} ({prefix}Pa)")

@@ -7,7 +7,7 @@ import attrs
 import xarray as xr
 
 from historysim.errors import InputError
-from historysim.results.plots.contact_map import SOLVED, plot_interacting
+from historysim.results.plots.contact_map import plot_interacting
 from historysim.results.plots.load_history import plot_history
 from historysim.results.plots.loop import plot_loop
 from historysim.results.plots.paper import Size
@@ -17,6 +17,7 @@ from historysim.results.plots.surface import plot_distribution, plot_surface, su
 from historysim.results.plots.together import LoopMarks, plot_together
 from historysim.results.plots.traction_profile import plot_slip_fronts, plot_traction
 from historysim.results.plots.worn_summits import plot_wear
+from historysim.results.point_maps import SOLVED
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -31,7 +31,42 @@ Area = Annotated[float, Quantity("m2")]
 
 @attrs.frozen(kw_only=True)
 class Channel:
-    """A column, or several, or a constant, and how it becomes a channel in SI: scale times it, plus the offset."""
+    """A column, or several, or a constant, and how it becomes a channel in SI: scale times it, plus the offset.
+
+    Attributes
+    ----------
+    column
+        The column: a name, or its position from 1. A channel that is a text alone is this.
+    unit
+        Its unit; by default that of the file, or SI.
+    occurrence
+        Which of the columns with this name.
+    index
+        Which column of a matrix.
+    sum
+        The sum of several columns, in place of one.
+    mean
+        Their mean.
+    difference
+        The first of two less the second.
+    scale
+        A factor on the column.
+    time
+        The channel's own clock; it is interpolated onto that of the record.
+    shift
+        By how much that clock is behind: a sample at t was taken at t + shift.
+    median
+        Running median of so many samples, odd: takes off spikes shorter than half of them, leaves turns.
+    notch
+        Takes off what is at a frequency, or several. Needs an even clock.
+    low_pass
+        Takes off what is faster; half of the amplitude passes there. Rounds turns of a channel with the speed v
+        by about v/(2πf). Needs an even clock.
+    centred
+        Takes off the mean of the midpoints of its cycles.
+    drift_free
+        Takes off the drift of the midpoints of its cycles (three or more).
+    """
 
     column: str | int | None = None
     unit: str | None = None
@@ -117,7 +152,19 @@ class Channel:
 
 @attrs.frozen(kw_only=True)
 class ForceChannel(Channel):
-    """A load; from a pressure by the area that it acts on."""
+    """A load; from a pressure by the area that it acts on.
+
+    Attributes
+    ----------
+    constant
+        The same value throughout, in place of a column.
+    offset
+        Added after the scale.
+    area
+        Area that makes a load of a pressure.
+    negative_as_zero
+        What is below 0 is 0.
+    """
 
     constant: Force | None = None
     offset: Force = 0.0
@@ -133,7 +180,21 @@ class ForceChannel(Channel):
 
 @attrs.frozen(kw_only=True)
 class LengthChannel(Channel):
-    """A displacement."""
+    """A displacement.
+
+    Attributes
+    ----------
+    constant
+        The same value throughout, in place of a column.
+    offset
+        Added after the scale.
+    backlash
+        Width of the play of what measures it.
+    free_play
+        Width of a clearance in the path of the tangential load.
+    closing_load
+        Load that closes the clearance.
+    """
 
     constant: Length | None = None
     offset: Length = 0.0
@@ -153,7 +214,19 @@ class LengthChannel(Channel):
 
 @attrs.frozen(kw_only=True)
 class Channels:
-    """What was measured of each channel."""
+    """What was measured of each channel.
+
+    Attributes
+    ----------
+    normal_load
+        Of the normal load.
+    normal_displacement
+        Of the approach.
+    tangential_load
+        Of the tangential load.
+    tangential_displacement
+        Of the tangential displacement.
+    """
 
     normal_load: ForceChannel | None = None
     normal_displacement: LengthChannel | None = None
@@ -171,7 +244,13 @@ class Channels:
 
 @attrs.frozen(kw_only=True)
 class LoadColumns(Channels):
-    """``loading.columns``: what is replayed; without time, the number of the row is the clock, from 0 s."""
+    """``loading.columns``: what is replayed; without time, the number of the row is the clock, from 0 s.
+
+    Attributes
+    ----------
+    time
+        Column of the time; without it rows are 1 s apart, and only their order counts.
+    """
 
     time: Column | None = None
 
@@ -187,7 +266,19 @@ class LoadColumns(Channels):
 
 @attrs.frozen(kw_only=True)
 class DeadBand:
-    """``loading.dead_band``: swings of a channel below which are noise and no reversals."""
+    """``loading.dead_band``: swings of a channel below which are noise and no reversals.
+
+    Attributes
+    ----------
+    normal_load
+        Of the normal load.
+    normal_displacement
+        Of the approach.
+    tangential_load
+        Of the tangential load.
+    tangential_displacement
+        Of the tangential displacement.
+    """
 
     normal_load: Force | None = None
     normal_displacement: Length | None = None
@@ -209,7 +300,52 @@ EACH = "each"
 # a kind of loading inherits this beside another section, and two bases with slots do not mix
 @attrs.frozen(kw_only=True, slots=False)
 class MeasuredFile(NumbersFile):
-    """A file with a record, and how it is read."""
+    """A file with a record, and how it is read.
+
+    Attributes
+    ----------
+    columns
+        What is replayed: ``time``, and a load or displacement of one channel or both, as below.
+    response
+        What was measured beside it, to compare with; the same keys.
+    run
+        Of a file with several runs: the number of the one that is read, from 1, by where the clock starts
+        again; or its value in ``runs_by``; or ``"each"``, for ``loops``, ``sliding`` and ``fit``.
+    runs_by
+        Column that tells the runs apart.
+    start
+        Samples before this time are left out.
+    end
+        Samples after this time are left out.
+    missing
+        ``"refuse"``, or ``"drop"``: samples that miss a value are left out, and counted.
+    max_gap
+        A longer time between samples is an error.
+    interval
+        Samples evenly spaced by this time instead, straight between the measured ones.
+    dead_band
+        For each channel the swing below which there is no reversal. Acts in loops, ``compare``, ``fit``, and in
+        ``run`` with ``reduce``.
+    reduce
+        Replays only the samples that the contact remembers, by the dead bands.
+
+    Examples
+    --------
+    [loading]
+    file = "measured.csv"
+    reduce = true
+
+    [loading.columns]
+    time = "t"
+    normal_load = { column = "Fn", unit = "mN" }
+    tangential_displacement = { column = "x", unit = "nm", centred = true }
+
+    [loading.response]
+    tangential_load = { column = "Ft", unit = "mN" }
+
+    [loading.dead_band]
+    tangential_displacement = "10 nm"
+    """
 
     columns: LoadColumns
     response: Channels = Channels()

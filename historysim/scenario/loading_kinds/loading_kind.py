@@ -25,7 +25,16 @@ def one_of_each(self: object) -> None:
 
 @attrs.frozen(kw_only=True)
 class Loading:
-    """What every kind of loading has."""
+    """What every kind of loading has.
+
+    Attributes
+    ----------
+    substeps
+        Steps that are recorded from one event to the next; they do not change the result.
+    saturate
+        ``true`` holds a tangential load beyond the friction limit at the limit, and flags the step; else it is
+        an error.
+    """
 
     substeps: int = 1
     saturate: bool = False

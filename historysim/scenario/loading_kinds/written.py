@@ -20,7 +20,17 @@ MOST_EVENTS = 10_000_000
 
 @attrs.frozen
 class GeometryTable:
-    """Other heights and radii of summits, of all or of some asperities."""
+    """Other heights and radii of summits, of all or of some asperities.
+
+    Attributes
+    ----------
+    summit_height
+        Heights over the same datum.
+    summit_radius
+        Radii.
+    asperities
+        Which ones; without it all, by as many summits.
+    """
 
     summit_height: Lengths | None = None
     summit_radius: Lengths | None = None
@@ -29,7 +39,43 @@ class GeometryTable:
 
 @attrs.frozen
 class Waypoint:
-    """What the channels have reached at a time, or some time after the waypoint before it, and what changes then."""
+    """What the channels have reached at a time, or some time after the waypoint before it, and what changes then.
+
+    Attributes
+    ----------
+    time
+        When; or ``after``.
+    after
+        Time since the waypoint before it.
+    normal_load
+        Normal load that is reached.
+    normal_displacement
+        Approach of the highest summit that is reached.
+    tangential_load
+        Tangential load that is reached.
+    tangential_displacement
+        Tangential displacement that is reached.
+    friction
+        Coefficient from then on.
+    friction_ramp
+        Coefficient reached then, to which friction has gone straight since its last such waypoint, or since the
+        event before the first.
+    geometry
+        Other summits from then on, as below. Each that changes is a new contact.
+    asperities
+        Whose friction changes; without it that of all.
+    name
+        What the state is called, for pictures and ``--steps``.
+
+    Examples
+    --------
+    [loading]
+    hold = true
+    waypoints = [
+        { time = 0, normal_load = "50 mN" },
+        { after = "1 s", tangential_load = "3 mN", name = "K" },
+    ]
+    """
 
     time: Time | None = None
     after: Time | None = None
@@ -142,14 +188,26 @@ def _reached(event: LoadEvent) -> str:
 
 @attrs.frozen(kw_only=True)
 class Written(Loading):
-    """A loading that is written out; whether a channel is held at waypoints that do not name it."""
+    """A loading that is written out; whether a channel is held at waypoints that do not name it.
+
+    Attributes
+    ----------
+    hold
+        Whether a channel stays where it stands at each waypoint that does not name it.
+    """
 
     hold: bool | None = None
 
 
 @attrs.frozen(kw_only=True)
 class Waypoints(Written):
-    """``loading.waypoints``: what is reached, and when."""
+    """``loading.waypoints``: what is reached, and when.
+
+    Attributes
+    ----------
+    waypoints
+        What is reached, and when, as below.
+    """
 
     waypoints: tuple[Waypoint, ...]
 
@@ -189,7 +247,23 @@ IN_TURN = (*LOAD_KINDS, "friction")
 
 @attrs.frozen
 class Each:
-    """Values to reach in turn; the waypoints of the block run at each of them."""
+    """Values to reach in turn; the waypoints of the block run at each of them.
+
+    Attributes
+    ----------
+    after
+        Time to reach each value.
+    normal_load
+        Normal loads.
+    normal_displacement
+        Approaches of the highest summit.
+    tangential_load
+        Tangential loads.
+    tangential_displacement
+        Tangential displacements.
+    friction
+        Coefficients.
+    """
 
     after: Time
     normal_load: Annotated[tuple[float, ...], Quantity("N")] | None = None
@@ -220,7 +294,28 @@ class Each:
 
 @attrs.frozen
 class WaypointBlock:
-    """Waypoints to run, some number of times, at each of some values."""
+    """Waypoints to run, some number of times, at each of some values.
+
+    Attributes
+    ----------
+    waypoints
+        Waypoints with ``after``. A channel that the block does not name is held.
+    repeat
+        How many times they run.
+    each
+        Values to reach first, one after the other, as below; the waypoints run at each of them.
+
+    Examples
+    --------
+    [[loading.blocks]]
+    each = { after = "2 s", normal_load = ["50 mN", "70 mN"] }
+    repeat = 4
+    waypoints = [
+        { after = "4 s", tangential_displacement = "100 nm" },
+        { after = "8 s", tangential_displacement = "-100 nm" },
+        { after = "4 s", tangential_displacement = 0 },
+    ]
+    """
 
     waypoints: tuple[Waypoint, ...]
     repeat: int = 1
@@ -270,7 +365,13 @@ class WaypointBlock:
 
 @attrs.frozen(kw_only=True)
 class Blocks(Written):
-    """``[[loading.blocks]]``: runs of waypoints, one after the other."""
+    """``[[loading.blocks]]``: runs of waypoints, one after the other.
+
+    Attributes
+    ----------
+    blocks
+        Runs of waypoints, one after the other, as below.
+    """
 
     blocks: tuple[WaypointBlock, ...]
 

@@ -22,7 +22,20 @@ SummitDensity = Annotated[float, Quantity("m-2")]
 
 @attrs.frozen(kw_only=True)
 class DistributedSummits(abc.ABC):
-    """So many summits per area, drawn with a seed or, without one, as quantiles."""
+    """So many summits per area, drawn with a seed or, without one, as quantiles.
+
+    Attributes
+    ----------
+    radius
+        Radius of all summits.
+    summit_density
+        Summits per nominal area.
+    nominal_area
+        Nominal area.
+    seed
+        With a seed heights and positions are drawn; without one the summits are the quantiles (i + ½)/n of the
+        density.
+    """
 
     radius: Length
     summit_density: SummitDensity
@@ -48,7 +61,23 @@ class DistributedSummits(abc.ABC):
 
 @attrs.frozen(kw_only=True)
 class GaussianHeights(DistributedSummits):
-    """Gaussian heights."""
+    """Gaussian heights.
+
+    Attributes
+    ----------
+    rms_height
+        Standard deviation of the heights.
+
+    Examples
+    --------
+    [surface]
+    kind = "statistics"
+    radius = "10 µm"
+    summit_density = "0.01 µm-2"
+    nominal_area = "0.01 mm2"
+    rms_height = "50 nm"
+    seed = 1
+    """
 
     rms_height: Length
 
@@ -73,7 +102,27 @@ def _height_or_gap(self: "InlineDistribution | DensityColumns") -> None:
 
 @attrs.frozen(kw_only=True)
 class InlineDistribution(DistributedSummits):
-    """A density of heights, or of gaps (0 for the summit that touches first), written out."""
+    """A density of heights, or of gaps (0 for the summit that touches first), written out.
+
+    Attributes
+    ----------
+    height
+        Heights at which the density is given; or ``gap``.
+    gap
+        Distances from the flat at first touch, 0 or more.
+    density
+        Density at each of them, in any unit; straight in between.
+
+    Examples
+    --------
+    [surface]
+    kind = "statistics"
+    radius = "10 µm"
+    summit_density = "0.01 µm-2"
+    nominal_area = "0.01 mm2"
+    height = ["0 nm", "50 nm", "100 nm"]
+    density = [0, 1, 0]
+    """
 
     height: Lengths | None = None
     gap: Lengths | None = None
@@ -90,7 +139,17 @@ class InlineDistribution(DistributedSummits):
 
 @attrs.frozen
 class DensityColumns:
-    """Which column of the table of a density holds what."""
+    """Which column of the table of a density holds what.
+
+    Attributes
+    ----------
+    density
+        Column of the density.
+    height
+        Column of the heights; or ``gap``.
+    gap
+        Column of the gaps.
+    """
 
     density: Column
     height: Column | None = None
@@ -103,7 +162,13 @@ class DensityColumns:
 
 @attrs.frozen(kw_only=True)
 class DistributionTable(NumbersFile, DistributedSummits):
-    """A density of heights or gaps from a file."""
+    """A density of heights or gaps from a file.
+
+    Attributes
+    ----------
+    columns
+        Which column holds what.
+    """
 
     columns: DensityColumns
 

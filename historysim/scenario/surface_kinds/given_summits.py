@@ -14,7 +14,19 @@ from historysim.tables import Column
 
 @attrs.frozen
 class Sphere:
-    """One spherical asperity."""
+    """One spherical asperity.
+
+    Attributes
+    ----------
+    radius
+        Radius of the ball.
+
+    Examples
+    --------
+    [surface]
+    kind = "sphere"
+    radius = "2.5 mm"
+    """
 
     radius: Length
 
@@ -27,7 +39,26 @@ class Sphere:
 
 @attrs.frozen
 class InlineSummits:
-    """Summits written out in the scenario; a single number stands for all."""
+    """Summits written out in the scenario; a single number stands for all.
+
+    Attributes
+    ----------
+    height
+        Heights, or one for all.
+    radius
+        Radii, or one for all.
+    x
+        Positions along x.
+    y
+        Positions along y.
+
+    Examples
+    --------
+    [surface]
+    kind = "summits"
+    height = ["0 nm", "-30 nm", "-80 nm"]
+    radius = "10 µm"
+    """
 
     height: Lengths
     radius: Lengths
@@ -50,7 +81,21 @@ class InlineSummits:
 
 @attrs.frozen
 class SummitColumns:
-    """Which column of the summit table holds what."""
+    """Which column of the summit table holds what.
+
+    Attributes
+    ----------
+    height
+        Column of the heights.
+    radius
+        Column of the radii.
+    x
+        Column of the positions along x.
+    y
+        Column of the positions along y.
+    friction
+        Column of the friction coefficients.
+    """
 
     height: Column
     radius: Column
@@ -61,7 +106,20 @@ class SummitColumns:
 
 @attrs.frozen(kw_only=True)
 class SummitTable(NumbersFile):
-    """Summits from a table."""
+    """Summits from a table.
+
+    Attributes
+    ----------
+    columns
+        Which column holds what.
+
+    Examples
+    --------
+    [surface]
+    kind = "summits"
+    file = "data/summits_200.csv"
+    columns = { height = { column = "height_nm", unit = "nm" }, radius = { column = "radius_um", unit = "µm" } }
+    """
 
     columns: SummitColumns
 
@@ -83,7 +141,35 @@ class SummitTable(NumbersFile):
 
 @attrs.frozen
 class Textured:
-    """A regular array of equal asperities, with scatter on request."""
+    """A regular array of equal asperities, with scatter on request.
+
+    Attributes
+    ----------
+    count
+        Asperities along x and y, ``[nx, ny]``.
+    pitch
+        Distance of the asperities, one length or ``[px, py]``.
+    radius
+        Radius of each; with ``scaling`` of the one asperity that the array replaces.
+    scaling
+        ``"self-similar"``: each of n asperities gets R/√n. ``"curvature-invariant"``: R.
+    height_scatter
+        Standard deviation of Gaussian heights.
+    radius_scatter
+        Standard deviation of log-normal radii, as a fraction of their mean.
+    seed
+        Of the scatter; needed where there is any.
+
+    Examples
+    --------
+    [surface]
+    kind = "textured"
+    count = [8, 8]
+    pitch = "200 µm"
+    radius = "1 mm"
+    height_scatter = "5 nm"
+    seed = 1
+    """
 
     count: tuple[int, ...]
     pitch: Lengths

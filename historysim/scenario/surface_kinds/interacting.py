@@ -18,7 +18,13 @@ def _known(_: object, attribute: "attrs.Attribute[str]", value: object) -> None:
 
 @attrs.frozen
 class Interacting:
-    """Any surface with a height map, and whether its asperities press on one another."""
+    """Any surface with a height map, and whether its asperities press on one another.
+
+    Attributes
+    ----------
+    interaction
+        ``"full"``: the contact of a map is solved whole.
+    """
 
     kind: SurfaceKind
     interaction: str = attrs.field(validator=_known)

@@ -44,7 +44,26 @@ class MapKind(Protocol):
 
 @attrs.frozen(kw_only=True)
 class HeightMap(abc.ABC):
-    """What every kind with a height map has."""
+    """What every kind with a height map has.
+
+    Attributes
+    ----------
+    rule
+        Which points are summits: higher than all 8 neighbours (9), than 4 (5), or, of a profile, than 2 (3).
+    s_filter
+        Keeps what is longer than this cut-off, two pixels or more (ISO 16610-21).
+    l_filter
+        Takes off what is longer than this cut-off.
+    robust
+        Both filters by ISO 16610-71.
+    resolution
+        Pixel size on which the map is laid after ``s_filter``, by splines.
+    prune
+        ``true``, or a share of Rz: takes only summits that rise over the saddle to a higher one by 5 % of Rz,
+        or by that share.
+    ball_radius
+        Lays the map on a ball, its centre on top, after all that prepares it.
+    """
 
     rule: int = 9
     s_filter: Length | None = None
@@ -124,7 +143,41 @@ def _cropped(
 
 @attrs.frozen(kw_only=True)
 class RandomMap(HeightMap):
-    """Random heights with an autocorrelation function."""
+    """Random heights with an autocorrelation function.
+
+    Attributes
+    ----------
+    shape
+        Points, ``[nx, ny]``.
+    pixel_size
+        Distance of the points, one length or one for x and one for y.
+    rms_height
+        Rq.
+    autocorrelation_length
+        Where the autocorrelation falls to 0.1: at least a pixel, at most half a side.
+    seed
+        The same seed makes the same surface.
+    autocorrelation
+        ``"exponential"`` or ``"gaussian"``.
+    skewness
+        Of the heights.
+    kurtosis
+        Of the heights; 3 is Gaussian.
+    crop_x
+        The points between two positions along x.
+    crop_y
+        Likewise along y.
+
+    Examples
+    --------
+    [surface]
+    kind = "random"
+    shape = [256, 256]
+    pixel_size = "1 µm"
+    rms_height = "30 nm"
+    autocorrelation_length = "20 µm"
+    seed = 1
+    """
 
     shape: tuple[int, ...]
     pixel_size: Lengths
@@ -156,7 +209,47 @@ class RandomMap(HeightMap):
 
 @attrs.frozen(kw_only=True)
 class MeasuredMap(HeightMap):
-    """A measured height map."""
+    """A measured height map.
+
+    Attributes
+    ----------
+    file
+        Path, relative to the scenario.
+    pixel_size
+        Distance of the points, where the file does not say it.
+    height_unit
+        Unit of the heights, likewise.
+    lateral_unit
+        Unit of coordinates, likewise.
+    channel
+        Number, from 0, or name of the channel of a file that has several.
+    crop_x
+        The points between two positions along x; the first point is at 0.
+    crop_y
+        Likewise along y.
+    spikes
+        Points that stand off the median of the 24 around them by more than so many robust standard deviations
+        become missing.
+    form
+        Taken off: ``"mean"``, ``"plane"``, ``"quadratic"``, ``"polynomial"`` or ``"sphere"``.
+    degree
+        Of ``"polynomial"``, 0 to 12.
+    outliers
+        Points farther from the median height than so many robust standard deviations become missing.
+    rms_height
+        The heights are stretched to it, after the filters.
+    mirrored
+        ``true`` reverses x.
+
+    Examples
+    --------
+    [surface]
+    kind = "measured"
+    file = "data/heights_128.txt"
+    pixel_size = "1 µm"
+    height_unit = "nm"
+    form = "sphere"
+    """
 
     file: str
     pixel_size: Lengths | None = None
@@ -222,7 +315,43 @@ class MeasuredMap(HeightMap):
 
 @attrs.frozen(kw_only=True)
 class SumOfMaps(HeightMap):
-    """Two rough surfaces against each other, as the sum of both against a flat."""
+    """Two rough surfaces against each other, as the sum of both against a flat.
+
+    Attributes
+    ----------
+    first
+        A surface that is ``"random"``, ``"measured"`` or again a ``"sum"``.
+    second
+        The other one, which lies on the first centre over centre.
+    shift
+        By which the second is moved, ``[x, y]``.
+    rotation
+        By which the second is turned about its own centre, from x towards y.
+    interpolation
+        Of the second on the points of the first: ``"spline"``, ``"fourier"`` or ``"none"``.
+
+    Examples
+    --------
+    [surface]
+    kind = "sum"
+    rotation = "30 degree"
+
+    [surface.first]
+    kind = "random"
+    shape = [64, 64]
+    pixel_size = "1 µm"
+    rms_height = "20 nm"
+    autocorrelation_length = "10 µm"
+    seed = 1
+
+    [surface.second]
+    kind = "random"
+    shape = [128, 128]
+    pixel_size = "1 µm"
+    rms_height = "20 nm"
+    autocorrelation_length = "10 µm"
+    seed = 2
+    """
 
     first: MapKind
     second: MapKind

@@ -12,7 +12,17 @@ from historysim.tables import Column
 
 @attrs.frozen
 class CurveColumns:
-    """Which column of the table of a normal curve holds what."""
+    """Which column of the table of a normal curve holds what.
+
+    Attributes
+    ----------
+    approach
+        Column of the approach, counted from first touch.
+    load
+        Column of the load, which rises ever faster.
+    area
+        Column of the contact area.
+    """
 
     approach: Column
     load: Column
@@ -21,7 +31,13 @@ class CurveColumns:
 
 @attrs.frozen(kw_only=True)
 class NormalCurveTable(NumbersFile):
-    """A normal curve from a table, such as an indentation."""
+    """A normal curve from a table, such as an indentation.
+
+    Attributes
+    ----------
+    columns
+        Which column holds what.
+    """
 
     columns: CurveColumns
 

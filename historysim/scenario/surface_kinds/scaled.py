@@ -19,7 +19,13 @@ def _positive(_: object, attribute: "attrs.Attribute[float]", value: float) -> N
 
 @attrs.frozen
 class Scaled:
-    """Any surface, with its heights stretched about the mean of its summits; the radii of the summits stay."""
+    """Any surface, with its heights stretched about the mean of its summits; the radii of the summits stay.
+
+    Attributes
+    ----------
+    height_scale
+        Stretches the heights of the summits, and of their map, about the mean of the summits; their radii stay.
+    """
 
     kind: SurfaceKind
     height_scale: float = attrs.field(validator=_positive)

@@ -105,3 +105,65 @@ def test_a_log_without_maps_has_no_picture(tmp_path):
         pytest.raises(hs.InputError, match="has no contact maps"),
     ):
         hs.plot_contact_map(log, 0.0)
+
+
+def test_maps_of_a_step_carry_its_loads(result):
+    with xr.open_dataset(result, decode_times=False) as history:
+        for step in (0, 1):
+            maps, row = history.contact.point_maps(step), history.isel(step=step)
+            cell = 1e-12
+            assert float(maps["pressure"].sum()) * cell == pytest.approx(float(row["total_normal_load"]), rel=1e-9)
+            assert float(maps["traction"].sum()) * cell == pytest.approx(
+                float(row["total_tangential_load"]), rel=1e-9, abs=1e-15
+            )
+            assert bool((abs(maps["traction"]) <= 0.2 * maps["pressure"] * (1 + 1e-9)).all())
+            assert maps["x"].values[[0, -1]].tolist() == pytest.approx([0.0, 31e-6])
+        assert set(maps["contact_state"].values.ravel().tolist()) == {0, 1, 2}
+        with pytest.raises(hs.InputError, match="step is 2; expected one of 0 to 1"):
+            history.contact.point_maps(2)
+
+
+def test_maps_are_a_table_that_is_replaced(result, tmp_path):
+    from click.testing import CliRunner
+
+    from historysim.cli import main
+
+    for _ in range(2):
+        done = CliRunner().invoke(main, ["table", str(result), "point-maps", "-o", str(tmp_path / "maps.csv")])
+        assert done.exit_code == 0, done.output
+    header = (tmp_path / "maps.csv").read_text(encoding="utf-8").splitlines()[0]
+    assert header.startswith("x [m],pressure")
+
+
+def test_maps_are_files_for_other_programs(result, tmp_path):
+    from click.testing import CliRunner
+
+    from historysim.cli import main
+
+    asked = ["table", str(result), "point-maps", "--step", "1", "-o"]
+    done = CliRunner().invoke(main, [*asked, str(tmp_path / "maps.nc")])
+    assert done.exit_code == 0, done.output
+    with xr.open_dataset(tmp_path / "maps.nc", decode_times=False) as maps:
+        pressure = maps["pressure"].values
+        assert maps["contact_state"].attrs["flag_meanings"] == "separated sticks slips"
+    meshio = pytest.importorskip("meshio", reason='needs pip install "historysim[vtk]"')
+    done = CliRunner().invoke(main, [*asked, str(tmp_path / "maps.vtu")])
+    assert done.exit_code == 0, done.output
+    mesh = meshio.read(tmp_path / "maps.vtu")
+    (squares,) = mesh.cells
+    corners = mesh.points[squares.data]
+    # each square lies around its point, in order
+    middle = corners.mean(axis=1)[:, :2].reshape(32, 32, 2)
+    assert middle[3, 5] == pytest.approx([3e-6, 5e-6])
+    (given,) = mesh.cell_data["pressure"]
+    assert given.reshape(32, 32) == pytest.approx(pressure)
+
+
+def test_a_result_of_summits_has_no_maps(tmp_path):
+    text = SCENARIO.replace('interaction = "full"\n', "")
+    (tmp_path / "b.toml").write_text(text, encoding="utf-8")
+    with (
+        hs.run(tmp_path / "b.toml", tmp_path / "b.nc") as history,
+        pytest.raises(hs.InputError, match='has no contact maps; expected a surface with interaction = "full"'),
+    ):
+        history.contact.point_maps()

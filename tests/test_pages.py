@@ -1,0 +1,111 @@
+"""The pages of the documentation: what stands in them runs, and they stand where they say."""
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pages
+import pytest
+import tomlkit
+
+import historysim as hs
+
+ROOT = Path(__file__).parents[1]
+ROOM_PAGES = sorted(path for path in (ROOT / "historysim").glob("*/README.md") if path.parent.name != "memory")
+KEYS = ROOT / "scenarios" / "keys.md"
+PAGES = [*ROOM_PAGES, ROOT / "scenarios" / "README.md", ROOT / "historysim" / "README.md"]
+WRITTEN = (path for folder in ("data", "historysim", "scenarios", "tests") for path in (ROOT / folder).rglob("*.md"))
+PROSE = [
+    *sorted(path for path in WRITTEN if path != KEYS),
+    *(ROOT / name for name in ("README.md", "CHANGELOG.md", ".github/CONTRIBUTING.md")),
+]
+LONGEST = 100
+
+
+def name_of(path):
+    return path.relative_to(ROOT).as_posix()
+
+
+def same(printed, shown):
+    assert printed.strip() == shown.strip()
+
+
+@pytest.fixture(scope="module")
+def after_the_readme(tmp_path_factory):
+    """The folder of somebody who has typed in the README."""
+    folder = tmp_path_factory.mktemp("readme")
+    for name in ("data", "scenarios"):
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("thesis", "tutorials", "*.py"))
+    (folder / "more.csv").write_text("time,normal_load [mN]\n13,80\n14,60\n", encoding="utf-8")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.setattr("historysim.cli.simulations.processors", lambda: 1)
+        pages.type_in((ROOT / "README.md").read_text(encoding="utf-8"), same)
+    return folder
+
+
+def test_the_readme_runs_as_it_stands(after_the_readme):
+    made = {path.name for path in after_the_readme.iterdir()}
+    assert {"my.nc", "my.history", "my.png", "my_report.html", "my_fitted.toml", "history.png"} <= made
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_a_page_runs_as_it_stands(page, after_the_readme, tmp_path, monkeypatch):
+    shutil.copytree(after_the_readme, tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("historysim.cli.simulations.processors", lambda: 1)
+    pages.type_in(page.read_text(encoding="utf-8"))
+
+
+def test_the_readme_is_a_screen():
+    assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= 150
+
+
+@pytest.mark.parametrize("page", PROSE, ids=name_of)
+def test_lines_of_prose_are_short(page):
+    text = re.sub(r"^(```|\$\$).*?^\1$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    prose = [line for line in text.splitlines() if not re.match(r"\s*(\||!\[)|    ", line)]
+    assert [line for line in prose if len(line) > LONGEST] == []
+
+
+BASE = """
+[materials]
+first = "silicon"
+second = "float glass"
+[surface]
+kind = "sphere"
+radius = "2.5 mm"
+[friction]
+coefficient = 0.2
+[loading]
+waypoints = [
+    { time = 0, normal_load = "50 mN", tangential_displacement = 0 },
+    { time = 1, tangential_displacement = "10 nm" },
+]
+"""
+
+
+@pytest.mark.parametrize("example", [body for _, _, body in pages.blocks(KEYS.read_text(encoding="utf-8"))])
+def test_an_example_of_a_key_stands_in_a_scenario(example, tmp_path):
+    (tmp_path / "data").symlink_to(ROOT / "data")
+    if not example.startswith("["):
+        example = f'[materials]\nfirst = "silicon"\n{example}'
+    path = tmp_path / "example.toml"
+    path.write_text(tomlkit.dumps({**tomlkit.parse(BASE), **tomlkit.parse(example)}), encoding="utf-8")
+    hs.validate(path)
+    assert hs.load(path).events()
+
+
+def test_every_key_says_what_it_means():
+    rows = [line for line in KEYS.read_text(encoding="utf-8").splitlines() if line.startswith(("| `", "| **`"))]
+    assert len(rows) > 200
+    assert [row for row in rows if row.split(" | ")[-1].strip(" |") == ""] == []
+
+
+def test_the_page_of_keys_is_up_to_date():
+    pytest.importorskip("numpydoc")
+    command = [sys.executable, ".site/keys.py", "--check"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
