@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 import historysim as hs
-from historysim.results import analysis, history_drift, rebuilt, sliding_order
+from historysim.results import analysis, history_drift, point_maps, rebuilt, sliding_order
 from historysim.results.accessor import Questions
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
@@ -23,11 +23,11 @@ def asked():
 def test_every_question_is_there_with_its_text():
     about_files = {"is_complete"}
     drifts = {"branch_drift", "cycle_drift", "run_drift", "positioning_error", "seen_at_rest"}
-    named = set(analysis.__all__) - about_files | {"asperity", "profiles", "reversal_points"} | drifts
+    named = set(analysis.__all__) - about_files | {"asperity", "profiles", "reversal_points", "point_maps"} | drifts
     assert set(asked()) == named
     for name, method in asked().items():
         # what the engine knows better comes before what the rows tell
-        homes = (sliding_order, rebuilt, history_drift, analysis)
+        homes = (sliding_order, rebuilt, history_drift, point_maps, analysis)
         home = next(module for module in homes if hasattr(module, FUNCTION.get(name, name)))
         question = getattr(home, FUNCTION.get(name, name))
         assert method.__doc__ == question.__doc__
