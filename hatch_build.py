@@ -11,11 +11,8 @@ need be parsed when the package is imported.
 ``python hatch_build.py`` does this alone, in place, after a change of a ``.c`` or ``.h`` file.
 """
 
-import os
+import importlib.util
 import re
-import shlex
-import shutil
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -28,12 +25,12 @@ PLACE = Path("historysim", "basics")
 LIBRARY = "libhistorysim" + {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 DECLARATIONS = "_declarations.py"
 
-SAME_BITS = ["-std=c11", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"]
-# gcc also has a library that was linked with one of these round small numbers to 0 in the whole process
-OTHER_BITS = re.compile("-Ofast|-f(fast|associative|reciprocal)-math|-funsafe-math-optimizations|-ffinite-math-only")
-SHARED = ["-shared", "-fvisibility=hidden", *([] if sys.platform == "win32" else ["-fPIC", "-pthread"])]
-# by itself zig compiles for the processor that it runs on, and traps what is undefined
-ZIG = [sys.executable, "-m", "ziglang", "cc", "-mcpu=baseline", "-fno-sanitize=undefined"]
+# the package itself is not there yet
+_SPEC = importlib.util.spec_from_file_location("compiler", HERE / PLACE / "compiler.py")
+_COMPILING: Any = importlib.util.module_from_spec(_SPEC)  # type: ignore[arg-type] # the file is there
+_SPEC.loader.exec_module(_COMPILING)  # type: ignore[union-attr]
+SAME_BITS, ZIG = _COMPILING.SAME_BITS, _COMPILING.ZIG
+compiler, own_options, compile_shared = _COMPILING.compiler, _COMPILING.own_options, _COMPILING.compile_shared
 
 COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
 FOR_CPP_ALONE = re.compile(r"^[ \t]*#[ \t]*ifdef __cplusplus$.*?^[ \t]*#[ \t]*endif", re.DOTALL | re.MULTILINE)
@@ -67,21 +64,6 @@ class CompiledLibrary(BuildHookInterface):
         build_data["pure_python"], build_data["tag"] = False, f"py3-none-{machine}"
 
 
-def compiler() -> list[str]:
-    """Return the command that compiles C: the environment's ``CC``, or the first that can; empty where none can."""
-    said = shlex.split(os.environ.get("CC", ""))
-    return said or next(([name] for name in ("cc", "gcc", "clang") if _compiles(name)), [])
-
-
-def _compiles(name: str) -> bool:
-    """Whether a compiler is there with the headers of the C library, which come by themselves in some distributions."""
-    command = shutil.which(name)
-    if command is None:
-        return False
-    asked = [command, "-fsyntax-only", "-x", "c", "-"]
-    return subprocess.run(asked, input=b"#include <math.h>\n", capture_output=True, check=False).returncode == 0
-
-
 def build(root: Path, folder: Path) -> None:
     """Compile the library of a source tree, and write it and its declarations into a folder.
 
@@ -101,18 +83,17 @@ def build(root: Path, folder: Path) -> None:
 
 def compile_library(root: Path, library: Path) -> None:
     """Compile all C of a source tree, in one call of the compiler. Errors as in `build`."""
-    said = shlex.split(os.environ.get("CFLAGS", "") + " " + os.environ.get("LDFLAGS", ""))
-    said = [option for option in said if not OTHER_BITS.fullmatch(option)]
-    sources = sorted(map(str, root.glob("historysim/**/*.c")))
-    command = [*(compiler() or ZIG), "-O3", *said, *SAME_BITS, *SHARED, *sources, "-lm", "-o", str(library)]
-    with tempfile.TemporaryDirectory() as cache:
-        kept = {"ZIG_GLOBAL_CACHE_DIR": cache, "ZIG_LOCAL_CACHE_DIR": cache}
-        done = subprocess.run(command, env=kept | os.environ, capture_output=True, text=True, check=False)
-    if done.returncode:
+    files = (file.relative_to(root) for file in root.glob("historysim/**/*.c"))
+    # what is exported as source to other programs is no part of it
+    sources = sorted(str(root / file) for file in files if file.parts[1] != "exchange")
+    command = [*(compiler() or ZIG), "-O3", *own_options()]
+    try:
+        compile_shared(command, sources, library, windows=sys.platform == "win32")
+    except RuntimeError as error:
         raise RuntimeError(
-            f"the C of historysim is not compiled; expected a compiler of C11 that takes gcc's options: name another "
-            f"one in CC, or see CFLAGS and LDFLAGS.\n{shlex.join(command)}\n{done.stderr}"
-        )
+            "the C of historysim is not compiled; expected a compiler of C11 that takes gcc's options: name another "
+            f"one in CC, or see CFLAGS and LDFLAGS.\n{error}"
+        ) from None
 
 
 def write_declarations(root: Path, file: Path) -> None:

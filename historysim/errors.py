@@ -39,6 +39,10 @@ def path_text(place: Iterable[str | int]) -> str:
     return text
 
 
+class MissingPackageError(InputError):
+    """What was written with a package of others that is not there."""
+
+
 class LoadError(HistorySimError):
     """A load that the contact cannot carry: there is no equilibrium at the requested value."""
 

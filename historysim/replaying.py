@@ -17,7 +17,7 @@ from historysim.basics.processors import threads_of
 from historysim.basics.progress import progress_bar
 from historysim.errors import CurveEndError, FrictionLimitError, InputError, LoadError
 from historysim.loads import schedule
-from historysim.loads.acting import changed, friction_goal
+from historysim.loads.acting import friction_goal
 from historysim.loads.events import Event, as_events, events_text, time_text
 from historysim.recording import provenance
 from historysim.recording.changes import Changes
@@ -163,15 +163,15 @@ class Replay(FieldsAsHtml):
                 until=segment.share,
                 friction=friction_goal(ensemble, segment.ramp, segment.ramp_part),
             )
-            if segment.change is None:
-                return state
-            event = segment.change_event
-            return changed(ensemble, state, segment.change, saturate=self.saturate, instrument=instrument)
+            if segment.change is not None:
+                event = segment.change_event
+                state = segment.change.act(ensemble, state, saturate=self.saturate, instrument=instrument)
         except (FrictionLimitError, CurveEndError) as error:
             event = event if event == segment.change_event else segment.event[error.path]
             raise LoadError(f"{self._place(event)}: {error}") from None
         except InputError as error:
             raise InputError(f"{self._place(event)}: {error}") from None
+        return state
 
     def _place(self, index: int) -> str:
         return f"event {index} at t = {time_text(self.events[index].time)}"

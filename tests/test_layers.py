@@ -30,6 +30,7 @@ ROOMS = (
     "results",
     "scenario",
     "studies",
+    "exchange",
     "cli",
 )
 ANYONE = "_version"

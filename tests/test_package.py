@@ -12,7 +12,7 @@ import pytest
 import historysim as hs
 from historysim.basics import lazy
 
-MOST_NAMES = 56
+MOST_NAMES = 58
 NAMESPACES = ("analysis", "contact", "coupling", "drift", "events", "laws", "plots", "surfaces", "wear")
 CONTRACT = {
     *("MaterialPair", "Material", "material", "Ensemble", "EnsembleState", "Asperity", "SlipState"),

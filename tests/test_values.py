@@ -106,6 +106,7 @@ ERRORS = {
     "InputError": lambda: misfit("0; expected more", "loading", "waypoints", 3, "time"),
     "LoadError": lambda: hs.LoadError("event 3 at t = 1 s: too much"),
     "FrictionLimitError": lambda: hs.FrictionLimitError(8e-3, 7.5e-3, 2),
+    "MissingPackageError": lambda: errors.MissingPackageError("the friction law 'a' is of b, which is not there"),
     "CurveEndError": lambda: errors.CurveEndError("a load of 2 N", "1 N and 10 nm", 4),
     "MissingValueError": lambda: MissingValueError("line 3: misses a value"),
     "NoLoopError": lambda: loops.NoLoopError("no whole loop"),

@@ -279,6 +279,12 @@ class Ensemble:
         return changing or self.wear is not None or self.follow_sliding
 
     @property
+    def packages(self) -> tuple[str, ...]:
+        """Packages of others that its laws come from, each with its version."""
+        origins = [law.registry.provider(type(law)) for law in (self.law, self.wear) if law is not None]
+        return tuple(dict.fromkeys(str(origin) for origin in origins if origin is not None))
+
+    @property
     def first_touch(self) -> Floats:
         """Approach at which each asperity or patch first touches [m]."""
         if self.curves is None:

@@ -4,10 +4,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.asperities.laws.drawn import DrawnFriction
 from historysim.asperities.laws.friction_law import FrictionLaw
-from historysim.asperities.laws.power import PowerLaw
-from historysim.asperities.laws.slid import SlidFriction
 from historysim.basics.arguments import checked
 from historysim.errors import InputError
 
@@ -46,13 +43,7 @@ def at_start(friction: npt.ArrayLike | FrictionLaw, count: int) -> Floats:
 
     Of a law that depends on the load it is 0, since what carries no load has no friction.
     """
-    if not isinstance(friction, FrictionLaw):
-        return coulomb(friction, count)
-    if isinstance(friction, DrawnFriction):
-        return friction.drawn(count)
-    if isinstance(friction, SlidFriction):
-        return coulomb(friction.coefficient[0], count)
-    return coulomb(friction.coefficient if isinstance(friction, PowerLaw) and not friction.exponent else 0.0, count)
+    return coulomb(friction.at_start(count) if isinstance(friction, FrictionLaw) else friction, count)
 
 
 @attrs.frozen(eq=False)

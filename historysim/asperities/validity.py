@@ -14,7 +14,6 @@ import numpy.typing as npt
 from historysim.asperities.curves import NormalCurves
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
-from historysim.asperities.laws.slid import SlidFriction
 from historysim.basics.findings import Finding
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
@@ -323,10 +322,7 @@ def _percent(share: float) -> str:
 
 
 def _rising(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:
-    law = ensemble.law
-    if not isinstance(law, SlidFriction):
-        return
-    steepest = float((np.diff(law.coefficient) / np.diff(law.distance)).max())
+    steepest = 0.0 if ensemble.law is None else ensemble.law.steepest_rise()
     approach = float(touching.approach.max())
     share = steepest * ensemble.pair.displacement_ratio * approach
     if share >= 1:

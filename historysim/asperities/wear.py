@@ -2,14 +2,16 @@
 
 import abc
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.asperities.laws.friction_law import at_least, made_from, one_of
+from historysim.asperities.laws.friction_law import made_from, written
+from historysim.basics.fields import Number, Pressure, Quantity, at_least, one_of
 from historysim.basics.library import ffi, lib, pointer
+from historysim.basics.registry import Registry
 from historysim.basics.units import as_float, quantity_text
 from historysim.memory.binding import check, fill
 
@@ -17,6 +19,7 @@ __all__ = [
     "ArchardWear",
     "EnergyWear",
     "WearLaw",
+    "register",
 ]
 
 
@@ -25,6 +28,11 @@ def __dir__() -> list[str]:
 
 
 Floats = npt.NDArray[np.float64]
+WEAR_LAWS: Registry[type["WearLaw"]] = Registry(
+    "historysim.wear", "historysim.asperities.wear:WearLaw", "wear law", "historysim.asperities.wear"
+)
+"""The laws by their names in scenarios and logs."""
+register = WEAR_LAWS.register
 
 
 @attrs.frozen(kw_only=True)
@@ -44,6 +52,7 @@ class WearLaw(abc.ABC):
 
     shape: str = attrs.field(default="truncated", validator=one_of("truncated", "blunted"))
 
+    registry: ClassVar[Registry[Any]] = WEAR_LAWS
     kind: ClassVar[str]
 
     def core(self) -> dict[str, Any]:
@@ -79,7 +88,7 @@ class WearLaw(abc.ABC):
     @property
     def settings(self) -> dict[str, Any]:
         """Its name as ``law``, and its numbers."""
-        return {"law": self.kind, **attrs.asdict(self)}
+        return written(self)
 
     @property
     def _shape_text(self) -> str:
@@ -91,6 +100,7 @@ class WearLaw(abc.ABC):
         return f"{how}; takes shape while an asperity slides"
 
 
+@WEAR_LAWS.register
 @attrs.frozen(kw_only=True)
 class ArchardWear(WearLaw):
     """Wear in proportion to load and slid distance, dV = K N ds / H (Archard 1953).
@@ -110,8 +120,8 @@ class ArchardWear(WearLaw):
         A number out of its range, or another word.
     """
 
-    coefficient: float = attrs.field(converter=as_float, validator=at_least(0.0))
-    hardness: float = attrs.field(converter=as_float, validator=at_least(0.0, above=True))
+    coefficient: Number = attrs.field(converter=as_float, validator=at_least(0.0))
+    hardness: Pressure = attrs.field(converter=as_float, validator=at_least(0.0, above=True))
 
     kind = "archard"
 
@@ -126,6 +136,7 @@ class ArchardWear(WearLaw):
         return f"Archard: K = {self.coefficient:g} in load times slid distance over {hardness}; {self._shape_text}"
 
 
+@WEAR_LAWS.register
 @attrs.frozen(kw_only=True)
 class EnergyWear(WearLaw):
     """Wear in proportion to the energy that friction takes, dV = α dE (Fouvry and others 1996).
@@ -143,7 +154,7 @@ class EnergyWear(WearLaw):
         A number out of its range, or another word.
     """
 
-    volume_per_energy: float = attrs.field(converter=as_float, validator=at_least(0.0))
+    volume_per_energy: Annotated[float, Quantity("m3 J-1")] = attrs.field(converter=as_float, validator=at_least(0.0))
 
     kind = "energy"
 
@@ -155,10 +166,6 @@ class EnergyWear(WearLaw):
     def text(self) -> str:
         """Say in a line what it is."""
         return f"energy wear: {self.volume_per_energy:g} m³/J of the dissipated energy; {self._shape_text}"
-
-
-WEAR_LAWS: dict[str, type[WearLaw]] = {law.kind: law for law in (ArchardWear, EnergyWear)}
-"""The laws by their names in scenarios and logs."""
 
 
 def wear_law_from(settings: Mapping[str, Any]) -> WearLaw:

@@ -19,7 +19,7 @@ with contextlib.suppress(ValueError):
 import click  # noqa: E402 - an interrupt may come while it is read
 
 from historysim._version import __version__  # noqa: E402
-from historysim.cli import logs, questions, records, simulations, viewing  # noqa: E402
+from historysim.cli import exports, logs, questions, records, simulations, viewing  # noqa: E402
 from historysim.cli.ending import Commands  # noqa: E402
 
 with contextlib.suppress(ValueError, NameError):
@@ -43,5 +43,6 @@ def main(verbose: int) -> None:
         logging.getLogger("historysim").setLevel(logging.INFO if verbose == 1 else logging.DEBUG)
 
 
-for command in (*simulations.COMMANDS, *logs.COMMANDS, *records.COMMANDS, *viewing.COMMANDS, *questions.COMMANDS):
-    main.add_command(command)
+for group in (simulations, logs, records, viewing, questions, exports):
+    for command in group.COMMANDS:
+        main.add_command(command)

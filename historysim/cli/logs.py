@@ -156,7 +156,7 @@ def list_log(
     """List the events of LOG (NAME.history)."""
     if table is not None:
         check_outputs([Output(table, (EVENTS,))], [file], force=force)
-    from historysim.loads.event_table import value_text, write_events
+    from historysim.loads.event_table import write_events
     from historysim.loads.events import EVENT_KINDS, time_text
     from historysim.log.event_log import EventLog
 
@@ -179,7 +179,7 @@ def list_log(
     rows = [("event", "time", "kind", "value")]
     for number, event in chosen:
         unit = "" if event.unit == "1" else f" {event.unit}"
-        rows.append((str(number), time_text(event.time), event.name, f"{value_text(event)}{unit}"))
+        rows.append((str(number), time_text(event.time), event.name, f"{event.cell}{unit}"))
     tell(Answer(tables=[rows]), as_json=as_json)
 
 

@@ -1,4 +1,4 @@
-"""A command that asks a result a question: table."""
+"""Commands that answer questions: table, of a result; kinds, of what scenarios may name."""
 
 from pathlib import Path
 from typing import Any
@@ -142,4 +142,18 @@ def _parameter(text: str) -> tuple[str, Any]:
     return name, value
 
 
-COMMANDS = (table,)
+@click.command()
+@click.argument("what", required=False)
+@click.argument("name", required=False)
+@json_option
+def kinds(what: str | None, name: str | None, as_json: bool) -> None:
+    """Say which kinds of laws, surfaces, … there are, the NAMEs of one kind, WHAT, or the keys of one of them.
+
+    Those of other packages have the package and its version behind them.
+    """
+    from historysim.scenario.kinds import kinds as found
+
+    tell(Answer(found(what, name)), as_json=as_json)
+
+
+COMMANDS = (table, kinds)

@@ -13,6 +13,24 @@ from historysim.cli.output import Answer, notice, save, tell
 from historysim.errors import InputError
 
 
+class PictureOption(click.Option):
+    """Names the pictures where help is asked for, and not before: they stand in modules that draw."""
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        """Return the option and its help."""
+        from historysim.scenario.kinds import registries
+
+        pictures = registries()["plots"]
+        of_one = ", ".join(name for name, kind in pictures.items() if "history" in kind.of)
+        of_several = " or ".join(name for name, kind in pictures.items() if kind.several)
+        of_scenarios = ", ".join(name for name, kind in pictures.items() if "scenario" in kind.of)
+        self.help = (
+            f"Of a result: {of_one}; of several: {of_several}; of a sweep: loops, or which number; of a scenario: "
+            f"{of_scenarios}."
+        )
+        return super().get_help_record(ctx)
+
+
 def height_map_options(command: Callable[..., None]) -> Callable[..., None]:
     """Add the options that say what a height map leaves open."""
     for option in (
@@ -50,12 +68,7 @@ def show(file: Path, as_json: bool, values: dict[str, Any], **height_map: Any) -
     help="The picture (PNG, PDF, SVG), or the contact map moving over the last loop of a result (GIF, MP4). "
     "[default: FILE's name with .png]",
 )
-@click.option(
-    "--picture",
-    help="Of a result: history, loop, loops, slip-map, contact-map, distribution, traction, slip-fronts, stiffness or "
-    "wear; of several: loops or traction; of a sweep: loops, or which number; of a scenario with a measured file: "
-    "record.",
-)
+@click.option("--picture", cls=PictureOption)
 @click.option("--steps", help="Of loops and traction: states by number or name, as K,L,120.")
 @click.option("--across", type=click.Choice(["radius", "diameter"]), help="What a traction is drawn over.")
 @click.option("--labels", help="Of loops and traction: what the lines are called, with commas between.")

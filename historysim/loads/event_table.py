@@ -13,7 +13,7 @@ from historysim.basics.files import replacing
 from historysim.basics.units import quantity
 from historysim.basics.wording import nearest
 from historysim.errors import InputError
-from historysim.loads.events import EVENT_KINDS, Event, FrictionChange, FrictionRamp, GeometryChange, LoadEvent
+from historysim.loads.events import EVENT_KINDS, EVENTS, Event
 from historysim.tables import Format, opened_rows
 from historysim.tables.heading import Heading
 from historysim.tables.lines import brief, decimal_hint, number
@@ -89,34 +89,18 @@ class _EventColumn:
 
     def event(self, time: float, text: str, decimal: str) -> Event:
         """Return the event that a cell says."""
-        kind = EVENT_KINDS[self.name]
-        if issubclass(kind, LoadEvent):
-            return kind(time, self.value(text, decimal))
-        chosen, _, told = text.rpartition(":")
-        asperities = tuple(map(_index, chosen.split())) or None
-        if kind is FrictionRamp:
-            return FrictionRamp(time, self.coefficients(text, decimal))
-        if kind is FrictionChange:
-            return FrictionChange(time, self.coefficients(told, decimal), asperities)
-        heights, _, radii = told.partition("|")
-        height, radius = (
-            tuple(self.value(part, decimal) for part in each.split()) or None for each in (heights, radii)
-        )
-        return GeometryChange(time, height, radius, asperities)
-
-    def coefficients(self, text: str, decimal: str) -> float | tuple[float, ...]:
-        text = text.strip()
-        bare = text.removeprefix("[").removesuffix("]")
-        numbers = tuple(self.value(part, decimal) for part in bare.split())
-        return numbers[0] if len(numbers) == 1 and bare == text else numbers
+        return EVENTS[self.name].from_cell(time, text, lambda part: self.value(part, decimal))
 
 
 def _columns(heading: Heading) -> list[_EventColumn]:
     names = [split_unit(name)[0] for name in heading.names]
-    units = {"time": "s", **{name: kind.unit for name, kind in EVENT_KINDS.items()}}
+    units = {"time": "s"}
     for name in names:
-        if name not in units:
-            raise InputError(f"column {name!r} is no kind of event; {nearest(name, _NAMES)}")
+        if name != "time" and name not in EVENTS:
+            known = dict.fromkeys(("time", *EVENT_KINDS, *EVENTS))
+            raise InputError(f"column {name!r} is no kind of event; {nearest(name, known)}")
+        if name != "time":
+            units[name] = EVENTS[name].unit
         if names.count(name) > 1:
             raise InputError(f"the header names {name!r} {names.count(name)} times; expected it once")
     if "time" not in names or len(names) < 2:
@@ -158,32 +142,10 @@ def write_events(path: Path, events: Iterable[Event]) -> None:
     """
     events = list(events)
     present = {event.name for event in events} or set(EVENT_KINDS)
-    names = [name for name in EVENT_KINDS if name in present]
+    names = [*(name for name in EVENT_KINDS if name in present), *sorted(present - set(EVENT_KINDS))]
     with replacing(path) as unfinished, unfinished.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(["time", *names])
         writer.writerows(
-            [repr(event.time), *(value_text(event) if event.name == name else "" for name in names)] for event in events
+            [repr(event.time), *(event.cell if event.name == name else "" for name in names)] for event in events
         )
-
-
-def value_text(event: Event) -> str:
-    """Return what an event says, with as many digits as tell it from any other."""
-    if isinstance(event, LoadEvent):
-        return repr(event.value)
-    chosen = None if isinstance(event, FrictionRamp) else event.asperities
-    whose = "" if chosen is None else f"{' '.join(map(str, chosen))}: "
-    if isinstance(event, GeometryChange):
-        heights, radii = (" ".join(map(repr, each or ())) for each in (event.summit_height, event.summit_radius))
-        return f"{whose}{heights} | {radii}"
-    value = event.friction
-    if not isinstance(value, tuple):
-        return f"{whose}{value!r}"
-    text = " ".join(map(repr, value))
-    return f"{whose}{text}" if len(value) > 1 else f"{whose}[{text}]"
-
-
-def _index(text: str) -> int:
-    if not text.isdecimal():
-        raise InputError(f"{brief(text)}; expected the index of an asperity, 0 or more")
-    return int(text)

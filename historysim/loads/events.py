@@ -7,16 +7,19 @@ time, and a channel runs straight between its own waypoints.
 import hashlib
 import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, ClassVar
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, ClassVar, Self
 
 import attrs
 
+from historysim.basics.registry import Registry
 from historysim.basics.units import as_float, duration_text, is_number
 from historysim.basics.wording import counted
 from historysim.errors import InputError
+from historysim.tables.lines import brief
 
 __all__ = [
+    "Event",
     "FrictionChange",
     "FrictionRamp",
     "GeometryChange",
@@ -24,6 +27,7 @@ __all__ = [
     "NormalLoad",
     "TangentialDisplacement",
     "TangentialLoad",
+    "register",
 ]
 
 
@@ -36,8 +40,132 @@ def _finite(event: object, attribute: "attrs.Attribute[float]", value: float) ->
         raise InputError(f"{type(event).__name__}: {attribute.name} is {value!r}; expected a finite number, in SI")
 
 
+Number = Callable[[str], float]
+"""What reads a number of a table, with its unit, in SI."""
+
+
+class Event:
+    """A fact with a time: a waypoint of a channel, or a change that acts at once.
+
+    A kind is an attrs class with ``time`` as its first field. What it has beside the time is numbers, tuples of
+    them, or None, as `contents` gives them: so it stands in a log, and in a table of events.
+    """
+
+    __slots__ = ()
+
+    name: ClassVar[str]
+    """Its name in scenarios, tables and logs."""
+    unit: ClassVar[str] = "1"
+    """Of the numbers in a table."""
+    channel: ClassVar[str | None] = None
+    """Of a waypoint: "normal", "tangential" or "friction"."""
+    changes_friction: ClassVar[bool] = False
+    changes_geometry: ClassVar[bool] = False
+    """What it changes, so that it is recorded at each step."""
+
+    time: float
+
+    @property
+    def differs(self) -> bool:
+        """Whether asperities have different friction after it, as far as it alone tells."""
+        return self.changes_friction
+
+    def contents(self) -> list[Any]:
+        """Return what it says beside its time: numbers, tuples of them, or None for what it leaves open."""
+        own: Any = type(self)
+        return [getattr(self, field.name) for field in attrs.fields(own)[1:]]
+
+    @classmethod
+    def of(cls, time: float, contents: Sequence[Any]) -> Self:
+        """Return the event at a time that says what `contents` gave."""
+        made: Any = cls
+        event: Self = made(time, *contents)
+        return event
+
+    @property
+    def cell(self) -> str:
+        """What it says, in a table of events: with as many digits as tell it from any other."""
+        return " | ".join(map(_numbers_text, self.contents()))
+
+    @classmethod
+    def from_cell(cls, time: float, text: str, number: Number) -> Self:
+        """Return the event that `cell` told."""
+        return cls.of(time, [_numbers(part, number) for part in text.split("|")])
+
+    def misfit(self, count: int) -> str:
+        """Return what does not fit an ensemble of so many asperities, with what is expected; empty if it does."""
+        del count
+        return ""
+
+    def act(self, ensemble: Any, state: Any, *, saturate: bool, instrument: Any) -> Any:
+        """Return the `EnsembleState` of an `Ensemble` behind an `Instrument` after a change; of waypoints nothing acts.
+
+        Facts do not import what they act on, so that whoever reads a log or a result needs no engine.
+        """
+        raise NotImplementedError(
+            f"{type(self).__name__} has no act; expected a method that returns the state after it"
+        )
+
+
+EVENTS: Registry[type[Event]] = Registry(
+    "historysim.events", "historysim.loads.events:Event", "event", "historysim.loads.events", label="name"
+)
+"""All kinds of events by their names."""
+register = EVENTS.register
+
+
+def _numbers_text(told: Any) -> str:
+    if told is None:
+        return ""
+    if not isinstance(told, tuple):
+        return repr(told)
+    text = " ".join(map(repr, told))
+    return text if len(told) > 1 else f"[{text}]"
+
+
+def _numbers(text: str, number: Number) -> float | tuple[float, ...] | None:
+    text = text.strip()
+    bare = text.removeprefix("[").removesuffix("]")
+    numbers = tuple(map(number, bare.split()))
+    if not numbers:
+        return None
+    return numbers[0] if len(numbers) == 1 and bare == text else numbers
+
+
+def _some(text: str, number: Number) -> float | tuple[float, ...]:
+    found = _numbers(text, number)
+    return () if found is None else found
+
+
+def _chosen(text: str) -> tuple[tuple[int, ...] | None, str]:
+    """Return the indices in front of a colon, and what stands behind it."""
+    chosen, _, told = text.rpartition(":")
+    for each in chosen.split():
+        if not each.isdecimal():
+            raise InputError(f"{brief(each)}; expected the index of an asperity, 0 or more")
+    return tuple(map(int, chosen.split())) or None, told
+
+
+def _whose(asperities: tuple[int, ...] | None) -> str:
+    return "" if asperities is None else f"{' '.join(map(str, asperities))}: "
+
+
+def _lists_misfit(count: int, chosen: tuple[int, ...] | None, lists: Mapping[str, Any], noun: str) -> str:
+    """Return what of lists for chosen asperities, or for all, does not fit so many of them."""
+    if chosen is not None and max(chosen) >= count:
+        return f"asperity {max(chosen)} does not exist; expected indices from 0 to {count - 1}"
+    whose = count if chosen is None else len(chosen)
+    for name, values in lists.items():
+        if isinstance(values, tuple) and len(values) not in {1, whose}:
+            return (
+                f"{name} has shape ({len(values)},); expected one {noun}, or one for each of "
+                f"{counted(whose, 'asperity', 'asperities')}"
+            )
+    return ""
+
+
 @attrs.frozen
-class LoadEvent:
+class LoadEvent(Event):
     """What one load channel has reached at a time.
 
     Parameters
@@ -56,9 +184,16 @@ class LoadEvent:
     time: float = attrs.field(converter=as_float, validator=_finite)
     value: float = attrs.field(converter=as_float, validator=_finite)
 
-    name: ClassVar[str]
     channel: ClassVar[str]
-    unit: ClassVar[str]
+
+    def contents(self) -> list[Any]:
+        """Return the value."""
+        return [self.value]
+
+    @classmethod
+    def from_cell(cls, time: float, text: str, number: Number) -> Self:
+        """Return the event that `cell` told."""
+        return cls(time, number(text))
 
 
 def _not_negative(event: object, attribute: "attrs.Attribute[float]", value: float) -> None:
@@ -70,6 +205,7 @@ def _not_negative(event: object, attribute: "attrs.Attribute[float]", value: flo
         )
 
 
+@EVENTS.register
 @attrs.frozen
 class NormalLoad(LoadEvent):
     """The total normal load [N] reached at a time; 0 lifts the surface off.
@@ -86,6 +222,7 @@ class NormalLoad(LoadEvent):
     unit = "N"
 
 
+@EVENTS.register
 @attrs.frozen
 class NormalDisplacement(LoadEvent):
     """The approach of the highest summit from first touch [m]; negative values are a gap.
@@ -101,6 +238,7 @@ class NormalDisplacement(LoadEvent):
     unit = "m"
 
 
+@EVENTS.register
 @attrs.frozen
 class TangentialLoad(LoadEvent):
     """The total tangential load [N] reached at a time.
@@ -116,6 +254,7 @@ class TangentialLoad(LoadEvent):
     unit = "N"
 
 
+@EVENTS.register
 @attrs.frozen
 class TangentialDisplacement(LoadEvent):
     """The rigid tangential displacement U [m] reached at a time, or with an `Instrument` that of its drive.
@@ -189,8 +328,9 @@ def _valid_indices(event: object, attribute: "attrs.Attribute[Any]", value: Any)
     object.__setattr__(event, attribute.name, tuple(int(index) for index in value))
 
 
+@EVENTS.register
 @attrs.frozen
-class FrictionChange:
+class FrictionChange(Event):
     """A new friction coefficient from a time on.
 
     It acts at once, after the load channels have arrived at that time. Springs that the new, lower
@@ -221,17 +361,42 @@ class FrictionChange:
     friction: float | tuple[float, ...] = attrs.field(converter=_coefficients, validator=_valid_coefficients)
     asperities: tuple[int, ...] | None = attrs.field(default=None, converter=_indices, validator=_valid_indices)
 
-    name: ClassVar[str] = "friction"
-    unit: ClassVar[str] = "1"
+    name = "friction"
+    changes_friction = True
 
     @property
     def differs(self) -> bool:
         """Whether asperities have different friction after it, as far as it alone tells."""
         return self.asperities is not None or _differ(self.friction)
 
+    def contents(self) -> list[Any]:
+        """Return the coefficients, and for which asperities; for all of them the coefficients alone."""
+        return [self.friction] if self.asperities is None else [self.friction, self.asperities]
 
+    @property
+    def cell(self) -> str:
+        """What it says, in a table of events."""
+        return f"{_whose(self.asperities)}{_numbers_text(self.friction)}"
+
+    @classmethod
+    def from_cell(cls, time: float, text: str, number: Number) -> Self:
+        """Return the event that `cell` told."""
+        chosen, told = _chosen(text)
+        return cls(time, _some(told, number), chosen)
+
+    def misfit(self, count: int) -> str:
+        """Return what does not fit so many asperities."""
+        return _lists_misfit(count, self.asperities, {"friction": self.friction}, "coefficient")
+
+    def act(self, ensemble: Any, state: Any, *, saturate: bool, instrument: Any) -> Any:
+        """Return the state after it; errors as for `Ensemble.with_friction`."""
+        del saturate
+        return ensemble.with_friction(state, self.friction, asperities=self.asperities, instrument=instrument)
+
+
+@EVENTS.register
 @attrs.frozen
-class FrictionRamp:
+class FrictionRamp(Event):
     """The friction coefficient reached at a time: a waypoint of friction, which runs straight between its waypoints.
 
     Friction goes there from where it stands at the waypoint before, or at the event time before where it is the first.
@@ -253,18 +418,28 @@ class FrictionRamp:
     time: float = attrs.field(converter=as_float, validator=_finite)
     friction: float | tuple[float, ...] = attrs.field(converter=_coefficients, validator=_valid_coefficients)
 
-    name: ClassVar[str] = "friction_ramp"
-    unit: ClassVar[str] = "1"
-    channel: ClassVar[str] = "friction"
+    name = "friction_ramp"
+    channel = "friction"
+    changes_friction = True
 
     @property
     def differs(self) -> bool:
         """Whether asperities have different friction after it."""
         return _differ(self.friction)
 
+    @classmethod
+    def from_cell(cls, time: float, text: str, number: Number) -> Self:
+        """Return the event that `cell` told."""
+        return cls(time, _some(text, number))
 
+    def misfit(self, count: int) -> str:
+        """Return what does not fit so many asperities."""
+        return _lists_misfit(count, None, {"friction": self.friction}, "coefficient")
+
+
+@EVENTS.register
 @attrs.frozen
-class GeometryChange:
+class GeometryChange(Event):
     """Other summits from a time on: each that changes is a new contact, and what it remembered is erased.
 
     It acts at once, after the load channels have arrived at that time. Then each channel goes back to where it was:
@@ -291,8 +466,9 @@ class GeometryChange:
     summit_radius: tuple[float, ...] | None = attrs.field(default=None, converter=_lengths, validator=_valid_lengths)
     asperities: tuple[int, ...] | None = attrs.field(default=None, converter=_indices, validator=_valid_indices)
 
-    name: ClassVar[str] = "geometry"
-    unit: ClassVar[str] = "m"
+    name = "geometry"
+    unit = "m"
+    changes_geometry = True
 
     def __attrs_post_init__(self) -> None:
         """Check that something changes, to something that a summit can have."""
@@ -301,20 +477,49 @@ class GeometryChange:
         if self.summit_radius is not None and min(self.summit_radius) <= 0:
             raise InputError(f"GeometryChange: summit_radius is {min(self.summit_radius):g}; expected more than 0 m")
 
+    def contents(self) -> list[Any]:
+        """Return for which asperities it is, the heights and the radii."""
+        return [self.asperities, self.summit_height, self.summit_radius]
 
-Event = LoadEvent | FrictionChange | FrictionRamp | GeometryChange
+    @classmethod
+    def of(cls, time: float, contents: Sequence[Any]) -> Self:
+        """Return the event at a time that says what `contents` gave."""
+        asperities, height, radius = contents
+        return cls(time, height, radius, asperities)
 
-# a log stores the place of a kind in this order, so that a new one comes last
+    @property
+    def cell(self) -> str:
+        """What it says, in a table of events."""
+        heights, radii = (" ".join(map(repr, each or ())) for each in (self.summit_height, self.summit_radius))
+        return f"{_whose(self.asperities)}{heights} | {radii}"
+
+    @classmethod
+    def from_cell(cls, time: float, text: str, number: Number) -> Self:
+        """Return the event that `cell` told."""
+        chosen, told = _chosen(text)
+        heights, _, radii = told.partition("|")
+        height, radius = (tuple(map(number, each.split())) or None for each in (heights, radii))
+        return cls(time, height, radius, chosen)
+
+    def misfit(self, count: int) -> str:
+        """Return what does not fit so many asperities."""
+        lists = {"summit_height": self.summit_height, "summit_radius": self.summit_radius}
+        return _lists_misfit(count, self.asperities, lists, "length")
+
+    def act(self, ensemble: Any, state: Any, *, saturate: bool, instrument: Any) -> Any:
+        """Return the state after it; errors as for `Ensemble.with_geometry`."""
+        new: dict[str, Any] = {"summit_height": self.summit_height, "summit_radius": self.summit_radius}
+        place: dict[str, Any] = {"asperities": self.asperities, "instrument": instrument}
+        return ensemble.with_geometry(state, saturate=saturate, **new, **place)
+
+
+EVENT_KINDS: Mapping[str, type[Event]] = EVENTS.own()
+"""The kinds of events of this package, by their names in tables, scenarios and lists."""
+
 LOAD_KINDS: Mapping[str, type[LoadEvent]] = {
-    kind.name: kind for kind in (NormalLoad, NormalDisplacement, TangentialLoad, TangentialDisplacement)
+    name: kind for name, kind in EVENT_KINDS.items() if issubclass(kind, LoadEvent)
 }
-"""The kinds of events that a load channel reaches something with, by their names."""
-
-EVENT_KINDS: Mapping[str, type[Event]] = {
-    **LOAD_KINDS,
-    **{kind.name: kind for kind in (FrictionChange, FrictionRamp, GeometryChange)},
-}
-"""All kinds of events, by their names in tables, scenarios and lists."""
+"""Those that a load channel reaches something with."""
 
 
 def time_text(time: float) -> str:
@@ -361,8 +566,8 @@ def check_sequence(events: Sequence[Event]) -> None:
     for index, event in enumerate(events):
         if not isinstance(event, Event) or type(event) is LoadEvent:
             raise InputError(
-                f"event {index}: {event!r} is not a load event; expected NormalLoad, NormalDisplacement, "
-                "TangentialLoad, TangentialDisplacement, FrictionChange, FrictionRamp or GeometryChange"
+                f"event {index}: {event!r} is not a load event; expected "
+                f"{', '.join(kind.__name__ for kind in EVENT_KINDS.values())}"
             )
         if event.time < previous:
             raise InputError(
@@ -371,46 +576,6 @@ def check_sequence(events: Sequence[Event]) -> None:
                 "event.time) keeps the order of those at one time)"
             )
         previous = event.time
-
-
-def contents(event: Event) -> list[Any]:
-    """Return what an event says beside its time: numbers, tuples of them, or None for what it leaves open.
-
-    Of a change of friction for all asperities the coefficients alone, as they always were.
-    """
-    if isinstance(event, LoadEvent):
-        return [event.value]
-    if isinstance(event, GeometryChange):
-        return [event.asperities, event.summit_height, event.summit_radius]
-    some = isinstance(event, FrictionChange) and event.asperities is not None
-    return [event.friction, event.asperities] if some else [event.friction]  # type: ignore[union-attr]
-
-
-def misfit(event: Event, count: int) -> str:
-    """Return what of an event does not fit an ensemble of so many asperities, with what is expected; empty if it does.
-
-    Parameters
-    ----------
-    event : Event
-    count : int
-        Number of asperities.
-    """
-    if isinstance(event, LoadEvent):
-        return ""
-    chosen = None if isinstance(event, FrictionRamp) else event.asperities
-    if chosen is not None and max(chosen) >= count:
-        return f"asperity {max(chosen)} does not exist; expected indices from 0 to {count - 1}"
-    whose = count if chosen is None else len(chosen)
-    lists = [event.friction] if not isinstance(event, GeometryChange) else [event.summit_height, event.summit_radius]
-    names = ["summit_height", "summit_radius"] if isinstance(event, GeometryChange) else ["friction"]
-    for name, values in zip(names, lists, strict=True):
-        if isinstance(values, tuple) and len(values) not in {1, whose}:
-            noun = "coefficient" if name == "friction" else "length"
-            return (
-                f"{name} has shape ({len(values)},); expected one {noun}, or one for each of "
-                f"{counted(whose, 'asperity', 'asperities')}"
-            )
-    return ""
 
 
 def _hex(value: Any) -> Any:
@@ -427,6 +592,6 @@ def digest(events: Iterable[Event]) -> str:
             # what JSON makes of it, in a fifth of the time
             line = f'["{type(event).__name__}", "{event.time.hex()}", "{event.value.hex()}"]'
         else:
-            line = json.dumps([type(event).__name__, event.time.hex(), *map(_hex, contents(event))])
+            line = json.dumps([type(event).__name__, event.time.hex(), *map(_hex, event.contents())])
         total.update(line.encode() + b"\n")
     return total.hexdigest()

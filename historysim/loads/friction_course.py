@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from historysim.basics.arguments import checked
 from historysim.errors import InputError
-from historysim.loads.events import Event, FrictionChange, FrictionRamp, LoadEvent, TangentialDisplacement
+from historysim.loads.events import Event, FrictionChange, LoadEvent, TangentialDisplacement
 
 Floats = npt.NDArray[np.float64]
 Over = Literal["time", "distance"]
@@ -83,7 +83,7 @@ class FrictionCourse:
             Events that change friction themselves, or none with a tangential displacement where friction goes with the
             distance.
         """
-        if any(isinstance(event, FrictionChange | FrictionRamp) for event in events):
+        if any(event.changes_friction for event in events):
             raise InputError("friction changes in the loading, too; expected one of the two")
         time = np.array([event.time for event in events])
         friction = self.at(time if self.over == "time" else _distance(events, time))

@@ -13,9 +13,7 @@ import numpy.typing as npt
 from historysim.errors import InputError
 from historysim.loads.events import (
     Event,
-    FrictionChange,
     FrictionRamp,
-    GeometryChange,
     LoadEvent,
     NormalDisplacement,
     TangentialDisplacement,
@@ -34,7 +32,7 @@ Goal = tuple[int, float, float]
 Ramp = tuple[FrictionRamp, float]
 """Where friction is on its way to, and the fraction of the way left to go."""
 
-Other = FrictionChange | FrictionRamp | GeometryChange
+Other = Event
 """Events of no load channel."""
 
 
@@ -98,7 +96,7 @@ class Segment:
         Index of an event that each path serves, the tangential one where there is one.
     row_time : array (row)
         Times of the rows that the paths record [s].
-    change : FrictionChange or GeometryChange, optional
+    change : Event, optional
         Acts at the end of the last path.
     change_event : int
         Its index.
@@ -113,7 +111,7 @@ class Segment:
     paths: Paths
     event: Sequence[int]
     row_time: npt.NDArray[np.float64]
-    change: FrictionChange | GeometryChange | None = None
+    change: Event | None = None
     change_event: int = -1
     ramp: FrictionRamp | None = None
     ramp_part: float = 1.0
@@ -260,17 +258,17 @@ def row_count(events: Sequence[Event], substeps: int = 1, until: float = math.in
     return (int(np.count_nonzero(np.diff(done))) * substeps + 1 if done.size else 0) + int(between)
 
 
-def friction_changes(events: Sequence[Event]) -> list[FrictionChange | FrictionRamp]:
+def friction_changes(events: Sequence[Event]) -> list[Event]:
     """Return the events that change friction."""
     # a fit asks this of the same samples a thousand times, and they hold loads alone
     if isinstance(events, SampledLoads):
         return []
-    return [event for event in events if isinstance(event, FrictionChange | FrictionRamp)]
+    return [event for event in events if event.changes_friction]
 
 
 def changes_geometry(events: Sequence[Event]) -> bool:
     """Return whether an event changes heights or radii of summits."""
-    return not isinstance(events, SampledLoads) and any(isinstance(event, GeometryChange) for event in events)
+    return not isinstance(events, SampledLoads) and any(event.changes_geometry for event in events)
 
 
 def _sampled(loads: SampledLoads, substeps: int) -> Segment:
@@ -327,7 +325,7 @@ def _inner_times(previous: float | None, time: float, substeps: int) -> list[flo
     return [previous + (time - previous) * k / substeps for k in range(1, substeps)]
 
 
-def _change(number: int, group: Other | dict[str, LoadEvent]) -> tuple[FrictionChange | GeometryChange | None, int]:
+def _change(number: int, group: Other | dict[str, LoadEvent]) -> tuple[Event | None, int]:
     """Return the change that ends a segment, and its number; None where the next path starts another one only."""
     return (None, -1) if isinstance(group, dict | FrictionRamp) else (group, number)
 
@@ -445,7 +443,7 @@ class _Table:
 
     def segment(
         self,
-        change: FrictionChange | GeometryChange | None = None,
+        change: Event | None = None,
         change_event: int = -1,
         cursor: Cursor | None = None,
     ) -> Segment:

@@ -4,26 +4,25 @@ import hashlib
 import json
 import struct
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import attrs
 import numpy as np
 
 from historysim.basics.array_types import Floats
-from historysim.errors import InputError
-from historysim.loads.events import (
-    LOAD_KINDS,
-    Event,
-    FrictionChange,
-    FrictionRamp,
-    GeometryChange,
-    LoadEvent,
-    contents,
-)
+from historysim.errors import InputError, MissingPackageError
+from historysim.loads.events import EVENTS, LOAD_KINDS, Event, FrictionChange, FrictionRamp, GeometryChange, LoadEvent
 
 KINDS = tuple(LOAD_KINDS.values())
-ONE_COEFFICIENT, MANY_COEFFICIENTS, FRICTION_OF_SOME, FRICTION_RAMP, GEOMETRY = range(len(KINDS), len(KINDS) + 5)
+ONE_COEFFICIENT, MANY_COEFFICIENTS = len(KINDS), len(KINDS) + 1
+LISTED: Mapping[int, type[Event]] = {
+    MANY_COEFFICIENTS + 1: FrictionChange,
+    MANY_COEFFICIENTS + 2: FrictionRamp,
+    MANY_COEFFICIENTS + 3: GeometryChange,
+}
+"""Kinds that stand as lists, by what a log has in their place. Any other has `NAMED`, and its name in front."""
+NAMED = MANY_COEFFICIENTS + 4
 ABSENT, ALONE = -1, -2
 """In the place of the length of a list: for one that is not given, and for a number that stands for all asperities."""
 LINK = struct.Struct("<qqq")
@@ -53,9 +52,9 @@ def columns_of(events: Sequence[Event]) -> Columns:
         if isinstance(event, LoadEvent):
             kinds.append(code[type(event)])
             values.append(event.value)
-        elif isinstance(event, FrictionRamp | GeometryChange) or event.asperities is not None:
-            kinds.append(_LISTED[type(event)])
-            numbers = _listed(event)
+        elif type(event) is not FrictionChange or event.asperities is not None:
+            code_of_kind, numbers = _listed(event)
+            kinds.append(code_of_kind)
             values.append(float(len(numbers)))
             coefficients += numbers
         elif isinstance(event.friction, tuple):
@@ -80,7 +79,7 @@ def events_of(columns: Columns) -> list[Event]:
         raise InputError("holds numbers that are infinite, or none")
     if (np.diff(times) < 0).any():
         raise InputError("holds times that fall")
-    if kinds.size and not 0 <= kinds.min() <= kinds.max() <= GEOMETRY:
+    if kinds.size and not 0 <= kinds.min() <= kinds.max() <= NAMED:
         raise InputError("holds a kind of event that this version does not know; a later version has written it")
     found = np.empty(kinds.size, dtype=object)
     for code, kind in enumerate(KINDS):
@@ -102,21 +101,20 @@ def events_of(columns: Columns) -> list[Event]:
     return list(found)
 
 
-_LISTED = {FrictionChange: FRICTION_OF_SOME, FrictionRamp: FRICTION_RAMP, GeometryChange: GEOMETRY}
-
-
-def _listed(event: FrictionChange | FrictionRamp | GeometryChange) -> list[float]:
-    """Return what an event says as lists of numbers, one after the other, each with how many there are."""
+def _listed(event: Event) -> tuple[int, list[float]]:
+    """Return the code of an event, and what it says as lists of numbers, each with how many there are in front."""
+    code = next((code for code, kind in LISTED.items() if kind is type(event)), NAMED)
+    said = event.contents() if code != NAMED else [_name(event), *event.contents()]
     numbers: list[float] = []
-    for told in contents(event):
+    for each in said:
         # one coefficient for all is no list of one
-        values = (told,) if isinstance(told, float) else told or ()
-        count = ABSENT if told is None else ALONE if isinstance(told, float) else len(values)
-        numbers += [float(count), *values]
-    return numbers
+        alone = isinstance(each, float)
+        count = ABSENT if each is None else ALONE if alone else len(each)
+        numbers += [float(count), *([each] if alone else each or ())]
+    return code, numbers
 
 
-def _from_lists(kind: int, time: float, numbers: list[float]) -> Event:
+def _from_lists(code: int, time: float, numbers: list[float]) -> Event:
     """Return the event that `_listed` told; numbers that it does not make are an InputError."""
     lists: list[Any] = []
     place = 0
@@ -125,11 +123,42 @@ def _from_lists(kind: int, time: float, numbers: list[float]) -> Event:
         values = tuple(numbers[place : place + (1 if count == ALONE else max(count, 0))])
         lists.append(None if count == ABSENT else values[0] if count == ALONE else values)
         place += len(values)
-    if len(lists) != {FRICTION_OF_SOME: 2, FRICTION_RAMP: 1, GEOMETRY: 3}[kind]:
-        raise InputError("holds an event with other numbers than it has")
-    if kind == GEOMETRY:
-        return GeometryChange(time, asperities=lists[0], summit_height=lists[1], summit_radius=lists[2])
-    return FrictionRamp(time, lists[0]) if kind == FRICTION_RAMP else FrictionChange(time, lists[0], lists[1])
+    kind = LISTED[code] if code != NAMED else _named(lists.pop(0) if lists else None)
+    try:
+        return kind.of(time, lists)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"holds an event {kind.name!r} with other numbers than it has ({error})") from error
+
+
+def _name(event: Event) -> tuple[float, ...]:
+    """Return the name of an event, and the package that it comes from, as numbers: their bytes.
+
+    Raises
+    ------
+    InputError
+        The name is not known, so that the event could not be read again.
+    """
+    if EVENTS.get(event.name) is not type(event):
+        raise InputError(
+            f"the event {event.name!r} cannot be written down: {type(event).__name__} is not known by that name; "
+            f"expected a class below @register, or one that its package declares in {EVENTS.group}"
+        )
+    return tuple(map(float, f"{event.name}\0{EVENTS.provider(type(event)) or ''}".encode()))
+
+
+def _named(told: float | tuple[float, ...] | None) -> type[Event]:
+    if not isinstance(told, tuple):
+        raise InputError("holds an event without a name")
+    try:
+        name, _, package = bytes(map(int, told)).decode().partition("\0")
+    except ValueError as error:
+        raise InputError("holds an event whose name is no text") from error
+    if name not in EVENTS:
+        raise MissingPackageError(
+            f"holds an event {name!r} of {package}, which is not there; install that package, or where it is a module "
+            "of your own, import it first"
+        )
+    return EVENTS[name]
 
 
 def _made(kind: type[LoadEvent], times: list[float], values: list[float]) -> list[LoadEvent]:

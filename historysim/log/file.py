@@ -25,8 +25,8 @@ from historysim.basics.array_types import Floats
 from historysim.basics.file_kinds import is_log, told_kind
 from historysim.basics.files import check_replaceable, sync_folder
 from historysim.basics.lock import WriterLock
-from historysim.errors import InputError
-from historysim.loads.events import Event, check_sequence, misfit, time_text
+from historysim.errors import InputError, MissingPackageError
+from historysim.loads.events import Event, check_sequence, time_text
 from historysim.log import canonical
 from historysim.log.header import LogHeader, head_from
 from historysim.log.snapshot import Snapshot, snapshot_from
@@ -326,7 +326,7 @@ class LogFile:
                 if whole:
                     head.check()
             except InputError as error:
-                raise InputError(f"{self.path}: {error}") from error
+                raise type(error)(f"{self.path}: {error}") from error
             except (ValueError, TypeError, KeyError, OverflowError, AttributeError, RecursionError) as error:
                 raise InputError(f"{self.path}: is damaged: its head cannot be read ({error})") from error
         if not whole:
@@ -351,7 +351,7 @@ def checked_events(head: LogHeader, events: Sequence[Event], before: Sequence[Ev
         )
     count = len(head.ensemble)
     for index, event in enumerate(events):
-        if problem := misfit(event, count):
+        if problem := event.misfit(count):
             raise InputError(f"event {index} at t = {time_text(event.time)}: {problem}")
 
 
@@ -519,6 +519,8 @@ def _read(connection: sqlite3.Connection, head: LogHeader) -> Content:
             content.events.extend(events)
             content.links.append(link)
             content.ends.append(len(content.events))
+    except MissingPackageError as error:
+        raise MissingPackageError(f"batch {number + 1} {error}") from error
     except (sqlite3.Error, InputError, ValueError, TypeError, OverflowError) as error:
         if isinstance(error, sqlite3.Error) and _refusal(error):
             raise

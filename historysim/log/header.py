@@ -13,14 +13,14 @@ from historysim._version import __version__
 from historysim.asperities.curves import NormalCurves
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import Instrument
-from historysim.asperities.laws import DrawnFriction, law_from
+from historysim.asperities.laws import law_from
 from historysim.asperities.wear import wear_law_from
 from historysim.basics.arguments import workable
 from historysim.basics.array_types import Array
 from historysim.basics.limits import at_most, most
 from historysim.basics.wording import shown
 from historysim.contact.materials import MaterialPair
-from historysim.errors import InputError
+from historysim.errors import InputError, MissingPackageError
 from historysim.loads.events import Event
 from historysim.log.canonical import array_digest
 from historysim.recording.provenance import made_with
@@ -152,6 +152,8 @@ class LogHeader:
                 workable(name, self.arrays[name])
             # either is computed once
             _ = self.ensemble, self.instrument
+        except MissingPackageError:
+            raise
         except InputError as error:
             raise InputError(f"is damaged: its asperities cannot be used ({error})") from error
 
@@ -164,7 +166,8 @@ class LogHeader:
         curves = NormalCurves(**given) if given else None
         if (law := self.settings.get("friction_law")) is not None:
             kept, own["friction"] = own["friction"], law_from(law)
-            if law["law"] == DrawnFriction.kind and not np.array_equal(own["friction"].drawn(kept.size), kept):
+            own_law = own["friction"]
+            if own_law.depends_on == "nothing" and not np.array_equal(own_law.at_start(kept.size), kept):
                 # another version of numpy draws otherwise; what stands in the log holds
                 own["friction"] = kept
         return Ensemble(
@@ -214,6 +217,12 @@ class LogHeader:
     def version(self) -> str:
         """The version of the program that made the log."""
         return str(self.settings["historysim_version"])
+
+    @property
+    def packages(self) -> tuple[str, ...]:
+        """Packages of others that its laws came from, each with its version then."""
+        laws = [self.settings[name] for name in ("friction_law", "wear") if name in self.settings]
+        return tuple(dict.fromkeys(" ".join(map(str, law["package"])).rstrip() for law in laws if "package" in law))
 
     @property
     def surface(self) -> dict[str, Array]:

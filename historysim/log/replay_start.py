@@ -30,8 +30,9 @@ def _start(file: LogFile, content: Content, snapshot: Snapshot) -> Start | str:
     """Return where a snapshot lets a replay begin, or why it does not."""
     cursor = snapshot.cursor
     name = f"the snapshot at t = {time_text(cursor.time)}"
-    if snapshot.program != program():
-        return f"a snapshot was made by {snapshot.program}; this is {program()}"
+    here = program(file.head.ensemble.packages)
+    if snapshot.program != here:
+        return f"a snapshot was made by {snapshot.program}; this is {here}"
     if schedule.cursor_at(content.events, cursor.events, file.head.substeps) != cursor:
         return f"{name} does not reckon with events that were appended since"
     try:

@@ -119,7 +119,9 @@ def write_result(
                 written = target.flush()
                 ahead = max(cursor.events, *(index + 1 for index in cursor.heading))
                 batches = content.batches_for(ahead)
-                file.add_snapshot(Snapshot.of(cursor, batches, content.links[batches], state, written))
+                file.add_snapshot(
+                    Snapshot.of(cursor, batches, content.links[batches], state, written, packages=job.ensemble.packages)
+                )
                 logger.debug("%s: snapshot after %d of %d steps", file.path, cursor.rows, steps)
                 last, keep = cursor.rows, True
 

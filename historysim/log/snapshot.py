@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, Self
 
 import attrs
@@ -42,9 +43,18 @@ class Snapshot:
     written: bytes = b""
 
     @classmethod
-    def of(cls, cursor: Cursor, batches: int, link: bytes, state: "EnsembleState", written: bytes = b"") -> Self:
-        """Take a snapshot of a state."""
-        return cls(cursor, batches, link, program(), state.to_bytes(), written)
+    def of(
+        cls,
+        cursor: Cursor,
+        batches: int,
+        link: bytes,
+        state: "EnsembleState",
+        written: bytes = b"",
+        *,
+        packages: Iterable[str] = (),
+    ) -> Self:
+        """Take a snapshot of a state, which packages of others beside this one have computed."""
+        return cls(cursor, batches, link, program(packages), state.to_bytes(), written)
 
     @property
     def text(self) -> str:
@@ -66,9 +76,9 @@ def snapshot_from(text: str, link: bytes, state: bytes) -> Snapshot:
     return Snapshot(Cursor(**cursor), batches, link, made_by, state, written)
 
 
-def program() -> str:
+def program(packages: Iterable[str] = ()) -> str:
     """Say what computes states here: another version may give other bits; another machine does not."""
-    return f"historysim {__version__}"
+    return ", ".join((f"historysim {__version__}", *packages))
 
 
 def unpacked(ensemble: Ensemble, content: bytes) -> "EnsembleState":

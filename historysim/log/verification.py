@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, final
 import attrs
 import numpy as np
 
-from historysim.asperities.ensemble import Ensemble
 from historysim.basics.array_types import Array
 from historysim.basics.file_kinds import is_log, is_netcdf, told_kind
 from historysim.basics.hdf5 import check_named
@@ -19,6 +18,7 @@ from historysim.loads.events import Event, time_text
 from historysim.loads.schedule import Start
 from historysim.log import embedded_log
 from historysim.log.file import LogFile
+from historysim.log.header import LogHeader
 from historysim.log.replay_start import trusted_snapshots
 from historysim.log.result import log_beside
 from historysim.log.snapshot import program
@@ -178,10 +178,12 @@ def _verify_result(output: Path, log: Path | None, *, progress: bool, tell: Tell
         if embedded_log.group_of(result) is not None:
             embedded_log.read(output)
         events, digest = _events_of(file, output, result)
-        made = f"historysim {getattr(result, 'historysim_version', '?')}"
-        elsewhere = _elsewhere(file.head.ensemble, made, str(getattr(result, "made_with", "?")))
+        elsewhere = _elsewhere(
+            file.head, str(getattr(result, "historysim_version", "?")), str(getattr(result, "made_with", "?"))
+        )
         if elsewhere:
-            tell(f"{output}: was made by {elsewhere}; this is {program()}, so the last digits may differ")
+            here = program(file.head.ensemble.packages)
+            tell(f"{output}: was made by {elsewhere}; this is {here}, so the last digits may differ")
         job = file.head.replay(events)
         steps = job.steps()
         if len(result.dimensions["step"]) != steps:
@@ -194,23 +196,24 @@ def _verify_result(output: Path, log: Path | None, *, progress: bool, tell: Tell
         return Verification(output, len(events), digest, differences=found, made_elsewhere=elsewhere)
 
 
-def _elsewhere(ensemble: Ensemble, version: str, made: str) -> str:
+def _elsewhere(head: LogHeader, version: str, made: str) -> str:
     """Return what made a log, where that may have other bits than this: another version, or another machine's powers.
 
     Everything else that computed it, such as the processor, Python and numpy, does not matter to the bits.
     """
-    if version != program():
-        return version
-    law = ensemble.law
-    return "" if law is None or law.same_bits or made == made_with() else f"{version} with {made}"
+    by, law = ", ".join((f"historysim {version}", *head.packages)), head.ensemble.law
+    if by != program(head.ensemble.packages):
+        return by
+    return "" if law is None or law.same_bits or made == made_with() else f"{by} with {made}"
 
 
 def _verify_log(path: Path, *, tell: Teller) -> Verification:
     with LogFile(path) as file:
         head, content = file.head, file.sound()
-        elsewhere = _elsewhere(head.ensemble, f"historysim {head.version}", head.settings["made_with"])
+        elsewhere = _elsewhere(head, head.version, head.settings["made_with"])
         if content.events and elsewhere:
-            tell(f"{path}: was made by {elsewhere}; this is {program()}, so the last digits of its states may differ")
+            here = program(head.ensemble.packages)
+            tell(f"{path}: was made by {elsewhere}; this is {here}, so the last digits of its states may differ")
         starts = list(trusted_snapshots(file, content, tell))
         good, now = 0, None
         job = head.replay(content.events)

@@ -14,9 +14,9 @@ static hs_batch_vertex vertex_of(double label, double anchor, double slope, doub
     return vertex;
 }
 
-/* Give a contact twice its room at the end of the array. */
-static int relocate(hs_batch *batch, int64_t i) {
-    int64_t twice = 2 * batch->room[i], filled = batch->depth[i] > 1 ? batch->depth[i] : 1;
+/* Give a contact at least twice its room at the end of the array. */
+static int relocate(hs_batch *batch, int64_t i, int64_t least) {
+    int64_t twice = 2 * batch->room[i] > least ? 2 * batch->room[i] : least, filled = batch->depth[i] > 1 ? batch->depth[i] : 1;
     if (batch->used + twice > batch->capacity) {
         int64_t capacity = batch->capacity + (batch->capacity / 2 > twice ? batch->capacity / 2 : twice);
         hs_batch_vertex *grown =
@@ -118,7 +118,7 @@ int hs_batch_step(hs_batch *batch, const double *approach, const double *displac
             continue;
         }
         if (depth + 2 > batch->room[i]) {
-            if (relocate(batch, i) != HS_OK) return HS_OUT_OF_MEMORY;
+            if (relocate(batch, i, depth + 2) != HS_OK) return HS_OUT_OF_MEMORY;
             stack = batch->vertices + batch->place[i];
         }
         double mu = batch->friction[batch->frictions > 1 ? i : 0], unit = batch->scale[batch->scales > 1 ? i : 0];
@@ -201,4 +201,55 @@ void hs_batch_free(hs_batch *batch) {
 void hs_batch_forget(hs_batch *batch, int64_t contact) {
     memset(batch->vertices + batch->place[contact], 0, sizeof *batch->vertices);
     batch->depth[contact] = 0;
+}
+
+int64_t hs_batch_take(const hs_batch *batch, int64_t contact, hs_batch_vertex *vertices) {
+    int64_t depth = batch->depth[contact], filled = depth > 1 ? depth : 1;
+    memcpy(vertices, batch->vertices + batch->place[contact], (size_t)filled * sizeof *vertices);
+    return depth;
+}
+
+int hs_batch_put(hs_batch *batch, int64_t contact, const hs_batch_vertex *vertices, int64_t depth) {
+    int64_t filled = depth > 1 ? depth : 1;
+    if (filled > batch->room[contact] && relocate(batch, contact, filled + 2) != HS_OK) return HS_OUT_OF_MEMORY;
+    memcpy(batch->vertices + batch->place[contact], vertices, (size_t)filled * sizeof *vertices);
+    batch->depth[contact] = depth;
+    return HS_OK;
+}
+
+/* By how much the load changes where a vertex is left out, and its neighbours are joined by a straight line. */
+static double change_without(const hs_batch_vertex *vertex) {
+    double low = load_of(vertex[-1].label), here = load_of(vertex->label), high = load_of(vertex[1].label);
+    double slope = (vertex[1].anchor - vertex[-1].anchor) / (vertex[1].label - vertex[-1].label);
+    return slope * (high - low) - vertex->slope * (here - low) - vertex[1].slope * (high - here);
+}
+
+/* Anchors then differ on one side of zero between the neighbours. Springs that are moved alike come no further apart, and
+ * T = ∫ v P'' da, so that no later load differs by more than the present one. */
+double hs_batch_shorten(hs_batch *batch, int64_t contact, int64_t most) {
+    hs_batch_vertex *stack = batch->vertices + batch->place[contact];
+    double mu = batch->friction[batch->frictions > 1 ? contact : 0], lost = 0.0;
+    int64_t depth = batch->depth[contact];
+    for (; depth > (most > 3 ? most : 3); --depth) {
+        int64_t best = 1;
+        double least = HUGE_VAL;
+        for (int64_t j = 1; j < depth - 1; ++j) {
+            double change = fabs(change_without(stack + j));
+            if (change < least) {
+                least = change;
+                best = j;
+            }
+        }
+        double change = change_without(stack + best);
+        double slope = (stack[best + 1].anchor - stack[best - 1].anchor) / (stack[best + 1].label - stack[best - 1].label);
+        for (int64_t j = best; j < depth - 1; ++j) {
+            stack[j] = stack[j + 1];
+            stack[j].force += change;
+        }
+        /* chords of a polyline are no steeper than it is, but for rounding */
+        stack[best].slope = hs_within(slope, mu);
+        lost += fabs(change);
+    }
+    batch->depth[contact] = depth;
+    return lost * batch->scale[batch->scales > 1 ? contact : 0];
 }

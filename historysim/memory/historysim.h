@@ -401,6 +401,14 @@ HS_API int hs_batch_step(hs_batch *batch, const double *approach, const double *
                          double *tangential_load);
 /* Make a contact new. */
 HS_API void hs_batch_forget(hs_batch *batch, int64_t contact);
+/* Have a contact remember so many vertices at most (3 or more; other numbers are taken for 3), by leaving out those that
+ * matter least. Returns by how much any later tangential load may be off for that, whatever the displacements [N]. */
+HS_API double hs_batch_shorten(hs_batch *batch, int64_t contact, int64_t most);
+/* Copy what a contact remembers to vertices of the caller's, with room for its depth or for 1, whichever is more; returns
+ * the depth, 0 where it does not touch. */
+HS_API int64_t hs_batch_take(const hs_batch *batch, int64_t contact, hs_batch_vertex *vertices);
+/* Have a contact remember what was taken from one of the same friction and scale. */
+HS_API int hs_batch_put(hs_batch *batch, int64_t contact, const hs_batch_vertex *vertices, int64_t depth);
 
 #ifdef __cplusplus
 }

@@ -6,7 +6,7 @@
 
 #include "internal.h"
 
-#if defined(_WIN32)
+#if defined(_WIN32) || defined(HS_ONE_THREAD)
 
 hs_writers *hs_start_writers(int threads, const hs_memory *memory, const hs_rows *rows) {
     (void)threads;

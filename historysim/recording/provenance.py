@@ -1,5 +1,6 @@
 """Where a history comes from: the attributes of a Dataset that say what made it, and from what."""
 
+import json
 import platform
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -9,6 +10,7 @@ import numpy as np
 from historysim._version import __version__
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import Instrument
+from historysim.asperities.laws.friction_law import told_of
 from historysim.basics import findings
 from historysim.basics.wording import counted
 from historysim.loads.events import Event, digest
@@ -45,6 +47,14 @@ def friction_text(ensemble: Ensemble) -> str:
     return f"Coulomb, {least:g}" if least == most else f"Coulomb, given for each asperity, from {least:g} to {most:g}"
 
 
+def _of_other_packages(ensemble: Ensemble) -> dict[str, str]:
+    """Return the packages of others that computed, and their laws, whole: name, package and version, numbers."""
+    laws = {"friction_law_settings": ensemble.law, "wear_law_settings": ensemble.wear}
+    told = {name: told_of(law) for name, law in laws.items() if law is not None}
+    packages = {"packages": ", ".join(ensemble.packages)} if ensemble.packages else {}
+    return packages | {name: json.dumps(each) for name, each in told.items() if "package" in each}
+
+
 def attributes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrument) -> dict[str, Any]:
     """Return the attributes of a history of these events."""
     found = recorded_validity.findings(ensemble, events, instrument, largest_approach(ensemble, events))
@@ -66,6 +76,7 @@ def attributes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrume
         **in_series,
         "friction_law": friction_text(ensemble),
         **({} if ensemble.wear is None else {"wear_law": ensemble.wear.text}),
+        **_of_other_packages(ensemble),
         **({} if ensemble.nominal_area is None else {"nominal_area": ensemble.nominal_area}),
         "number_of_asperities": len(ensemble),
         "number_of_events": len(events),

@@ -18,8 +18,7 @@ import numpy.typing as npt
 
 from historysim.asperities.asperity import SlipState
 from historysim.loads import schedule
-from historysim.loads.acting import changed
-from historysim.loads.events import FrictionRamp, GeometryChange
+from historysim.loads.events import FrictionChange, LoadEvent
 from historysim.loads.samples import SampledLoads
 from historysim.memory.binding import LOAD
 from historysim.memory.paths import Goals, Paths, paths_to, unrecorded
@@ -67,7 +66,7 @@ def slide_times(history: "Traceable") -> Floats | None:
     -------
     array (asperity), or None
         None where the history does not say what it was made from, begins later, or is of patches, of asperities that
-        evolve, or of friction that goes straight between waypoints: then steps are all that is known.
+        evolve, or of events that are neither loads nor changes of friction at once: then steps are all that is known.
 
     Raises
     ------
@@ -206,7 +205,8 @@ def _instants(job: "Replay", labels: Integers, begin: float) -> Floats | None:
     ensemble, events = job.ensemble, job.events
     if ensemble.curves is not None or ensemble.evolves or events[0].time != begin:
         return None
-    if not isinstance(events, SampledLoads) and any(isinstance(one, FrictionRamp | GeometryChange) for one in events):
+    # what else happens may erase a memory, or change friction on the way
+    if not isinstance(events, SampledLoads) and not all(isinstance(one, LoadEvent | FrictionChange) for one in events):
         return None
     seen = _Sliding(job, labels)
     state, now = ensemble.initial_state(), begin
@@ -215,7 +215,7 @@ def _instants(job: "Replay", labels: Integers, begin: float) -> Floats | None:
         state = seen.follow(state, segment.paths, np.append(now, ends))
         now = float(ends[-1])
         if segment.change is not None:
-            state = changed(ensemble, state, segment.change, saturate=job.saturate, instrument=job.instrument)
+            state = segment.change.act(ensemble, state, saturate=job.saturate, instrument=job.instrument)
             seen.settle(state, now)
         if not np.isnan(seen.time).any():
             break

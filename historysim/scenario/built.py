@@ -11,7 +11,6 @@ from historysim.basics.places import at, misfit
 from historysim.basics.wording import counted, shown
 from historysim.errors import InputError
 from historysim.loads.events import Event, NormalDisplacement, NormalLoad
-from historysim.loads.events import misfit as event_misfit
 from historysim.scenario.schema import reported
 from historysim.scenario.sections import Sections
 from historysim.scenario.surface_kinds import BuiltSurface
@@ -100,7 +99,7 @@ def build(
     surface = as_loaded(sections, name, surface, events, tell)
     ensemble = ensemble_on(sections, name, surface)
     for event in events:
-        if problem := event_misfit(event, len(ensemble)):
+        if problem := event.misfit(len(ensemble)):
             raise InputError(f"{name}: loading: {event.name} at t = {event.time:g} s: {problem}")
     return BuiltScenario(sections, name, surface, ensemble, events)
 
@@ -165,7 +164,7 @@ def ensemble_on(sections: Sections, name: str, surface: BuiltSurface) -> "Ensemb
             ensemble = Ensemble.from_solutions(pair, surface.solutions, coefficients)
         else:
             with at("surface"):
-                wear = sections.wear.wear() if sections.wear else None
+                wear = sections.wear.of if sections.wear else None
                 evolving = {"wear": wear, "follow_sliding": sections.record.sliding}
                 ensemble = Ensemble.from_summits(pair, surface.summits, coefficients, **evolving)
         _check_record(sections.record.asperities, len(ensemble))
@@ -181,7 +180,7 @@ def _friction(sections: Sections, *, in_surface: bool) -> "float | tuple[float, 
             else "missing; expected [friction] with a coefficient, or surface.columns.friction"
         )
         raise misfit(problem, "friction")
-    return friction.friction() if friction else None
+    return friction.friction if friction else None
 
 
 def _check_steady(sections: Sections) -> None:

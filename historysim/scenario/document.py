@@ -13,18 +13,18 @@ from cattrs import Converter
 from historysim.basics.file_kinds import told_kind
 from historysim.basics.files import what_is_there
 from historysim.basics.limits import at_most, most
-from historysim.basics.places import at
 from historysim.basics.wording import shown
 from historysim.errors import InputError
 from historysim.scenario.column_keys import column_hooks
 from historysim.scenario.friction_course_section import AnyCourse, course_from_toml
-from historysim.scenario.loading_kinds import AnyLoading, channel_hooks, loading_from_toml
+from historysim.scenario.law_sections import FrictionSection, WearSection, friction_from_toml, wear_from_toml
+from historysim.scenario.loading_kinds import Loading, channel_hooks, loading_from_toml, waypoint_hooks
 from historysim.scenario.overriding import text_with_values, with_values
 from historysim.scenario.picture_kinds import Pictures, pictures_from_toml
 from historysim.scenario.schema import schema_converter, table, text
 from historysim.scenario.sections import RECORDS, MaterialEntry, MaterialTable, Sections
 from historysim.scenario.surface_kinds import (
-    MapKind,
+    HeightMap,
     SurfaceKind,
     channel_from_toml,
     map_from_toml,
@@ -91,8 +91,7 @@ _PART = r"""[^\s.=\[\]{},#]"""
 
 def pictures_of(document: Mapping[str, Any]) -> Pictures:
     """Return the pictures of a scenario alone, which a result draws; errors as for `sections_of`."""
-    with at("picture"):
-        return _converter().structure(document.get("picture", []), Pictures)
+    return _converter().structure(document.get("picture", []), Pictures)
 
 
 def sections_of(document: Mapping[str, Any]) -> Sections:
@@ -106,10 +105,12 @@ def _converter() -> Converter:
     for kind, hook in (
         (MaterialEntry | None, _material_entry),
         (SurfaceKind, surface_from_toml),
-        (MapKind, map_from_toml),
+        (HeightMap, map_from_toml),
         (int | str | None, channel_from_toml),
         (bool | float | None, prune_from_toml),
-        (AnyLoading, loading_from_toml),
+        (FrictionSection, friction_from_toml),
+        (WearSection, wear_from_toml),
+        (Loading, loading_from_toml),
         (AnyCourse | None, course_from_toml),
         (str | tuple[int, ...], _record),
         (dict[str, Any], _table),
@@ -118,6 +119,7 @@ def _converter() -> Converter:
         converter.register_structure_hook_func(partial(eq, kind), partial(hook, converter))
     column_hooks(converter)
     channel_hooks(converter)
+    waypoint_hooks(converter)
     return converter
 
 

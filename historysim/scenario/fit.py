@@ -17,6 +17,8 @@ from historysim.basics.progress import progress_bar
 from historysim.basics.targets import FITTED, Output, check_outputs
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
+from historysim.results.plots.pictures import Size, figure_of
+from historysim.results.report.page import page_of
 from historysim.scenario.compare import sticking_stiffness
 from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import reported
@@ -24,6 +26,8 @@ from historysim.scenario.sections import FitSection
 from historysim.scenario.surface_kinds.scaled import Scaled
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from historysim.measured.comparison import Comparison
     from historysim.measured.fitting import Parameter, ParameterFit
 
@@ -265,3 +269,24 @@ def _move_files(table: Any, before: Path, after: Path) -> None:
             _move_files(value, before, after)
         elif key == "file" and not Path(value).is_absolute():
             table[key] = Path(os.path.relpath(before / value, after)).as_posix()
+
+
+@figure_of.register(Fit)
+def _figure(fit: Fit, *, size: Size | None = None, **_: Any) -> "Figure":
+    from historysim.results.plots.measured_and_model import plot_comparison
+
+    return plot_comparison(fit.comparison, fit.scenario.title, size=size)
+
+
+@page_of.register(Fit)
+def _page(fit: Fit) -> str:
+    from historysim.results.report.others import comparison_page
+
+    scenario = fit.scenario
+    return comparison_page(
+        fit.comparison,
+        scenario.title or scenario.path.stem,
+        scenario.text,
+        fitted=fit.estimates.summary(),
+        result=fit.scenario_text(scenario.path),
+    )

@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import attrs
 from cattrs import Converter
 
+from historysim.basics.fields import Quantity
 from historysim.basics.places import at, misfit
 from historysim.errors import InputError
 from historysim.scenario.column_keys import NumbersFile
-from historysim.scenario.schema import Quantity, given, table
+from historysim.scenario.schema import given, table
 from historysim.tables import Column
 
 if TYPE_CHECKING:

@@ -1,201 +1,82 @@
 """``[picture]``: what a scenario's figure shows. `historysim plot` of its result or sweep, and the gallery, draw it."""
 
-from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import attrs
 from cattrs import Converter
 
 from historysim.basics.places import misfit
-from historysim.basics.wording import nearest, shown
-from historysim.scenario.schema import Quantity, array_of, table, text
+from historysim.errors import InputError
+from historysim.results.plots.panels import Panel
+from historysim.results.plots.pictures import PICTURES, SCENARIO, Picture, Size
+from historysim.scenario.schema import array_of, kind_from_toml
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from matplotlib.figure import Figure, SubFigure
+
+    from historysim.surfaces.summits import Summits
+
+APART, TOGETHER = 90.0, 35.0
+"""What summits add to the width, side by side and over one another [mm]."""
 
 
+@PICTURES.register
 @attrs.frozen(kw_only=True)
-class Picture:
-    """What every kind of picture has.
-
-    Attributes
-    ----------
-    title : str
-        A heading above this picture, beside the title of the scenario.
-    labels : tuple of str
-        What its lines, or surfaces, are called.
-    where : dict, optional
-        Of a sweep, only the cells with these values of swept keys.
-    """
-
-    title: str = ""
-    labels: tuple[str, ...] = ()
-    where: dict[str, Any] | None = None
-
-
-@attrs.frozen(kw_only=True)
-class LoopsPicture(Picture):
-    """Friction loops over one another: of the run, or of the cells of a sweep.
-
-    Attributes
-    ----------
-    steps
-        Names of states that are marked; by default all.
-    first_loading
-        Normal loads whose curves of first loading are drawn.
-    work
-        Shades the closed loop between ±δ. Of a sweep it needs ``preliminary_displacement`` among the outputs.
-    drift
-        Draws it between the δ of two loops; needs the same.
-    drive
-        Behind an instrument the loop of the drive, too.
-    loads
-        Both loads along the named states, beside the loop.
-
-    Examples
-    --------
-    [[picture]]
-    kind = "loops"
-    loads = true
-    """
-
-    steps: tuple[str, ...] | None = None
-    first_loading: Annotated[tuple[float, ...], Quantity("N")] = ()
-    work: bool = False
-    drift: bool = False
-    drive: bool = False
-    loads: bool = False
-
-
-@attrs.frozen(kw_only=True)
-class TractionPicture(Picture):
-    """The traction of an asperity at several states.
-
-    Attributes
-    ----------
-    steps
-        Names of states; by default all.
-    asperity
-        Which; by default the one that carries most.
-    across
-        ``"radius"`` or ``"diameter"``.
-    limit
-        Draws ±μp of each state.
-    fronts
-        Marks where slip ends.
-    change_from
-        A state from which on changes are drawn.
-
-    Examples
-    --------
-    [[picture]]
-    kind = "traction"
-    across = "diameter"
-    """
-
-    steps: tuple[str, ...] | None = None
-    asperity: int | None = None
-    across: str = "radius"
-    limit: bool = True
-    fronts: bool = False
-    change_from: str | None = None
-
-
-@attrs.frozen(kw_only=True)
-class SummitsPicture(Picture):
-    """Radius over height of all summits: of the surface, or of the surfaces of a sweep.
-
-    Attributes
-    ----------
-    apart
-        Several surfaces side by side.
-
-    Examples
-    --------
-    [[picture]]
-    kind = "summits"
-    """
+class SummitsPicture(Panel):
+    """Radius over height of all summits: of the surface, or of the surfaces of a sweep."""
 
     apart: bool = False
 
+    kind, of = "summits", (SCENARIO,)
 
+    @property
+    def beside(self) -> float:
+        """Width of several surfaces [mm]."""
+        return APART if self.apart else TOGETHER
+
+    def draw(self, figure: "Figure | SubFigure", what: Any) -> None:
+        """Draw into a figure, or a part of one."""
+        from historysim.results.plots.summit_scatter import draw_summit_scatter
+
+        found = _summits(what)
+        labels = self.labels or tuple(found)
+        draw_summit_scatter(figure, list(found.values()), labels, apart=self.apart, title=self.title)
+
+
+@PICTURES.register
 @attrs.frozen(kw_only=True)
-class MapPicture(Picture):
+class MapPicture(Panel):
     """The height map."""
 
+    kind, of = "map", (SCENARIO,)
 
+    def draw(self, figure: "Figure | SubFigure", what: Any) -> None:
+        """Draw into a figure, or a part of one."""
+        from historysim.results.plots.summit_scatter import draw_heights
+
+        surface = what.surface().surface
+        if surface is None:
+            raise InputError(f"{what.path.name}: picture: the surface is no height map; expected one for the kind map")
+        draw_heights(figure, surface, self.title)
+
+
+@PICTURES.register
 @attrs.frozen(kw_only=True)
-class CurvePicture(Picture):
-    """A number of a sweep over what was swept, or over another number.
+class RecordPicture(Picture):
+    """The channels of a measured file as they were read, beside what conditioning left of them."""
 
-    Attributes
-    ----------
-    quantity
-        The number of the sweep.
-    over
-        A dimension, or another number, such as ``peak_nominal_pressure``.
-    each
-        The dimension of the lines.
-    spread
-        ``"deviation"``, ``"quantiles"`` or ``"none"``.
-    fit
-        ``"straight"`` (with R²) or ``"power"`` (with the exponent).
-    logarithmic
-        Both axes.
+    kind, of = "record", (SCENARIO,)
 
-    Examples
-    --------
-    [[picture]]
-    kind = "curve"
-    quantity = "presliding_work"
-    over = "loading_waypoints[0]_normal_load"
-    fit = "power"
-    """
+    def drawn(self, what: Any, size: Size | None = None) -> "Figure":
+        """Return a figure of it alone."""
+        from historysim.results.plots.record import plot_record
 
-    quantity: str
-    over: str | None = None
-    each: str | None = None
-    spread: str = "deviation"
-    fit: str | None = None
-    logarithmic: bool | None = None
+        return plot_record(what.measurement(), title=what.title or what.path.stem, size=size)
 
 
-@attrs.frozen(kw_only=True)
-class BarsPicture(Picture):
-    """A number of the cells of a sweep as bars in groups, with the difference within each.
-
-    Attributes
-    ----------
-    quantity
-        The number of the sweep.
-    groups
-        A table of lists with the name of each bar.
-
-    Examples
-    --------
-    [[picture]]
-    kind = "bars"
-    quantity = "preliminary_displacement"
-    groups = { "1 N" = ["100 m", "1000 m"] }
-    """
-
-    quantity: str
-    groups: dict[str, Any]
-
-    def __attrs_post_init__(self) -> None:
-        """Check that groups are lists of names."""
-        for name, bars in self.groups.items():
-            if not isinstance(bars, list) or not bars or not all(isinstance(bar, str) for bar in bars):
-                raise misfit(f"{shown(bars)}; expected an array with the names of its bars", "groups", name)
-
-
-AnyPicture = LoopsPicture | TractionPicture | SummitsPicture | MapPicture | CurvePicture | BarsPicture
-Pictures = tuple[AnyPicture, ...]
-PICTURE_KINDS: Mapping[str, type] = {
-    "loops": LoopsPicture,
-    "traction": TractionPicture,
-    "summits": SummitsPicture,
-    "map": MapPicture,
-    "curve": CurvePicture,
-    "bars": BarsPicture,
-}
+Pictures = tuple[Picture, ...]
 
 
 def pictures_from_toml(converter: Converter, value: object, _: object) -> Pictures:
@@ -207,14 +88,32 @@ def pictures_from_toml(converter: Converter, value: object, _: object) -> Pictur
         An unknown kind, or keys that do not fit it.
     """
 
-    def structured(each: object) -> AnyPicture:
-        entry = dict(table(each))
-        if "kind" not in entry:
-            raise misfit(f"missing; expected one of {', '.join(PICTURE_KINDS)}", "kind")
-        kind = text(entry.pop("kind"))
-        if kind not in PICTURE_KINDS:
-            raise misfit(f"{shown(kind)}; {nearest(kind, PICTURE_KINDS)}", "kind")
-        picture: AnyPicture = converter.structure(entry, PICTURE_KINDS[kind])
-        return picture
+    def structured(each: object) -> Picture:
+        found: Picture = kind_from_toml(converter, each, PICTURES)
+        return found
 
-    return array_of(value, structured) if isinstance(value, list) else (structured(value),)
+    pictures = array_of(value, structured) if isinstance(value, list) else (structured(value),)
+    for index, each in enumerate(pictures):
+        if len(pictures) > 1 and not each.fits_beside():
+            raise misfit(f"{each.kind!r} fills a figure of its own; expected it alone", index, "kind")
+    return pictures
+
+
+def _summits(scenario: Any) -> "dict[str, Summits]":
+    """Return the summits of the surface, or of those of the sweep, by what each is called."""
+    section = scenario.sections.sweep
+    points: list[Mapping[str, Any]] = [{}] if section is None else list(section.grid().points())
+    found: dict[str, Summits] = {}
+    for point in points:
+        summits = scenario.at(point).surface().summits
+        if summits is None:
+            raise InputError(f"{scenario.path.name}: picture: the surface has no summits; expected one that has")
+        found[", ".join(_said(key, value) for key, value in point.items()) or "summits"] = summits
+    return found
+
+
+def _said(key: str, value: Any) -> str:
+    from historysim.results.plots.words import WORDS
+
+    words, sign = WORDS.get(key.rsplit(".", 1)[-1], (key, ""))
+    return f"{sign} = {value}" if sign else f"{words} {value}"

@@ -11,7 +11,7 @@ from historysim.scenario.opening import Reading, opened
 from historysim.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Sequence
 
     import xarray as xr
     from matplotlib.figure import Figure
@@ -59,11 +59,8 @@ def plot(
         else a number of its cells over what was swept, or their loops over one another. Or several histories, or paths
         of them: their loops, or tractions, in one picture.
     picture : str, optional
-        Of a history: "history", "loop" (its colour tells how much slips), "loops" (plain lines, with named states),
-        "slip-map", "contact-map", "distribution" (of summit heights and radii), "traction" (several states of an
-        asperity), "slip-fronts" (of it, step by step), "stiffness" or "wear". Of a sweep: which number, by default the
-        preliminary displacement; or "loops", where loads and displacements along ``step`` are among its outputs. Of a
-        scenario that replays a file: "record", its channels as they were read beside what conditioning left of them.
+        Of a history or a scenario: a name of `historysim.results.plots.pictures.PICTURES`, which ``historysim kinds
+        plots`` lists. Of a sweep: also which number, by default the preliminary displacement.
     step : int, "partial" or "peak", optional
         Of a history, its contact map or asperity distribution at this step; at that where most can be seen, half of the
         contact area slipping; or at that of the greatest normal load. Negative ones count from the end.
@@ -141,7 +138,7 @@ def _several(what: "Sequence[Any]", chosen: _Options) -> "Figure":
     """Draw several histories in one picture."""
     import xarray as xr
 
-    from historysim.results.plots.pictures import draw_several
+    from historysim.results.plots.pictures import draw
 
     unused = {"step": chosen.step, "panels": chosen.panels, "adhesion": chosen.adhesion or None}
     if given := [name for name, value in unused.items() if value is not None]:
@@ -153,14 +150,14 @@ def _several(what: "Sequence[Any]", chosen: _Options) -> "Figure":
             if not isinstance(history, xr.Dataset) or "total_normal_load" not in history:
                 raise InputError(f"{each}: is no result of historysim run; expected results alone, or one other file")
             found.append(history)
-        return draw_several(found, chosen.picture, asperity=chosen.asperity, size=chosen.size, **chosen.lines())
+        options = chosen.lines() | ({} if chosen.asperity is None else {"asperity": chosen.asperity})
+        return draw(found, chosen.picture or LOOPS, chosen.size, **options)
 
 
 def _drawn(what: Any, name: str, title: str, chosen: _Options) -> "Figure":
     import xarray as xr
 
-    from historysim.measured.measurement import Measurement
-    from historysim.surfaces.heights import Surface
+    from historysim.results.plots.pictures import PICTURES, SCENARIO, draw, figure_of
 
     # the rows of a sweep may be loads, too
     history = isinstance(what, xr.Dataset) and "total_normal_load" in what and what.attrs.get("content") != "sweep"
@@ -170,9 +167,7 @@ def _drawn(what: Any, name: str, title: str, chosen: _Options) -> "Figure":
         raise InputError(f"panels: {name} has none to choose; expected a result of historysim run")
     if chosen.lines() and not isinstance(what, xr.Dataset):
         raise InputError(f"{next(iter(chosen.lines()))}: {name} has no such lines; expected a result or a sweep")
-    if isinstance(what, Measurement) or (isinstance(what, Scenario) and chosen.picture == "record"):
-        return _record(what, title, chosen)
-    if chosen.picture is not None and not isinstance(what, xr.Dataset):
+    if chosen.picture is not None and not isinstance(what, xr.Dataset | Scenario):
         raise InputError(f"picture {chosen.picture}: {name} has one picture only; expected a result or a sweep")
     if chosen.adhesion and not isinstance(what, Scenario):
         raise InputError(f"adhesion: {name} is no scenario; expected a scenario with [adhesion]")
@@ -183,18 +178,17 @@ def _drawn(what: Any, name: str, title: str, chosen: _Options) -> "Figure":
         )
     if isinstance(what, xr.Dataset):
         return _dataset(what, name, chosen)
-    if isinstance(what, Surface):
-        from historysim.results.plots.surface import plot_surface
+    if not isinstance(what, Scenario):
+        PICTURES.import_own()
+        return figure_of(what, title=title, size=chosen.size, name=name)
+    if chosen.adhesion:
+        return _adhesion(what, chosen)
+    if chosen.picture is not None:
+        return draw(what, chosen.picture, chosen.size, of=SCENARIO)
+    from historysim.scenario.figure import draw_figure, drawable
 
-        return plot_surface(what, title=title, size=chosen.size)
-    if isinstance(what, Scenario):
-        if chosen.adhesion:
-            return _adhesion(what, chosen)
-        from historysim.scenario.figure import draw_figure, drawable
-
-        pictures = drawable(what)
-        return draw_figure(what, pictures, chosen.size) if pictures else _ground(what, chosen)
-    return _object(what, name, chosen)
+    pictures = drawable(what)
+    return draw_figure(what, pictures, chosen.size) if pictures else _ground(what, chosen)
 
 
 def _first_quantity(sweep: "xr.Dataset") -> str:
@@ -213,21 +207,20 @@ def _plain(chosen: _Options) -> bool:
 
 
 def _sweep(what: "xr.Dataset", chosen: _Options) -> "Figure":
-    from historysim.results.plots.together import LOOP, LoopMarks, plot_together
+    from historysim.results.plots.pictures import PICTURES, SWEEP, draw
+    from historysim.results.plots.together import LOOP
 
     loops = all(name in what and "step" in what[name].dims for name in LOOP)
     numbers = [name for name in what.data_vars if not {"step", "asperity"} & set(what[name].dims)]
-    if chosen.picture == LOOPS or (chosen.picture is None and loops and not numbers):
-        options = chosen.lines()
-        if "across" in options:
-            raise InputError("across: belongs to the picture traction of a result; expected steps or labels here")
-        marks = LoopMarks(steps=options.pop("steps", None))
-        return plot_together(what, options.pop("labels", ()), marks=marks, size=chosen.size)
+    picture = LOOPS if chosen.picture is None and loops and not numbers else chosen.picture
+    # a number of the sweep is a picture, too
+    if picture is not None and picture not in what.data_vars and picture in PICTURES:
+        return draw(what, picture, chosen.size, of=SWEEP, **chosen.lines())
     if chosen.lines():
         raise InputError(f"{next(iter(chosen.lines()))}: belongs to the picture {LOOPS} of a sweep; expected it")
     from historysim.results.plots.swept import plot_swept
 
-    return plot_swept(what, chosen.picture or _first_quantity(what), size=chosen.size)
+    return plot_swept(what, picture or _first_quantity(what), size=chosen.size)
 
 
 def _dataset(what: "xr.Dataset", name: str, chosen: _Options) -> "Figure":
@@ -266,15 +259,10 @@ def _dataset(what: "xr.Dataset", name: str, chosen: _Options) -> "Figure":
 def _history(history: "xr.Dataset", chosen: _Options) -> "Figure":
     from historysim.results.plots.pictures import draw
 
-    return draw(
-        history,
-        chosen.picture or ("history" if chosen.step is None else "contact-map"),
-        step=chosen.step,
-        asperity=chosen.asperity,
-        panels=chosen.panels,
-        size=chosen.size,
-        **chosen.lines(),
-    )
+    name = chosen.picture or ("history" if chosen.step is None else "contact-map")
+    one = {"step": chosen.step, "asperity": chosen.asperity, "panels": chosen.panels}
+    given: dict[str, Any] = {option: value for option, value in one.items() if value is not None}
+    return draw(history, name, chosen.size, **given, **chosen.lines())
 
 
 def _ground(scenario: Scenario, chosen: _Options) -> "Figure":
@@ -284,14 +272,6 @@ def _ground(scenario: Scenario, chosen: _Options) -> "Figure":
     built = scenario.surface()
     title = scenario.title or scenario.path.stem
     return plot_surface(surface_group.dataset(built.summits, built.surface), title=title, size=chosen.size)
-
-
-def _record(what: "Scenario | Measurement", title: str, chosen: _Options) -> "Figure":
-    from historysim.results.plots.record import plot_record
-
-    if isinstance(what, Scenario):
-        return plot_record(what.measurement(), title=what.title or what.path.stem, size=chosen.size)
-    return plot_record(what, title=title, size=chosen.size)
 
 
 def _adhesion(scenario: Scenario, chosen: _Options) -> "Figure":
@@ -308,39 +288,3 @@ def _adhesion(scenario: Scenario, chosen: _Options) -> "Figure":
     branch = contact.branch(chosen.asperity)
     title = f"Equilibria of asperity {chosen.asperity} after {branch.model.label}"
     return plot_adhesion_branch(branch, title=title, size=chosen.size)
-
-
-def _object(what: object, name: str, chosen: _Options) -> "Figure":
-    from historysim.asperities.adhering import AdheringAsperities
-    from historysim.asperities.asperity import Asperity
-    from historysim.contact.adhesion import Branch
-    from historysim.measured.comparison import Comparison
-    from historysim.measured.loop_table import LoopTable
-    from historysim.measured.loops import Loops
-    from historysim.measured.sliding import Sliding
-    from historysim.results.plots.adhesion_branch import plot_adhesion_branch
-    from historysim.results.plots.adhesion_map import plot_adhesion_map
-    from historysim.results.plots.friction_trace import plot_sliding
-    from historysim.results.plots.loop_curves import plot_loops
-    from historysim.results.plots.loop_levels import plot_loop_levels
-    from historysim.results.plots.measured_and_model import plot_comparison
-    from historysim.results.plots.single_asperity import plot_asperity
-    from historysim.scenario.fit import Fit
-
-    size = chosen.size
-    drawn: Mapping[type, Callable[[Any], Figure]] = {
-        Loops: lambda loops: plot_loops(loops, size=size),
-        Comparison: lambda comparison: plot_comparison(comparison, size=size),
-        Asperity: lambda asperity: plot_asperity(asperity, size=size),
-        AdheringAsperities: lambda adhering: plot_adhesion_map(adhering.examples(), size=size),
-        Branch: lambda branch: plot_adhesion_branch(branch, size=size),
-        Fit: lambda fit: plot_comparison(fit.comparison, fit.scenario.title, size=size),
-        LoopTable: lambda table: plot_loop_levels(table.to_dataset(), size=size),
-        Sliding: lambda sliding: plot_sliding(sliding, size=size),
-    }
-    for kind, picture in drawn.items():
-        if isinstance(what, kind):
-            return picture(what)
-    raise InputError(
-        f"{name} has no picture; expected a history, a scenario, a surface, loops, a comparison or an asperity"
-    )

@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING, Any
 from historysim.basics.files import replacing
 from historysim.basics.targets import PAGE, Output, check_outputs
 from historysim.errors import InputError
+from historysim.results.report.page import EXPECTED, page_of
 from historysim.scenario.opening import opened
 from historysim.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Iterable
 
     import xarray as xr
 
@@ -20,11 +21,6 @@ if TYPE_CHECKING:
     from historysim.scenario.fit import Fit
 
     Reportable = str | Path | xr.Dataset | Scenario | Fit | Loops | LoopTable | Sliding
-
-EXPECTED = (
-    "expected a result of historysim run, a sweep, friction loops, friction over time or distance, a fit, or a "
-    "scenario whose loading is measured"
-)
 
 
 def report(what: "Reportable", output: str | Path | None = None) -> str:
@@ -75,59 +71,28 @@ def _page(what: Any, name: str) -> str:
     import xarray as xr
 
     from historysim.log.event_log import EventLog
-    from historysim.measured.loop_table import CONTENT_OF_TABLE, LoopTable
-    from historysim.measured.loops import CONTENT as LOOPS
-    from historysim.measured.loops import Loops
-    from historysim.measured.sliding import Sliding
-    from historysim.results.report.history_report import history_page
-    from historysim.results.report.others import levels_page, loops_page, sliding_page, sweep_page
-    from historysim.results.sweeps import CONTENT as SWEEP
-    from historysim.scenario.fit import Fit
+    from historysim.results.report.others import dataset_page
 
-    of_objects: Mapping[type, Callable[[Any], str]] = {
-        Scenario: _measured,
-        Fit: _fitted,
-        Loops: lambda loops: loops_page(loops.to_dataset()),
-        LoopTable: lambda levels: levels_page(levels.to_dataset()),
-        Sliding: sliding_page,
-    }
-    for kind, written in of_objects.items():
-        if isinstance(what, kind):
-            return written(what)
     if isinstance(what, xr.Dataset):
-        of_contents = {LOOPS: loops_page, CONTENT_OF_TABLE: levels_page, SWEEP: sweep_page}
-        if what.attrs.get("content") in of_contents:
-            return of_contents[what.attrs["content"]](what)
-        if "total_normal_load" in what:
-            return history_page(what)
+        return dataset_page(what)
     if isinstance(what, EventLog):
         raise InputError(f"{name}: is a log; expected its result; historysim run {name} makes it again")
-    raise InputError(f"{name}: has no report; {EXPECTED}")
+    if page_of.dispatch(type(what)) is page_of.dispatch(object):
+        raise InputError(f"{name}: has no report; {EXPECTED}")
+    return page_of(what)
 
 
+@page_of.register(Scenario)
 def _measured(scenario: Scenario) -> str:
     from historysim.results.report.others import comparison_page
     from historysim.scenario.compare import compare
     from historysim.scenario.fit import fit
 
     if scenario.sections.fit is not None:
-        return _fitted(fit(scenario))
+        return page_of(fit(scenario))
     try:
         _ = scenario.measured_files
     except InputError as error:
         raise InputError(f"{error}, to set the model beside; the result of historysim run has a report, too") from error
     comparison = compare(scenario)
     return comparison_page(comparison, scenario.title or scenario.path.stem, scenario.text)
-
-
-def _fitted(fit: "Fit") -> str:
-    from historysim.results.report.others import comparison_page
-
-    scenario = fit.scenario
-    return comparison_page(
-        fit.comparison,
-        scenario.title or scenario.path.stem,
-        scenario.text,
-        fitted=fit.estimates.summary(),
-        result=fit.scenario_text(scenario.path),
-    )

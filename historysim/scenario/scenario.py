@@ -4,9 +4,10 @@ Numbers are SI; texts may carry units. Relative paths are relative to the scenar
 build the same objects that a program would: an ``Ensemble`` and a list of events.
 """
 
+import functools
 import logging
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,9 +23,10 @@ from historysim.errors import InputError
 from historysim.loads.events import Event
 from historysim.recording import named_states
 from historysim.scenario.built import BuiltScenario, build, ensemble_on
-from historysim.scenario.document import read_sections, sections_of
+from historysim.scenario.document import parsed, read_sections, sections_of
 from historysim.scenario.input_files import files_of
 from historysim.scenario.loading_kinds import MeasuredLoading
+from historysim.scenario.overriding import with_values
 from historysim.scenario.schema import given, reported
 from historysim.scenario.sections import Sections
 from historysim.scenario.surface_kinds import BuiltSurface
@@ -94,13 +96,35 @@ class Scenario:
     @property
     def metadata(self) -> dict[str, str]:
         """Who made the data, what for, under which licence (ACDD), and named states: attributes of what is written."""
-        return self.sections.metadata.attributes() | named_states.written(self.sections.loading.names)
+        foreign = {"packages": ", ".join(self.packages)} if self.packages else {}
+        return self.sections.metadata.attributes() | named_states.written(self.sections.loading.names) | foreign
+
+    @property
+    def packages(self) -> tuple[str, ...]:
+        """Packages of others that its surface, its loading and its laws come from, each with its version."""
+        return tuple(dict.fromkeys(_packages(self.sections)))
 
     @property
     def seeds(self) -> list[int]:
         """The seeds of all that is drawn by chance: of the surface, in the order of the file, and of friction."""
         drawn = (self.sections.surface, self.sections.friction)
         return [seed for section in drawn if section is not None for seed in _seeds(section)]
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """What stands in it, to be read only."""
+        return _document(self.text)
+
+    def at(self, point: Mapping[str, Any]) -> "Scenario":
+        """Return it with the values of a point of a sweep, and with its text as it was.
+
+        Raises
+        ------
+        InputError
+            Fields that cannot be used, each with its key.
+        """
+        with reported(self.path.name):
+            return attrs.evolve(self, sections=sections_of(with_values(self.document, point)))
 
     def surface(self) -> BuiltSurface:
         """Return the surface and its summits, as they come.
@@ -130,8 +154,8 @@ class Scenario:
         """
         kind: Any = self.sections.surface
         # a map may be scaled, or interact
-        while not isinstance(kind, HeightMap) and hasattr(kind, "kind"):
-            kind = kind.kind
+        while not isinstance(kind, HeightMap) and hasattr(kind, "of"):
+            kind = kind.of
         plain = kind.unprepared() if isinstance(kind, HeightMap) else None
         with reported(self.path.name), at("surface"):
             return plain.ground(self.path.parent) if plain else None
@@ -277,6 +301,11 @@ class Scenario:
         return loading
 
 
+@functools.lru_cache(maxsize=1)
+def _document(text: str) -> dict[str, Any]:
+    return parsed(text)
+
+
 def load(path: str | os.PathLike[str], values: Mapping[str, Any] | None = None) -> Scenario:
     """Return the scenario that stands in a file.
 
@@ -336,6 +365,16 @@ def scenario_of(document: Mapping[str, Any], name: str) -> Scenario:
 def as_scenario(scenario: Scenario | str | os.PathLike[str]) -> Scenario:
     """Return a scenario, read from its file where that is given; errors as for `load`."""
     return scenario if isinstance(scenario, Scenario) else load(scenario)
+
+
+def _packages(section: Any) -> Iterator[str]:
+    """Yield the packages of others that the classes of a section, and of those within it, come from."""
+    registry = getattr(section, "registry", None)
+    if registry is not None and (provider := registry.provider(type(section))) is not None:
+        yield str(provider)
+    for value in attrs.asdict(section, recurse=False).values():
+        if attrs.has(type(value)):
+            yield from _packages(value)
 
 
 def _seeds(section: Any) -> list[int]:

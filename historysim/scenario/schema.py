@@ -20,6 +20,9 @@ from cattrs.errors import (
 )
 from cattrs.gen import make_dict_structure_fn
 
+from historysim.basics.fields import Quantity
+from historysim.basics.places import at, misfit
+from historysim.basics.registry import Registry
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError, path_text
 
@@ -27,26 +30,6 @@ T = TypeVar("T")
 Place = tuple[str | int, ...]
 
 MOST_PROBLEMS = 10
-
-
-@attrs.frozen
-class Quantity:
-    """Marks a field as a number in this SI unit, or a text with a unit that converts to it."""
-
-    unit: str
-
-
-Number = Annotated[float, Quantity("1")]
-Numbers = Annotated[float | tuple[float, ...], Quantity("1")]
-Time = Annotated[float, Quantity("s")]
-Frequency = Annotated[float, Quantity("Hz")]
-Frequencies = Annotated[float | tuple[float, ...], Quantity("Hz")]
-Length = Annotated[float, Quantity("m")]
-Lengths = Annotated[float | tuple[float, ...], Quantity("m")]
-Force = Annotated[float, Quantity("N")]
-Pressure = Annotated[float, Quantity("Pa")]
-Stiffness = Annotated[float, Quantity("N m-1")]
-SurfaceEnergy = Annotated[float, Quantity("J m-2")]
 
 
 @contextmanager
@@ -136,6 +119,26 @@ def table_hook(cls: type, converter: Converter, **fields: Any) -> Callable[[obje
     return structure
 
 
+def kind_from_toml(
+    converter: Converter, value: object, kinds: Registry[Any], key: str = "kind", among: type = object
+) -> Any:
+    """Return what a TOML table says whose ``key`` names the class that its other keys belong to.
+
+    Of ``kinds`` those ``among`` the subclasses of a class.
+
+    Raises
+    ------
+    InputError
+        No table, no such kind, or one of a package that cannot be used.
+    """
+    entry = dict(table(value))
+    if key not in entry:
+        raise misfit(f"missing; expected one of {', '.join(kinds.names(among))}", key)
+    with at(key):
+        kind = kinds.named(entry.pop(key), among)
+    return converter.structure(entry, kind.chosen(entry) if hasattr(kind, "chosen") else kind)
+
+
 def given(section: Any) -> dict[str, Any]:
     """Return the keys of a section that stand in the file, with their values."""
     return {key: value for key, value in attrs.asdict(section, recurse=False).items() if value is not None}
@@ -181,12 +184,17 @@ def _boolean(value: object, _: object) -> bool:
     return value
 
 
+def _text_or_integer(value: object, kind: object) -> int | str:
+    return text(value) if isinstance(value, str) else _integer(value, kind)
+
+
 def schema_converter() -> Converter:
     """Return a converter that knows the types of this module and refuses everything else."""
     converter = Converter(forbid_extra_keys=True)
     converter.register_structure_hook(str, text)
     converter.register_structure_hook(int, _integer)
     converter.register_structure_hook(bool, _boolean)
+    converter.register_structure_hook_func(lambda kind: kind == (int | str), _text_or_integer)
     converter.register_structure_hook_factory(attrs.has, table_hook)
     converter.register_structure_hook_factory(_is_array, _array_hook)
     converter.register_structure_hook_factory(_is_quantity, _quantity_hook)

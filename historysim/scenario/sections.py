@@ -5,13 +5,14 @@ from typing import TYPE_CHECKING, Any
 import attrs
 
 from historysim.asperities.instrument import RIGID, Instrument
+from historysim.basics.fields import Force, Length, Number, Pressure, Stiffness, SurfaceEnergy
 from historysim.basics.places import at, misfit
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
 from historysim.scenario.law_sections import FrictionSection, WearSection
-from historysim.scenario.loading_kinds import AnyLoading
+from historysim.scenario.loading_kinds import Loading
 from historysim.scenario.picture_kinds import Pictures
-from historysim.scenario.schema import Force, Length, Number, Pressure, Stiffness, SurfaceEnergy, given
+from historysim.scenario.schema import given
 from historysim.scenario.surface_kinds import SurfaceKind
 
 if TYPE_CHECKING:
@@ -444,7 +445,7 @@ class Sections:
 
     materials: MaterialsSection
     surface: SurfaceKind
-    loading: AnyLoading
+    loading: Loading
     friction: FrictionSection | None = None
     wear: WearSection | None = None
     adhesion: AdhesionSection | None = None

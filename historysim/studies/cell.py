@@ -9,7 +9,6 @@ import numpy as np
 from historysim.errors import InputError
 from historysim.recording.changes import Changes
 from historysim.scenario.input_files import files_of
-from historysim.scenario.points import at_point
 from historysim.scenario.scenario import Scenario
 from historysim.studies.input_digests import stamp
 from historysim.studies.outputs import OF_ALL_SUMMITS, SUMMARIES, asks_for_each, chosen_outputs
@@ -51,7 +50,7 @@ def cell(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str] = 
     import xarray as xr
 
     outputs = chosen_outputs(outputs)
-    loaded = at_point(scenario, point)
+    loaded = scenario.at(point)
     history = _history(loaded, each=asks_for_each(outputs))
     told: dict[str, Any] = {}
     rows = []

@@ -23,7 +23,6 @@ from historysim.errors import HistorySimError, InputError
 from historysim.recording.provenance import CONVENTIONS, KEYWORDS, made_with
 from historysim.results.sweeps import CONTENT
 from historysim.scenario.grid import Grid, Point, variable_name
-from historysim.scenario.points import at_point
 from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import reported
 from historysim.scenario.sections import DesignSection
@@ -197,7 +196,7 @@ def problem_of(scenario: Scenario, section: DesignSection | None = None) -> tupl
         if section.output not in SUMMARIES:
             raise InputError(f"output is {section.output!r}; {nearest(section.output, SUMMARIES)}")
         key, grid = section.key, section.grid()
-    unit = unit_of(at_point(scenario, {**next(grid.points()), key: section.between[0]}).sections, key)
+    unit = unit_of(scenario.at({**next(grid.points()), key: section.between[0]}).sections, key)
     with reported(scenario.path.name), at("design"):
         if not unit:
             raise InputError(f"{key} takes no plain number or quantity; expected one such as surface.rms_height")
@@ -326,7 +325,7 @@ def _dataset(
     import xarray as xr
 
     dims = tuple(axis.name for axis in grid.axes)
-    key_unit = unit_of(at_point(problem.scenario, {**next(grid.points()), problem.key: middle}).sections, problem.key)
+    key_unit = unit_of(problem.scenario.at({**next(grid.points()), problem.key: middle}).sections, problem.key)
     summary = SUMMARIES[problem.output]
     named = "median" if problem.limit is None else "quantile"
 

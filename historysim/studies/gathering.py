@@ -1,7 +1,7 @@
 """Cells, put together into one Dataset with the swept quantities as its dimensions."""
 
 from collections.abc import Hashable, Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin
+from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from historysim._version import __version__
 from historysim.basics import findings
+from historysim.basics.fields import unit_in
 from historysim.basics.places import at
 from historysim.basics.units import quantity
 from historysim.basics.wording import counted
@@ -18,9 +19,8 @@ from historysim.recording.recorded_validity import ATTRIBUTE
 from historysim.results.sweeps import CONTENT
 from historysim.scenario.grid import Grid, variable_name
 from historysim.scenario.overriding import place_of
-from historysim.scenario.points import at_point
 from historysim.scenario.scenario import Scenario
-from historysim.scenario.schema import Quantity, reported
+from historysim.scenario.schema import reported
 from historysim.scenario.sections import Sections
 
 if TYPE_CHECKING:
@@ -131,7 +131,7 @@ def swept_coordinates(scenario: Scenario, grid: Grid) -> dict[str, "xr.Variable"
     """
     import xarray as xr
 
-    sections = at_point(scenario, next(grid.points())).sections
+    sections = scenario.at(next(grid.points())).sections
     found: dict[str, xr.Variable] = {}
     for axis in grid.axes:
         for key, *written in zip(axis.keys, *axis.values, strict=True):
@@ -166,25 +166,18 @@ def unit_of(sections: Sections, key: str) -> str:
         if isinstance(step, int):
             here = here[step]
             continue
-        # a surface may be scaled, or interact
-        while step not in _fields(here) and "kind" in _fields(here):
-            here = here.kind
+        # a surface may be scaled, or interact, and friction may be a law
+        while step not in _fields(here) and "of" in _fields(here):
+            here = here.of
         if step not in _fields(here):
             return ""
-        unit = _unit(_fields(here)[step].type)
+        unit = unit_in(_fields(here)[step].type)
         here = getattr(here, step)
     return unit
 
 
 def _fields(section: Any) -> Mapping[str, "attrs.Attribute[Any]"]:
     return attrs.fields_dict(type(section)) if attrs.has(type(section)) else {}
-
-
-def _unit(kind: object) -> str:
-    """Return the unit that a field is declared with, empty where it has none."""
-    if get_origin(kind) is Annotated and isinstance(get_args(kind)[1], Quantity):
-        return str(get_args(kind)[1].unit)
-    return next(filter(None, map(_unit, get_args(kind))), "")
 
 
 def _attributes(scenario: Scenario, grid: Grid, there: Sequence["xr.Dataset"]) -> dict[str, Any]:

@@ -27,7 +27,6 @@ from historysim.basics.system import lock_byte
 from historysim.recording.provenance import made_with
 from historysim.scenario.input_files import files_of
 from historysim.scenario.overriding import with_values
-from historysim.scenario.points import document_of
 from historysim.scenario.scenario import Scenario
 from historysim.studies.input_digests import content_digest
 
@@ -45,7 +44,7 @@ SAYS_NOTHING = ("title", "sweep", "design", "fit", "metadata", "picture")
 
 def digest(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str]) -> str:
     """Return the digest of all that decides what stands in a cell, as hexadecimal digits."""
-    document = with_values(document_of(scenario), point)
+    document = with_values(scenario.document, point)
     read = sorted(set(files_of(document, scenario.path.parent)))
     decides = {
         "form": FORM,

@@ -7,7 +7,8 @@ from typing import IO
 import numpy as np
 
 from historysim.errors import InputError
-from historysim.surfaces.raw_map import Floats, RawMap, blamed, check_size, refuse_channel
+from historysim.surfaces.raw_map import Floats, MapReader, RawMap, blamed, check_size, refuse_channel
+from historysim.tables.readers import READERS
 
 
 def read_npy(path: Path, channel: int | str | None) -> RawMap:
@@ -54,3 +55,25 @@ def _array(stream: IO[bytes]) -> Floats:
         check_size(shape)
         stream.seek(0)
         return np.lib.format.read_array(stream, allow_pickle=False).astype(np.float64)
+
+
+@READERS.register
+class NpyReader(MapReader):
+    """The array of an NPY file of numpy."""
+
+    kind, endings = "npy", (".npy",)
+
+    def read(self, path: Path, channel: int | str | None) -> RawMap:
+        """Read a file."""
+        return read_npy(path, channel)
+
+
+@READERS.register
+class NpzReader(MapReader):
+    """An array of an NPZ file of numpy."""
+
+    kind, endings = "npz", (".npz",)
+
+    def read(self, path: Path, channel: int | str | None) -> RawMap:
+        """Read a file."""
+        return read_npz(path, channel)

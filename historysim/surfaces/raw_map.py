@@ -1,15 +1,18 @@
 """A height map as its file holds it, in its own units, and what all readers of files check."""
 
+import abc
 import math
 import warnings
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import attrs
 import numpy as np
 import numpy.typing as npt
 
 from historysim.errors import InputError
+from historysim.tables.readers import Reader
 
 Floats = npt.NDArray[np.float64]
 
@@ -40,6 +43,20 @@ class RawMap:
     spacing: tuple[float, float] | None = None
     lateral_unit: str | None = None
     periodic: bool = False
+
+
+class MapReader(Reader):
+    """What reads a format of height maps."""
+
+    @abc.abstractmethod
+    def read(self, path: Path, channel: int | str | None) -> RawMap:
+        """Read a file; ``channel`` says which of its channels, where the user names one.
+
+        Raises
+        ------
+        InputError
+            A damaged file, or of another kind, or no such channel.
+        """
 
 
 def check_size(shape: Iterable[int]) -> None:

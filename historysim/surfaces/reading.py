@@ -17,16 +17,15 @@ from historysim.basics.arguments import per_axis
 from historysim.basics.files import what_is_there
 from historysim.basics.units import conversion_factor, quantity
 from historysim.errors import InputError
+from historysim.surfaces import numpy_files  # noqa: F401 - registers its readers
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.matrix_text import foreign_header, read_matrix
-from historysim.surfaces.numpy_files import read_npy, read_npz
-from historysim.surfaces.raw_map import Floats, RawMap, check_size, refuse_channel
+from historysim.surfaces.raw_map import Floats, MapReader, RawMap, check_size, refuse_channel
 from historysim.surfaces.topography import read_topography
+from historysim.tables.readers import TEXT_ENDINGS, reader_of
 
 FEWEST_POINTS = 3
 
-_NUMPY = {".npy": read_npy, ".npz": read_npz}
-_TEXT_ENDINGS = (".txt", ".csv", ".tsv", ".dat", ".asc")
 _UTF16 = (b"\xff\xfe", b"\xfe\xff")
 # a number that someone typed may be rounded
 _TYPED = 1e-3
@@ -115,9 +114,10 @@ def _named(path: Path) -> Iterator[None]:
 def _read(path: Path, channel: int | str | None) -> RawMap:
     """Return what the file holds, by the reader that its ending and its first lines call for."""
     ending, start = path.suffix.lower(), _start(path)
-    if ending in _NUMPY:
-        return _NUMPY[ending](path, channel)
-    if ending not in _TEXT_ENDINGS:
+    reader: MapReader | None = reader_of(path, MapReader)
+    if reader is not None:
+        return reader.read(path, channel)
+    if ending not in TEXT_ENDINGS:
         return read_topography(path, channel)
     if start.startswith(_UTF16):
         raise InputError("is UTF-16 text; save it as UTF-8")

@@ -2,7 +2,6 @@
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
-from importlib import import_module
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,6 +13,7 @@ from historysim.basics.files import is_file, what_is_there
 from historysim.basics.places import at
 from historysim.errors import InputError
 from historysim.tables.columns import Column, Format, Found, Listing, MissingValueError, Part, Piece, Table
+from historysim.tables.readers import TableReader, reader_of
 from historysim.tables.settled import fitting, overridden, settled
 
 if TYPE_CHECKING:
@@ -43,18 +43,6 @@ MOST_ROWS = 10_000_000
 
 # sheets, whose rows are read as lines
 ENDINGS = frozenset({".xlsx", ".xlsm", ".xlsb", ".xls", ".ods"})
-# everything else is a text
-_READERS = {
-    ".json": "from_json",
-    ".mat": "from_matlab",
-    ".h5": "from_hdf5",
-    ".hdf5": "from_hdf5",
-    ".hdf": "from_hdf5",
-    ".nc": "from_netcdf",
-    ".nc4": "from_netcdf",
-    ".cdf": "from_netcdf",
-    ".tdms": "from_tdms",
-}
 
 
 def read_table(
@@ -240,7 +228,7 @@ def _file(path: Path) -> Iterator[None]:
 
 def _is_text(path: Path) -> bool:
     """Return whether a file is read as a text, and refuse one that is named so and is none."""
-    if path.suffix.lower() in _READERS or path.suffix.lower() in ENDINGS:
+    if path.suffix.lower() in ENDINGS or reader_of(path, TableReader) is not None:
         return False
     if is_log(path):
         raise InputError("is the log of a run, or another SQLite database; expected a file of numbers")
@@ -265,7 +253,9 @@ def _lines(path: Path, layout: Format) -> "tuple[Opened, Format]":
 
 
 def _opened(path: Path, layout: Format) -> "AbstractContextManager[Contents]":
-    reader = import_module(f"historysim.tables.{_READERS[path.suffix.lower()]}")
+    reader = reader_of(path, TableReader)
+    if reader is None:
+        raise InputError("is of no known format; expected a text, or a file that a reader is known for")
     opened: AbstractContextManager[Contents] = reader.opened(path, layout)
     return opened
 

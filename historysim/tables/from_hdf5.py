@@ -6,7 +6,7 @@ with random damage is read without end: where the damage hits the heap of an att
 """
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +16,7 @@ from historysim.basics.hdf5 import check_contained
 from historysim.errors import InputError
 from historysim.tables.arrays import Array, Contents, Selection, readable
 from historysim.tables.columns import Format
+from historysim.tables.readers import READERS, TableReader
 
 if TYPE_CHECKING:
     import h5py
@@ -79,3 +80,14 @@ def _read(dataset: "h5py.Dataset", selection: Selection) -> Any:
     values = dataset[selection]
     fill = dataset.attrs.get("_FillValue")
     return values if fill is None else np.ma.masked_equal(values, np.ravel(fill)[0])
+
+
+@READERS.register
+class Hdf5Reader(TableReader):
+    """HDF5."""
+
+    kind, endings = "hdf5", (".h5", ".hdf5", ".hdf")
+
+    def opened(self, path: Path, layout: Format) -> AbstractContextManager[Contents]:
+        """Open a file."""
+        return opened(path, layout)

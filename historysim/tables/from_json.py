@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +10,7 @@ from historysim.errors import InputError
 from historysim.tables.arrays import Array, Contents, Selection, readable
 from historysim.tables.columns import Format
 from historysim.tables.from_text import decoded
+from historysim.tables.readers import READERS, TableReader
 
 
 @contextmanager
@@ -100,3 +101,14 @@ def _refuse(name: str, rows: list[list[Any]]) -> None:
         f"column {name!r}: its lists have different lengths: {len(rows[0])} in the first, {len(rows[row])} in number "
         f"{row + 1}; expected a matrix"
     )
+
+
+@READERS.register
+class JsonReader(TableReader):
+    """JSON."""
+
+    kind, endings = "json", (".json",)
+
+    def opened(self, path: Path, layout: Format) -> AbstractContextManager[Contents]:
+        """Open a file."""
+        return opened(path, layout)

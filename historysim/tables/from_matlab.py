@@ -8,7 +8,7 @@ import math
 import struct
 import zlib
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +18,7 @@ from historysim.errors import InputError
 from historysim.tables.arrays import Array, Contents, Selection, readable
 from historysim.tables.columns import Format
 from historysim.tables.from_hdf5 import attribute, datasets
+from historysim.tables.readers import READERS, TableReader
 
 if TYPE_CHECKING:
     import h5py
@@ -149,3 +150,14 @@ def _contents_7(found: "dict[str, h5py.Dataset]") -> Contents:
 def _reader(dataset: "h5py.Dataset") -> Callable[[Selection], Any]:
     # HDF5 has the dimensions in the other order
     return lambda selection: dataset[selection[::-1]]
+
+
+@READERS.register
+class MatlabReader(TableReader):
+    """MATLAB, of version 7.3 and before."""
+
+    kind, endings = "matlab", (".mat",)
+
+    def opened(self, path: Path, layout: Format) -> AbstractContextManager[Contents]:
+        """Open a file."""
+        return opened(path, layout)

@@ -1,7 +1,7 @@
 """netCDF: variables by their paths, masked and scaled as their attributes say, with their units."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ from historysim.basics.hdf5 import check_contained
 from historysim.errors import InputError
 from historysim.tables.arrays import Array, Contents, Selection, readable
 from historysim.tables.columns import Format
+from historysim.tables.readers import READERS, TableReader
 
 _CLASSIC = (b"CDF\x01", b"CDF\x02")
 _CDF5 = b"CDF\x05"
@@ -84,3 +85,14 @@ def _classic_reader(variable: Any) -> Any:
         return np.ma.masked_where(wrong, values)
 
     return read
+
+
+@READERS.register
+class NetCDFReader(TableReader):
+    """netCDF."""
+
+    kind, endings = "netcdf", (".nc", ".nc4", ".cdf")
+
+    def opened(self, path: Path, layout: Format) -> AbstractContextManager[Contents]:
+        """Open a file."""
+        return opened(path, layout)

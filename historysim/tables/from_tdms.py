@@ -6,13 +6,14 @@ The time of a channel that was sampled evenly is listed as ``group/channel/time`
 import logging
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any
 
 from historysim.errors import InputError
 from historysim.tables.arrays import Array, Contents, readable
 from historysim.tables.columns import Format
+from historysim.tables.readers import READERS, TableReader
 
 
 @contextmanager
@@ -53,3 +54,14 @@ def _arrays(channel: Any) -> Iterator[Array]:
     yield Array(name, length, lambda selection: channel[selection[0]], str(channel.properties.get("unit_string", "")))
     if channel.properties.get("wf_increment"):
         yield Array(f"{name}/time", length, lambda selection: channel.time_track()[selection[0]], "s")
+
+
+@READERS.register
+class TdmsReader(TableReader):
+    """TDMS of LabVIEW, through npTDMS."""
+
+    kind, endings = "tdms", (".tdms",)
+
+    def opened(self, path: Path, layout: Format) -> AbstractContextManager[Contents]:
+        """Open a file."""
+        return opened(path, layout)

@@ -85,7 +85,7 @@ def test_coefficients_are_drawn_with_a_seed():
     first, second = (hs.Ensemble(GLASS, np.zeros(4000), BALL, law).friction for _ in range(2))
     assert first.tobytes() == second.tobytes()
     assert (first.mean(), first.std()) == pytest.approx((0.3, 0.05), rel=0.05)
-    uniform = DrawnFriction(0.3, 0.05, seed=7, distribution="uniform").drawn(4000)
+    uniform = DrawnFriction(0.3, 0.05, seed=7, distribution="uniform").at_start(4000)
     assert (uniform.mean(), uniform.std()) == pytest.approx((0.3, 0.05), rel=0.05)
     assert np.ptp(uniform) <= 2 * np.sqrt(3) * 0.05
 

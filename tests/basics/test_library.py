@@ -14,7 +14,8 @@ from historysim.errors import InstallationError
 
 PACKAGE = Path(library.__file__).parents[1]
 FILE = Path(library.__file__).with_name(_declarations.LIBRARY)
-SOURCES = sorted([*PACKAGE.rglob("*.c"), *PACKAGE.rglob("*.h")])
+# what is exported as source to other programs is no part of it
+SOURCES = [path for path in sorted(PACKAGE.rglob("*.[ch]")) if PACKAGE / "exchange" not in path.parents]
 NM = shutil.which("nm")
 nm = pytest.mark.skipif(not NM or sys.platform != "linux", reason="asks nm of an ELF file")
 

@@ -6,7 +6,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 import historysim as hs
-from historysim.loads.event_table import read_events, value_text, write_events
+from historysim.loads.event_table import read_events, write_events
 from historysim.loads.events import digest
 from historysim.tables import Format
 
@@ -148,9 +148,9 @@ def test_files_that_are_no_tables_are_refused_as_what_they_are(tmp_path):
 
 
 def test_events_are_written_with_every_digit():
-    assert value_text(hs.NormalLoad(0.0, 0.1 + 0.2)) == "0.30000000000000004"
-    assert value_text(hs.FrictionChange(0.0, (0.1, 0.25))) == "0.1 0.25"
-    assert value_text(hs.FrictionChange(0.0, (0.1,))) == "[0.1]"
+    assert hs.NormalLoad(0.0, 0.1 + 0.2).cell == "0.30000000000000004"
+    assert hs.FrictionChange(0.0, (0.1, 0.25)).cell == "0.1 0.25"
+    assert hs.FrictionChange(0.0, (0.1,)).cell == "[0.1]"
 
 
 NUMBERS = st.floats(allow_nan=False, allow_infinity=False)

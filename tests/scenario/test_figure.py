@@ -144,7 +144,7 @@ seed = 1""",
     ("text", "message"),
     [
         ('[picture]\nkind = "lops"\n', "picture.kind: the text 'lops'; did you mean 'loops'"),
-        ("[picture]\nwork = true\n", "picture.kind: missing; expected one of loops, traction"),
+        ("[picture]\nwork = true\n", "picture.kind: missing; expected one of bars, contact-map, curve"),
         ('[[picture]]\nkind = "loops"\nacross = "radius"\n', r"picture\[0\].across: unknown key"),
         ('[[picture]]\nkind = "loops"\n[[picture]]\nkind = "curve"\n', r"picture\[1\].quantity: missing"),
         (
@@ -203,7 +203,7 @@ def test_from_the_shell(write, tmp_path, monkeypatch):
         (["a.nc", "b.nc", "--picture", "energy"], "of several results expected one of loops, traction"),
         (["a.nc", "b.nc", "--step", "3"], "step: belongs to one file"),
         (["a.nc", "b.nc", "--set", "friction.coefficient=1"], "--set: belongs to one scenario"),
-        (["a.nc", "--picture", "slip-map", "--steps", "K"], "takes none; expected with loops, traction, slip-fronts"),
+        (["a.nc", "--picture", "slip-map", "--steps", "K"], "takes none; expected with loops, slip-fronts, traction"),
         (["a.nc", "--picture", "traction", "--steps", "K,,L"], "--steps 'K,,L': expected texts with a comma"),
         (["a.nc", "--picture", "traction", "--labels", "one"], "labels has 1; expected one for each of 2 states"),
         ([str(path), "--steps", "K"], "steps: .* has no such lines"),

@@ -135,7 +135,7 @@ def test_a_scenario_with_other_values(tmp_path):
     path = tmp_path / "ball.toml"
     path.write_text(SCENARIO, encoding="utf-8")
     changed = hs.load(path, {"friction.coefficient": 0.3, "surface.radius": "1 mm"})
-    assert changed.sections.friction.coefficient == 0.3
+    assert changed.sections.friction.friction == 0.3
     assert changed.ensemble().summit_radius == pytest.approx([1e-3])
     written = tmp_path / "changed.toml"
     written.write_text(changed.text, encoding="utf-8")

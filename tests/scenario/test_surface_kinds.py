@@ -177,11 +177,14 @@ def test_a_run_has_these_summits_bit_for_bit(folder, entry):
 
 def test_the_sections_are_of_every_kind_and_have_every_key():
     # a normal curve has no summits, and tests of its own below
-    assert {entry["kind"] for entry in SECTIONS.values()} == set(surface_kinds.KINDS) - {"normal_curve"}
-    kinds = {surface_kinds.KINDS[entry["kind"]](entry) for entry in SECTIONS.values()}
+    assert {entry["kind"] for entry in SECTIONS.values()} == set(surface_kinds.SURFACES) - {"normal_curve"}
+    kinds = {surface_kinds.SURFACES[entry["kind"]].chosen(entry) for entry in SECTIONS.values()}
     for kind in kinds:
         keys = {
-            key for entry in SECTIONS.values() if surface_kinds.KINDS[entry["kind"]](entry) is kind for key in entry
+            key
+            for entry in SECTIONS.values()
+            if surface_kinds.SURFACES[entry["kind"]].chosen(entry) is kind
+            for key in entry
         }
         # two belong to files that know their distances or channels, the others to all files of numbers; what prepares a
         # map is tested by itself
@@ -572,7 +575,7 @@ def test_surfaces_without_a_common_summit(folder):
 
 def required(name):
     entry = SECTIONS[name]
-    kind = surface_kinds.KINDS[entry["kind"]](entry)
+    kind = surface_kinds.SURFACES[entry["kind"]].chosen(entry)
     return [field.name for field in attrs.fields(kind) if field.default is attrs.NOTHING]
 
 
@@ -635,12 +638,12 @@ def test_values_of_a_wrong_type_or_size_are_refused_by_their_key(folder, name, k
         ("Sphere", "surface.kind: the text 'Sphere'; did you mean 'sphere'?"),
         (
             "gaussian",
-            "surface.kind: the text 'gaussian'; expected one of sphere, summits, textured, statistics, normal_curve",
+            "surface.kind: the text 'gaussian'; expected one of measured, normal_curve, random, sphere",
         ),
-        (["sphere"], "surface.kind: an array; expected one of sphere, summits, textured, statistics, normal_curve"),
-        ({"random": 1}, "surface.kind: a table; expected one of sphere"),
-        (7, "surface.kind: 7; expected one of sphere"),
-        (True, "surface.kind: true; expected one of sphere"),
+        (["sphere"], "surface.kind: an array; expected one of measured, normal_curve, random, sphere"),
+        ({"random": 1}, "surface.kind: a table; expected one of measured"),
+        (7, "surface.kind: 7; expected one of measured"),
+        (True, "surface.kind: true; expected one of measured"),
     ],
 )
 def test_kinds_that_there_are_not(folder, kind, said):
@@ -823,9 +826,9 @@ def test_lengths_that_no_float_can_square_are_refused(folder, name, changes):
 
 BAD_PARTS = [
     (7, ": 7; expected a table"),
-    ({}, ".kind: missing; expected one of random, measured, sum"),
-    ({"kind": "sphere"}, ".kind: the text 'sphere'; expected one of random, measured, sum"),
-    ({"kind": "summits"}, ".kind: the text 'summits'; expected one of random, measured, sum"),
+    ({}, ".kind: missing; expected one of measured, random, sum"),
+    ({"kind": "sphere"}, ".kind: the text 'sphere'; expected one of measured, random, sum"),
+    ({"kind": "summits"}, ".kind: the text 'summits'; expected one of measured, random, sum"),
     ({"kind": "randon"}, ".kind: the text 'randon'; did you mean 'random'?"),
     ({"kind": "random", **ROUGH, "rule": 9}, ".rule: belongs to the surface as a whole; expected it beside first and"),
     ({"kind": "random", **ROUGH, "sed": 1}, ".sed: unknown key; did you mean 'seed'?"),

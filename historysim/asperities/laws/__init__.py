@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from historysim.asperities.laws.drawn import DrawnFriction
-from historysim.asperities.laws.friction_law import FrictionLaw, Loaded, made_from
+from historysim.asperities.laws.friction_law import LAWS, FrictionLaw, Loaded, made_from
 from historysim.asperities.laws.power import PowerLaw
 from historysim.asperities.laws.shear_strength import ShearStrength
 from historysim.asperities.laws.shifted import ShiftedLoad
@@ -20,17 +20,14 @@ __all__ = [
     "ShiftedLoad",
     "SlidFriction",
     "law_from",
+    "register",
 ]
+
+register = LAWS.register
 
 
 def __dir__() -> list[str]:
     return sorted(__all__)
-
-
-LAWS: Mapping[str, type[FrictionLaw]] = {
-    law.kind: law for law in (PowerLaw, ShearStrength, ShiftedLoad, SlidFriction, DrawnFriction)
-}
-"""The laws by their names in scenarios and logs."""
 
 
 def law_from(settings: Mapping[str, Any]) -> FrictionLaw:
@@ -39,6 +36,6 @@ def law_from(settings: Mapping[str, Any]) -> FrictionLaw:
     Raises
     ------
     InputError
-        A name that no law has, or numbers that it cannot have.
+        A name that no law has, a law of a package that is not there, or numbers that it cannot have.
     """
     return made_from(settings, LAWS)

@@ -3,7 +3,8 @@
 import attrs
 import numpy as np
 
-from historysim.asperities.laws.friction_law import Floats, FrictionLaw, Loaded, at_least, one_of
+from historysim.asperities.laws.friction_law import LAWS, Floats, FrictionLaw, Loaded
+from historysim.basics.fields import Number, at_least, one_of
 from historysim.basics.units import as_float, is_number
 from historysim.errors import InputError
 
@@ -14,6 +15,7 @@ def _seed(law: object, attribute: "attrs.Attribute[int]", value: object) -> None
         raise InputError(f"{type(law).__name__}: {attribute.name} is {value!r}; expected a whole number of 0 or more")
 
 
+@LAWS.register
 @attrs.frozen
 class DrawnFriction(FrictionLaw):
     """Coulomb's law with a coefficient for each asperity, drawn once from a distribution with a seed.
@@ -32,8 +34,8 @@ class DrawnFriction(FrictionLaw):
         A number out of its range, or another word.
     """
 
-    mean: float = attrs.field(converter=as_float, validator=at_least(0.0, above=True))
-    deviation: float = attrs.field(converter=as_float, validator=at_least(0.0))
+    mean: Number = attrs.field(converter=as_float, validator=at_least(0.0, above=True))
+    deviation: Number = attrs.field(converter=as_float, validator=at_least(0.0))
     seed: int = attrs.field(validator=_seed)
     distribution: str = attrs.field(default="lognormal", validator=one_of("lognormal", "uniform"))
 
@@ -48,8 +50,8 @@ class DrawnFriction(FrictionLaw):
                 f"{self.mean / np.sqrt(3):.6g} at most (mean/√3), or distribution = 'lognormal'"
             )
 
-    def drawn(self, count: int) -> Floats:
-        """Return so many coefficients (asperity)."""
+    def at_start(self, count: int) -> Floats:
+        """Return so many coefficients, as they are drawn (asperity)."""
         generator = np.random.default_rng(self.seed)
         if self.distribution == "uniform":
             half = np.sqrt(3) * self.deviation
@@ -59,7 +61,7 @@ class DrawnFriction(FrictionLaw):
 
     def coefficients(self, loaded: Loaded) -> Floats:
         """Return the coefficient μ of each asperity (asperity), as drawn for so many."""
-        return self.drawn(loaded.normal_load.size)
+        return self.at_start(loaded.normal_load.size)
 
     @property
     def text(self) -> str:

@@ -1,8 +1,7 @@
 """What every friction law is: a value that tells each asperity's coefficient from how it is loaded."""
 
 import abc
-import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, ClassVar, TypeVar
 
 import attrs
@@ -10,29 +9,76 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.library import ffi, lib, pointer
-from historysim.basics.units import is_number
-from historysim.basics.wording import nearest
+from historysim.basics.registry import Registry
 from historysim.contact.materials import MaterialPair
-from historysim.errors import InputError
+from historysim.errors import InputError, MissingPackageError
 from historysim.memory.binding import check, fill
 
 Floats = npt.NDArray[np.float64]
 Law = TypeVar("Law")
 
 
-def made_from(settings: Mapping[str, Any], laws: Mapping[str, type[Law]]) -> Law:
-    """Return the law that settings name as ``law``, with their numbers.
+LAWS: Registry[type["FrictionLaw"]] = Registry(
+    "historysim.laws",
+    "historysim.asperities.laws.friction_law:FrictionLaw",
+    "friction law",
+    "historysim.asperities.laws",
+)
+"""The laws by their names in scenarios and logs."""
+
+
+def told_of(law: Any) -> dict[str, Any]:
+    """Return the name of a law as ``law``, its numbers, and of a foreign one the package that it comes from."""
+    numbers = attrs.asdict(law, filter=lambda _, number: number is not None) if attrs.has(type(law)) else {}
+    origin = law.registry.provider(type(law))
+    return {
+        "law": law.kind,
+        **({} if origin is None else {"package": [origin.package, origin.version]}),
+        **{key: list(value) if isinstance(value, tuple) else value for key, value in numbers.items()},
+    }
+
+
+def written(law: Any) -> dict[str, Any]:
+    """Return what `told_of` does of a law that can be read again.
 
     Raises
     ------
     InputError
-        A name that no law has, or numbers that it cannot have.
+        Its name is not known, so that what is written could not be read again.
+    """
+    laws: Registry[Any] = law.registry
+    if laws.get(law.kind) is not type(law) or not attrs.has(type(law)):
+        raise InputError(
+            f"the {laws.noun} {law.kind!r} cannot be written down: {type(law).__name__} is not known by that name; "
+            f"expected a class below @register and @attrs.frozen, or one that its package declares in {laws.group}"
+        )
+    return told_of(law)
+
+
+def made_from(settings: Mapping[str, Any], laws: Registry[type[Law]]) -> Law:
+    """Return the law that `written` told.
+
+    Raises
+    ------
+    InputError
+        A name that no law has, a law of a package that is not there, or numbers that it cannot have.
     """
     given = dict(settings)
-    kind = given.pop("law", None)
-    if kind not in laws:
-        raise InputError(f"law is {kind!r}; {nearest(str(kind), laws)}")
-    return laws[kind](**given)
+    kind, package = given.pop("law", None), " ".join(map(str, given.pop("package", ()))).rstrip()
+    if package and kind not in laws:
+        raise MissingPackageError(
+            f"the {laws.noun} {kind!r} is of {package}, which is not there; install that package, or where it is a "
+            "module of your own, import it first"
+        )
+    law = laws.named(kind)
+    try:
+        return law(**given)
+    except TypeError as error:
+        here = laws.provider(law)
+        raise InputError(
+            f"the {laws.noun} {kind!r} of {here or 'historysim'} cannot be made of what was written"
+            f"{f' with {package}' if package else ''} ({error}); expected the version that has written it"
+        ) from error
 
 
 @attrs.frozen(eq=False)
@@ -75,6 +121,7 @@ class FrictionLaw(abc.ABC):
     of the model, common to all laws that depend on the load.
     """
 
+    registry: ClassVar[Registry[Any]] = LAWS
     kind: ClassVar[str]
     """Its name in scenarios and logs."""
     depends_on: ClassVar[str]
@@ -103,6 +150,21 @@ class FrictionLaw(abc.ABC):
         del kept
         return found
 
+    def at_start(self, count: int) -> Floats:
+        """Return the coefficient of each of so many asperities before anything has happened (asperity).
+
+        What carries no load has no friction: 0 where it depends on the load. A law that depends on nothing says it.
+        """
+        if self.depends_on == "nothing":
+            raise NotImplementedError(
+                f"{type(self).__name__} depends on nothing; expected a method at_start that says μ"
+            )
+        return np.zeros(count)
+
+    def steepest_rise(self) -> float:
+        """Return by how much friction rises with the distance slid where it rises most [1/m]; 0 where it does not."""
+        return 0.0
+
     @property
     @abc.abstractmethod
     def text(self) -> str:
@@ -111,32 +173,4 @@ class FrictionLaw(abc.ABC):
     @property
     def settings(self) -> dict[str, Any]:
         """Its name as ``law``, and its numbers, as `law_from` takes them."""
-        value: Any = self
-        numbers = attrs.asdict(value, filter=lambda _, number: number is not None)
-        return {
-            "law": self.kind,
-            **{key: list(value) if isinstance(value, tuple) else value for key, value in numbers.items()},
-        }
-
-
-def at_least(least: float, *, above: bool = False) -> Callable[[object, "attrs.Attribute[float]", Any], None]:
-    """Return a validator of a finite number that is at least, or above, another."""
-
-    def check(law: object, attribute: "attrs.Attribute[float]", value: Any) -> None:
-        fits = is_number(value) and math.isfinite(value) and (value > least if above else value >= least)
-        if not fits:
-            wanted = f"above {least:g}" if above else "finite" if least == -math.inf else f"of {least:g} or more"
-            raise InputError(f"{type(law).__name__}: {attribute.name} is {value!r}; expected a number {wanted}")
-
-    return check
-
-
-def one_of(*words: str) -> Callable[[object, "attrs.Attribute[str]", Any], None]:
-    """Return a validator of a word."""
-
-    def check(law: object, attribute: "attrs.Attribute[str]", value: Any) -> None:
-        if value not in words:
-            expected = " or ".join(map(repr, words))
-            raise InputError(f"{type(law).__name__}: {attribute.name} is {value!r}; expected {expected}")
-
-    return check
+        return written(self)

@@ -3,11 +3,14 @@
 from typing import Any
 
 import attrs
+import numpy as np
 
-from historysim.asperities.laws.friction_law import FrictionLaw, at_least, one_of
+from historysim.asperities.laws.friction_law import LAWS, Floats, FrictionLaw
+from historysim.basics.fields import Force, Number, at_least, one_of
 from historysim.basics.units import as_float, quantity_text
 
 
+@LAWS.register
 @attrs.frozen
 class PowerLaw(FrictionLaw):
     """Friction that goes with a power of the load, μ = μ_ref (N/N_ref)^n.
@@ -30,9 +33,9 @@ class PowerLaw(FrictionLaw):
         A number out of its range, or another word.
     """
 
-    coefficient: float = attrs.field(converter=as_float, validator=at_least(0.0))
-    reference_load: float = attrs.field(converter=as_float, validator=at_least(0.0, above=True))
-    exponent: float = attrs.field(converter=as_float, validator=at_least(-1.0, above=True))
+    coefficient: Number = attrs.field(converter=as_float, validator=at_least(0.0))
+    reference_load: Force = attrs.field(converter=as_float, validator=at_least(0.0, above=True))
+    exponent: Number = attrs.field(converter=as_float, validator=at_least(-1.0, above=True))
     load: str = attrs.field(default="own", validator=one_of("own", "total"))
 
     kind = "power"
@@ -46,6 +49,10 @@ class PowerLaw(FrictionLaw):
     def depends_on(self) -> str:  # type: ignore[override]
         """What it depends on."""
         return "nothing" if self.exponent == 0 else self.load
+
+    def at_start(self, count: int) -> Floats:
+        """Return the coefficients before anything has happened: without an exponent they are there already."""
+        return np.full(count, 0.0 if self.exponent else self.coefficient)
 
     def core(self) -> dict[str, Any]:
         """Return the fields of ``hs_law`` that say what it is."""

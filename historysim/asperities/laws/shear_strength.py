@@ -4,11 +4,13 @@ from typing import Any
 
 import attrs
 
-from historysim.asperities.laws.friction_law import FrictionLaw, at_least, one_of
+from historysim.asperities.laws.friction_law import LAWS, FrictionLaw
+from historysim.basics.fields import Pressure, SurfaceEnergy, at_least, one_of
 from historysim.basics.units import as_float, quantity_text
 from historysim.errors import InputError
 
 
+@LAWS.register
 @attrs.frozen
 class ShearStrength(FrictionLaw):
     """Friction of a constant interfacial shear strength τ0 on the contact area of each asperity: T_max = τ0 A.
@@ -32,9 +34,9 @@ class ShearStrength(FrictionLaw):
         A number out of its range, another word, or a work of adhesion that is missing or not asked for.
     """
 
-    shear_strength: float = attrs.field(converter=as_float, validator=at_least(0.0))
+    shear_strength: Pressure = attrs.field(converter=as_float, validator=at_least(0.0))
     area: str = attrs.field(default="hertz", validator=one_of("hertz", "jkr"))
-    work_of_adhesion: float | None = attrs.field(
+    work_of_adhesion: SurfaceEnergy | None = attrs.field(
         default=None,
         converter=attrs.converters.optional(as_float),
         validator=attrs.validators.optional(at_least(0.0)),

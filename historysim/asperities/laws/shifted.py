@@ -4,10 +4,12 @@ from typing import Any
 
 import attrs
 
-from historysim.asperities.laws.friction_law import FrictionLaw, at_least
+from historysim.asperities.laws.friction_law import LAWS, FrictionLaw
+from historysim.basics.fields import Number, SurfaceEnergy, at_least
 from historysim.basics.units import as_float
 
 
+@LAWS.register
 @attrs.frozen
 class ShiftedLoad(FrictionLaw):
     """Coulomb's law on the load and the pull of adhesion together: T_max = μ (N + 2πWR).
@@ -28,8 +30,8 @@ class ShiftedLoad(FrictionLaw):
         A number out of its range.
     """
 
-    coefficient: float = attrs.field(converter=as_float, validator=at_least(0.0))
-    work_of_adhesion: float = attrs.field(converter=as_float, validator=at_least(0.0))
+    coefficient: Number = attrs.field(converter=as_float, validator=at_least(0.0))
+    work_of_adhesion: SurfaceEnergy = attrs.field(converter=as_float, validator=at_least(0.0))
 
     kind = "shifted load"
     same_bits = True

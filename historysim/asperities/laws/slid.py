@@ -1,13 +1,14 @@
 """Friction that changes with the distance slid, from a table."""
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Annotated, Any
 
 import attrs
 import numpy as np
 
-from historysim.asperities.laws.friction_law import FrictionLaw
+from historysim.asperities.laws.friction_law import LAWS, Floats, FrictionLaw
 from historysim.basics.arguments import checked
+from historysim.basics.fields import Quantity
 from historysim.errors import InputError
 
 
@@ -17,9 +18,10 @@ def _numbers(given: Any) -> tuple[float, ...]:
     return tuple(checked("number", list(given)).tolist())
 
 
+@LAWS.register
 @attrs.frozen
 class SlidFriction(FrictionLaw):
-    """Friction that changes with the distance slid by each asperity, straight between the rows of a table.
+    """Friction that changes with the distance slid by each asperity, straight between a table's rows from 0 on.
 
     Parameters
     ----------
@@ -34,8 +36,8 @@ class SlidFriction(FrictionLaw):
         A table with fewer than two rows, or of other numbers.
     """
 
-    distance: tuple[float, ...] = attrs.field(converter=_numbers)
-    coefficient: tuple[float, ...] = attrs.field(converter=_numbers)
+    distance: Annotated[tuple[float, ...], Quantity("m")] = attrs.field(converter=_numbers)
+    coefficient: Annotated[tuple[float, ...], Quantity("1")] = attrs.field(converter=_numbers)
 
     kind = "slid distance"
     same_bits = True
@@ -52,6 +54,14 @@ class SlidFriction(FrictionLaw):
             raise InputError("SlidFriction: distance does not rise from 0; expected ascending distances, the first 0")
         if min(self.coefficient) < 0:
             raise InputError(f"SlidFriction: coefficient is {min(self.coefficient):g}; expected 0 or more")
+
+    def at_start(self, count: int) -> Floats:
+        """Return the coefficients before anything has slid (asperity)."""
+        return np.full(count, self.coefficient[0])
+
+    def steepest_rise(self) -> float:
+        """Return by how much friction rises with the distance slid where it rises most [1/m]."""
+        return float((np.diff(self.coefficient) / np.diff(self.distance)).max())
 
     def core(self) -> dict[str, Any]:
         """Return the fields of ``hs_law`` that say what it is."""

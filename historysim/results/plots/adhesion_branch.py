@@ -8,6 +8,7 @@ import numpy.typing as npt
 from historysim.basics.units import prefixed
 from historysim.contact.adhesion import Branch
 from historysim.results.plots.paper import Size, new_figure
+from historysim.results.plots.pictures import figure_of
 from historysim.results.plots.style import FAINT, INK, MARK, plain_title
 
 if TYPE_CHECKING:
@@ -89,3 +90,8 @@ def _jumps(branch: Branch) -> "list[tuple[str, Any, dict[str, Any]]]":
     )
     # a ring, since a pull-off may lie right beside it
     return [*pull_off, ("jump-in", branch.jump_in, {"marker": "o", "ms": 9, "mfc": "none"})]
+
+
+@figure_of.register(Branch)
+def _of_branch(what: Branch, *, size: Size | None = None, **_: Any) -> "Figure":
+    return plot_adhesion_branch(what, size=size)

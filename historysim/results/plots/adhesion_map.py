@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from historysim.asperities.adhering import AdheringAsperities
 from historysim.contact.adhesion import DMT_BELOW, JKR_ABOVE, Regime, hertz_boundary, regime, rigid_boundary
 from historysim.errors import InputError, LoadError
 from historysim.results.plots.paper import Size, new_figure
+from historysim.results.plots.pictures import figure_of
 from historysim.results.plots.style import FAINT, INK, MARK
 
 if TYPE_CHECKING:
@@ -228,3 +230,8 @@ def _beside(distance: float, angle: float) -> dict[str, Any]:
     side = "center" if abs(x) < distance / 2 else "left" if x > 0 else "right"
     edge = "center" if abs(y) < distance / 2 else "bottom" if y > 0 else "top"
     return {"x": x, "y": y, "ha": side, "va": edge}
+
+
+@figure_of.register(AdheringAsperities)
+def _of_adhering(what: AdheringAsperities, *, size: Size | None = None, **_: Any) -> "Figure":
+    return plot_adhesion_map(what.examples(), size=size)

@@ -16,8 +16,9 @@ from historysim.log.event_log import EventLog
 from historysim.replaying import Replay
 from historysim.results.origin import Origin
 from historysim.results.plots.paper import PAGE, Size, new_figure
+from historysim.results.plots.pictures import PICTURES, Picture
 from historysim.results.plots.style import INK, STATE_COLOURS, plain_title
-from historysim.results.plots.surface import position_of
+from historysim.results.plots.surface import plot_surface, position_of, surface_of
 from historysim.results.point_maps import SLIPS, SOLVED, STICKS, answered, maps_of, sides_of
 from historysim.surfaces.heights import Surface
 
@@ -210,3 +211,28 @@ def _draw_field(axes: "Axes", values: Floats, extent: Extent, name: str, *, sign
         axes.set_facecolor("0.85")
     axes.set_title(name)
     axes.figure.colorbar(image, ax=axes, shrink=0.8, label=f"{name} ({prefix}Pa)")
+
+
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class ContactMapPicture(Picture):
+    """The contact at a step: the surface, and its summits in contact by their slip state."""
+
+    step: int | str = "partial"
+
+    kind = "contact-map"
+    caption = "The contact where about half of its area slips."
+    place = 2
+
+    @classmethod
+    def reported(cls, history: xr.Dataset) -> bool:
+        """Return whether a report shows it: a map of one point tells nothing."""
+        return super().reported(history) and history.sizes["asperity"] != 1
+
+    def drawn(self, what: xr.Dataset, size: Size | None = None) -> "Figure":
+        """Return a figure of it alone."""
+        surface = surface_of(what)
+        # asperities that press on one another have no summits, but maps of their own
+        if SOLVED in surface:
+            return plot_interacting(what, self.step, size=size)
+        return plot_surface(surface, what, self.step, size=size)

@@ -7,6 +7,7 @@ import numpy as np
 from historysim.basics.units import prefixed
 from historysim.measured.sliding import UNITS, Sliding
 from historysim.results.plots.paper import PAGE, Size, new_figure
+from historysim.results.plots.pictures import figure_of
 from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, legend_below, plain_title
 
 if TYPE_CHECKING:
@@ -59,3 +60,8 @@ def plot_sliding(sliding: Sliding, *, title: str = "", size: Size | None = None)
         if title:
             figure.suptitle(plain_title(title), x=0.01, ha="left", fontsize=9.5)
     return figure
+
+
+@figure_of.register(Sliding)
+def _of_sliding(what: Sliding, *, size: Size | None = None, **_: Any) -> "Figure":
+    return plot_sliding(what, size=size)

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
+import attrs
 import numpy as np
 import xarray as xr
 
@@ -12,6 +13,7 @@ from historysim.results.analysis.recorded import check_recorded
 from historysim.results.plots.along_path import draw_coloured, thinned
 from historysim.results.plots.loop import draw_loop
 from historysim.results.plots.paper import COLUMN, PAGE, Size, new_figure
+from historysim.results.plots.pictures import PICTURES, Picture
 from historysim.results.plots.slip_map import draw_slip_map
 from historysim.results.plots.style import FAINT, INK, plain_title, scaled
 from historysim.results.plots.worn_summits import check_worn, draw_wear
@@ -121,3 +123,20 @@ def _draw_energy(axes: "Axes", thin: xr.Dataset) -> None:
     axes.plot(thin["time"].values, energy, color=INK, linewidth=1.0, rasterized=True)
     axes.margins(x=0.01)
     axes.set(title="Dissipated energy", xlabel="time (s)", ylabel=f"energy ({unit})", ylim=(0, None))
+
+
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class HistoryPicture(Picture):
+    """The friction loop, the loads over time, and the slip state of each asperity."""
+
+    panels: tuple[str, ...] | None = None
+
+    kind = "history"
+    caption = "The friction loop, the loads over time, and the slip state of each asperity."
+    place = 1
+    totals = True
+
+    def drawn(self, what: xr.Dataset, size: Size | None = None) -> "Figure":
+        """Return a figure of it alone."""
+        return plot_history(what, panels=self.panels, size=size)

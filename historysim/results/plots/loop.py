@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING
 
+import attrs
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
@@ -11,6 +12,7 @@ from historysim.results.analysis.recorded import check_recorded
 from historysim.results.analysis.shares import slip_shares
 from historysim.results.plots.along_path import draw_coloured, kept_steps, line_colours, swings, thinned
 from historysim.results.plots.paper import COLUMN, Size, new_figure
+from historysim.results.plots.pictures import PICTURES, Picture
 from historysim.results.plots.style import FAINT, scaled
 
 if TYPE_CHECKING:
@@ -104,3 +106,17 @@ def _draw_arrows(axes: "Axes", x: Floats, y: Floats, time: Floats) -> None:
             xytext=(x[behind], y[behind]),
             arrowprops={"arrowstyle": "-|>", "color": colour, "mutation_scale": 11, "shrinkA": 0, "shrinkB": 0},
         )
+
+
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class LoopPicture(Picture):
+    """The friction loop, coloured by the share of the contact area that slips."""
+
+    kind = "loop"
+    caption = "The friction loop, coloured by the share of the contact area that slips."
+    place = 3
+
+    def drawn(self, what: xr.Dataset, size: Size | None = None) -> "Figure":
+        """Return a figure of it alone."""
+        return plot_loop(what, size=size)

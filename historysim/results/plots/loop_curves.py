@@ -11,6 +11,7 @@ from historysim.basics.wording import counted
 from historysim.measured.loops import DIRECTIONS, Loops
 from historysim.results.plots.loop_trends import COLOURS, TRENDS, draw_trends
 from historysim.results.plots.paper import PAGE, Size, new_figure
+from historysim.results.plots.pictures import figure_of
 from historysim.results.plots.style import FAINT, INK
 
 if TYPE_CHECKING:
@@ -234,3 +235,8 @@ def _label(axes: "Axes", text: str, at: tuple[float, float], offset: tuple[float
 def _typical(loops: Loops) -> int:
     """Return the loop of median energy."""
     return int(np.argsort(loops.dissipated_energy)[(len(loops) - 1) // 2])
+
+
+@figure_of.register(Loops)
+def _of_loops(what: Loops, *, size: Size | None = None, **_: Any) -> "Figure":
+    return plot_loops(what, size=size)

@@ -7,7 +7,9 @@ import numpy.typing as npt
 import xarray as xr
 
 from historysim.basics.units import prefixed, quantity_text
+from historysim.measured.loop_table import LoopTable
 from historysim.results.plots.paper import PAGE, Size, new_figure
+from historysim.results.plots.pictures import figure_of
 from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, legend_below, plain_title
 
 if TYPE_CHECKING:
@@ -100,3 +102,8 @@ def _draw_law(axes: "Axes", table: xr.Dataset, quantity: str, load_factor: float
         return
     axes.plot(load * load_factor, law * factor, color=FAINT, linewidth=0.9, linestyle=(0, (4, 2)), zorder=0)
     axes.set_title(text, loc="right", color=FAINT, fontsize=7.5, fontweight="normal")
+
+
+@figure_of.register(LoopTable)
+def _of_levels(what: LoopTable, *, size: Size | None = None, **_: Any) -> "Figure":
+    return plot_loop_levels(what.to_dataset(), size=size)

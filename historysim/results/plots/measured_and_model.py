@@ -9,6 +9,7 @@ from historysim.basics.units import prefixed
 from historysim.measured.comparison import Comparison
 from historysim.measured.correction import contact_displacement
 from historysim.results.plots.paper import PAGE, Size, new_figure
+from historysim.results.plots.pictures import figure_of
 from historysim.results.plots.style import FAINT, INK, legend_below, plain_title
 
 if TYPE_CHECKING:
@@ -179,3 +180,8 @@ def _force(comparison: Comparison) -> tuple[float, str]:
         for load in (comparison.observation.tangential_load, comparison.response.tangential_load)
     )
     return prefixed(largest)
+
+
+@figure_of.register(Comparison)
+def _of_comparison(what: Comparison, *, size: Size | None = None, **_: Any) -> "Figure":
+    return plot_comparison(what, size=size)

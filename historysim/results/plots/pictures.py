@@ -1,130 +1,129 @@
-"""The pictures of a history by their names."""
+"""What a picture is, and pictures by their names: of a history, a sweep or a scenario."""
 
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+import functools
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import attrs
-import xarray as xr
 
+from historysim.basics.fields import fields_of
+from historysim.basics.registry import Registry
 from historysim.errors import InputError
-from historysim.results.plots.contact_map import plot_interacting
-from historysim.results.plots.load_history import plot_history
-from historysim.results.plots.loop import plot_loop
-from historysim.results.plots.paper import Size
-from historysim.results.plots.slip_map import plot_slip_map
-from historysim.results.plots.stiffness_curve import plot_stiffness
-from historysim.results.plots.surface import plot_distribution, plot_surface, surface_of
-from historysim.results.plots.together import LoopMarks, plot_together
-from historysim.results.plots.traction_profile import plot_slip_fronts, plot_traction
-from historysim.results.plots.worn_summits import plot_wear
-from historysim.results.point_maps import SOLVED
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    import xarray as xr
+    from matplotlib.figure import Figure, SubFigure
+
+Size = tuple[float, float]
+
+PICTURES: Registry[type["Picture"]] = Registry(
+    "historysim.plots", "historysim.results.plots.pictures:Picture", "picture", "historysim.results.plots"
+)
+"""The pictures by their names in ``[picture]`` and ``--picture``."""
+register = PICTURES.register
+
+HISTORY, SWEEP, SCENARIO = "history", "sweep", "scenario"
+"""What a picture is drawn of."""
 
 
-def _contact_map(history: xr.Dataset, **options: Any) -> "Figure":
-    surface = surface_of(history)
-    # asperities that press on one another have no summits, but maps of their own
-    return plot_interacting(history, **options) if SOLVED in surface else plot_surface(surface, history, **options)
+@attrs.frozen(kw_only=True)
+class Picture:
+    """A picture: its fields are its options, which stand in ``[picture]`` or come with ``--picture``.
+
+    One has `draw`, and can stand beside others in ``[[picture]]``, or `drawn`, and fills a figure of its own, or both.
+    """
+
+    registry: ClassVar[Registry[Any]] = PICTURES
+    kind: ClassVar[str]
+    """Its name."""
+    of: ClassVar[tuple[str, ...]] = (HISTORY,)
+    """What it is drawn of, of ``"history"``, ``"sweep"`` and ``"scenario"``."""
+    size: ClassVar[Size] = (90.0, 78.0)
+    """Width and height [mm] where no other is asked for."""
+    caption: ClassVar[str] = ""
+    """What stands below it in the report of a history, which leaves out what has none."""
+    place: ClassVar[int] = 100
+    """Its place in the report: before those of greater numbers."""
+    totals: ClassVar[bool] = False
+    """Whether it can be drawn of a history of totals alone."""
+    several: ClassVar[bool] = False
+    """Whether several histories can be in it: `drawn` then takes a sequence of them, too."""
+
+    def draw(self, figure: "Figure | SubFigure", what: Any) -> None:
+        """Draw a Dataset, or of a scenario a Scenario, into a figure, or a part of one."""
+        raise NotImplementedError(f"{type(self).__name__} has neither draw nor drawn, or fills a figure of its own")
+
+    def drawn(self, what: Any, size: Size | None = None) -> "Figure":
+        """Return a figure of it alone."""
+        from historysim.results.plots.paper import new_figure
+
+        with new_figure(size, self.size) as figure:
+            self.draw(figure, what)
+        return figure
+
+    @classmethod
+    def fits_beside(cls) -> bool:
+        """Return whether it can be a part of a figure."""
+        return cls.draw is not Picture.draw
+
+    @property
+    def beside(self) -> float:
+        """Width that it needs in ``[picture]`` beside that of every picture [mm]."""
+        return 0.0
+
+    @classmethod
+    def reported(cls, history: "xr.Dataset") -> bool:
+        """Return whether the report of a history shows it."""
+        return bool(cls.caption) and (cls.totals or "slip_state" in history)
 
 
-def _distribution(history: xr.Dataset, **options: Any) -> "Figure":
-    return plot_distribution(surface_of(history), history, **options)
-
-
-def _loops(history: xr.Dataset, *, steps: Sequence[int | str] | None = None, **options: Any) -> "Figure":
-    return plot_together(history, marks=LoopMarks(steps=steps), **options)
-
-
-@attrs.frozen
-class _Picture:
-    """A picture, and which options it takes beside its size."""
-
-    draw: Callable[..., "Figure"]
-    takes: tuple[str, ...] = ()
-
-
-PICTURES = {
-    "history": _Picture(plot_history, ("panels",)),
-    "loop": _Picture(plot_loop),
-    "loops": _Picture(_loops, ("steps", "labels")),
-    "slip-map": _Picture(plot_slip_map),
-    "contact-map": _Picture(_contact_map, ("step",)),
-    "distribution": _Picture(_distribution, ("step",)),
-    "traction": _Picture(plot_traction, ("asperity", "steps", "across", "labels")),
-    "slip-fronts": _Picture(plot_slip_fronts, ("asperity", "steps")),
-    "stiffness": _Picture(plot_stiffness),
-    "wear": _Picture(plot_wear),
-}
-
-
-def draw(
-    history: xr.Dataset,
-    picture: str = "history",
-    *,
-    step: int | str | None = None,
-    asperity: int | None = None,
-    panels: Sequence[str] | None = None,
-    steps: Sequence[int | str] | None = None,
-    across: str | None = None,
-    labels: Sequence[str] | None = None,
-    size: Size | None = None,
-) -> "Figure":
-    """Return a picture of a history by its name.
+def draw(what: Any, name: str, size: Size | None = None, *, of: str = HISTORY, **options: Any) -> "Figure":
+    """Return a picture by its name.
 
     Parameters
     ----------
-    history : xarray.Dataset
-    picture : str
+    what : xarray.Dataset, Scenario, or sequence of Datasets
+        A history, or several; or what ``of`` says.
+    name : str
         A key of `PICTURES`.
-    step, asperity, panels, steps, across, labels
-        For the pictures that take them.
+    of : {"history", "sweep", "scenario"}
     size : (float, float), optional
         Width and height [mm].
+    **options
+        Fields of the picture.
 
     Raises
     ------
     InputError
-        Another name, an option that the picture does not take, or as for its function.
+        Another name, an option that the picture does not take, or as for its class.
     """
-    if picture not in PICTURES:
-        raise InputError(f"picture is {picture!r}; expected one of {', '.join(PICTURES)}")
-    chosen = PICTURES[picture]
-    options = {"step": step, "asperity": asperity, "panels": panels, "steps": steps, "across": across, "labels": labels}
-    given = {name: value for name, value in options.items() if value is not None}
-    for name, value in given.items():
-        if name not in chosen.takes:
-            others = ", ".join(known for known, each in PICTURES.items() if name in each.takes)
-            raise InputError(f"{name} {value}: the picture {picture} takes none; expected with {others}")
-    return chosen.draw(history, **given, size=size)
+    one = not isinstance(what, list | tuple)
+    known = {each: kind for each, kind in PICTURES.items() if of in kind.of and (one or kind.several)}
+    if name not in known:
+        whose = "" if one else "of several results "
+        raise InputError(f"picture is {name!r}; {whose}expected one of {', '.join(known)}")
+    for option, value in options.items():
+        if option not in attrs.fields_dict(known[name]):
+            others = ", ".join(each for each, kind in known.items() if option in attrs.fields_dict(kind))
+            with_it = f"with {others}" if others else "none"
+            raise InputError(f"{option} {value}: the picture {name} takes none; expected {with_it}")
+    needed = [field.name for field in fields_of(known[name]) if field.needed and field.name not in options]
+    if needed:
+        raise InputError(f"the picture {name} needs {', '.join(needed)}; expected it as [picture] of the scenario")
+    return known[name](**options).drawn(what, size)
 
 
-SEVERAL = ("loops", "traction")
-"""Pictures that several histories can be in."""
+@functools.singledispatch
+def figure_of(what: Any, **options: Any) -> "Figure":
+    """Return the figure of a thing that has one picture; ``title``, ``name`` and ``size`` are for what takes them.
 
-
-def draw_several(
-    histories: Sequence[xr.Dataset],
-    picture: str | None = None,
-    *,
-    asperity: int | None = None,
-    steps: Sequence[int | str] | None = None,
-    across: str | None = None,
-    labels: Sequence[str] = (),
-    size: Size | None = None,
-) -> "Figure":
-    """Return one picture of several histories: their loops, or the tractions of an asperity of each.
+    What draws a type says so with ``@figure_of.register(type)``.
 
     Raises
     ------
     InputError
-        Another picture, an option that it does not take, or as for its function.
+        It has none; it is called by its name.
     """
-    if (picture or SEVERAL[0]) == SEVERAL[0]:
-        if across is not None or asperity is not None:
-            raise InputError(f"{'asperity' if across is None else 'across'}: belongs to the picture traction")
-        return plot_together(histories, labels, marks=LoopMarks(steps=steps), size=size)
-    if picture != SEVERAL[1]:
-        raise InputError(f"picture is {picture!r}; of several results expected one of {', '.join(SEVERAL)}")
-    return plot_traction(histories, asperity, steps, across=across or "radius", labels=labels, size=size)
+    raise InputError(
+        f"{options.get('name', f'this {type(what).__name__}')} has no picture; expected a history, a scenario, a "
+        "surface, loops, a comparison or an asperity"
+    )

@@ -10,7 +10,8 @@ from historysim.errors import InputError
 from historysim.loads.events import LOAD_KINDS
 from historysim.measured.conditioning import sampling_rate
 from historysim.measured.measurement import Measurement
-from historysim.results.plots.paper import PAGE, new_figure
+from historysim.results.plots.paper import PAGE, Size, new_figure
+from historysim.results.plots.pictures import figure_of
 from historysim.results.plots.style import FAINT, MARK, legend_below, plain_title
 
 if TYPE_CHECKING:
@@ -111,3 +112,8 @@ def _draw_spectrum(
             # of a sine, its amplitude; the first bins hold what is left of the mean
             axes.semilogy(frequency[2:], np.sqrt(2 * power[2:]) * factor, color=colour, linewidth=width)
     axes.margins(x=0.01)
+
+
+@figure_of.register(Measurement)
+def _of_record(what: Measurement, *, title: str = "", size: Size | None = None, **_: Any) -> "Figure":
+    return plot_record(what, title=title, size=size)

@@ -1,11 +1,12 @@
 """Picture of the traction that one asperity remembers."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from historysim.asperities.asperity import Asperity
 from historysim.results.plots.paper import COLUMN, Size, new_figure
+from historysim.results.plots.pictures import figure_of
 from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, legend_below, scaled
 
 if TYPE_CHECKING:
@@ -49,3 +50,8 @@ def plot_asperity(asperity: Asperity, *, size: Size | None = None) -> "Figure":
         axes.set_title(f"asperity {asperity.index}, {asperity.slip_state.name.lower().replace('_', ' ')}")
         legend_below(figure, axes)
     return figure
+
+
+@figure_of.register(Asperity)
+def _of_asperity(what: Asperity, *, size: Size | None = None, **_: Any) -> "Figure":
+    return plot_asperity(what, size=size)

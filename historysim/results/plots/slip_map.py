@@ -2,12 +2,14 @@
 
 from typing import TYPE_CHECKING
 
+import attrs
 import numpy as np
 import xarray as xr
 
 from historysim.results.analysis.recorded import check_any, check_recorded
 from historysim.results.plots.along_path import mark_steps_and_times
 from historysim.results.plots.paper import PAGE, Size, new_figure
+from historysim.results.plots.pictures import PICTURES, Picture
 from historysim.results.plots.style import INK, STATE_COLOURS, STATES, plain_title
 
 if TYPE_CHECKING:
@@ -86,3 +88,15 @@ def draw_slip_map(axes: "Axes", history: xr.Dataset) -> None:
         handlelength=1.2,
         columnspacing=1.2,
     )
+
+
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class SlipMapPicture(Picture):
+    """The slip state of each asperity at each step."""
+
+    kind = "slip-map"
+
+    def drawn(self, what: xr.Dataset, size: Size | None = None) -> "Figure":
+        """Return a figure of it alone."""
+        return plot_slip_map(what, size=size)

@@ -2,11 +2,13 @@
 
 from typing import TYPE_CHECKING
 
+import attrs
 import xarray as xr
 
 from historysim.results.analysis.recorded import check_recorded
 from historysim.results.plots.along_path import draw_coloured, thinned
 from historysim.results.plots.paper import COLUMN, Size, new_figure
+from historysim.results.plots.pictures import PICTURES, Picture
 from historysim.results.plots.style import FAINT, scaled
 
 if TYPE_CHECKING:
@@ -54,3 +56,18 @@ def plot_stiffness(history: xr.Dataset, *, size: Size | None = None) -> "Figure"
         bar.set_label("time (s)")
         bar.outline.set_linewidth(0.4)
     return figure
+
+
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class StiffnessPicture(Picture):
+    """The tangential load over the displacement, and the tangential stiffness."""
+
+    kind = "stiffness"
+    caption = "The tangential load over the displacement, and the tangential stiffness."
+    place = 4
+    totals = True
+
+    def drawn(self, what: xr.Dataset, size: Size | None = None) -> "Figure":
+        """Return a figure of it alone."""
+        return plot_stiffness(what, size=size)

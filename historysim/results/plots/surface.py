@@ -16,6 +16,7 @@ from historysim.recording import surface_group
 from historysim.results.analysis.recorded import shape_of
 from historysim.results.analysis.shares import telling_step
 from historysim.results.plots.paper import COLUMN, PAGE, Size, new_figure
+from historysim.results.plots.pictures import PICTURES, Picture, figure_of
 from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, STATES, by_factors, plain_title
 from historysim.surfaces.heights import Surface
 
@@ -415,3 +416,22 @@ def draw_legend(
         handles.append(Patch(facecolor=MISSING, label="missing height"))
     if handles:
         figure.legend(handles=handles, loc="outside lower left", ncols=columns or len(handles), columnspacing=1.2)
+
+
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class DistributionPicture(Picture):
+    """Radii of summits over their heights, coloured by their slip state."""
+
+    step: int | str = "partial"
+
+    kind = "distribution"
+
+    def drawn(self, what: xr.Dataset, size: Size | None = None) -> "Figure":
+        """Return a figure of it alone."""
+        return plot_distribution(surface_of(what), what, self.step, size=size)
+
+
+@figure_of.register(Surface)
+def _of_surface(what: Surface, *, title: str = "", size: Size | None = None, **_: Any) -> "Figure":
+    return plot_surface(what, title=title, size=size)

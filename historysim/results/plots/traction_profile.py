@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+import attrs
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
@@ -15,6 +16,7 @@ from historysim.results.analysis.recorded import GROSS_SLIP, check_any, check_re
 from historysim.results.analysis.shares import telling_step
 from historysim.results.plots.along_path import line_colours, swings
 from historysim.results.plots.paper import COLUMN, Size, new_figure
+from historysim.results.plots.pictures import PICTURES, Picture
 from historysim.results.plots.style import FAINT, STATE_COLOURS, legend_below, plain_title
 
 if TYPE_CHECKING:
@@ -275,3 +277,25 @@ def _of_swing(history: xr.Dataset, column: int, telling: int, count: int) -> lis
     slides = np.flatnonzero(states[begun:] == GROSS_SLIP)
     end = first + begun + int(slides[0]) if slides.size else last
     return [int(step) for step in np.unique(np.linspace(first, max(end, first), count).round())]
+
+
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class SlipFrontsPicture(Picture):
+    """The traction across an asperity step by step, with the fronts of its slip."""
+
+    asperity: int | None = None
+    steps: tuple[int | str, ...] | None = None
+
+    kind = "slip-fronts"
+    caption = "The same step by step: what sticks is drawn thick, and its edge is the slip front."
+    place = 6
+
+    @classmethod
+    def reported(cls, history: xr.Dataset) -> bool:
+        """Return whether a report shows it: a patch has no radius to draw over."""
+        return super().reported(history) and "stick_area" not in history
+
+    def drawn(self, what: xr.Dataset, size: Size | None = None) -> "Figure":
+        """Return a figure of it alone."""
+        return plot_slip_fronts(what, self.asperity, self.steps, size=size)

@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING
 
+import attrs
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
@@ -11,6 +12,7 @@ from historysim.results.analysis.recorded import shape_of
 from historysim.results.plots.along_path import kept_steps
 from historysim.results.plots.line_styles import line_style
 from historysim.results.plots.paper import COLUMN, Size, new_figure
+from historysim.results.plots.pictures import PICTURES, Picture
 from historysim.results.plots.style import INK, plain_title, scaled
 
 if TYPE_CHECKING:
@@ -98,3 +100,15 @@ def plot_wear(history: xr.Dataset, *, size: Size | None = None) -> "Figure":
 def _summits(history: xr.Dataset, name: str, step: int) -> npt.NDArray[np.float64]:
     found: npt.NDArray[np.float64] = shape_of(history, f"summit_{name}", step)
     return found
+
+
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class WearPicture(Picture):
+    """The volume that asperities lose, and their summits before and after."""
+
+    kind = "wear"
+
+    def drawn(self, what: xr.Dataset, size: Size | None = None) -> "Figure":
+        """Return a figure of it alone."""
+        return plot_wear(what, size=size)

@@ -8,19 +8,10 @@ import xarray as xr
 
 from historysim.errors import InputError
 from historysim.results import analysis, sliding_order
-from historysim.results.plots.pictures import draw
+from historysim.results.plots.pictures import PICTURES, draw
 from historysim.results.report.page import Section, code, folded, page, paragraph, picture, table
 
 INSTALL = 'pip install "historysim[report]"'
-CAPTIONS = {
-    "history": "The friction loop, the loads over time, and the slip state of each asperity.",
-    "contact-map": "The contact where about half of its area slips.",
-    "loop": "The friction loop, coloured by the share of the contact area that slips.",
-    "stiffness": "The tangential load over the displacement, and the tangential stiffness.",
-    "traction": "The traction over the radius of the asperity that carries most, from a reversal until it slides.",
-    "slip-fronts": "The same step by step: what sticks is drawn thick, and its edge is the slip front.",
-}
-"""The pictures of a report, in their order, and what stands below them."""
 SEVERAL_LINES = ("scenario", "validity")
 
 
@@ -89,7 +80,7 @@ def history_pictures(history: xr.Dataset, names: Sequence[str] | None = None) ->
     ----------
     history : xarray.Dataset
     names : sequence of str, optional
-        Of `CAPTIONS`; by default two: loop, loads and slip states, and the contact where about half of it slips, or of
+        Of `PICTURES`; by default two: loop, loads and slip states, and the contact where about half of it slips, or of
         one asperity, whose map is a point, its traction.
     """
     if names is None:
@@ -99,22 +90,15 @@ def history_pictures(history: xr.Dataset, names: Sequence[str] | None = None) ->
     drawn = []
     for name in names:
         try:
-            drawn.append(picture(draw(history, name), CAPTIONS[name]))
+            drawn.append(picture(draw(history, name), PICTURES[name].caption))
         except InputError as error:
             drawn.append(paragraph(f"No picture {name}: {error}", "note"))
     return drawn
 
 
 def _figures(history: xr.Dataset) -> Section:
-    names: list[str] = list(CAPTIONS) if "slip_state" in history else ["history", "stiffness"]
-    left_out: tuple[str, ...] = ()
-    if "stick_area" in history:
-        # a patch has no radius to draw over
-        left_out = ("traction", "slip-fronts")
-    elif history.sizes.get("asperity") == 1:
-        # a map of one point tells nothing
-        left_out = ("contact-map",)
-    names = [name for name in names if name not in left_out]
+    names = [name for name, kind in PICTURES.items() if kind.reported(history)]
+    names.sort(key=lambda name: PICTURES[name].place)
     return Section("Pictures", tuple(history_pictures(history, names)))
 
 

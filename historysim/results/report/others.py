@@ -4,7 +4,11 @@ from collections.abc import Iterable, Sequence
 
 import xarray as xr
 
+from historysim.errors import InputError
 from historysim.measured.comparison import Comparison
+from historysim.measured.loop_table import CONTENT_OF_TABLE, LoopTable
+from historysim.measured.loops import CONTENT as LOOPS
+from historysim.measured.loops import Loops
 from historysim.measured.sliding import UNITS, Sliding
 from historysim.results import loop_summary, sweeps
 from historysim.results.plots.friction_trace import plot_sliding
@@ -12,7 +16,11 @@ from historysim.results.plots.loop_levels import plot_loop_levels
 from historysim.results.plots.loop_trends import plot_loop_trends
 from historysim.results.plots.measured_and_model import plot_comparison
 from historysim.results.plots.swept import plot_swept
-from historysim.results.report.page import Section, code, folded, page, paragraph, picture, table
+from historysim.results.report.history_report import history_page
+from historysim.results.report.page import EXPECTED, Section, code, folded, page, page_of, paragraph, picture, table
+
+page_of.register(Loops, lambda loops: loops_page(loops.to_dataset()))
+page_of.register(LoopTable, lambda levels: levels_page(levels.to_dataset()))
 
 LABELS = {"critical_asperity"}
 """Variables of a sweep that name something, and are no quantity to draw."""
@@ -70,6 +78,7 @@ def _by_group(lines: Sequence[tuple[str, str]]) -> tuple[list[list[str]], list[s
     return [[label, *texts] for label, texts in rows.items()], heading
 
 
+@page_of.register(Sliding)
 def sliding_page(sliding: Sliding) -> str:
     """Return friction over time or distance as one HTML page that fetches nothing."""
     title = f"Friction over {sliding.over}"
@@ -204,3 +213,19 @@ def _left_out(count: int) -> str:
 def _again(command: str) -> Section:
     text = "The scenario above, saved as scenario.toml where its files are, makes it again:"
     return Section("How to reproduce", (paragraph(text), code(command)))
+
+
+def dataset_page(what: xr.Dataset) -> str:
+    """Return the page of a Dataset of this program, by its content.
+
+    Raises
+    ------
+    InputError
+        Another Dataset.
+    """
+    pages = {LOOPS: loops_page, CONTENT_OF_TABLE: levels_page, sweeps.CONTENT: sweep_page}
+    if (content := what.attrs.get("content")) in pages:
+        return pages[content](what)
+    if "total_normal_load" in what:
+        return history_page(what)
+    raise InputError(f"this Dataset has no report; {EXPECTED}")

@@ -1,16 +1,18 @@
 """One self-contained HTML page: sections of text, tables and pictures, and scripts that stand in the page itself."""
 
 import base64
+import functools
 import io
 import textwrap
 from collections.abc import Iterable, Sequence
 from html import escape
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import attrs
 
 from historysim._version import __version__
 from historysim.basics.display import html_table
+from historysim.errors import InputError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -64,6 +66,24 @@ def page(title: str, sections: Iterable[Section], *, head: str = "") -> str:
         f'<link rel="icon" href="data:,">\n<style>{STYLE}</style>\n{head}\n</head>\n'
         f"<body>\n<h1>{escape(title)}</h1>\n{body}\n</body>\n</html>\n"
     )
+
+
+EXPECTED = (
+    "expected a result of historysim run, a sweep, friction loops, friction over time or distance, a fit, or a "
+    "scenario whose loading is measured"
+)
+
+
+@functools.singledispatch
+def page_of(what: Any) -> str:
+    """Return the page of a thing that has a report; what writes that of a type says so with `page_of.register`.
+
+    Raises
+    ------
+    InputError
+        It has none.
+    """
+    raise InputError(f"this {type(what).__name__} has no report; {EXPECTED}")
 
 
 def _named(section: Section) -> str:

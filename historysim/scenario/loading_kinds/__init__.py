@@ -1,30 +1,30 @@
 """The kinds of ``[loading]`` in a scenario: waypoints, blocks of them, or a measured file, and the events they make."""
 
-from collections.abc import Mapping
-
 from cattrs import Converter
 
 from historysim.errors import InputError
 from historysim.scenario.loading_kinds.channels import channel_hooks
 from historysim.scenario.loading_kinds.from_file import MeasuredLoading
-from historysim.scenario.loading_kinds.written import Blocks, Waypoints
-from historysim.scenario.schema import table
+from historysim.scenario.loading_kinds.loading_kind import LOADINGS, Loading
+from historysim.scenario.loading_kinds.written import Blocks, Waypoints, waypoint_hooks
+from historysim.scenario.schema import kind_from_toml, table
 
 __all__ = [
     "LOADINGS",
-    "AnyLoading",
     "Blocks",
+    "Loading",
     "MeasuredLoading",
     "Waypoints",
     "channel_hooks",
     "loading_from_toml",
+    "waypoint_hooks",
 ]
 
-AnyLoading = Waypoints | Blocks | MeasuredLoading
-LOADINGS: Mapping[str, type] = {"waypoints": Waypoints, "blocks": Blocks, "file": MeasuredLoading}
+NAMED_BY_A_KEY = (Waypoints.kind, Blocks.kind, MeasuredLoading.kind)
+"""Kinds whose name is a key of their own, so that no ``kind`` is needed."""
 
 
-def loading_from_toml(converter: Converter, value: object, _: object) -> AnyLoading:
+def loading_from_toml(converter: Converter, value: object, _: object) -> Loading:
     """Return the loading that ``[loading]`` says.
 
     Raises
@@ -33,9 +33,11 @@ def loading_from_toml(converter: Converter, value: object, _: object) -> AnyLoad
         Not exactly one kind of loading, or keys that do not fit it.
     """
     entry = table(value)
-    given = [key for key in LOADINGS if key in entry]
-    if len(given) != 1:
+    given = [key for key in NAMED_BY_A_KEY if key in entry]
+    if "kind" not in entry and len(given) != 1:
         found = " and ".join(given) or ", ".join(repr(key) for key in entry) or "nothing"
-        raise InputError(f"{found} given; expected exactly one of waypoints, blocks and file")
-    loading: AnyLoading = converter.structure(entry, LOADINGS[given[0]])
+        others = ", ".join(name for name in LOADINGS if name not in NAMED_BY_A_KEY)
+        more = f", or kind, one of {others}" if others else ""
+        raise InputError(f"{found} given; expected exactly one of waypoints, blocks and file{more}")
+    loading: Loading = kind_from_toml(converter, {"kind": given[0], **entry} if given else entry, LOADINGS)
     return loading

@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import attrs
 from cattrs import Converter
 
+from historysim.basics.fields import Force, Frequencies, Frequency, Length, Number, Quantity, Time
 from historysim.basics.places import misfit
 from historysim.basics.wording import shown
 from historysim.errors import InputError
 from historysim.loads.events import LOAD_KINDS
 from historysim.scenario.column_keys import NumbersFile
 from historysim.scenario.loading_kinds.loading_kind import one_of_each
-from historysim.scenario.schema import Force, Frequencies, Frequency, Length, Number, Quantity, Time, given
+from historysim.scenario.schema import given
 from historysim.tables import Column
 
 if TYPE_CHECKING:

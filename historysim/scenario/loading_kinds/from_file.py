@@ -10,15 +10,18 @@ from historysim.basics.places import at
 from historysim.errors import InputError
 from historysim.loads.events import Event
 from historysim.scenario.loading_kinds.channels import FILE_REMARK, HUM_REMARK, MeasuredFile
-from historysim.scenario.loading_kinds.loading_kind import Loading
+from historysim.scenario.loading_kinds.loading_kind import LOADINGS, Loading
 
 if TYPE_CHECKING:
     from historysim.measured.measurement import Measurement
 
 
+@LOADINGS.register
 @attrs.frozen(kw_only=True)
 class MeasuredLoading(MeasuredFile, Loading):
     """``loading.file``: a record, of which every sample, or with ``reduce`` every turning point, is a waypoint."""
+
+    kind = "file"
 
     def __attrs_post_init__(self) -> None:
         """Check what the types leave open."""

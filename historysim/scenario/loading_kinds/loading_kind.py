@@ -1,11 +1,18 @@
 """What every kind of ``[loading]`` has."""
 
+import abc
+from pathlib import Path
+from typing import Any, ClassVar
+
 import attrs
 
 from historysim.basics.limits import at_most, most
+from historysim.basics.notices import Teller, silent
 from historysim.basics.places import misfit
+from historysim.basics.registry import Registry
 from historysim.basics.wording import shown
 from historysim.errors import InputError
+from historysim.loads.events import Event
 
 
 def one_of_each(self: object) -> None:
@@ -23,8 +30,17 @@ def one_of_each(self: object) -> None:
             )
 
 
+LOADINGS: Registry[type["Loading"]] = Registry(
+    "historysim.loadings",
+    "historysim.scenario.loading_kinds.loading_kind:Loading",
+    "kind of loading",
+    "historysim.scenario.loading_kinds",
+)
+"""The kinds of ``[loading]`` by their names."""
+
+
 @attrs.frozen(kw_only=True)
-class Loading:
+class Loading(abc.ABC):
     """What every kind of loading has.
 
     Attributes
@@ -36,6 +52,9 @@ class Loading:
         an error.
     """
 
+    registry: ClassVar[Registry[Any]] = LOADINGS
+    kind: ClassVar[str]
+
     substeps: int = 1
     saturate: bool = False
 
@@ -43,6 +62,10 @@ class Loading:
         """Check the substeps."""
         if not 1 <= self.substeps <= most("STEPS"):
             raise misfit(f"{shown(self.substeps)}; expected an integer from 1 on, {at_most('STEPS')}", "substeps")
+
+    @abc.abstractmethod
+    def events(self, folder: Path, tell: Teller = silent) -> list[Event]:
+        """Return the events, in time order; paths are relative to the folder, and what the user should know is told."""
 
     @property
     def names(self) -> dict[str, float]:

@@ -5,15 +5,18 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import attrs
+from cattrs import Converter
+from cattrs.errors import AttributeValidationNote
 
+from historysim.basics.fields import Force, Length, Lengths, Numbers, Quantity, Time
 from historysim.basics.notices import Teller, silent
 from historysim.basics.places import at, misfit
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted, shown
 from historysim.errors import InputError, path_text
-from historysim.loads.events import EVENT_KINDS, LOAD_KINDS, Event, LoadEvent
-from historysim.scenario.loading_kinds.loading_kind import Loading, one_of_each
-from historysim.scenario.schema import Force, Length, Lengths, Numbers, Quantity, Time
+from historysim.loads.events import EVENT_KINDS, EVENTS, LOAD_KINDS, Event, LoadEvent
+from historysim.scenario.loading_kinds.loading_kind import LOADINGS, Loading, one_of_each
+from historysim.scenario.schema import table
 
 MOST_EVENTS = 10_000_000
 
@@ -88,6 +91,7 @@ class Waypoint:
     geometry: GeometryTable | None = None
     asperities: tuple[int, ...] | None = None
     name: str | None = None
+    others: dict[str, Any] = attrs.Factory(dict)
 
     def __attrs_post_init__(self) -> None:
         """Check that it has one time, and something to reach."""
@@ -103,16 +107,38 @@ class Waypoint:
             raise InputError(f"nothing to reach; expected one or more of {', '.join(EVENT_KINDS)}")
 
     @property
-    def changes(self) -> dict[str, tuple[Any, ...]]:
-        """What is reached, by the name of its key: what its event has beside the time."""
+    def changes(self) -> dict[str, Any]:
+        """What is reached, by the name of its key: what its event has beside the time, or of others the event."""
         named = {key: getattr(self, key) for key in EVENT_KINDS}
-        found: dict[str, tuple[Any, ...]] = {key: (value,) for key, value in named.items() if value is not None}
+        found: dict[str, Any] = {key: (value,) for key, value in named.items() if value is not None}
         if self.friction is not None:
             found["friction"] = (self.friction, self.asperities)
         if self.geometry is not None:
             new = self.geometry
-            found["geometry"] = (new.summit_height, new.summit_radius, new.asperities)
-        return found
+            found["geometry"] = (new.asperities, new.summit_height, new.summit_radius)
+        return found | self.others
+
+
+def waypoint_hooks(converter: Converter) -> None:
+    """Teach a converter that a waypoint may have events of other packages, each a table under its name."""
+    table_of = converter.get_structure_hook(Waypoint)
+
+    def structure(value: object, cls: Any) -> Any:
+        entry = dict(table(value))
+        own = attrs.fields_dict(Waypoint)
+        others = {key: entry.pop(key) for key in list(entry) if key not in own and key in EVENTS}
+        found = {}
+        for key, told in others.items():
+            try:
+                found[key] = converter.structure({"time": 0.0, **table(told)}, EVENTS[key])
+            except Exception as error:
+                error.add_note(AttributeValidationNote("", key, None))
+                raise
+        if "others" in entry:
+            raise misfit("unknown key; expected events by their names", "others")
+        return table_of({**entry, "others": found}, cls)
+
+    converter.register_structure_hook(Waypoint, structure)
 
 
 Place = tuple[str | int, ...]
@@ -139,10 +165,10 @@ class _Timeline:
     passed: dict[str, tuple[float, Place]] = attrs.Factory(dict)
     drifts: list[tuple[Place, LoadEvent, LoadEvent]] = attrs.Factory(list)
 
-    def reach(self, time: float, changes: Mapping[str, tuple[Any, ...]], *place: str | int) -> None:
+    def reach(self, time: float, changes: Mapping[str, Any], *place: str | int) -> None:
         for key, told in changes.items():
             with at(key):
-                event = EVENT_KINDS[key](time, *told)
+                event = told.of(time, told.contents()) if isinstance(told, Event) else EVENT_KINDS[key].of(time, told)
             self.events.append(event)
             if isinstance(event, LoadEvent):
                 self._look_back(event)
@@ -199,6 +225,7 @@ class Written(Loading):
     hold: bool | None = None
 
 
+@LOADINGS.register
 @attrs.frozen(kw_only=True)
 class Waypoints(Written):
     """``loading.waypoints``: what is reached, and when.
@@ -208,6 +235,8 @@ class Waypoints(Written):
     waypoints
         What is reached, and when, as below.
     """
+
+    kind = "waypoints"
 
     waypoints: tuple[Waypoint, ...]
 
@@ -363,6 +392,7 @@ class WaypointBlock:
                         line.reach(line.now + after, changes, *place, "waypoints", index)
 
 
+@LOADINGS.register
 @attrs.frozen(kw_only=True)
 class Blocks(Written):
     """``[[loading.blocks]]``: runs of waypoints, one after the other.
@@ -372,6 +402,8 @@ class Blocks(Written):
     blocks
         Runs of waypoints, one after the other, as below.
     """
+
+    kind = "blocks"
 
     blocks: tuple[WaypointBlock, ...]
 

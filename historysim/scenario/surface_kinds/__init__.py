@@ -1,27 +1,21 @@
 """The kinds of ``[surface]`` in a scenario: the keys of each, and the summits that it gives."""
 
-from collections.abc import Callable, Mapping
-from typing import Any
-
 from cattrs import Converter
 
+from historysim.basics.fields import Number
 from historysim.basics.places import misfit
-from historysim.basics.wording import nearest, shown
+from historysim.basics.wording import shown
 from historysim.errors import InputError
-from historysim.scenario.schema import Number, table
-from historysim.scenario.surface_kinds.distributions import DistributionTable, GaussianHeights, InlineDistribution
-from historysim.scenario.surface_kinds.given_summits import InlineSummits, Sphere, SummitTable, Textured
+from historysim.scenario.schema import kind_from_toml, table
 from historysim.scenario.surface_kinds.interacting import Interacting
-from historysim.scenario.surface_kinds.map_kinds import MapKind, MeasuredMap, RandomMap, SumOfMaps
-from historysim.scenario.surface_kinds.normal_curve import NormalCurveTable
+from historysim.scenario.surface_kinds.map_kinds import HeightMap
 from historysim.scenario.surface_kinds.scaled import Scaled
-from historysim.scenario.surface_kinds.surface_kind import BuiltSurface, SurfaceKind
+from historysim.scenario.surface_kinds.surface_kind import SURFACES, BuiltSurface, SurfaceKind
 
 __all__ = [
-    "KINDS",
-    "MAPS",
+    "SURFACES",
     "BuiltSurface",
-    "MapKind",
+    "HeightMap",
     "SurfaceKind",
     "channel_from_toml",
     "map_from_toml",
@@ -31,33 +25,6 @@ __all__ = [
 
 DEEPEST = 20
 """Sums within sums that are followed."""
-
-Choice = Callable[[Mapping[str, Any]], type]
-
-
-def _summits(entry: Mapping[str, Any]) -> type:
-    return SummitTable if {"file", "columns"} & set(entry) else InlineSummits
-
-
-def _statistics(entry: Mapping[str, Any]) -> type:
-    if {"file", "columns"} & set(entry):
-        return DistributionTable
-    return InlineDistribution if {"density", "height", "gap"} & set(entry) else GaussianHeights
-
-
-MAPS: Mapping[str, Choice] = {
-    "random": lambda _: RandomMap,
-    "measured": lambda _: MeasuredMap,
-    "sum": lambda _: SumOfMaps,
-}
-KINDS: Mapping[str, Choice] = {
-    "sphere": lambda _: Sphere,
-    "summits": _summits,
-    "textured": lambda _: Textured,
-    "statistics": _statistics,
-    "normal_curve": lambda _: NormalCurveTable,
-    **MAPS,
-}
 
 
 def surface_from_toml(converter: Converter, value: object, _: object) -> SurfaceKind:
@@ -76,17 +43,17 @@ def surface_from_toml(converter: Converter, value: object, _: object) -> Surface
     entry = dict(table(value))
     scale = converter.structure(entry.pop("height_scale"), Number) if "height_scale" in entry else None
     interaction = entry.pop("interaction", None)
-    surface: SurfaceKind = _structured(converter, entry, KINDS)
+    surface: SurfaceKind = kind_from_toml(converter, entry, SURFACES)
     scaled = surface if scale is None else Scaled(surface, scale)
     return scaled if interaction is None else Interacting(scaled, interaction)
 
 
-def map_from_toml(converter: Converter, value: object, _: object) -> MapKind:
+def map_from_toml(converter: Converter, value: object, _: object) -> HeightMap:
     """Return a surface that has to be a height map; errors as for `surface_from_toml`."""
     for key in ("rule", "prune", "ball_radius"):
         if key in table(value):
             raise misfit("belongs to the surface as a whole; expected it beside first and second", key)
-    surface: MapKind = _structured(converter, value, MAPS)
+    surface: HeightMap = kind_from_toml(converter, value, SURFACES, among=HeightMap)
     return surface
 
 
@@ -122,15 +89,3 @@ def prune_from_toml(converter: Converter, value: object, _: object) -> bool | fl
     if not 0 <= share < 1:
         raise InputError(f"{share:g}; expected true, or a share of the height range, from 0 to less than 1")
     return share
-
-
-def _structured(converter: Converter, value: object, kinds: Mapping[str, Choice]) -> Any:
-    entry = dict(table(value))
-    if "kind" not in entry:
-        raise misfit(f"missing; expected one of {', '.join(kinds)}", "kind")
-    kind = entry.pop("kind")
-    if not isinstance(kind, str) or kind not in kinds:
-        # one that is known elsewhere is no slip of the pen
-        word = kind if isinstance(kind, str) and kind not in KINDS else ""
-        raise misfit(f"{shown(kind)}; {nearest(word, kinds)}", "kind")
-    return converter.structure(entry, kinds[kind](entry))

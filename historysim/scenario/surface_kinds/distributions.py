@@ -1,16 +1,18 @@
 """Surfaces given by how their summits' heights are distributed, and how many summits there are."""
 
 import abc
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import attrs
 
+from historysim.basics.fields import Length, Lengths, Numbers, Quantity
 from historysim.basics.places import misfit
 from historysim.errors import InputError
 from historysim.scenario.column_keys import NumbersFile
-from historysim.scenario.schema import Length, Lengths, Numbers, Quantity, given
-from historysim.scenario.surface_kinds.surface_kind import BuiltSurface
+from historysim.scenario.schema import given
+from historysim.scenario.surface_kinds.surface_kind import SURFACES, BuiltSurface, SurfaceKind
 from historysim.tables import Column
 
 if TYPE_CHECKING:
@@ -21,7 +23,7 @@ SummitDensity = Annotated[float, Quantity("m-2")]
 
 
 @attrs.frozen(kw_only=True)
-class DistributedSummits(abc.ABC):
+class DistributedSummits(SurfaceKind):
     """So many summits per area, drawn with a seed or, without one, as quantiles.
 
     Attributes
@@ -59,6 +61,7 @@ class DistributedSummits(abc.ABC):
             return BuiltSurface(drawn_summits(heights, self.radius, **amount, seed=self.seed))
 
 
+@SURFACES.register
 @attrs.frozen(kw_only=True)
 class GaussianHeights(DistributedSummits):
     """Gaussian heights.
@@ -79,7 +82,16 @@ class GaussianHeights(DistributedSummits):
     seed = 1
     """
 
+    kind = "statistics"
+
     rms_height: Length
+
+    @classmethod
+    def chosen(cls, entry: Mapping[str, Any]) -> type[SurfaceKind]:
+        """Return the class of a table, or of a density that is written out, where the keys say so."""
+        if {"file", "columns"} & set(entry):
+            return DistributionTable
+        return InlineDistribution if {"density", "height", "gap"} & set(entry) else cls
 
     def distribution(self, folder: Path) -> "HeightDistribution":  # noqa: ARG002 - it is in the scenario itself
         """Return the distribution of the heights."""

@@ -1,19 +1,23 @@
 """Surfaces given by their summits: one, a list, a table of them, or a regular array."""
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import attrs
 
+from historysim.basics.fields import Length, Lengths, Number
 from historysim.basics.places import misfit
 from historysim.basics.wording import nearest, shown
 from historysim.scenario.column_keys import NumbersFile
-from historysim.scenario.schema import Length, Lengths, Number, given
-from historysim.scenario.surface_kinds.surface_kind import BuiltSurface
+from historysim.scenario.schema import given
+from historysim.scenario.surface_kinds.surface_kind import SURFACES, BuiltSurface, SurfaceKind
 from historysim.tables import Column
 
 
+@SURFACES.register
 @attrs.frozen
-class Sphere:
+class Sphere(SurfaceKind):
     """One spherical asperity.
 
     Attributes
@@ -28,6 +32,8 @@ class Sphere:
     radius = "2.5 mm"
     """
 
+    kind = "sphere"
+
     radius: Length
 
     def ground(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - a sphere needs no file
@@ -37,8 +43,9 @@ class Sphere:
         return BuiltSurface(Summits(0.0, self.radius))
 
 
+@SURFACES.register
 @attrs.frozen
-class InlineSummits:
+class InlineSummits(SurfaceKind):
     """Summits written out in the scenario; a single number stands for all.
 
     Attributes
@@ -60,10 +67,17 @@ class InlineSummits:
     radius = "10 µm"
     """
 
+    kind = "summits"
+
     height: Lengths
     radius: Lengths
     x: Lengths | None = None
     y: Lengths | None = None
+
+    @classmethod
+    def chosen(cls, entry: Mapping[str, Any]) -> type[SurfaceKind]:
+        """Return the class of a table, where the keys say so."""
+        return SummitTable if {"file", "columns"} & set(entry) else cls
 
     def ground(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - they are in the scenario itself
         """Return the summits."""
@@ -105,7 +119,7 @@ class SummitColumns:
 
 
 @attrs.frozen(kw_only=True)
-class SummitTable(NumbersFile):
+class SummitTable(NumbersFile, SurfaceKind):
     """Summits from a table.
 
     Attributes
@@ -139,8 +153,9 @@ class SummitTable(NumbersFile):
         return BuiltSurface(summits, friction=found.get("friction"))
 
 
+@SURFACES.register
 @attrs.frozen
-class Textured:
+class Textured(SurfaceKind):
     """A regular array of equal asperities, with scatter on request.
 
     Attributes
@@ -170,6 +185,8 @@ class Textured:
     height_scatter = "5 nm"
     seed = 1
     """
+
+    kind = "textured"
 
     count: tuple[int, ...]
     pitch: Lengths

@@ -17,7 +17,7 @@ def _known(_: object, attribute: "attrs.Attribute[str]", value: object) -> None:
 
 
 @attrs.frozen
-class Interacting:
+class Interacting(SurfaceKind):
     """Any surface with a height map, and whether its asperities press on one another.
 
     Attributes
@@ -26,12 +26,12 @@ class Interacting:
         ``"full"``: the contact of a map is solved whole.
     """
 
-    kind: SurfaceKind
+    of: SurfaceKind
     interaction: str = attrs.field(validator=_known)
 
     def ground(self, folder: Path) -> BuiltSurface:
         """Make the surface."""
-        ground = self.kind.ground(folder)
+        ground = self.of.ground(folder)
         if self.interaction == "none":
             return ground
         if ground.surface is None:

@@ -2,15 +2,15 @@
 
 import abc
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Protocol
+from typing import TYPE_CHECKING, Annotated
 
 import attrs
 
+from historysim.basics.fields import Length, Lengths, Number, Quantity
 from historysim.basics.places import at, misfit
 from historysim.basics.wording import counted
 from historysim.errors import InputError
-from historysim.scenario.schema import Length, Lengths, Number, Quantity
-from historysim.scenario.surface_kinds.surface_kind import BuiltSurface
+from historysim.scenario.surface_kinds.surface_kind import SURFACES, BuiltSurface, SurfaceKind
 
 if TYPE_CHECKING:
     from historysim.surfaces.heights import Surface
@@ -32,18 +32,8 @@ PREPARATION = (
 Angle = Annotated[float, Quantity("rad")]
 
 
-class MapKind(Protocol):
-    """A surface that is a height map."""
-
-    def surface(self, folder: Path) -> "Surface":
-        """Return the map; paths are relative to the folder."""
-
-    def noticed(self, folder: Path) -> "tuple[Surface, tuple[str, ...]]":
-        """Return the map, and what the user should know about how it was made."""
-
-
 @attrs.frozen(kw_only=True)
-class HeightMap(abc.ABC):
+class HeightMap(SurfaceKind):
     """What every kind with a height map has.
 
     Attributes
@@ -141,6 +131,7 @@ def _cropped(
     return surface
 
 
+@SURFACES.register
 @attrs.frozen(kw_only=True)
 class RandomMap(HeightMap):
     """Random heights with an autocorrelation function.
@@ -179,6 +170,8 @@ class RandomMap(HeightMap):
     seed = 1
     """
 
+    kind = "random"
+
     shape: tuple[int, ...]
     pixel_size: Lengths
     rms_height: Length
@@ -207,6 +200,7 @@ class RandomMap(HeightMap):
         return self.filtered(_cropped(made, self.crop_x, self.crop_y))
 
 
+@SURFACES.register
 @attrs.frozen(kw_only=True)
 class MeasuredMap(HeightMap):
     """A measured height map.
@@ -250,6 +244,8 @@ class MeasuredMap(HeightMap):
     height_unit = "nm"
     form = "sphere"
     """
+
+    kind = "measured"
 
     file: str
     pixel_size: Lengths | None = None
@@ -313,6 +309,7 @@ class MeasuredMap(HeightMap):
             )
 
 
+@SURFACES.register
 @attrs.frozen(kw_only=True)
 class SumOfMaps(HeightMap):
     """Two rough surfaces against each other, as the sum of both against a flat.
@@ -353,8 +350,10 @@ class SumOfMaps(HeightMap):
     seed = 2
     """
 
-    first: MapKind
-    second: MapKind
+    kind = "sum"
+
+    first: HeightMap
+    second: HeightMap
     shift: Lengths = (0.0, 0.0)
     rotation: Angle = 0.0
     interpolation: str = "spline"

@@ -6,7 +6,7 @@ import attrs
 
 from historysim.scenario.column_keys import NumbersFile
 from historysim.scenario.schema import given
-from historysim.scenario.surface_kinds.surface_kind import BuiltSurface, Curve
+from historysim.scenario.surface_kinds.surface_kind import SURFACES, BuiltSurface, Curve, SurfaceKind
 from historysim.tables import Column
 
 
@@ -29,8 +29,9 @@ class CurveColumns:
     area: Column | None = None
 
 
+@SURFACES.register
 @attrs.frozen(kw_only=True)
-class NormalCurveTable(NumbersFile):
+class NormalCurveTable(NumbersFile, SurfaceKind):
     """A normal curve from a table, such as an indentation.
 
     Attributes
@@ -38,6 +39,8 @@ class NormalCurveTable(NumbersFile):
     columns
         Which column holds what.
     """
+
+    kind = "normal_curve"
 
     columns: CurveColumns
 

@@ -18,7 +18,7 @@ def _positive(_: object, attribute: "attrs.Attribute[float]", value: float) -> N
 
 
 @attrs.frozen
-class Scaled:
+class Scaled(SurfaceKind):
     """Any surface, with its heights stretched about the mean of its summits; the radii of the summits stay.
 
     Attributes
@@ -27,12 +27,12 @@ class Scaled:
         Stretches the heights of the summits, and of their map, about the mean of the summits; their radii stay.
     """
 
-    kind: SurfaceKind
+    of: SurfaceKind
     height_scale: float = attrs.field(validator=_positive)
 
     def ground(self, folder: Path) -> BuiltSurface:
         """Return the summits, and the map that they lie on."""
-        ground = self.kind.ground(folder)
+        ground = self.of.ground(folder)
         if ground.summits is None:
             raise misfit("given for a normal curve, which has no heights; expected none", "height_scale")
         mean = ground.summits.height.mean()

@@ -1,14 +1,27 @@
 """What every kind of ``[surface]`` gives, and has to do."""
 
+import abc
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import attrs
+
+from historysim.basics.registry import Registry
 
 if TYPE_CHECKING:
     from historysim.interaction.solutions import NormalSolutions
     from historysim.surfaces.heights import Surface
     from historysim.surfaces.summits import Summits
+
+
+SURFACES: Registry[type["SurfaceKind"]] = Registry(
+    "historysim.surfaces",
+    "historysim.scenario.surface_kinds.surface_kind:SurfaceKind",
+    "kind of surface",
+    "historysim.scenario.surface_kinds",
+)
+"""The kinds of ``[surface]`` by their names."""
 
 
 @attrs.frozen(eq=False)
@@ -54,8 +67,18 @@ class BuiltSurface:
     ball_radius: float | None = None
 
 
-class SurfaceKind(Protocol):
-    """``[surface]``: one class for each kind; a new kind is a new class in ``KINDS``."""
+class SurfaceKind(abc.ABC):
+    """A kind of ``[surface]``: an attrs class, whose fields are its keys, registered under its name."""
 
+    registry: ClassVar[Registry[Any]] = SURFACES
+    kind: ClassVar[str]
+
+    @classmethod
+    def chosen(cls, entry: Mapping[str, Any]) -> "type[SurfaceKind]":
+        """Return the class that the keys of a section belong to, where a kind has several."""
+        del entry
+        return cls
+
+    @abc.abstractmethod
     def ground(self, folder: Path) -> BuiltSurface:
         """Return the summits, with the map that they were found on; paths are relative to the folder."""

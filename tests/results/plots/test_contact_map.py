@@ -3,7 +3,7 @@ import pytest
 import xarray as xr
 
 import historysim as hs
-from historysim.results.report.history_report import CAPTIONS
+from historysim.results.plots.pictures import PICTURES
 
 pytest.importorskip("tamaas", reason='needs pip install "historysim[interaction]"')
 
@@ -90,7 +90,7 @@ def test_a_report_has_the_map(result):
     text = hs.report(result)
     assert "No picture" not in text
     assert "Patches have no traction profiles" in text
-    assert CAPTIONS["contact-map"] in text
+    assert PICTURES["contact-map"].caption in text
 
 
 def test_what_is_no_size_is_told_as_such(result):

@@ -26,7 +26,7 @@ def history():
 
 
 # of what wears alone
-OF_ANY = tuple(name for name in PICTURES if name != "wear")
+OF_ANY = tuple(name for name, kind in PICTURES.items() if "history" in kind.of and name != "wear")
 
 
 @pytest.mark.parametrize("picture", OF_ANY)
@@ -138,12 +138,18 @@ def test_the_contact_map_shows_partial_slip_by_itself(history):
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        ({"picture": "lop"}, "picture is 'lop'; expected one of history, loop, loops, slip-map"),
+        (
+            {"picture": "lop"},
+            "picture is 'lop'; expected one of contact-map, distribution, history, loop, loops, slip-fronts",
+        ),
         (
             {"picture": "loop", "step": 3},
             "step 3: the picture loop takes none; expected with contact-map",
         ),
-        ({"picture": "history", "asperity": 3}, "asperity 3: the picture history takes none; expected with traction"),
+        (
+            {"picture": "history", "asperity": 3},
+            "asperity 3: the picture history takes none; expected with slip-fronts, traction",
+        ),
         ({"picture": "traction", "asperity": 9}, "asperity 9: is not recorded"),
         ({"size": (1, 1)}, "expected width and height from 20 to 2000 mm"),
     ],

@@ -1,0 +1,168 @@
+"""Fields of what a scenario says: their units and limits, declared in the class that has them."""
+
+import inspect
+import math
+from collections.abc import Iterator, Mapping
+from types import NoneType
+from typing import Annotated, Any, get_args, get_origin
+
+import attrs
+
+from historysim.basics.units import is_number
+from historysim.errors import InputError
+
+
+@attrs.frozen
+class Quantity:
+    """Marks a field as a number in this SI unit, or a text with a unit that converts to it."""
+
+    unit: str
+
+
+Number = Annotated[float, Quantity("1")]
+Numbers = Annotated[float | tuple[float, ...], Quantity("1")]
+Time = Annotated[float, Quantity("s")]
+Frequency = Annotated[float, Quantity("Hz")]
+Frequencies = Annotated[float | tuple[float, ...], Quantity("Hz")]
+Length = Annotated[float, Quantity("m")]
+Lengths = Annotated[float | tuple[float, ...], Quantity("m")]
+Force = Annotated[float, Quantity("N")]
+Pressure = Annotated[float, Quantity("Pa")]
+Stiffness = Annotated[float, Quantity("N m-1")]
+SurfaceEnergy = Annotated[float, Quantity("J m-2")]
+
+
+@attrs.frozen
+class AtLeast:
+    """Validator of a finite number that is at least, or above, another."""
+
+    least: float
+    above: bool = False
+
+    def __call__(self, of: object, attribute: "attrs.Attribute[float]", value: Any) -> None:
+        """Check a value."""
+        fits = is_number(value) and math.isfinite(value) and (value > self.least if self.above else value >= self.least)
+        if not fits:
+            wanted = (
+                f"above {self.least:g}"
+                if self.above
+                else "finite"
+                if self.least == -math.inf
+                else f"of {self.least:g} or more"
+            )
+            raise InputError(f"{type(of).__name__}: {attribute.name} is {value!r}; expected a number {wanted}")
+
+    @property
+    def text(self) -> str:
+        """What it asks for, in brief."""
+        return "" if self.least == -math.inf else f"{'>' if self.above else '≥'} {self.least:g}"
+
+
+@attrs.frozen
+class OneOf:
+    """Validator of a word."""
+
+    words: tuple[str, ...]
+
+    def __call__(self, of: object, attribute: "attrs.Attribute[str]", value: Any) -> None:
+        """Check a value."""
+        if value not in self.words:
+            expected = " or ".join(map(repr, self.words))
+            raise InputError(f"{type(of).__name__}: {attribute.name} is {value!r}; expected {expected}")
+
+    @property
+    def text(self) -> str:
+        """What it asks for, in brief."""
+        return " or ".join(f'"{word}"' for word in self.words)
+
+
+def at_least(least: float, *, above: bool = False) -> AtLeast:
+    """Return a validator of a finite number that is at least, or above, another."""
+    return AtLeast(least, above)
+
+
+def one_of(*words: str) -> OneOf:
+    """Return a validator of a word."""
+    return OneOf(words)
+
+
+@attrs.frozen
+class Field:
+    """A field of a class, as its users see it.
+
+    Attributes
+    ----------
+    name : str
+    unit : str
+        The SI unit; "1" of a plain number, empty of what is no number.
+    needed : bool
+        Whether it has to be there.
+    default : object
+        What it is where it is not.
+    limits : str
+        What its values have to be.
+    """
+
+    name: str
+    unit: str
+    needed: bool
+    default: Any
+    limits: str
+
+    @property
+    def text(self) -> str:
+        """Say it in a few words: ``"reference_load [N] > 0"``."""
+        unit = f" [{self.unit}]" if self.unit not in {"", "1"} else ""
+        words = ":" if self.limits.startswith('"') else ""
+        limits = f"{words} {self.limits}" if self.limits else ""
+        default = "" if self.needed or self.default in {None, "", ()} else f" (default {_toml(self.default)})"
+        return f"{self.name}{unit}{limits}{default}"
+
+
+def fields_of(kind: type) -> Iterator[Field]:
+    """Yield the fields of a class in their order, those that are needed first; none of what is no attrs class."""
+    if not attrs.has(kind):
+        return
+    attrs.resolve_types(kind)
+    told = [
+        Field(
+            each.name,
+            unit_in(each.type),
+            each.default is attrs.NOTHING,
+            None if isinstance(each.default, attrs.Factory) else each.default,  # type: ignore[arg-type]
+            _limits(each.validator),
+        )
+        for each in attrs.fields(kind)
+        if each.init
+    ]
+    yield from sorted(told, key=lambda field: not field.needed)
+
+
+def about(kind: type) -> str:
+    """Return what a class says that it is: the first paragraph of its docstring, in one line."""
+    return " ".join((inspect.getdoc(kind) or "").split("\n\n")[0].split())
+
+
+def markdown(kinds: Mapping[str, type], heading: str) -> str:
+    """Return a table of kinds with their keys, as it stands in the documentation."""
+    rows = []
+    for name, kind in kinds.items():
+        keys = "; ".join(f"`{field.name}`{field.text.removeprefix(field.name)}" for field in fields_of(kind))
+        rows.append(f'| `"{name}"` | {keys} | {about(kind).replace("|", chr(92) + "|")} |')
+    return "\n".join([f"| {heading} | keys | |", "| --- | --- | --- |", *rows])
+
+
+def unit_in(kind: Any) -> str:
+    """Return the unit that a field is declared with, empty where it has none."""
+    if get_origin(kind) is Annotated:
+        return next((each.unit for each in get_args(kind)[1:] if isinstance(each, Quantity)), "")
+    return next((unit for each in get_args(kind) if each is not NoneType and (unit := unit_in(each))), "")
+
+
+def _limits(validator: Any) -> str:
+    inner = getattr(validator, "validator", validator)
+    return str(getattr(inner, "text", ""))
+
+
+def _toml(value: Any) -> str:
+    return f'"{value}"' if isinstance(value, str) else str(value).lower() if isinstance(value, bool) else f"{value}"

@@ -1,0 +1,173 @@
+"""What stands open to other packages: kinds of things by their names, from this package and from entry points."""
+
+import importlib
+import pkgutil
+import sys
+from collections.abc import Iterator, Mapping
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any, Generic, TypeVar, cast
+
+import attrs
+
+from historysim.basics.wording import nearest, shown
+from historysim.errors import InputError
+
+T = TypeVar("T", bound=type)
+OWN = "historysim"
+
+
+@attrs.frozen
+class Provider:
+    """The package that a kind comes from.
+
+    Attributes
+    ----------
+    package, version : str
+        Of a class that no installed package declares, the module that it stands in, and what that says.
+    declared : bool
+        Whether an installed package declares it.
+    """
+
+    package: str
+    version: str
+    declared: bool = True
+
+    def __str__(self) -> str:
+        return f"{self.package} {self.version}".rstrip()
+
+
+class Registry(Mapping[str, T], Generic[T]):
+    """Classes by the names that scenarios and logs call them.
+
+    Those of this package register themselves when their modules are imported, which is done when a name is asked for
+    that is not known yet. Those of other packages are entry points of a group, read anew whenever they are asked for:
+    nothing is kept, and a name of this package is never replaced.
+
+    Parameters
+    ----------
+    group : str
+        The group of entry points, such as ``"historysim.laws"``.
+    base : str
+        What each of them derives from, as ``"module:Class"``.
+    noun : str
+        What one is called in messages.
+    *homes : str
+        Packages and modules where those of this package stand.
+    label : str
+        The class variable that holds the name.
+    """
+
+    def __init__(self, group: str, base: str, noun: str, *homes: str, label: str = "kind") -> None:
+        self.group, self.noun, self._base, self._homes, self.label = group, noun, base, homes, label
+        self._known: dict[str, T] = {}
+
+    def register(self, kind: T) -> T:
+        """Make a class known by its name, for as long as the process runs; to stand above the class.
+
+        Raises
+        ------
+        InputError
+            It has no name, or one that another class has.
+        """
+        name: Any = vars(kind).get(self.label)
+        if not isinstance(name, str) or not name:
+            raise InputError(
+                f"{kind.__name__} has {name!r} as its {self.label}; expected a name, as in {self.label} = 'my own'"
+            )
+        before = self._known.get(name)
+        # a class that is carried out again, as in a notebook, takes the place of itself
+        if before is not None and _full_name(before) != _full_name(kind):
+            raise InputError(f"the {self.noun} {name!r} is {_full_name(before)} already; expected another name")
+        self._known[name] = kind
+        return kind
+
+    def own(self) -> dict[str, T]:
+        """Return what is registered so far, in that order."""
+        return dict(self._known)
+
+    def forget(self, name: str) -> None:
+        """Take back what `register` was told of a name."""
+        self._known.pop(name, None)
+
+    def __getitem__(self, name: str) -> T:
+        if not isinstance(name, str):
+            raise KeyError(name)
+        if name not in self._known:
+            self.import_own()
+        if name in self._known:
+            return self._known[name]
+        if name in (found := self._foreign()):
+            return self._loaded(found[name])
+        raise KeyError(name)
+
+    def __iter__(self) -> Iterator[str]:
+        self.import_own()
+        yield from dict.fromkeys((*sorted(self._known), *sorted(self._foreign())))
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return sum(1 for _ in self)
+
+    def names(self, among: type = object) -> list[str]:
+        """Return the names, of subclasses of a class alone where one is given."""
+        return [name for name in self if among is object or issubclass(self[name], among)]
+
+    def named(self, name: Any, among: type = object) -> T:
+        """Return the class of a name; parameters as for `names`.
+
+        Raises
+        ------
+        InputError
+            None has it, or the package that declares it cannot be used.
+        """
+        known = name in self
+        if known and issubclass(found := self[name], among):
+            return found
+        # one that is known elsewhere is no slip of the pen
+        word = "" if known or not isinstance(name, str) else name
+        raise InputError(f"{shown(name)}; {nearest(word, self.names(among))}")
+
+    def provider(self, kind: type) -> Provider | None:
+        """Return the package that a class comes from; None of what comes with this one."""
+        module = kind.__module__
+        if module.split(".")[0] == OWN:
+            return None
+        point = self._foreign().get(getattr(kind, self.label, ""))
+        if point is not None and point.dist is not None and point.module == module:
+            return Provider(point.dist.name, point.dist.version)
+        top = module.split(".")[0]
+        return Provider(module, str(getattr(sys.modules.get(top), "__version__", "")), declared=False)
+
+    def import_own(self) -> None:
+        """Import the modules of this package where its kinds stand, so that they are all there."""
+        for home in self._homes:
+            found = importlib.import_module(home)
+            for module in pkgutil.iter_modules(getattr(found, "__path__", ())):
+                importlib.import_module(f"{home}.{module.name}")
+
+    def _foreign(self) -> dict[str, EntryPoint]:
+        found: dict[str, EntryPoint] = {}
+        for point in entry_points(group=self.group):
+            other = found.setdefault(point.name, point)
+            if other.value != point.value:
+                packages = " and ".join(str(each.dist and each.dist.name) for each in (other, point))
+                raise InputError(f"the {self.noun} {point.name!r} is declared by {packages}; uninstall one of them")
+        return found
+
+    def _loaded(self, point: EntryPoint) -> T:
+        whose = f"the {self.noun} {point.name!r} of the package {point.dist.name if point.dist else '?'}"
+        try:
+            kind: Any = point.load()
+        except Exception as error:
+            raise InputError(f"{whose} cannot be loaded from {point.value} ({error}); mend or update it") from error
+        module, _, name = self._base.partition(":")
+        base = getattr(importlib.import_module(module), name)
+        if not (isinstance(kind, type) and issubclass(kind, base)) or getattr(kind, self.label, None) != point.name:
+            raise InputError(
+                f"{whose} is {kind!r}; expected a subclass of {module}.{name} with {self.label} = {point.name!r}"
+            )
+        return cast("T", kind)
+
+
+def _full_name(kind: type) -> str:
+    return f"{kind.__module__}.{kind.__qualname__}"

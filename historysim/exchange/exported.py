@@ -1,0 +1,36 @@
+"""What is exported: the contact of a scenario, of a log, of a result or of a replay."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+from historysim.basics.notices import Teller, silent
+from historysim.replaying import Replay
+from historysim.scenario import sources
+from historysim.scenario.scenario import Scenario
+
+Exportable = Scenario | sources.Source | Replay | str | Path
+"""A scenario or its file, a log, a result, or a replay."""
+
+
+class Exported(NamedTuple):
+    """A replay, what it is called, and the files that it was read from."""
+
+    replay: Replay
+    name: str
+    title: str
+    files: tuple[Path, ...]
+
+
+def exported(given: Exportable, tell: Teller = silent) -> Exported:
+    """Return what is exported.
+
+    Raises
+    ------
+    InputError
+        It cannot be used as it is.
+    """
+    if isinstance(given, Replay):
+        return Exported(given, "contact", "", ())
+    source = sources.source_of(given)
+    header, events, _ = source.content(tell)
+    return Exported(header.replay(events), source.files[0].stem, str(header.settings.get("title", "")), source.files)

@@ -1,0 +1,326 @@
+"""`write_fmu`: the contact of a scenario as a file that other simulators step."""
+
+import hashlib
+import math
+import platform
+import re
+import sys
+import tempfile
+import uuid
+import zipfile
+from collections.abc import Mapping, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+
+import attrs
+import numpy as np
+
+from historysim.asperities.curves import ROUNDING, NormalCurves
+from historysim.asperities.state import EnsembleState
+from historysim.basics.arguments import scalar
+from historysim.basics.compiler import ZIG, compile_shared, compiler, own_options
+from historysim.basics.files import replacing
+from historysim.basics.notices import Teller, silent
+from historysim.basics.targets import Output, check_outputs, marked
+from historysim.basics.wording import listed
+from historysim.errors import InputError, InstallationError
+from historysim.exchange.exported import Exportable, Exported, exported
+from historysim.exchange.fmu.unit_description import Unit, build_description, model_description
+from historysim.exchange.fmu.unit_variables import OUTPUTS, variables
+from historysim.memory import get_include
+from historysim.replaying import Replay
+
+FMU = marked("a unit of historysim", ".fmu")
+HERE = Path(__file__).parent
+
+TARGETS = {
+    "x86_64-linux": "x86_64-linux-gnu.2.17",
+    "aarch64-linux": "aarch64-linux-gnu.2.17",
+    "x86_64-windows": "x86_64-windows-gnu",
+    "x86_64-darwin": "x86_64-macos-none",
+    "aarch64-darwin": "aarch64-macos-none",
+}
+"""What zig calls the platforms, which are named as in FMI 3.0."""
+FOLDERS_OF_2 = {"x86_64-linux": "linux64", "x86_64-windows": "win64", "x86_64-darwin": "darwin64"}
+"""What FMI 2.0 calls them; it has no name for ARM, for which that of 3.0 is taken."""
+ENDINGS = {"linux": ".so", "windows": ".dll", "darwin": ".dylib"}
+
+PREFACE = """/* In a unit of co-simulation nothing of the memory is seen from outside, and there is one thread. */
+#define HS_ONE_THREAD
+#define HS_API
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+"""
+LONG_AGO = (1980, 1, 1, 0, 0, 0)
+"""Time of all files in the archive, so that the same contact gives the same bytes."""
+
+
+@attrs.frozen
+class Controls:
+    """How a unit is driven.
+
+    Attributes
+    ----------
+    normal, tangential : {"load", "displacement"}
+        What its two inputs are: loads, or the approach and the tangential displacement.
+    saturate : bool
+        Hold a tangential load beyond the friction limit at the limit, instead of refusing the step.
+    """
+
+    normal: str = attrs.field()
+    tangential: str = attrs.field()
+    saturate: bool
+
+    @normal.validator
+    @tangential.validator
+    def _is_control(self, attribute: "attrs.Attribute[str]", value: str) -> None:
+        if value not in {"load", "displacement"}:
+            raise InputError(f"{attribute.name} is {value!r}; expected 'load' or 'displacement'")
+
+
+def write_fmu(  # noqa: PLR0913 - options by name, as the command has them
+    source: Exportable,
+    output: str | Path,
+    *,
+    at: float | None = None,
+    normal: str = "load",
+    tangential: str = "displacement",
+    saturate: bool | None = None,
+    fmi: int = 2,
+    platforms: Sequence[str] | None = None,
+    force: bool = False,
+    tell: Teller = silent,
+) -> None:
+    """Write a contact as a unit of co-simulation (FMU): plain C with its exact memory, which needs no Python.
+
+    Each ``doStep`` carries the contact straight from where it is to its two inputs, in one exact update, whatever the
+    length of the step. States can be saved, restored and serialised, bit for bit.
+
+    Parameters
+    ----------
+    source : Exportable
+        A scenario or its file, a log, a result, or a replay.
+    output : path
+        The file (.fmu).
+    at : float, optional
+        Start from the state at this time [s]; by default nothing has touched yet.
+    normal, tangential : {"load", "displacement"}
+        What the inputs are. The normal displacement is the approach from first touch; with an instrument the tangential
+        displacement is that of its drive.
+    saturate : bool, optional
+        Hold a tangential load beyond the friction limit at the limit; by default what the scenario says. Otherwise such
+        a step is discarded, with a message, and nothing is changed.
+    fmi : {2, 3}
+        Version of the standard: 2.0 or 3.0.
+    platforms : sequence of str, optional
+        Platforms to compile for, by the names of FMI 3.0, such as ``"x86_64-windows"``; for those other than this one
+        the package ``ziglang`` has to be installed. By default this one.
+    force : bool
+        Replace a file that is no earlier unit, too.
+    tell : callable, optional
+        Takes notices for the user.
+
+    Raises
+    ------
+    InputError
+        The source cannot be used, or its asperities evolve; or an argument has none of the values above.
+    LoadError
+        A load before the time ``at`` that the contact cannot carry.
+    InstallationError
+        There is no compiler.
+    OSError
+        The file cannot be written.
+    """
+    output = Path(output)
+    if fmi not in {2, 3} or isinstance(fmi, bool):
+        raise InputError(f"fmi is {fmi!r}; expected 2 or 3")
+    chosen = _checked_platforms(platforms)
+    found = exported(source, tell)
+    check_outputs([Output(output, (FMU,))], found.files, force=force)
+    controls = Controls(normal, tangential, found.replay.saturate if saturate is None else saturate)
+    files = unit_files(found, controls, at=at, fmi=fmi, platforms=chosen)
+    with replacing(output) as unfinished, zipfile.ZipFile(unfinished, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in sorted(files.items()):
+            archive.writestr(zipfile.ZipInfo(name, LONG_AGO), content, zipfile.ZIP_DEFLATED)
+
+
+def unit_files(
+    source: Exported, controls: Controls, *, at: float | None, fmi: int, platforms: Sequence[str]
+) -> dict[str, bytes]:
+    """Return all files of a unit by their names; parameters and errors as for `write_fmu`."""
+    job = source.replay
+    state = job.ensemble.initial_state() if at is None else job.state(until=scalar("at", at))
+    if state.memory.evolved:
+        raise InputError(
+            "the asperities evolve (a law of friction, wear, or other summits), which a unit of co-simulation does not "
+            "follow; expected constant coefficients and summits"
+        )
+    curves = job.ensemble.curves
+    resources = {"contact.bin": state.to_bytes()}
+    if curves is not None:
+        resources["curve.bin"] = _curve(curves)
+    identifier = re.sub(r"\W", "_", source.name, flags=re.ASCII)
+    identifier = identifier if identifier[:1].isalpha() else f"contact_{identifier}"
+    driven = not job.instrument.rigid
+    table = variables(
+        controls.normal, controls.tangential, driven=driven, areas=curves is None or curves.area is not None
+    )
+    code = {path.name: path.read_text("utf-8") for path in _sources(fmi)}
+    code["historysim.h"] = PREFACE + code["historysim.h"]
+    settings = _settings(job, controls, curves)
+    settings |= {f"V_{variable.key}": str(reference) for reference, variable in enumerate(table)}
+    absent = [each for each in OUTPUTS if each not in table]
+    settings |= {f"V_{variable.key}": str(1000 + number) for number, variable in enumerate(absent)}
+    digest = hashlib.sha256()
+    texts = {**code, "settings": repr(settings), "fmi": str(fmi)}
+    for name, content in sorted({**resources, **{name: text.encode() for name, text in texts.items()}}.items()):
+        digest.update(f"{name}\0".encode())
+        digest.update(content)
+    token = f"{{{uuid.UUID(bytes=digest.digest()[:16], version=4)}}}"
+    code["model.h"] = _defines({**settings, "MODEL_TOKEN": f'"{token}"'})
+    unit = Unit(
+        identifier=identifier,
+        name=source.name,
+        text=source.title or "a rough frictional contact with its exact memory",
+        token=token,
+        variables=table,
+        starts=_starts(job, state, controls) | {"friction_factor": 1.0},
+        sources=sorted(name for name in code if name.endswith(".c")),
+    )
+    files = {f"resources/{name}": content for name, content in resources.items()}
+    files |= {f"sources/{name}": text.encode() for name, text in code.items()}
+    files["modelDescription.xml"] = model_description(unit, fmi)
+    files["documentation/index.html"] = _page(unit, controls, at)
+    if fmi == 3:
+        files["sources/buildDescription.xml"] = build_description(unit)
+    for name in platforms:
+        folder = FOLDERS_OF_2.get(name, name) if fmi == 2 else name
+        ending = ENDINGS[name.partition("-")[2]]
+        files[f"binaries/{folder}/{identifier}{ending}"] = compiled(code, name)
+    return files
+
+
+def this_platform() -> str:
+    """Return the name of the platform that this program runs on, as FMI 3.0 has it."""
+    machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(platform.machine().lower(), platform.machine().lower())
+    return f"{machine}-{ {'win32': 'windows', 'darwin': 'darwin'}.get(sys.platform, 'linux') }"
+
+
+def _checked_platforms(platforms: Sequence[str] | None) -> list[str]:
+    here = this_platform()
+    if platforms is None:
+        return [here]
+    chosen = [platforms] if isinstance(platforms, str) else list(platforms)
+    for name in chosen:
+        if name not in TARGETS and name != here:
+            raise InputError(f"platform {name!r} is not known; expected {listed(TARGETS)}")
+    return list(dict.fromkeys(chosen))
+
+
+def compiled(code: Mapping[str, str], target: str) -> bytes:
+    """Return the shared library of C files for a platform.
+
+    Raises
+    ------
+    InstallationError
+        There is no compiler for it, or it fails.
+    """
+    here = target == this_platform()
+    found = compiler() if here else []
+    command = found or [*ZIG, "-target", TARGETS.get(target, target)]
+    if not found and find_spec("ziglang") is None:
+        raise InstallationError(
+            f"no compiler of C for {target} is found; expected "
+            + ("cc, gcc or clang, or " if here else "")
+            + "the package ziglang, which brings one: pip install ziglang"
+        )
+    with tempfile.TemporaryDirectory() as folder:
+        for name, text in code.items():
+            Path(folder, name).write_text(text, encoding="utf-8")
+        library = Path(folder, "unit")
+        sources = [str(Path(folder, name)) for name in code if name.endswith(".c")]
+        try:
+            compile_shared([*command, "-O3", *own_options()], sources, library, windows=target.endswith("windows"))
+        except RuntimeError as error:
+            raise InstallationError(f"the unit is not compiled for {target}: {error}") from None
+        return library.read_bytes()
+
+
+def _sources(fmi: int) -> list[Path]:
+    """Return the C that a unit is made of."""
+    memory = Path(get_include())
+    own = [HERE / "unit.c", HERE / "unit.h", HERE / f"fmi{fmi}.c", *sorted(HERE.glob(f"fmi{fmi}*.h"))]
+    return [*sorted(memory.glob("*.c")), memory / "historysim.h", memory / "internal.h", *own]
+
+
+def _settings(job: Replay, controls: Controls, curves: NormalCurves | None) -> dict[str, str]:
+    """Return what is particular to a contact, as its C has it."""
+    kind = {"load": "HS_LOAD", "displacement": "HS_DISPLACED"}
+    ends = ("HUGE_VAL", "HUGE_VAL")
+    if curves is not None:
+        last = float(curves.load[-1].sum()), float(curves.approach[-1])
+        ends = tuple((end * (1.0 + ROUNDING)).hex() for end in last)  # type: ignore[assignment]
+    return {
+        "NORMAL_CONTROL": kind[controls.normal],
+        "TANGENTIAL_CONTROL": kind[controls.tangential],
+        "COMPLIANCE": (1.0 / job.instrument.lateral_stiffness).hex(),
+        "TOLERANCE": job.ensemble.tolerance.hex(),
+        "SATURATE": str(int(controls.saturate)),
+        "LARGEST_LOAD": ends[0],
+        "LARGEST_APPROACH": ends[1],
+        "PATCHES": str(int(curves is not None)),
+    }
+
+
+def _defines(settings: Mapping[str, str]) -> str:
+    lines = [f"#define {name} {value}" for name, value in settings.items()]
+    return "/* What is particular to this contact. */\n" + "\n".join(lines) + "\n"
+
+
+def _curve(curves: NormalCurves) -> bytes:
+    """Return ``resources/curve.bin``; see `unit.c`."""
+    area = np.zeros(curves.approach.size) if curves.area is None else curves.area.sum(axis=1)
+    first = np.sort(curves.first_touch)
+    parts = [[curves.approach.size, first.size], [0.0], curves.approach, [0.0], area, first]
+    return np.concatenate([np.asarray(part, dtype="<f8") for part in parts]).tobytes()
+
+
+def _starts(job: Replay, state: EnsembleState, controls: Controls) -> dict[str, float]:
+    """Return where the inputs stand at the start."""
+    table = variables(controls.normal, controls.tangential, driven=not job.instrument.rigid, areas=True)
+    normal = state.normal_load if controls.normal == "load" else state.approach
+    tangential = state.tangential_load
+    if controls.tangential == "displacement":
+        tangential = job.instrument.drive_displacement(state.tangential_displacement, state.tangential_load)
+    return {table[0].name: normal, table[1].name: tangential}
+
+
+def _page(unit: Unit, controls: Controls, at: float | None) -> bytes:
+    """Return the documentation of a unit (HTML)."""
+    from html import escape
+
+    rows = "".join(
+        f"<tr><td>{escape(each.name)}</td><td>{each.causality}</td><td>{escape(each.unit)}</td>"
+        f"<td>{escape(each.text)}</td></tr>"
+        for each in unit.variables
+    )
+    beyond = (
+        "is held at the limit, which the output <code>saturated</code> tells"
+        if controls.saturate
+        else "discards the step with a message and changes nothing"
+    )
+    start = "nothing has touched yet" if at is None or math.isinf(-at) else f"the state at t = {at:g} s"
+    text = f"""<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>{escape(unit.name)}</title></head><body>
+<h1>{escape(unit.name)}</h1><p>{escape(unit.text)}</p>
+<p>A rough frictional contact before it slides, with its exact memory, made by historysim. It starts from: {start}. Each
+step carries it straight from where it is to its two inputs, in one exact update, whatever its length. The inputs are
+where the contact is at the end of the step: a simulator that holds its inputs during a step lags by one step, unless it
+gives their first derivatives (FMI 2.0), or goes back and repeats the step. A tangential load beyond the friction limit
+{beyond}. Derivatives in the inputs are exact; they are given of loads, approach and displacements.</p>
+<p>Compile the sources with <code>-std=c11 -ffp-contract=off</code> for the same bits.</p>
+<table border="1"><tr><th>variable</th><th>causality</th><th>unit</th><th>meaning</th></tr>{rows}</table>
+</body></html>
+"""
+    return text.encode()

@@ -1,0 +1,58 @@
+"""Everything that other packages may add to, by what it is called."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from historysim.basics.fields import about, fields_of
+from historysim.basics.registry import Registry
+from historysim.basics.wording import nearest
+from historysim.errors import InputError
+
+
+def registries() -> Mapping[str, Registry[Any]]:
+    """Return the registries by the last words of their groups of entry points."""
+    from historysim.asperities.laws import LAWS
+    from historysim.asperities.wear import WEAR_LAWS
+    from historysim.loads.events import EVENTS
+    from historysim.results.plots.pictures import PICTURES
+    from historysim.scenario.loading_kinds import LOADINGS
+    from historysim.scenario.picture_kinds import Pictures  # noqa: F401 - registers those of scenarios
+    from historysim.scenario.surface_kinds import SURFACES
+    from historysim.surfaces.reading import read_surface  # noqa: F401 - registers those of height maps
+    from historysim.tables.readers import READERS
+
+    every = (LAWS, WEAR_LAWS, EVENTS, SURFACES, LOADINGS, READERS, PICTURES)
+    return {each.group.rpartition(".")[2]: each for each in every}
+
+
+def kinds(what: str | None = None, name: str | None = None) -> list[tuple[str, str]]:
+    """Return lines on what there is: groups with their names, the kinds of one group, or the keys of one kind.
+
+    Parameters
+    ----------
+    what : str, optional
+        A group, such as ``"laws"``.
+    name : str, optional
+        One of its kinds.
+
+    Raises
+    ------
+    InputError
+        There is no such group or kind.
+    """
+    groups = registries()
+    if what is None:
+        return [(group, ", ".join(found)) for group, found in groups.items()]
+    if what not in groups:
+        raise InputError(f"{what!r} is no group of kinds; {nearest(what, groups)}")
+    found = groups[what]
+    if name is None:
+        return [(each, f"{about(kind)}{_whose(found, kind)}") for each, kind in found.items()]
+    kind = found.named(name)
+    fields = [(field.name, field.text.removeprefix(field.name).strip()) for field in fields_of(kind)]
+    return [(name, f"{about(kind)}{_whose(found, kind)}"), *fields]
+
+
+def _whose(registry: Registry[Any], kind: type) -> str:
+    provider = registry.provider(kind)
+    return "" if provider is None else f" [{provider}]"

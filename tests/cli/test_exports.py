@@ -1,0 +1,66 @@
+"""The commands fmu and reduce."""
+
+import json
+import subprocess
+import sys
+import zipfile
+
+import pytest
+from c_core import ROOT
+
+from historysim.basics.compiler import compiler
+
+SCENARIO = ROOT / "scenarios" / "03_constant_load.toml"
+
+
+def said(folder, *words, code=0):
+    done = subprocess.run(
+        [sys.executable, "-m", "historysim", *map(str, words)],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        check=False,
+    )
+    assert done.returncode == code, done.stdout + done.stderr
+    assert "Traceback" not in done.stderr
+    return done.stdout if code == 0 else done.stderr
+
+
+def test_reduce_tells_its_bound_and_writes_all_files(tmp_path):
+    files = [f"model{ending}" for ending in (".json", ".csv", ".m", ".mo", ".tcl", ".py")]
+    options = [word for name in files for word in ("-o", name)]
+    told = said(tmp_path, "reduce", SCENARIO, "--elements", 8, *options, "--picture", "model.png")
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted([*files, "model.png"])
+    assert "for every history at that normal load" in told
+    model = json.loads((tmp_path / "model.json").read_text(encoding="utf-8"))
+    assert f"{model['bound_of_load_over_friction_limit']:.3g} of the friction limit" in told
+    answer = json.loads(said(tmp_path, "reduce", SCENARIO, "--elements", 8, "--json"))
+    assert answer["data"]["data_vars"]["stiffness"]["data"] == model["stiffness_N_per_m"]
+    assert (tmp_path / "model.png").stat().st_size > 1000
+
+
+@pytest.mark.skipif(not compiler(), reason="needs a C compiler")
+def test_fmu_starts_from_a_state_of_a_log(tmp_path, monkeypatch):
+    monkeypatch.setenv("CFLAGS", "-O0")
+    said(tmp_path, "run", SCENARIO, "-o", "out.nc", "-q")
+    for number, name in enumerate((SCENARIO, "out.nc", "out.history")):
+        assert f"{number}.fmu" in said(tmp_path, "fmu", name, "--at", "12.5 s", "-o", f"{number}.fmu")
+    states = {zipfile.ZipFile(tmp_path / f"{number}.fmu").read("resources/contact.bin") for number in range(3)}
+    assert len(states) == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["fmu", SCENARIO, "-o", "a.zip"], "expected .fmu"),
+        (["fmu", SCENARIO, "--platforms", "amiga"], "platform 'amiga' is not known"),
+        (["fmu", SCENARIO, "--at", "noon"], "--at"),
+        (["reduce", SCENARIO, "-o", "a.xyz"], "expected one of .json"),
+        (["reduce", SCENARIO, "--normal-load", "-1 mN"], "normal_load"),
+        (["reduce", SCENARIO, "--elements", "0"], "elements"),
+    ],
+)
+def test_wrong_words_are_told(tmp_path, words, message):
+    assert message in said(tmp_path, *words, code=2)
+    assert not list(tmp_path.iterdir())

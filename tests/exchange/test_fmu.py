@@ -1,0 +1,456 @@
+"""Units of co-simulation, judged by FMPy, which validates, simulates and rolls them back."""
+
+import ctypes
+import math
+import re
+import shutil
+import subprocess
+import sys
+import zipfile
+from itertools import product
+
+import numpy as np
+import pytest
+from c_core import ROOT
+
+import historysim as hs
+from historysim.basics.compiler import compiler
+from historysim.exchange.fmu.unit_file import this_platform
+
+fmpy = pytest.importorskip("fmpy", reason="needs FMPy: pip install historysim[exchange]")
+pytestmark = pytest.mark.skipif(not compiler(), reason="needs a C compiler")
+
+from fmpy import read_model_description, simulate_fmu  # noqa: E402
+from fmpy.fmi1 import FMICallException  # noqa: E402
+from fmpy.fmi2 import FMU2Slave  # noqa: E402
+from fmpy.validation import validate_fmu  # noqa: E402
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=7e10, shear_modulus=2e10)
+DISCARD, ERROR = 2, 3
+
+
+def rough(friction=0.2, count=40):
+    rng = np.random.default_rng(3)
+    return hs.Ensemble(PAIR, rng.normal(0.0, 30e-9, count), rng.uniform(20e-6, 60e-6, count), friction)
+
+
+def patches(rows=30):
+    """Two patches of a contact whose load rises as a^1.5 and a^1.7."""
+    approach = np.linspace(0, 200e-9, rows + 1)[1:]
+    load = np.stack([1e9 * approach**1.5, 4e10 * approach**1.7 * (approach > 50e-9)], axis=1)
+    load[:, 1] -= np.where(approach > 50e-9, 4e10 * (50e-9) ** 1.7, 0.0)
+    return hs.Ensemble.from_normal_curves(PAIR, approach, load, load * 1e-9, 0.3)
+
+
+def job(ensemble, **options):
+    events = [
+        hs.NormalLoad(0.0, 0.02),
+        hs.TangentialLoad(0.0, 0.0),
+        hs.TangentialLoad(1.0, 2e-3),
+        hs.TangentialLoad(2.0, -1e-3),
+    ]
+    return hs.Replay(ensemble, events, **options)
+
+
+class Host:
+    """A unit that was unpacked, and is stepped by FMPy."""
+
+    def __init__(self, path, folder):
+        self.messages = []
+        self.described = read_model_description(path, validate=True)
+        self.reference = {each.name: each.valueReference for each in self.described.modelVariables}
+        self.kind = {each.name: each.type for each in self.described.modelVariables}
+        fmpy.extract(path, folder)
+        self.slave = FMU2Slave(
+            guid=self.described.guid,
+            unzipDirectory=str(folder),
+            modelIdentifier=self.described.coSimulation.modelIdentifier,
+            instanceName="contact",
+        )
+        self.slave.instantiate(callbacks=self.callbacks())
+        self.time = 0.0
+        self.inputs = [each.name for each in self.described.modelVariables if each.causality == "input"]
+        self.outputs = [each.name for each in self.described.modelVariables if each.causality == "output"]
+
+    def callbacks(self):
+        from fmpy.fmi2 import (
+            fmi2CallbackAllocateMemoryTYPE,
+            fmi2CallbackFreeMemoryTYPE,
+            fmi2CallbackFunctions,
+            fmi2CallbackLoggerTYPE,
+            fmi2StepFinishedTYPE,
+        )
+
+        def log(_environment, _name, _status, _category, _format):
+            # what stands behind the format cannot be had from Python: the message is looked for in C
+            self.messages.append((_status, _category))
+
+        made = fmi2CallbackFunctions()
+        made.logger = fmi2CallbackLoggerTYPE(log)
+        made.allocateMemory = fmi2CallbackAllocateMemoryTYPE(lambda *_: None)
+        made.freeMemory = fmi2CallbackFreeMemoryTYPE(lambda _: None)
+        made.stepFinished = fmi2StepFinishedTYPE(lambda *_: None)
+        made.componentEnvironment = None
+        return made
+
+    def begin(self, **values):
+        self.slave.setupExperiment(startTime=0.0)
+        self.slave.enterInitializationMode()
+        self.set(**values)
+        self.slave.exitInitializationMode()
+        return self
+
+    def set(self, **values):
+        self.slave.setReal([self.reference[name] for name in values], list(values.values()))
+
+    def get(self, name):
+        how = {"Real": self.slave.getReal, "Integer": self.slave.getInteger, "Boolean": self.slave.getBoolean}
+        return how[self.kind[name]]([self.reference[name]])[0]
+
+    def step(self, *values, length=0.01):
+        self.set(**dict(zip(self.inputs, values, strict=True)))
+        self.slave.doStep(self.time, length)
+        self.time += length
+
+    def state_bytes(self):
+        state = self.slave.getFMUstate()
+        found = self.slave.serializeFMUstate(state)
+        self.slave.freeFMUstate(state)
+        return found
+
+    def derivative(self, unknown, known):
+        return self.slave.getDirectionalDerivative([self.reference[unknown]], [self.reference[known]], [1.0])[0]
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """Write a unit of a replay, unless one of the same name was written before."""
+    folder, names = tmp_path_factory.mktemp("units"), {}
+
+    def write(source, name, **options):
+        key = (name, *sorted(options.items()))
+        if name is None or key not in names:
+            names[key] = folder / f"{len(names)}.fmu"
+            hs.write_fmu(source, names[key], force=True, **options)
+            assert validate_fmu(str(names[key])) == []
+        return names[key]
+
+    return write
+
+
+@pytest.fixture
+def hosted(tmp_path, written, monkeypatch):
+    """Host a unit of a replay."""
+    hosts = []
+    # the bits do not depend on it, and it takes a third of the time
+    monkeypatch.setenv("CFLAGS", "-O1")
+
+    def make(source, name=None, **options):
+        path = written(source, name, **options)
+        hosts.append(Host(str(path), tmp_path / f"unpacked {len(hosts)} µ"))
+        return hosts[-1]
+
+    yield make
+    for host in hosts:
+        host.slave.freeInstance()
+
+
+CONTACTS = {
+    "one coefficient": (rough, {}),
+    "many coefficients": (lambda: rough(np.linspace(0.1, 0.4, 40)), {}),
+    "an instrument": (rough, {"instrument": hs.Instrument(lateral_stiffness=3e5)}),
+    "patches": (patches, {}),
+}
+
+
+WAYS = [
+    *(("one coefficient", *controls) for controls in product(("load", "displacement"), repeat=2)),
+    ("many coefficients", "load", "load"),
+    ("many coefficients", "load", "displacement"),
+    ("an instrument", "load", "displacement"),
+    ("an instrument", "displacement", "load"),
+    ("patches", "load", "displacement"),
+]
+
+
+def check_equal(host, stepper, ensemble):
+    content = stepper.save().to_bytes()
+    assert host.state_bytes()[-len(content) :] == content
+    slopes = stepper.slopes()
+    for name, value in {
+        "normal_load": stepper.normal_load,
+        "tangential_load": stepper.tangential_load,
+        "approach": stepper.approach,
+        "tangential_displacement": stepper.tangential_displacement,
+        "dissipated_energy": stepper.dissipated_energy,
+        "tangential_stiffness": slopes.tangential,
+        "coupling_stiffness": slopes.coupling,
+        "normal_stiffness": slopes.normal,
+    }.items():
+        assert host.get(name) == value, name
+    if ensemble.curves is None:
+        assert host.get("contact_count") == (stepper.approach > ensemble.first_touch).sum()
+
+
+@pytest.mark.parametrize(("kind", "normal", "tangential"), WAYS)
+def test_random_steps_and_rollbacks_are_those_of_a_stepper(hosted, kind, normal, tangential):
+    make, options = CONTACTS[kind]
+    ensemble = make()
+    replay = job(ensemble, **options)
+    whole = (kind, normal, tangential) == ("one coefficient", "load", "displacement")
+    host = hosted(replay, kind, at=1.0, normal=normal, tangential=tangential).begin()
+    state = replay.state(until=1.0)
+    stepper = ensemble.stepper(state, **options)
+    rng, kept, refused = np.random.default_rng(1), [], 0
+    for number in range(10_000 if whole else 300):
+        if kept and rng.random() < 0.2:
+            host_state, time, saved = kept[rng.integers(len(kept))]
+            host.slave.setFMUstate(host_state)
+            host.time = time
+            stepper.restore(saved)
+        elif rng.random() < 0.1:
+            kept.append((host.slave.getFMUstate(), host.time, stepper.save()))
+        to = (
+            rng.uniform(0, 0.05) if normal == "load" else rng.uniform(-5e-9, 8e-8),
+            rng.uniform(-4e-3, 4e-3) if tangential == "load" else rng.uniform(-4e-8, 4e-8),
+        )
+        try:
+            stepper.step(**{f"normal_{normal}": to[0], f"tangential_{tangential}": to[1]})
+        except hs.FrictionLimitError:
+            refused += 1
+            with pytest.raises(FMICallException) as raised:
+                host.step(*to)
+            assert raised.value.status == DISCARD
+            continue
+        host.step(*to, length=rng.choice([1e-6, 1.0, 1e3]))
+        if number % (100 if whole else 10) == 0:
+            check_equal(host, stepper, ensemble)
+    assert (refused > 0) == (tangential == "load")
+    for host_state, _, saved in kept:
+        content = saved.to_bytes()
+        assert host.slave.serializeFMUstate(host_state)[-len(content) :] == content
+        host.slave.freeFMUstate(host_state)
+
+
+# of several coefficients under two loads they are those of a straight path in (d, U), as `Stepper.slopes` says
+@pytest.mark.parametrize(
+    ("kind", "normal", "tangential"), [way for way in WAYS if way != ("many coefficients", "load", "load")]
+)
+def test_derivatives_are_those_of_the_step(hosted, kind, normal, tangential):
+    make, options = CONTACTS[kind]
+    ensemble = make()
+    replay = job(ensemble, **options)
+    host = hosted(replay, kind, at=1.0, normal=normal, tangential=tangential).begin()
+    state = replay.state(until=1.0)
+    names = {"normal_load": 1e-7, "tangential_load": 1e-7, "approach": 1e-13, "tangential_displacement": 1e-13}
+    reached = state.approach
+    to = (0.03 if normal == "load" else 1.1 * reached, 1e-3 if tangential == "load" else 3e-9)
+    kept = host.slave.getFMUstate()
+    host.step(*to)
+    found = {(name, known): host.derivative(name, known) for name in names for known in host.inputs}
+    for channel, known in enumerate(host.inputs):
+        there = {}
+        for side in (1, -1):
+            host.slave.setFMUstate(kept)
+            moved = list(to)
+            moved[channel] += side * 1e-5 * abs(to[channel])
+            host.step(*moved)
+            there[side] = {name: host.get(name) for name in names}
+        for name in names:
+            secant = (there[1][name] - there[-1][name]) / (2e-5 * abs(to[channel]))
+            scale = abs(secant) + abs(found[name, known])
+            # a secant over 1e-5 of the way is off by its square, and by rounding
+            assert math.isclose(found[name, known], secant, rel_tol=1e-5, abs_tol=1e-12 * scale), (name, known)
+    host.slave.freeFMUstate(kept)
+
+
+def test_a_step_by_derivatives_of_inputs_goes_to_where_they_lead(hosted):
+    ensemble = rough()
+    host = hosted(job(ensemble), at=0.5).begin()
+    references = [host.reference[name] for name in host.inputs]
+    host.slave.setReal(references, [0.02, 1e-9])
+    host.slave.setRealInputDerivatives(references, [1, 1], [0.5, 2e-7])
+    host.slave.doStep(0.0, 0.01)
+    assert host.get("normal_load") == pytest.approx(0.02 + 0.005, rel=1e-12)
+    assert host.get("tangential_displacement") == 1e-9 + 2e-7 * 0.01
+    # a step later they are at rest
+    host.slave.doStep(0.01, 0.01)
+    assert host.get("tangential_displacement") == 1e-9
+
+
+def test_beyond_the_limit_it_refuses_or_holds(hosted):
+    refusing, holding = (
+        hosted(job(rough()), at=1.0, tangential="load", saturate=saturate).begin() for saturate in (False, True)
+    )
+    before = refusing.state_bytes()
+    with pytest.raises(FMICallException) as raised:
+        refusing.step(0.02, 5e-3)
+    assert raised.value.status == DISCARD
+    assert refusing.messages == [(DISCARD, b"logStatusDiscard")]
+    refusing.set(prescribed_tangential_load=2e-3)
+    after = refusing.state_bytes()
+    size = len(job(rough()).state(until=1.0).to_bytes())
+    assert before[-size:] == after[-size:]
+    refusing.step(0.02, 1e-3)
+    assert not holding.get("saturated")
+    holding.step(0.02, 5e-3)
+    assert holding.get("saturated")
+    assert holding.get("tangential_load") == pytest.approx(0.2 * 0.02, rel=1e-12)
+    assert holding.get("tangential_stiffness") == 0.0
+    holding.step(0.02, 1e-3)
+    assert not holding.get("saturated")
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_nonsense_is_refused_and_changes_nothing(hosted, value):
+    host = hosted(job(rough()), at=1.0).begin()
+    before = host.state_bytes()
+    for name in ("prescribed_normal_load", "prescribed_tangential_displacement", "friction_factor"):
+        with pytest.raises(FMICallException) as raised:
+            host.set(**{name: value})
+        assert raised.value.status == DISCARD
+    for name in ("prescribed_normal_load", "friction_factor"):
+        with pytest.raises(FMICallException):
+            host.set(**{name: -1.0})
+    for time, length in ((0.0, value), (value, 1.0), (0.0, -1.0), (0.0, 0.0)):
+        with pytest.raises(FMICallException) as raised:
+            host.slave.doStep(time, length)
+        assert raised.value.status == DISCARD
+    assert host.state_bytes() == before
+    host.step(0.02, 1e-9)
+
+
+def test_calls_in_the_wrong_mode_are_errors(hosted):
+    host = hosted(job(rough()))
+    with pytest.raises(FMICallException) as raised:
+        host.slave.doStep(0.0, 1.0)
+    assert raised.value.status == ERROR
+    with pytest.raises(FMICallException):
+        host.get("normal_load")
+    host.slave.reset()
+    assert host.begin().get("normal_load") == 0.0
+    with pytest.raises(FMICallException):
+        host.slave.getReal([99])
+    host.slave.reset()
+    with pytest.raises(FMICallException):
+        host.slave.getReal([host.reference["contact_count"]])
+
+
+def test_states_of_another_unit_and_damaged_ones_are_refused(hosted):
+    host, other = (hosted(job(rough(friction)), at=1.0).begin() for friction in (0.2, 0.3))
+    content = host.state_bytes()
+    made = host.slave.deSerializeFMUstate(content)
+    host.step(0.03, 5e-9)
+    host.slave.setFMUstate(made)
+    host.slave.freeFMUstate(made)
+    assert host.state_bytes() == content
+    rng = np.random.default_rng(5)
+    damaged = [
+        content[:40],
+        content[:-1],
+        b"",
+        *(_flipped(content, place) for place in rng.integers(len(content), size=60)),
+    ]
+    for wrong in (*damaged, other.state_bytes()):
+        with pytest.raises(FMICallException) as raised:
+            host.slave.deSerializeFMUstate(wrong)
+        assert raised.value.status == DISCARD
+    assert host.state_bytes() == content
+
+
+def _flipped(content, place):
+    return content[:place] + bytes([content[place] ^ 16]) + content[place + 1 :]
+
+
+def test_the_factor_on_friction_is_that_of_the_ensemble(hosted):
+    ensemble = rough(np.linspace(0.1, 0.4, 40))
+    replay = job(ensemble)
+    state = replay.state(until=1.0)
+    host = hosted(replay, at=1.0, tangential="load")
+    # set twice before the start: the last one counts
+    host.slave.setupExperiment(startTime=0.0)
+    host.slave.enterInitializationMode()
+    host.set(friction_factor=0.3)
+    host.set(friction_factor=0.8)
+    host.slave.exitInitializationMode()
+    less = ensemble.with_friction(state, 0.8 * state.friction)
+    assert host.state_bytes().endswith(less.to_bytes())
+    host.step(0.02, 1e-3)
+    stepper = ensemble.stepper(less)
+    stepper.step(normal_load=0.02, tangential_load=1e-3)
+    host.set(friction_factor=1.2)
+    after = ensemble.with_friction(stepper.save(), 1.2 * state.friction)
+    assert host.state_bytes().endswith(after.to_bytes())
+
+
+@pytest.mark.parametrize("make", [rough, patches])
+def test_the_share_that_slips_is_that_of_a_history(hosted, make):
+    ensemble = make()
+    replay = hs.Replay(ensemble, [*job(ensemble).events, hs.NormalLoad(3.0, 0.03)], record="all", substeps=7)
+    history = replay.dataset()
+    expected = hs.analysis.slip_shares(history)["slipping_area"].values
+    host = hosted(replay, tangential="load").begin()
+    got, counts = [], []
+    for normal, tangential in zip(history.total_normal_load.values, history.total_tangential_load.values, strict=True):
+        host.step(normal, tangential)
+        got.append(host.get("slipping_share"))
+        counts.append(host.get("contact_count"))
+    assert counts == history.contact_count.values.tolist()
+    assert max(got) > 0.1
+    np.testing.assert_allclose(got, expected, atol=1e-9)
+
+
+def test_beyond_the_end_of_normal_curves_it_refuses(hosted):
+    host = hosted(job(patches())).begin()
+    with pytest.raises(FMICallException) as raised:
+        host.step(1e3, 0.0)
+    assert raised.value.status == DISCARD
+    host.step(0.02, 1e-9)
+
+
+def test_fmpy_simulates_a_shipped_scenario(tmp_path):
+    path = tmp_path / "contact.fmu"
+    hs.write_fmu(ROOT / "scenarios" / "15_instrument_in_series.toml", path)
+    time = np.linspace(0, 1, 101)
+    signal = np.zeros(
+        101, dtype=[("time", float), ("prescribed_normal_load", float), ("prescribed_drive_displacement", float)]
+    )
+    signal["time"] = time
+    signal["prescribed_normal_load"] = 0.05
+    signal["prescribed_drive_displacement"] = 100e-9 * np.sin(2 * np.pi * time)
+    found = simulate_fmu(str(path), stop_time=1.0, output_interval=0.01, input=signal)
+    replay = hs.load(ROOT / "scenarios" / "15_instrument_in_series.toml").replay()
+    stepper = replay.ensemble.stepper(instrument=replay.instrument)
+    for row in range(100):
+        stepper.step(normal_load=0.05, tangential_displacement=float(signal["prescribed_drive_displacement"][row]))
+        # FMPy interpolates its signal at times that it sums up
+        assert found["tangential_load"][row + 1] == pytest.approx(stepper.tangential_load, rel=1e-9, abs=1e-12)
+    assert np.ptp(found["tangential_load"]) > 0
+
+
+def test_the_sources_are_enough_to_compile_it(tmp_path):
+    from fmpy.build import build_platform_binary
+
+    if not (all(map(shutil.which, ("cmake", "make", "nm")))):
+        pytest.skip("needs cmake and make")
+    path, folder = tmp_path / "contact.fmu", tmp_path / "unpacked"
+    hs.write_fmu(job(rough()), path, platforms=[])
+    assert not [name for name in zipfile.ZipFile(path).namelist() if name.startswith("binaries")]
+    fmpy.extract(str(path), str(folder))
+    (tmp_path / "build").mkdir()
+    build_platform_binary(folder, tmp_path / "build")
+    (library,) = (folder / "binaries").rglob("contact.*")
+    names = set(re.findall(r"\bfmi2\w+(?=\()", (folder / "sources" / "fmi2.c").read_text(encoding="utf-8")))
+    loaded = ctypes.CDLL(str(library))
+    assert all(hasattr(loaded, name) for name in names if name[4].isupper())
+    undefined = subprocess.run(
+        [shutil.which("nm"), "-D", "--undefined-only", library], capture_output=True, text=True, check=True
+    )
+    assert "pthread" not in undefined.stdout
+
+
+def test_the_same_contact_gives_the_same_bytes(tmp_path):
+    for name in ("a", "b"):
+        hs.write_fmu(job(rough()), tmp_path / f"{name}.fmu", platforms=[])
+    assert (tmp_path / "a.fmu").read_bytes() == (tmp_path / "b.fmu").read_bytes()
+    assert this_platform().endswith({"linux": "linux", "darwin": "darwin", "win32": "windows"}[sys.platform])

@@ -1,0 +1,166 @@
+"""Springs in place of a contact: their bound against adversaries, random histories and closed forms."""
+
+import math
+
+import numpy as np
+import pytest
+from c_core import ROOT
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from reduced_contacts import CONTACTS, LOAD, PAIR, ball, job, rough
+
+import historysim as hs
+from historysim.exchange.reduced.placing import bounds, placed, worst_history
+from historysim.exchange.reduced.reducing import _springs
+from historysim.exchange.reduced.virgin import VirginCurve
+
+
+def difference(model, curve, way):
+    """What the contact carries more than springs at the end of a way [N]."""
+    stepper = curve.ensemble.stepper(curve.rest)
+    for place in way:
+        stepper.step(tangential_displacement=float(place))
+    return stepper.tangential_load - model.force(way)[-1]
+
+
+@pytest.mark.parametrize(("elements", "bound"), [(8, 0.0410), (16, 0.0207), (32, 0.0104)])
+def test_the_bound_of_a_ball_is_the_closed_form_s(elements, bound):
+    curve = VirginCurve(ball(), LOAD)
+    found = placed(curve, elements)
+    assert found.bound / found.load[-1] == pytest.approx(bound, abs=5e-5)
+    # T = μN (1 - (1 - u)^1.5) by Cattaneo and Mindlin, whose slope is a chord's at u = 1 - (2 chord/3)²
+    node = np.append(0.0, found.node / curve.end)
+    virgin = 1 - np.maximum(1 - node, 0.0) ** 1.5
+    chord = np.diff(virgin) / np.diff(node)
+    top = 1 - (chord / 1.5) ** 2
+    error = 1 - (1 - top) ** 1.5 - virgin[:-1] - chord * (top - node[:-1])
+    assert found.bound == pytest.approx(2 * error.sum() * 0.2 * LOAD, rel=1e-9)
+    # the asymptote (∫ √|T''|)²/4n = 1/3n
+    assert bound == pytest.approx(1 / (3 * elements), rel=0.02)
+
+
+def test_no_other_nodes_are_better():
+    curve = VirginCurve(ball(), LOAD)
+    found = placed(curve, 8)
+    rng = np.random.default_rng(2)
+    for size in (1e-3, 1e-2, 0.1):
+        for _ in range(20):
+            widths = np.diff(np.append(0.0, found.node)) * np.exp(size * rng.normal(size=8))
+            node = np.cumsum(widths) * (curve.end / widths.sum())
+            node[-1] = curve.end
+            assert bounds(curve, node)[0] >= found.bound * (1 - 1e-6)
+
+
+@pytest.mark.parametrize("kind", CONTACTS)
+@pytest.mark.parametrize("elements", [1, 2, 7, 32])
+def test_an_adversary_reaches_the_bound(kind, elements):
+    ensemble = CONTACTS[kind]()
+    model = hs.reduce(job(ensemble), elements=elements)
+    curve = VirginCurve(ensemble, LOAD)
+    way = worst_history(curve, model.slip_displacement)
+    limit = float(curve.at(curve.end)[0])
+    # the springs' nodes are quotients, and the spiral has twice as many reversals as there are springs
+    assert difference(model, curve, way) == pytest.approx(model.bound * limit, abs=1e-8 * limit)
+    assert difference(model, curve, -way) == pytest.approx(-model.bound * limit, abs=1e-8 * limit)
+    assert model.friction_limit == pytest.approx(limit, rel=1e-12)
+
+
+@settings(max_examples=30)
+@given(
+    kind=st.sampled_from(sorted(CONTACTS)),
+    elements=st.integers(1, 40),
+    seed=st.integers(0, 2**32 - 1),
+    fall=st.floats(0.5, 1.0),
+)
+def test_no_history_goes_beyond_the_bound(kind, elements, seed, fall):
+    ensemble = CONTACTS[kind]()
+    curve = VirginCurve(ensemble, LOAD)
+    found = placed(curve, elements)
+    stiffness, limit = _springs(found.node, found.load)
+    rng = np.random.default_rng(seed)
+    # spirals inward and walks anywhere
+    way = curve.end * rng.uniform(-1.3, 1.3, 60) * fall ** np.arange(60)
+    stepper, force, before = ensemble.stepper(curve.rest), np.zeros(elements), 0.0
+    for place in way:
+        stepper.step(tangential_displacement=float(place))
+        force = np.clip(force + stiffness * (place - before), -limit, limit)
+        before = place
+        assert abs(stepper.tangential_load - force.sum()) <= found.bound + 1e-9 * found.load[-1]
+
+
+@pytest.mark.parametrize("kind", CONTACTS)
+@pytest.mark.parametrize("elements", [1, 5, 20])
+def test_energies_of_closed_loops_keep_their_bound(kind, elements):
+    ensemble = CONTACTS[kind]()
+    curve = VirginCurve(ensemble, LOAD)
+    model = hs.reduce(job(ensemble), elements=elements)
+    errors = []
+    for amplitude in np.linspace(0.02, 1.5, 60) * curve.end:
+        stepper = ensemble.stepper(curve.rest)
+        stepper.step(tangential_displacement=float(amplitude))
+        before = stepper.dissipated_energy
+        stepper.step(tangential_displacement=-float(amplitude))
+        stepper.step(tangential_displacement=float(amplitude))
+        # a spring of Jenkins takes 4 limits times what it slides
+        own = 4 * (model.limit * np.maximum(amplitude - model.slip_displacement, 0.0)).sum()
+        errors.append(abs(stepper.dissipated_energy - before - own))
+    assert max(errors) <= model.energy_bound * (1 + 1e-6)
+    assert max(errors) > 0.6 * model.energy_bound
+
+
+def test_random_histories_are_within_the_bound_and_told():
+    model = hs.reduce(job(rough()), elements=8)
+    assert set(model.errors) == {"own history", "10 random histories"}
+    assert all(0 < error <= model.bound for error in model.errors.values())
+    assert model.scaling is None
+
+
+def test_where_the_normal_load_varies_more_springs_are_nearer():
+    errors = [hs.reduce(job(rough(), varies=True), elements=elements).errors["own history"] for elements in (2, 8, 32)]
+    assert errors[0] > errors[1] > errors[2]
+    model = hs.reduce(job(rough(), varies=True), elements=8)
+    for load in (LOAD, 0.3 * LOAD, 1e-3 * LOAD):
+        curve = VirginCurve(rough(), load)
+        stiffness, limit = model.scaling.at(load)
+        # the table is straight between its rows
+        assert limit.sum() == pytest.approx(0.2 * load, rel=1e-9)
+        assert stiffness.sum() == pytest.approx(curve.stiffness_at_rest(), rel=0.3)
+
+
+def test_normal_load_and_shipped_scenario():
+    scenario = ROOT / "scenarios" / "03_constant_load.toml"
+    model = hs.reduce(scenario, elements=32, normal_load=0.02)
+    assert model.normal_load == 0.02
+    assert model.friction_limit == pytest.approx(0.2 * 0.02, rel=1e-12)
+    assert hs.reduce(scenario).errors["own history"] < 0.01
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"elements": 0}, "elements is 0; expected a whole number from 1 to 1000"),
+        ({"elements": 2.5}, "elements is 2.5"),
+        ({"normal_load": -1.0}, "normal_load"),
+        ({"normal_load": math.nan}, "normal_load"),
+    ],
+)
+def test_wrong_arguments_are_told(options, message):
+    with pytest.raises(hs.InputError, match=message):
+        hs.reduce(job(ball()), **options)
+
+
+def test_contacts_that_cannot_be_reduced_are_told():
+    with pytest.raises(hs.InputError, match="friction is 0 everywhere"):
+        hs.reduce(hs.Replay(hs.Ensemble(PAIR, 0.0, 1e-3, 0.0), job(ball()).events))
+    with pytest.raises(hs.InputError, match="never moves its contact"):
+        hs.reduce(hs.Replay(ball(), [hs.NormalLoad(0.0, LOAD)]))
+    with pytest.raises(hs.InputError, match="friction or summits change"):
+        hs.reduce(hs.Replay(ball(), [*job(ball()).events, hs.FrictionChange(9.0, 0.1)]))
+    model = hs.reduce(job(ball()), elements=4)
+    with pytest.raises(hs.InputError, match="single normal load"):
+        model.force([1e-9], [LOAD])
+    model = hs.reduce(job(ball(), varies=True), elements=4)
+    with pytest.raises(hs.InputError, match="the table of the model ends"):
+        model.force([1e-9], [2 * LOAD])
+    with pytest.raises(hs.InputError, match="has shape"):
+        model.force([1e-9], [LOAD, LOAD])

@@ -1,0 +1,119 @@
+"""A package of somebody else: a friction law, a wear law, an event, a surface, a loading, a reader and a picture."""
+
+import attrs
+import numpy as np
+
+from historysim.asperities.laws import FrictionLaw
+from historysim.asperities.wear import WearLaw
+from historysim.basics.fields import Force, Length, Number, Time, at_least
+from historysim.loads.events import Event, NormalLoad, TangentialDisplacement
+from historysim.results.plots.pictures import Picture
+from historysim.scenario.loading_kinds import Loading
+from historysim.scenario.surface_kinds import BuiltSurface, SurfaceKind
+from historysim.surfaces.raw_map import MapReader, RawMap
+from historysim.surfaces.summits import Summits
+
+
+@attrs.frozen
+class Warming(FrictionLaw):
+    """Friction that falls with the load of the asperity, μ = μ0/(1 + N/N0)."""
+
+    cold: Number = attrs.field(validator=at_least(0.0))
+    half_load: Force = attrs.field(validator=at_least(0.0, above=True))
+
+    kind, depends_on, same_bits = "warming", "own", True
+
+    def coefficients(self, loaded):
+        return self.cold / (1 + loaded.normal_load / self.half_load)
+
+    @property
+    def text(self):
+        return f"warming: {self.cold:g} when cold, half of it at {self.half_load:g} N"
+
+
+@attrs.frozen(kw_only=True)
+class SquaredWear(WearLaw):
+    """Volume that goes with the square of the slid distance."""
+
+    rate: Number = attrs.field(validator=at_least(0.0))
+
+    kind = "squared"
+
+    def volume(self, normal_load, slid_distance, dissipated_energy):
+        del normal_load, dissipated_energy
+        return self.rate * slid_distance**2
+
+    @property
+    def text(self):
+        return f"squared: {self.rate:g} m"
+
+
+@attrs.frozen
+class Grease(Event):
+    """All friction becomes a part of what it was."""
+
+    time: Time = attrs.field(validator=at_least(-np.inf))
+    part: Number = attrs.field(validator=at_least(0.0))
+
+    name, changes_friction = "grease", True
+
+    def act(self, ensemble, state, *, saturate, instrument):
+        del saturate
+        return ensemble.with_friction(state, self.part * state.friction, instrument=instrument)
+
+
+@attrs.frozen
+class Stairs(SurfaceKind):
+    """Summits on the steps of a stair."""
+
+    step: Length
+    radius: Length
+    count: int = 4
+
+    kind = "stairs"
+
+    def ground(self, folder):
+        del folder
+        return BuiltSurface(Summits(-self.step * np.arange(self.count), self.radius))
+
+
+@attrs.frozen(kw_only=True)
+class Strokes(Loading):
+    """So many strokes to and fro under a load."""
+
+    load: Force
+    stroke: Length
+    count: int = 1
+
+    kind = "strokes"
+
+    def events(self, folder, tell=None):
+        del folder, tell
+        ends = [(-1) ** number * self.stroke for number in range(2 * self.count)]
+        return [NormalLoad(0.0, self.load), *(TangentialDisplacement(1.0 + k, end) for k, end in enumerate(ends))]
+
+
+class StairMap(MapReader):
+    """Height maps of two numbers: the count of points along x and y, and the height of the last over the first."""
+
+    kind, endings = "stairmap", (".stairs",)
+
+    def read(self, path, channel):
+        del channel
+        count, height = path.read_text(encoding="utf-8").split()
+        heights = np.add.outer(*2 * [np.linspace(0, float(height) / 2, int(count))])
+        return RawMap(heights, "nm", (1.0, 1.0), "µm")
+
+
+@attrs.frozen(kw_only=True)
+class Gaps(Picture):
+    """How far the flat is above the datum of the summits, over time."""
+
+    colour: str = "black"
+
+    kind, caption, of = "gaps", "How far the flat is above the datum.", ("history",)
+
+    def draw(self, figure, what):
+        axes = figure.subplots()
+        axes.plot(what["time"], what["separation"], color=self.colour)
+        axes.set(xlabel="time (s)", ylabel="separation (m)")

@@ -1,0 +1,268 @@
+"""A package of somebody else adds laws, a surface, a loading, a reader and a picture, from TOML to the report."""
+
+import shutil
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from click.testing import CliRunner
+from installed import install
+
+import historysim as hs
+from historysim.cli import main
+from historysim.errors import InputError, MissingPackageError
+from historysim.loads.event_table import read_events, write_events
+from historysim.scenario.kinds import registries
+
+PROJECT = Path(__file__).parent / "stranger"
+SCENARIO = """
+[materials]
+first = "silicon"
+second = "float glass"
+
+[surface]
+kind = "stairs"
+step = "20 nm"
+radius = "10 µm"
+
+[friction]
+law = "warming"
+cold = 0.3
+half_load = "2 mN"
+
+[loading]
+kind = "strokes"
+load = "4 mN"
+stroke = "40 nm"
+count = 2
+substeps = 20
+
+[[picture]]
+kind = "gaps"
+colour = "red"
+
+[[picture]]
+kind = "loops"
+
+[sweep.over]
+friction.cold = [0.1, 0.3]
+surface.step = ["10 nm", "20 nm"]
+"""
+
+
+WITHOUT = """
+[materials]
+first = "silicon"
+second = "float glass"
+
+[surface]
+kind = "sphere"
+radius = "10 µm"
+
+[friction]
+law = "shear strength"
+shear_strength = "11 MPa"
+
+[loading]
+waypoints = [{ time = 0, normal_load = "1 mN" }]
+"""
+
+
+@pytest.fixture
+def site(tmp_path, monkeypatch):
+    folder = tmp_path / "site"
+    folder.mkdir()
+    install(PROJECT, folder)
+    monkeypatch.syspath_prepend(folder)
+    monkeypatch.setenv("PYTHONPATH", str(folder), prepend=":")
+    yield folder
+    sys.modules.pop("stranger", None)
+
+
+@pytest.fixture
+def path(site, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "s.toml"
+    path.write_text(SCENARIO, encoding="utf-8")
+    assert site.exists()
+    return path
+
+
+def called(*arguments):
+    done = CliRunner().invoke(main, list(arguments))
+    assert done.exit_code == 0, done.output
+    return done.output
+
+
+def test_all_of_it_runs_from_the_scenario_to_the_report(path):
+    called("run", path.name, "-o", "a.nc", "-q")
+    assert "bit for bit" in called("verify", "a.nc")
+    for option in ([], ["--picture", "gaps"]):
+        called("plot", "a.nc", "-o", "a.png", "--force", *option)
+    called("report", "a.nc")
+    assert "How far the flat is above the datum." in Path("a_report.html").read_text(encoding="utf-8")
+    called("sweep", path.name, "-o", "sweep.nc", "--workers", "2")
+    with xr.open_dataset("sweep.nc") as sweep:
+        assert sweep.preliminary_displacement.dims == ("friction_cold", "surface_step")
+        assert sweep.surface_step.attrs["units"] == "m"
+        assert np.isfinite(sweep.preliminary_displacement.values).all()
+
+
+def test_numbers_are_those_of_the_law(path):
+    history = hs.load(path).replay().dataset()
+    assert history.summit_height.values == pytest.approx(-20e-9 * np.arange(3), abs=1e-20)
+    load, friction = history.normal_load.values, history.present_friction.values
+    touching = load > 0
+    assert friction[touching] == pytest.approx((0.3 / (1 + load / 2e-3))[touching], rel=1e-9)
+    assert friction[touching].max() > friction[touching].min()
+
+
+def test_log_and_result_name_the_law_its_package_and_its_numbers(path):
+    hs.run(path, "a.nc").close()
+    written = {"law": "warming", "package": ["stranger", "1.2"], "cold": 0.3, "half_load": 0.002}
+    with hs.EventLog(Path("a.history")) as log:
+        assert log.settings["friction_law"] == written
+    with hs.open("a.nc") as history:
+        assert history.attrs["friction_law_settings"] == (
+            '{"law": "warming", "package": ["stranger", "1.2"], "cold": 0.3, "half_load": 0.002}'
+        )
+        assert history.attrs["packages"] == "stranger 1.2"
+
+
+def test_what_is_missing_is_named(path, site):
+    hs.run(path, "a.nc").close()
+    shutil.rmtree(next(site.glob("*.dist-info")))
+    with pytest.raises(MissingPackageError, match=r"friction law 'warming' is of stranger 1.2, which is not there"):
+        hs.verify("a.nc")
+    with pytest.raises(InputError, match=r"surface.kind: the text 'stairs'; "):
+        hs.load(path)
+    with pytest.raises(InputError, match=r"the scenario in the result: picture: \[0\].kind: the text 'gaps'; expected"):
+        hs.plot("a.nc")
+    with pytest.raises(InputError, match="picture is 'gaps'; expected one of"):
+        hs.plot(xr.open_dataset("a.nc"), picture="gaps")
+
+
+def test_another_version_is_told(path, site):
+    hs.run(path, "a.nc").close()
+    info = next(site.glob("*.dist-info"))
+    metadata = (info / "METADATA").read_text(encoding="utf-8")
+    info.rename(site / "stranger-1.3.dist-info")
+    (site / "stranger-1.3.dist-info" / "METADATA").write_text(metadata.replace("1.2", "1.3"), encoding="utf-8")
+    told = []
+    found = hs.verify("a.nc", tell=told.append)
+    assert found
+    assert not found.differences
+    assert "stranger 1.2; this is historysim" in told[0]
+    assert "stranger 1.3" in told[0]
+
+
+def test_the_rest_of_the_package_is_used(path, tmp_path):
+    worn = SCENARIO.replace("[loading]", '[wear]\nlaw = "squared"\nrate = 1e-9\n[loading]')
+    path.write_text(worn, encoding="utf-8")
+    history = hs.load(path).replay().dataset()
+    assert history.worn_volume.values.max() > 0
+    assert '"rate": 1e-09' in history.attrs["wear_law_settings"]
+    (tmp_path / "a.stairs").write_text("5 8", encoding="utf-8")
+    surface = hs.read_surface(tmp_path / "a.stairs")
+    assert surface.heights.shape == (5, 5)
+    assert surface.heights[-1, -1] == pytest.approx(8e-9)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "said"),
+    [
+        ("half_load", "half_lode", "friction.half_lode: unknown key; did you mean 'half_load'"),
+        ('"2 mN"', '"2 mm"', "friction.half_load: "),
+        ('"2 mN"', "-1.0", "friction: Warming: half_load is -1.0; expected a number above 0"),
+        ('colour = "red"', "colour = 3", r"picture\[0\].colour: 3; expected a text"),
+        ('"10 µm"', '"10 µm"\nsteps = 3', "surface.steps: unknown key; did you mean 'step'"),
+        ('kind = "strokes"', 'kind = "stroke"', "loading.kind: the text 'stroke'; did you mean 'strokes'"),
+    ],
+)
+def test_its_keys_are_checked_as_those_of_the_package(path, before, after, said):
+    path.write_text(SCENARIO.replace(before, after), encoding="utf-8")
+    with pytest.raises(InputError, match=said):
+        hs.load(path)
+
+
+def test_help_lists_it(path):
+    assert "warming" in called("kinds", "laws")
+    assert path.exists()
+    lines = called("kinds", "laws", "warming").splitlines()
+    assert lines[0].split() == [
+        *["warming", "Friction", "that", "falls", "with", "the", "load", "of", "the", "asperity,", "μ", "="],
+        *["μ0/(1", "+", "N/N0).", "[stranger", "1.2]"],
+    ]
+    assert [line.split() for line in lines[1:]] == [["cold", "≥", "0"], ["half_load", "[N]", ">", "0"]]
+    assert set(registries()) == {"laws", "wear", "events", "surfaces", "loadings", "readers", "plots"}
+    assert "gaps" in called("plot", "--help")
+
+
+def test_a_package_that_cannot_be_loaded_is_named(path, site):
+    (site / "stranger.py").write_text("1/0", encoding="utf-8")
+    sys.modules.pop("stranger", None)
+    with pytest.raises(InputError, match=r"of the package stranger cannot be loaded from stranger:Stairs \(division"):
+        hs.load(path)
+    # what does not need it works
+    path.write_text(WITHOUT, encoding="utf-8")
+    assert hs.load(path).replay().dataset().sizes["step"] == 1
+
+
+GREASED = (
+    WITHOUT.replace('law = "shear strength"\nshear_strength = "11 MPa"', "coefficient = 0.4")
+    + """
+[record]
+asperities = "all"
+"""
+)
+WAYPOINTS = """waypoints = [
+    { time = 0, normal_load = "1 mN" },
+    { time = 1, tangential_load = "0.1 mN" },
+    { time = 2, grease = { part = 0.5 } },
+    { time = 3, tangential_load = "0 N" },
+]"""
+
+
+def greased(path, waypoints=WAYPOINTS):
+    before = 'waypoints = [{ time = 0, normal_load = "1 mN" }]'
+    path.write_text(GREASED.replace(before, waypoints), encoding="utf-8")
+    return path
+
+
+def test_an_event_of_it_runs_and_is_in_the_log(path, site, tmp_path):
+    hs.run(greased(path), "a.nc").close()
+    with hs.open("a.nc") as history:
+        assert history.present_friction.values.ravel().tolist() == [0.4, 0.4, 0.2, 0.2]
+    assert "bit for bit" in called("verify", "a.nc")
+    with hs.EventLog(Path("a.history")) as log:
+        event = log.events()[2]
+        assert (event.name, event.time, event.part) == ("grease", 2.0, 0.5)
+        # a table of events has it, too, and a log takes it
+        write_events(tmp_path / "events.csv", log.events())
+        assert read_events(tmp_path / "events.csv") == log.events()
+        log.append([type(event)(4.0, 0.5)])
+        assert log.replay().present_friction.values.ravel().tolist() == [0.4, 0.4, 0.2, 0.2, 0.1]
+    assert "grease" in called("log", "a.history")
+    shutil.rmtree(next(site.glob("*.dist-info")))
+    with (
+        hs.EventLog(Path("a.history")) as log,
+        pytest.raises(MissingPackageError, match=r"holds an event 'grease' of stranger 1.2, which is not there"),
+    ):
+        log.events()
+    with pytest.raises(InputError, match=r"loading.waypoints\[2\].grease: unknown key"):
+        hs.load(path)
+
+
+@pytest.mark.parametrize(
+    ("told", "said"),
+    [
+        ("{ part = -1 }", r"loading.waypoints\[2\].grease: Grease: part is -1.0; expected a number of 0 or more"),
+        ("{ parts = 1 }", r"loading.waypoints\[2\].grease.parts: unknown key; did you mean 'part'"),
+        ("1", r"loading.waypoints\[2\].grease: 1; expected a table"),
+    ],
+)
+def test_keys_of_its_event_are_checked(path, told, said):
+    with pytest.raises(InputError, match=said):
+        hs.load(greased(path, WAYPOINTS.replace("{ part = 0.5 }", told)))
