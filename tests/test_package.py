@@ -12,8 +12,8 @@ import pytest
 import historysim as hs
 from historysim.basics import lazy
 
-MOST_NAMES = 60
-NAMESPACES = ("analysis", "contact", "drift", "events", "laws", "plots", "surfaces", "wear", "yielding")
+MOST_NAMES = 62
+NAMESPACES = ("analysis", "contact", "coupling", "drift", "events", "laws", "plots", "surfaces", "wear", "yielding")
 CONTRACT = {
     *("MaterialPair", "Material", "material", "Ensemble", "EnsembleState", "Asperity", "SlipState"),
     *("NormalLoad", "TangentialLoad", "NormalDisplacement", "TangentialDisplacement", "FrictionChange"),
@@ -24,6 +24,7 @@ CONTRACT = {
         "read_surface",
         "surfaces",
         "contact",
+        "coupling",
         "plots",
         "laws",
         "wear",
@@ -31,7 +32,7 @@ CONTRACT = {
     ),
     *("drift", "events", "Instrument", "EventLog"),
     *("Replay", "replay", "run", "load", "open", "validate", "verify", "show", "plot", "report", "analysis"),
-    *("compare", "fit", "find_loops", "sweep", "design", "get_include"),
+    *("compare", "fit", "loops", "sliding", "sweep", "design", "get_include"),
     *("HistorySimError", "InputError", "LoadError", "FrictionLimitError", "__version__"),
 }
 
@@ -41,6 +42,15 @@ def test_the_contract_stands_on_the_package(name):
     assert getattr(hs, name) is not None
     assert name in dir(hs)
     assert name in hs.__all__
+
+
+@pytest.mark.parametrize("name", ["loops", "sliding"])
+def test_the_earlier_name_of_a_command_still_works_and_says_the_present_one(name):
+    with (
+        pytest.warns(DeprecationWarning, match=f"find_{name} is called hs.{name} now"),
+        pytest.raises(hs.InputError, match="expected a history"),
+    ):
+        getattr(hs, f"find_{name}")(3.0)
 
 
 def test_what_is_listed_are_the_public_names_alone():

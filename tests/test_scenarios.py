@@ -314,7 +314,7 @@ def test_16_whatever_presses_on_one_another_slides_as_a_front_of_normal_loads(hi
 
 def test_24_loops_at_three_loads_of_a_second_instrument(histories):
     history = histories["24_second_instrument"]
-    table = hs.find_loops(history).by_load()
+    table = hs.loops(history).by_load()
     np.testing.assert_allclose(table.value, [30e-3, 60e-3, 90e-3], rtol=1e-3)
     assert [members.size for members in table.members] == [4, 4, 4]
     line = table.friction_line()

@@ -19,8 +19,9 @@ from historysim.asperities.stepper import Stepper, Totals, channel, goals
 from historysim.asperities.wear import WearLaw
 from historysim.asperities.yielding import YieldingLaw, check_law, yielding_law_from
 from historysim.basics.arguments import checked, one_per, scalar, workable
+from historysim.basics.display import html_table
 from historysim.basics.library import ffi, lib, pointer
-from historysim.basics.units import range_text
+from historysim.basics.units import quantity_text, range_text
 from historysim.basics.wording import counted
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
@@ -265,6 +266,23 @@ class Ensemble:
         summits = [("height", self.summit_height, "m"), ("radius", self.summit_radius, "m")]
         told = [f"summit {name} {range_text(each.min(), each.max(), unit)}" for name, each, unit in summits]
         return f"<Ensemble: {counted(len(self), 'asperity', 'asperities')}, {', '.join(told)}, {friction}>"
+
+    def _repr_html_(self) -> str:
+        lines = [("asperities" if self.curves is None else "patches", f"{len(self):,}")]
+        if self.curves is None:
+            lines += [
+                ("summit height", range_text(self.summit_height.min(), self.summit_height.max(), "m")),
+                ("summit radius", range_text(self.summit_radius.min(), self.summit_radius.max(), "m")),
+            ]
+        least, most = self.friction.min(), self.friction.max()
+        friction = f"{least:.4g}" + (f" to {most:.4g}" if most > least else "")
+        lines += [
+            ("friction", friction if self.law is None else self.law.text),
+            *([] if self.wear is None else [("wear", self.wear.text)]),
+            ("contact modulus E*", quantity_text(self.pair.contact_modulus, "Pa")),
+            ("shear modulus G*", quantity_text(self.pair.shear_modulus, "Pa")),
+        ]
+        return html_table(lines)
 
     def __len__(self) -> int:
         """Return the number of asperities, or of patches."""

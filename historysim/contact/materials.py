@@ -8,6 +8,7 @@ from typing import Any, Final, Self
 
 import attrs
 
+from historysim.basics.display import html_table
 from historysim.basics.units import as_float, quantity_text
 from historysim.errors import InputError
 
@@ -144,6 +145,17 @@ class Material:
             return f"material({self.name!r})"
         values = {one.name: getattr(self, one.name) for one in attrs.fields(type(self)) if one.repr}
         return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in values.items())})"
+
+    def _repr_html_(self) -> str:
+        units = {"surface_energy": "J/m²", "ball_radius": "m"}
+        lines = [("name", self.name)]
+        for one in attrs.fields(type(self)):
+            value = getattr(self, one.name)
+            if isinstance(value, float):
+                unit = units.get(one.name, "Pa")
+                plain = one.name == "poissons_ratio"
+                lines.append((one.name.replace("_", " "), f"{value:.4g}" if plain else quantity_text(value, unit)))
+        return html_table([*lines, *([("source", self.source)] if self.source else [])])
 
     def __attrs_post_init__(self) -> None:
         if self.shear_modulus is _ISOTROPIC:
@@ -433,6 +445,16 @@ class MaterialPair:
         name = f"{self.first.name} on {self.second.name}" if self.first and self.second else "pair"
         contact, shear = (quantity_text(modulus, "Pa") for modulus in (self.contact_modulus, self.shear_modulus))
         return f"{name}: E* = {contact}, G* = {shear}"
+
+    def _repr_html_(self) -> str:
+        lines = (
+            [] if self.first is None or self.second is None else [("pair", f"{self.first.name} on {self.second.name}")]
+        )
+        lines += [
+            ("contact modulus E*", quantity_text(self.contact_modulus, "Pa")),
+            ("shear modulus G*", quantity_text(self.shear_modulus, "Pa")),
+        ]
+        return html_table(lines)
 
     def __repr__(self) -> str:
         if self.first is None:
