@@ -137,6 +137,10 @@ def table_page(written: WrittenTable) -> str:
     )
 
 
+def _dataset_table(dataset: xr.Dataset) -> str:
+    return table_page(WrittenTable.of(dataset, str(dataset.attrs.get("title") or "Table")))
+
+
 def _cell(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
@@ -262,7 +266,7 @@ def dataset_page(what: xr.Dataset, figures: Sequence[str] = ()) -> str:
     pages = {
         LOOPS: loops_page,
         CONTENT_OF_TABLE: levels_page,
-        **dict.fromkeys((TABLE, TIME_SERIES), lambda table: table_page(WrittenTable.of(table, "table"))),
+        **dict.fromkeys((TABLE, TIME_SERIES), _dataset_table),
     }
     if (content := what.attrs.get("content")) in pages:
         return pages[content](what)
