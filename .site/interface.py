@@ -12,7 +12,7 @@ GROUPS = {
     "Contacts": "Material MaterialPair material Ensemble EnsembleState Asperity SlipState Instrument ContactBatch",
     "Loads": "NormalLoad NormalDisplacement TangentialLoad TangentialDisplacement FrictionChange",
     "Surfaces": "Surface Summits random_surface read_surface",
-    "Measured records": "find_loops find_sliding compare fit",
+    "Measured records": "loops sliding compare fit",
     "Many runs": "sweep spread drift_along design gallery",
     "The event log": "EventLog verify",
     "Errors": "HistorySimError InputError LoadError FrictionLimitError",

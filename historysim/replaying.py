@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
+from historysim.basics.display import FieldsAsHtml
 from historysim.basics.processors import threads_of
 from historysim.basics.progress import progress_bar
 from historysim.errors import CurveEndError, FrictionLimitError, InputError, LoadError
@@ -32,7 +33,7 @@ RecorderType = TypeVar("RecorderType", bound=Recorder)
 
 # slots would leave no place for what is computed once
 @attrs.frozen(eq=False, slots=False)
-class Replay:
+class Replay(FieldsAsHtml):
     """Load events across an ensemble, and what is recorded of it: nothing is computed before it is asked for.
 
     Parameters
@@ -94,7 +95,7 @@ class Replay:
         """Return the history up to a time [s] as a Dataset in memory; attributes replace those of the same name."""
         target = self.recorder(DatasetRecorder, until=until)
         self.walk(target, until=until, progress=progress)
-        return target.dataset(self.attributes() | (attributes or {}))
+        return provenance.traced(target.dataset(self.attributes() | (attributes or {})), self)
 
     def write(self, path: str | Path, *, progress: bool = False) -> None:
         """Write the history to a netCDF file, which is there when it is complete, and not before."""

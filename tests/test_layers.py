@@ -21,6 +21,7 @@ ROOMS = (
     "surfaces",
     "interaction",
     "asperities",
+    "coupling",
     "loads",
     "recording",
     "replaying",

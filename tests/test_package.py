@@ -12,15 +12,27 @@ import pytest
 import historysim as hs
 from historysim.basics import lazy
 
-MOST_NAMES = 58
-NAMESPACES = ("analysis", "contact", "drift", "events", "laws", "plots", "surfaces", "wear")
+MOST_NAMES = 62
+NAMESPACES = ("analysis", "contact", "coupling", "drift", "events", "laws", "plots", "surfaces", "wear", "yielding")
 CONTRACT = {
     *("MaterialPair", "Material", "material", "Ensemble", "EnsembleState", "Asperity", "SlipState"),
     *("NormalLoad", "TangentialLoad", "NormalDisplacement", "TangentialDisplacement", "FrictionChange"),
-    *("Surface", "Summits", "random_surface", "read_surface", "surfaces", "contact", "plots", "laws", "wear"),
+    *(
+        "Surface",
+        "Summits",
+        "random_surface",
+        "read_surface",
+        "surfaces",
+        "contact",
+        "coupling",
+        "plots",
+        "laws",
+        "wear",
+        "yielding",
+    ),
     *("drift", "events", "Instrument", "EventLog"),
     *("Replay", "replay", "run", "load", "open", "validate", "verify", "show", "plot", "report", "analysis"),
-    *("compare", "fit", "find_loops", "sweep", "design", "get_include"),
+    *("compare", "fit", "loops", "sliding", "sweep", "design", "get_include"),
     *("HistorySimError", "InputError", "LoadError", "FrictionLimitError", "__version__"),
 }
 
@@ -30,6 +42,15 @@ def test_the_contract_stands_on_the_package(name):
     assert getattr(hs, name) is not None
     assert name in dir(hs)
     assert name in hs.__all__
+
+
+@pytest.mark.parametrize("name", ["loops", "sliding"])
+def test_the_earlier_name_of_a_command_still_works_and_says_the_present_one(name):
+    with (
+        pytest.warns(DeprecationWarning, match=f"find_{name} is called hs.{name} now"),
+        pytest.raises(hs.InputError, match="expected a history"),
+    ):
+        getattr(hs, f"find_{name}")(3.0)
 
 
 def test_what_is_listed_are_the_public_names_alone():

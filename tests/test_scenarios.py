@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from half_space import HalfSpace
 from scipy import integrate, interpolate, optimize, stats
+from yielding_springs import kogut_etsion
 
 import historysim as hs
 from historysim.results import analysis
@@ -313,7 +314,7 @@ def test_16_whatever_presses_on_one_another_slides_as_a_front_of_normal_loads(hi
 
 def test_24_loops_at_three_loads_of_a_second_instrument(histories):
     history = histories["24_second_instrument"]
-    table = hs.find_loops(history).by_load()
+    table = hs.loops(history).by_load()
     np.testing.assert_allclose(table.value, [30e-3, 60e-3, 90e-3], rtol=1e-3)
     assert [members.size for members in table.members] == [4, 4, 4]
     line = table.friction_line()
@@ -337,6 +338,49 @@ def test_25_wear_shares_the_load_and_the_displacement_drifts(histories):
     assert (np.diff(lost) < 0).all()
     assert (np.diff(displacement) < 0).all()
     assert (np.diff(np.ptp(history.normal_load.values, axis=1)) < 0).all()
+
+
+def test_26_a_surface_that_was_run_in_displaces_less(histories):
+    """First loading is the law's sum over the virgin summits; unloading is Hertz's over those that 90 mN has left."""
+    history = histories["26_running_in"]
+    ensemble = hs.load(next(path for path in SCENARIOS if path.stem == "26_running_in")).ensemble()
+    height, radius, hardness = ensemble.summit_height, ensemble.summit_radius, 5.9e9
+    peak = (0.454 + 0.41 * 0.2) * hardness
+    critical = (np.pi * peak / (2 * CONTACT_MODULUS)) ** 2 * radius
+    unit = 4 / 3 * CONTACT_MODULUS * np.sqrt(radius) * critical**1.5
+
+    def first_loading(level):
+        load, area = kogut_etsion((height - level) / critical, 1.5 * hardness / peak)
+        return load * unit, np.sqrt(area * radius * critical)
+
+    def level_at(load, of):
+        return optimize.brentq(lambda level: of(level).sum() - load, height.max() - 2e-6, height.max())
+
+    displacement = analysis.preliminary_displacement(history).values
+    time, energy = history.time.values, history.total_yielding_energy.values
+    for load, when in ((50e-3, 1.0), (70e-3, 5.0), (90e-3, 8.0)):
+        level = level_at(load, lambda level: first_loading(level)[0])
+        carried, contact = first_loading(level)
+        left = 0.75 * carried / (CONTACT_MODULUS * np.maximum(contact, 1e-30))
+        row = int(np.argmin(np.abs(time - when)))
+        assert displacement[row] == pytest.approx(RATIO * FRICTION * left.max(), rel=1e-6)
+    touched = carried > 0
+    own = np.where(touched, left, 1e-12)
+    lowered = np.where(touched, height - level - own, 0.0)
+    flattened = np.where(touched, contact**2 / own, radius)
+
+    def unloading(level):
+        approach = np.maximum(height - lowered - level, 0.0)
+        return 4 / 3 * CONTACT_MODULUS * np.sqrt(flattened) * approach**1.5
+
+    level = level_at(50e-3, unloading)
+    assert displacement[-1] == pytest.approx(RATIO * FRICTION * (height - lowered - level).max(), rel=1e-6)
+    assert displacement[-1] < 0.95 * displacement[np.argmin(np.abs(time - 1.0))]
+    assert (energy[time > 8.0] == energy[-1]).all()
+    assert (np.diff(energy) >= 0).all()
+    # the reversals with tractions in them did not come through unstrained
+    assert float(history.total_dissipated_energy[-1]) > 0
+    assert float(history.yielded_load_share[-1]) > 0.95
 
 
 def test_the_data_are_made_again_byte_for_byte(tmp_path):

@@ -545,6 +545,25 @@ def test_5_21_and_5_26_a_level_does_not_remember_the_one_before():
         assert list(dict.fromkeys(np.round(loads, 6))) == order
 
 
+def test_5_17_to_5_26_with_summits_that_yield():
+    """Nothing yields at the printed roughness; on rougher surfaces what comes before a level counts."""
+    found, functions = calculated("fig_5_17_to_5_26", seeds=1)
+    level = found.preliminary_displacement.isel(seed=0) * NANO
+    elastic, yielding = level.sel(law="elastic"), level.sel(law="yielding")
+    assert elastic.sel(run="falls").values == pytest.approx(elastic.sel(run="constant").values, rel=1e-9)
+    assert yielding.isel(rms_height=0).values == pytest.approx(elastic.isel(rms_height=0).values, rel=1e-9)
+    rough_ones = yielding.isel(rms_height=slice(1, None))
+    assert rough_ones.sel(run="rises").values == pytest.approx(rough_ones.sel(run="constant").values, rel=1e-9)
+    falls, rises = (rough_ones.sel(run=run).isel(normal_load=0).values for run in ("falls", "rises"))
+    assert (falls < 0.97 * rises).all()
+    assert (rough_ones < 0.8 * elastic.isel(rms_height=slice(1, None))).all()
+    assert [figure.get_suptitle()[:9] for figure in functions["drawn"](found)] == [
+        "Fig. 5.17",
+        "Fig. 5.21",
+        "Fig. 5.26",
+    ]
+
+
 def test_5_23_before_and_after():
     """Alumina after the test moves 2.6 times more; the source has it two orders of magnitude less."""
     found = swept("fig_5_23", seeds=6).preliminary_displacement.mean("surface_seed").values * NANO

@@ -87,3 +87,12 @@ def test_3_a_texture_is_chosen(typed):
     )
     assert found.drift.values[0] == pytest.approx([one / 4, one / 16 ** (2 / 3)], rel=1e-9)
     assert (names["worst"].sel(surface_count="[8, 8]") < 5).all()
+
+
+def test_4_a_surface_that_was_run_in_is_elastic_up_to_its_largest_load(typed):
+    names, _ = typed("4_running_in.md")
+    energy = names["history"].total_yielding_energy.values if "total_yielding_energy" in names["history"] else []
+    # the last run falls from 90 mN: all of it is spent there
+    assert (np.diff(energy) == 0).all()
+    assert energy[0] > 0
+    assert (names["grown"] > 1).all()

@@ -17,9 +17,11 @@ from historysim.asperities.laws.friction_law import FrictionLaw
 from historysim.asperities.state import EnsembleState
 from historysim.asperities.stepper import Stepper, Totals, channel, goals
 from historysim.asperities.wear import WearLaw
+from historysim.asperities.yielding import YieldingLaw, check_law, yielding_law_from
 from historysim.basics.arguments import checked, one_per, scalar, workable
+from historysim.basics.display import html_table
 from historysim.basics.library import ffi, lib, pointer
-from historysim.basics.units import range_text
+from historysim.basics.units import quantity_text, range_text
 from historysim.basics.wording import counted
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
@@ -45,7 +47,15 @@ if TYPE_CHECKING:
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
-EVOLVED = ("slid_distance", "worn_volume", "summit_height", "summit_radius")
+EVOLVED = (
+    "slid_distance",
+    "worn_volume",
+    "summit_height",
+    "summit_radius",
+    "yielded_depth",
+    "yielding_load",
+    "yielding_energy",
+)
 """What is recorded of asperities that evolve, beside what always is."""
 
 
@@ -77,11 +87,15 @@ class Ensemble:
         What sliding takes from the asperities (see `historysim.asperities.wear`).
     follow_sliding : bool
         Follow how far each asperity slides, which wear and friction that depends on it do in any case.
+    yielding : YieldingLaw or str, optional
+        How summits yield on first loading (see `historysim.asperities.yielding`), or the name of a law, with the
+        hardness of the pair.
 
     Raises
     ------
     InputError
-        A number that is not finite or out of range, arrays of different lengths, or patches that shall evolve.
+        A number that is not finite or out of range, arrays of different lengths, patches that shall evolve, summits
+        that shall both wear and yield, or a law of yielding whose hardness is not known.
 
     Examples
     --------
@@ -105,6 +119,7 @@ class Ensemble:
     law: FrictionLaw | None
     wear: WearLaw | None
     follow_sliding: bool
+    yielding: YieldingLaw | None
 
     def __init__(
         self,
@@ -120,6 +135,7 @@ class Ensemble:
         curves: NormalCurves | None = None,
         wear: WearLaw | None = None,
         follow_sliding: bool = False,
+        yielding: "YieldingLaw | str | None" = None,
     ) -> None:
         if not isinstance(pair, MaterialPair):
             raise InputError(f"pair is {pair!r}; expected a MaterialPair")
@@ -150,11 +166,17 @@ class Ensemble:
             law=law,
             wear=wear,
             follow_sliding=bool(follow_sliding),
+            yielding=_yielding(yielding, pair, radii),
         )
+        if self.yielding is not None and wear is not None:
+            raise InputError(
+                "summits shall both wear and yield, and a summit that wears is not the one that yielded; expected one "
+                "of wear and yielding: passes of a map have both"
+            )
         if curves is not None and (law is not None or self.evolves):
             raise InputError(
                 "patches of one contact share one coefficient and keep their normal curves; expected a number for "
-                "friction, and neither wear nor slid distances, or an ensemble of summits"
+                "friction, and neither wear, yielding nor slid distances, or an ensemble of summits"
             )
 
     @classmethod
@@ -245,6 +267,23 @@ class Ensemble:
         told = [f"summit {name} {range_text(each.min(), each.max(), unit)}" for name, each, unit in summits]
         return f"<Ensemble: {counted(len(self), 'asperity', 'asperities')}, {', '.join(told)}, {friction}>"
 
+    def _repr_html_(self) -> str:
+        lines = [("asperities" if self.curves is None else "patches", f"{len(self):,}")]
+        if self.curves is None:
+            lines += [
+                ("summit height", range_text(self.summit_height.min(), self.summit_height.max(), "m")),
+                ("summit radius", range_text(self.summit_radius.min(), self.summit_radius.max(), "m")),
+            ]
+        least, most = self.friction.min(), self.friction.max()
+        friction = f"{least:.4g}" + (f" to {most:.4g}" if most > least else "")
+        lines += [
+            ("friction", friction if self.law is None else self.law.text),
+            *([] if self.wear is None else [("wear", self.wear.text)]),
+            ("contact modulus E*", quantity_text(self.pair.contact_modulus, "Pa")),
+            ("shear modulus G*", quantity_text(self.pair.shear_modulus, "Pa")),
+        ]
+        return html_table(lines)
+
     def __len__(self) -> int:
         """Return the number of asperities, or of patches."""
         return self.elements if self.curves is None else len(self.curves)
@@ -256,7 +295,12 @@ class Ensemble:
 
     @property
     def evolves(self) -> bool:
-        """Whether friction depends on how asperities are loaded, they wear, or what they slide is followed."""
+        """Whether friction depends on how asperities are loaded, they wear or yield, or what they slide is followed."""
+        return self.slides or self.yielding is not None
+
+    @property
+    def slides(self) -> bool:
+        """Whether it is followed how far asperities slide."""
         changing = self.law is not None and self.law.depends_on != "nothing"
         return changing or self.wear is not None or self.follow_sliding
 
@@ -545,7 +589,8 @@ class Ensemble:
         if not fresh.any():
             return state
         before, units = state.memory, state.memory.contact.units
-        with self.evolution.handed() as evolution:
+        virgin = np.where(fresh, radius, self._virgin_radius(memory))
+        with self.evolution.handed(virgin) as evolution:
             check(lib.hs_set_summits(memory, pointer(height), pointer(radius), pointer(fresh), evolution))
         request = before.tangential_load + before.excess
         compliance = units.stiffness / as_instrument(instrument).lateral_stiffness
@@ -623,7 +668,7 @@ class Ensemble:
         if memory.evolved:
             if friction is not None:
                 view(memory.evolved.given, self.elements)[:] = 1
-            with self.evolution.handed(friction) as evolution:
+            with self.evolution.handed(self._virgin_radius(memory), friction) as evolution:
                 status = lib.hs_walk_evolving(*way, evolution, refusal)
         else:
             status = lib.hs_walk(*way, refusal)
@@ -641,6 +686,8 @@ class Ensemble:
             A load that is not a finite number of 0 or more.
         """
         load = scalar("normal_load", normal_load, least=0.0)
+        if self.yielding is not None and load > 0:
+            return self.advance(self.initial_state(), normal_load=load).approach
         return float(lib.hs_approach_at(self._contact, load))
 
     def superposition(self, state: EnsembleState) -> Superposition:
@@ -688,7 +735,7 @@ class Ensemble:
     @property
     def evolution(self) -> Evolution:
         """What makes the asperities evolve."""
-        return Evolution(self.pair, self.law, self.wear)
+        return Evolution(self.pair, self.law, self.wear, self.yielding, self.follow_sliding)
 
     @cached_property
     def _contact(self) -> Any:
@@ -727,6 +774,13 @@ class Ensemble:
             # to the bit, which gaps are not
             view(memory.evolved.summit_height, self.elements)[:] = self.summit_height
             view(memory.evolved.summit_radius, self.elements)[:] = self.summit_radius
+        if self.yielding is not None:
+            check(lib.hs_memory_yield(memory))
+
+    def _virgin_radius(self, memory: Any) -> Floats:
+        """Return the radii of the summits before they yielded [m] (asperity)."""
+        evolved = memory.evolved
+        return view(evolved.virgin_radius or evolved.summit_radius, self.elements)
 
     @cached_property
     def _drive(self) -> Any:
@@ -747,6 +801,18 @@ class Ensemble:
         if outside.size:
             raise InputError(f"asperity {outside[0]} does not exist; expected an index from 0 to {self.elements - 1}")
         return chosen.astype(np.int64)
+
+
+def _yielding(given: YieldingLaw | str | None, pair: MaterialPair, summit_radius: Floats) -> YieldingLaw | None:
+    """Return the law of yielding, with what it takes from the materials."""
+    if given is None:
+        return None
+    law = yielding_law_from({"law": given}) if isinstance(given, str) else given
+    if not isinstance(law, YieldingLaw):
+        raise InputError(f"yielding is {given!r}; expected a YieldingLaw, such as KogutEtsion(hardness=…)")
+    law = law.of(pair)
+    check_law(law, summit_radius, pair)
+    return law
 
 
 def _alike(*keys: Floats) -> Integers | None:

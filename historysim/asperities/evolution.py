@@ -1,4 +1,4 @@
-"""What makes asperities evolve, as the library takes it: a law of friction, wear, and where friction goes."""
+"""What makes asperities evolve, as the library takes it: friction, wear, yielding, and where friction goes."""
 
 import contextlib
 from collections.abc import Callable, Iterator
@@ -11,6 +11,7 @@ import numpy.typing as npt
 from historysim.asperities.friction import FrictionGoal
 from historysim.asperities.laws.friction_law import FrictionLaw, Loaded
 from historysim.asperities.wear import WearLaw
+from historysim.asperities.yielding import YieldingLaw
 from historysim.basics.library import ffi, pointer
 from historysim.contact.materials import MaterialPair
 from historysim.memory.binding import fill, view
@@ -28,18 +29,25 @@ class Evolution:
     law : FrictionLaw, optional
         Of asperities whose friction no event has given.
     wear : WearLaw, optional
+    yielding : YieldingLaw, optional
+    follow_sliding : bool
+        Whether it is followed how far asperities slide that do no more than yield.
     """
 
     pair: MaterialPair
     law: FrictionLaw | None
     wear: WearLaw | None
+    yielding: YieldingLaw | None = None
+    follow_sliding: bool = False
 
     @contextlib.contextmanager
-    def handed(self, goal: FrictionGoal | None = None) -> Iterator[Any]:
+    def handed(self, virgin_radius: Floats, goal: FrictionGoal | None = None) -> Iterator[Any]:
         """Give it as the library takes it, for a call; what a law of the user's own raises there is raised after it.
 
         Parameters
         ----------
+        virgin_radius : array (asperity)
+            Of the summits before they yielded [m].
         goal : FrictionGoal, optional
             Where friction goes on the path.
         """
@@ -62,6 +70,17 @@ class Evolution:
                 found.wear.kind = ffi.integer_const("HS_CALLERS_WEAR")
                 kept.append(_callback("hs_wear_function", _volumes(self.wear), raised))
                 found.wear.function = kept[-1]
+        if self.yielding is not None:
+            law = self.yielding
+            kept.append(fill(found.yielding, law.core(self.pair)))
+            onset = np.ascontiguousarray(law.critical_approach(virgin_radius, self.pair), dtype=np.float64)
+            kept += [onset, pointer(onset)]
+            found.yielding.critical_approach = kept[-1]
+            found.follow_sliding = self.follow_sliding
+            if not found.yielding.kind:
+                found.yielding.kind = ffi.integer_const("HS_CALLERS_YIELDING")
+                kept.append(_callback("hs_yielding_function", self._first_loading(law), raised))
+                found.yielding.function = kept[-1]
         try:
             yield found
         finally:
@@ -80,6 +99,14 @@ class Evolution:
                     slid_distance=view(loaded.slid_distance, count),
                 )
             )
+            return 0
+
+        return fill
+
+    def _first_loading(self, law: YieldingLaw) -> Callable[..., int]:
+        def fill(_user: Any, count: int, approach: Any, radius: Any, load: Any, contact_radius: Any) -> int:
+            found = law.first_loading(view(approach, count), view(radius, count), self.pair)
+            view(load, count)[:], view(contact_radius, count)[:] = found
             return 0
 
         return fill

@@ -53,6 +53,32 @@ class Evolved(NamedTuple):
     erased_energy: float
 
 
+class Yielded(NamedTuple):
+    """How asperities have yielded since the start.
+
+    Attributes
+    ----------
+    virgin_height, virgin_radius : array (asperity)
+        Summits before they yielded [m].
+    summit_height, summit_radius : array (asperity)
+        Present ones [m].
+    yielded_depth : array (asperity)
+        By which the summit has been flattened [m].
+    yielding_load : array (asperity)
+        Largest load under which it yielded, up to which it is elastic now; 0 where it never has [N].
+    yielding_energy : array (asperity)
+        That yielding has taken since the start [J]: apart from what friction dissipates.
+    """
+
+    virgin_height: Floats
+    virgin_radius: Floats
+    summit_height: Floats
+    summit_radius: Floats
+    yielded_depth: Floats
+    yielding_load: Floats
+    yielding_energy: Floats
+
+
 @attrs.frozen(eq=False, repr=False)
 class EnsembleState:
     """The state of an ensemble: a value, never changed once made.
@@ -224,6 +250,19 @@ class EnsembleState:
         for name in Evolved._fields[:7]:
             told[name] = view(told[name], count).copy()
         return Evolved(**told | {"given": told["given"].astype(bool)})
+
+    @property
+    def yielded(self) -> Yielded | None:
+        """How asperities have yielded; None where they do not."""
+        found = self.memory.evolved
+        if not found or not found.virgin_height:
+            return None
+        told = {
+            name: view(getattr(found, name), self.memory.contact.count).copy()
+            for name in Yielded._fields
+            if name != "yielded_depth"
+        }
+        return Yielded(**told, yielded_depth=told["virgin_height"] - told["summit_height"])
 
     def vertices(self, group: int = 0) -> npt.NDArray[Any]:
         """Return the vertices of a group's polyline, dimensionless, the deepest first; see ``hs_vertex``."""

@@ -1,6 +1,7 @@
 """Stepping by hand: where a channel of one path goes, many paths at once, and a tight loop in place (`Stepper`)."""
 
 import math
+import warnings
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -17,6 +18,8 @@ from historysim.memory.paths import STILL, Goals, paths_to
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
+TURNS = 4
+"""Reversals of the displacement in as many successive steps that look like trials."""
 HELD = math.nan
 """Target of a channel that is held as it was controlled last."""
 
@@ -106,6 +109,7 @@ class Stepper:
         check(lib.hs_memory_join(self.memory))
         self._units = self.memory.contact.units
         self._start = state.approach
+        self._reached, self._move, self._turns, self._time = self.memory.displacement, 0.0, 0, -math.inf
 
     def save(self) -> EnsembleState:
         """Return the present state, which later steps do not change."""
@@ -118,8 +122,20 @@ class Stepper:
         normal_displacement: float | None = None,
         tangential_load: float | None = None,
         tangential_displacement: float | None = None,
+        time: float | None = None,
     ) -> None:
         """Go along one joint straight path; parameters as in `Ensemble.advance`.
+
+        Parameters
+        ----------
+        time : float, optional
+            When the path ends [s], where a solver knows it.
+
+        Warns
+        -----
+        UserWarning
+            The contact is moved as a solver's trials would: to a time that is no later than that of the step before,
+            or back and forth in each of several steps. All of it is remembered; `restore` takes a trial back.
 
         Raises
         ------
@@ -139,6 +155,27 @@ class Stepper:
             check(status, self._refusal)
         # a ramp of both loads begins where the contact touches
         self._start = (max(start, 0.0) if normal == tangential == LOAD else start) * self._units.length
+        move = memory.displacement - self._reached
+        if time is not None:
+            self._look_at(time, move)
+        if move != 0.0:
+            self._turns = self._turns + 1 if move * self._move < 0.0 else 0
+            self._reached, self._move = memory.displacement, move
+            if self._turns == TURNS:
+                self._warn(f"went back and forth in each of the last {TURNS} steps", 3)
+
+    def _look_at(self, time: float, move: float) -> None:
+        """Warn of a move to a time that is not later than the last one."""
+        if time <= self._time and move != 0.0:
+            self._warn(f"was moved to t = {time:.9g} s when it had been at {self._time:.9g} s", 4)
+        self._time = time
+
+    def _warn(self, what: str, level: int) -> None:
+        warnings.warn(
+            f"the stepper {what}: where these are trials of a solver, save before them and restore after each, or they "
+            "are remembered as reversals (hs.coupling does so); where the contact moves so, take shorter steps",
+            stacklevel=level,
+        )
 
     def slopes(self) -> Slopes:
         """Return the derivatives of the loads in where the last step ended, on its side.

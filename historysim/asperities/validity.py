@@ -34,6 +34,13 @@ HALF = 0.5
 """Share of the normal load that a handful of outliers may carry."""
 FEW = 500
 """Circles of which all pairs are looked at, since that takes less than to import what finds those that are near."""
+BULK = 0.5
+"""Contact area over nominal area up to which summits that yield do so alone: beyond it the pressure rises above the
+hardness, since what is pressed down has nowhere to go (Pullen and Williamson 1972)."""
+STRAIN = 0.2
+"""Representative strain of an indentation over a/R (Tabor 1951)."""
+STRAIN_OF_VICKERS, STRAIN_RANGE = 0.08, 2.0
+"""That of a Vickers indentation, by which hardness is measured, and the factor either side within which it is taken."""
 MOST_BEFORE_ROWS = 0.2
 """Approach of the first row of a normal curve, over that of the last."""
 MOST_ERROR = 0.01
@@ -47,13 +54,18 @@ HARDNESS_OF_YIELD = 2.8
 
 @attrs.frozen
 class _Touching:
-    """The asperities that touch: summit radius R, approach δ, contact radius a [m], and normal load N [N]."""
+    """The asperities that touch: summit radius R, approach δ, contact radius a [m], and normal load N [N].
+
+    Where they have yielded R and δ are those of the summit that is left, and its radius before is the virgin one.
+    """
 
     index: npt.NDArray[np.int64]
     summit_radius: Floats
     approach: Floats
     contact_radius: Floats
     normal_load: Floats
+    virgin_radius: Floats
+    yielded: npt.NDArray[np.bool_]
 
     @property
     def area(self) -> float:
@@ -104,6 +116,18 @@ def findings(ensemble: Ensemble, approach: float, instrument: Instrument = RIGID
         ``rising``
             Rise of the friction coefficient with the distance slid, over 1/(θδ), at most 1.
 
+        Where summits yield, these take the place of ``yield``:
+
+        ``merging``
+            Share of the load on yielded asperities whose contact circles overlap others, at most 0.2.
+        ``bulk``
+            Contact area over nominal area, at most 0.5.
+        ``hardening``
+            Mean representative strain 0.2 a/R of those that have yielded, by load, at most twice and at least half the
+            8 % of a Vickers indentation.
+        ``cracks``
+            Share of the load on asperities that carry more than the threshold of median cracks, at most 0.1.
+
     Raises
     ------
     InputError
@@ -116,21 +140,32 @@ def findings(ensemble: Ensemble, approach: float, instrument: Instrument = RIGID
     index = np.flatnonzero(depth > 0)
     if not index.size:
         return ()
-    radius, depth = ensemble.summit_radius[index], depth[index]
+    virgin = ensemble.summit_radius[index]
+    radius, depth, yielded = virgin, depth[index], np.zeros(index.size, dtype=bool)
+    if ensemble.yielding is not None:
+        state = ensemble.advance(ensemble.initial_state(), normal_displacement=approach)
+        if (left := state.yielded) is not None:
+            radius, yielded = left.summit_radius[index], left.yielding_load[index] > 0
+            depth = np.where(yielded, depth - left.yielded_depth[index], depth)
     load = hertz.normal_load(depth, summit_radius=radius, contact_modulus=ensemble.pair.contact_modulus)
     # an approach that is next to nothing underflows
     if not load.sum() > 0:
         return ()
-    touching = _Touching(index, radius, depth, hertz.contact_radius(depth, summit_radius=radius), load)
+    contact_radius = hertz.contact_radius(depth, summit_radius=radius)
+    touching = _Touching(index, radius, depth, contact_radius, load, virgin, yielded)
     return tuple(_found(ensemble, touching, instrument))
 
 
 def _found(ensemble: Ensemble, touching: _Touching, instrument: Instrument) -> Iterator[Finding]:
     yield from _outliers(ensemble, touching)
     yield from _steep(touching)
-    yield from _yielding(ensemble, touching)
+    if ensemble.yielding is None:
+        yield from _yielding(ensemble, touching)
     yield from _area(ensemble, touching)
     yield from _overlapping(ensemble, touching)
+    if ensemble.yielding is not None:
+        yield from _hardening(touching)
+    yield from _cracking(ensemble, touching)
     yield from _adhering(ensemble, touching)
     yield from _unresolved(ensemble, touching, instrument)
     yield from _rising(ensemble, touching)
@@ -216,7 +251,41 @@ def _yielding(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:
             MOST_LOAD,
             f"{_percent(share)} of the normal load stands on asperities that yield (mean pressure "
             f"{quantity_text(mean, 'Pa', 3)}, onset at {quantity_text(onset, 'Pa', 3)}{plasticity}), and the model is "
-            "elastic: press less, or use the surface as it is after running in",
+            "elastic: let its summits yield (yielding), press less, or use the surface as it is after running in",
+        )
+
+
+def _hardening(touching: _Touching) -> Iterator[Finding]:
+    on_yielded = touching.normal_load * touching.yielded
+    if not on_yielded.sum() > MOST_LOAD * touching.normal_load.sum():
+        return
+    strains = STRAIN * touching.contact_radius / touching.virgin_radius
+    strain = float((strains * on_yielded).sum() / on_yielded.sum())
+    if not 1 / STRAIN_RANGE <= strain / STRAIN_OF_VICKERS <= STRAIN_RANGE:
+        yield Finding(
+            "hardening",
+            strain,
+            STRAIN_OF_VICKERS,
+            f"summits that have yielded are strained by {_percent(strain)} (0.2 a/R, by load), and hardness is "
+            f"measured at {_percent(STRAIN_OF_VICKERS)}: work hardening is left out; of a metal that hardens, take the "
+            "hardness at that strain",
+        )
+
+
+def _cracking(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:
+    threshold = ensemble.pair.cracking_load
+    if threshold is None or ensemble.yielding is None:
+        return
+    share = touching.share(touching.normal_load > threshold)
+    if share > MOST_LOAD:
+        most = quantity_text(float(touching.normal_load.max()), "N", 3)
+        yield Finding(
+            "cracks",
+            share,
+            MOST_LOAD,
+            f"{_percent(share)} of the normal load stands on asperities that carry up to {most}, beyond the threshold "
+            f"of median cracks, {quantity_text(threshold, 'N', 3)} (Lawn and Evans 1977): a brittle material cracks "
+            "there, and the model lets it flow; press less",
         )
 
 
@@ -224,7 +293,15 @@ def _area(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:
     if ensemble.nominal_area is None:
         return
     share = touching.area / ensemble.nominal_area
-    if share > MOST_AREA:
+    if ensemble.yielding is not None and share > BULK:
+        yield Finding(
+            "bulk",
+            share,
+            BULK,
+            f"the contact area is {_percent(share)} of the nominal area: what yields there has nowhere to go, and the "
+            "pressure rises above the hardness, which the model leaves out; press less, or take a larger nominal area",
+        )
+    elif share > MOST_AREA:
         yield Finding(
             "area",
             share,
@@ -239,6 +316,17 @@ def _overlapping(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:
         return
     place = np.stack([ensemble.x[touching.index], ensemble.y[touching.index]], axis=1)
     overlaps = overlapping(place, touching.contact_radius)
+    share = touching.share(overlaps & touching.yielded)
+    if share > MOST_OVERLAP:
+        yield Finding(
+            "merging",
+            share,
+            MOST_OVERLAP,
+            f"{_percent(share)} of the normal load stands on yielded asperities whose contacts overlap others: such "
+            "summits merge into one, and the model has them yield alone; filter the map (s_filter), prune its summits "
+            "(prune), or press less",
+        )
+        return
     share = touching.share(overlaps)
     if share > MOST_OVERLAP:
         yield Finding(

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from html import escape
+from typing import Any
 from unicodedata import category
 
 
@@ -55,3 +56,18 @@ class Lines(tuple[tuple[str, str], ...]):
 
     def _repr_html_(self) -> str:
         return html_table(self)
+
+
+class FieldsAsHtml:
+    """Shows the fields of an attrs class, as its repr does, as a table in a notebook."""
+
+    def _repr_html_(self) -> str:
+        import attrs
+
+        shown: Any = type(self)
+        rows = []
+        for field in attrs.fields(shown):
+            if field.repr:
+                value = getattr(self, field.name)
+                rows.append((field.name.replace("_", " "), field.repr(value) if callable(field.repr) else repr(value)))
+        return html_table(rows)

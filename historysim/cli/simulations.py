@@ -82,10 +82,10 @@ def run(
             for path in pictures:
                 save(drawn, path)
     if not quiet:
-        from historysim.results import analysis, recorded_file
+        from historysim.results import recorded_file, sliding_order
 
         with recorded_file.opened(output) as recorded:
-            lines = analysis.summary(recorded)
+            lines = sliding_order.summary(recorded)
         files = [("result", str(output)), *(("picture", str(path)) for path in pictures)]
         tell(Answer([*lines, *files]), as_json=as_json)
 

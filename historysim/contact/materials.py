@@ -8,6 +8,7 @@ from typing import Any, Final, Self
 
 import attrs
 
+from historysim.basics.display import html_table
 from historysim.basics.units import as_float, quantity_text
 from historysim.errors import InputError
 
@@ -96,6 +97,8 @@ class Material:
         Where the numbers come from; two materials that differ in nothing else are equal.
     hardness, yield_stress : float, optional
         Indentation hardness H and yield stress in tension Y [Pa], > 0: what tells whether the asperities are elastic.
+    fracture_toughness : float, optional
+        K_Ic [Pa √m], > 0: what tells where a brittle material cracks.
 
     Raises
     ------
@@ -125,12 +128,34 @@ class Material:
     source: str = attrs.field(default="", validator=_text, eq=False, repr=False)
     hardness: float | None = _optional("Pa")
     yield_stress: float | None = _optional("Pa")
+    fracture_toughness: float | None = _optional("Pa √m")
+
+    @property
+    def cracking_load(self) -> float | None:
+        """Load of a sharp contact at which median cracks begin [N], of its order: 2.2e4 K_Ic⁴/H³; None where not known.
+
+        Lawn and Evans, *J. Mater. Sci.* 12 (1977) 2195-2199.
+        """
+        if self.hardness is None or self.fracture_toughness is None:
+            return None
+        return 2.2e4 * self.fracture_toughness * (self.fracture_toughness / self.hardness) ** 3
 
     def __repr__(self) -> str:
         if MATERIALS.get(self.name) == self:
             return f"material({self.name!r})"
         values = {one.name: getattr(self, one.name) for one in attrs.fields(type(self)) if one.repr}
         return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in values.items())})"
+
+    def _repr_html_(self) -> str:
+        units = {"surface_energy": "J/m²", "ball_radius": "m"}
+        lines = [("name", self.name)]
+        for one in attrs.fields(type(self)):
+            value = getattr(self, one.name)
+            if isinstance(value, float):
+                unit = units.get(one.name, "Pa")
+                plain = one.name == "poissons_ratio"
+                lines.append((one.name.replace("_", " "), f"{value:.4g}" if plain else quantity_text(value, unit)))
+        return html_table([*lines, *([("source", self.source)] if self.source else [])])
 
     def __attrs_post_init__(self) -> None:
         if self.shear_modulus is _ISOTROPIC:
@@ -142,6 +167,19 @@ def _key(name: str) -> str:
     return " ".join(name.lower().replace("_", " ").replace("-", " ").split())
 
 
+_TOUGHNESS: Mapping[str, float] = {
+    "silicon": 0.9e6,
+    "silica": 0.75e6,
+    "fused silica": 0.75e6,
+    "float glass": 0.75e6,
+    "BK7": 0.85e6,
+    "sapphire": 2.2e6,
+    "alumina": 3.9e6,
+    "zirconia": 5e6,
+    "silicon carbide": 4e6,
+    "silicon nitride": 6e6,
+}
+"""Fracture toughness of the brittle ones [Pa √m], rounded from makers' data: the order of what cracks, no more."""
 _SOURCE = "Winogrodzka, Pre-sliding behaviour of multi asperity ceramic contacts, University of Twente, Table B.1"
 _KAYE_LABY = "Kaye and Laby, Tables of Physical and Chemical Constants, 16th ed., section 2.2.2: polycrystalline metals"
 _INDENTED = "Oliver and Pharr, J. Mater. Res. 7 (1992) 1564, rounded"
@@ -170,7 +208,7 @@ def _engineering(
 
 MATERIALS: Final[Mapping[str, Material]] = MappingProxyType(
     {
-        row.name: row
+        row.name: attrs.evolve(row, fracture_toughness=_TOUGHNESS.get(row.name))
         for row in (
             _measured(
                 ("silicon", 112e9, 0.28, 44e9, 44.1e-3, (2e-9, 3e-9), 2.5e-3),
@@ -275,6 +313,8 @@ class MaterialPair:
         circle of radius a is 8 G* a.
     hardness, yield_stress : float or None
         H and Y [Pa] of the softer material, as far as they are known.
+    cracking_load : float or None
+        The lower one of the two materials (`Material.cracking_load`) [N].
     work_of_adhesion : float or None
         W = 2√(γ1 γ2) [J/m²] (Girifalco and Good); None where a surface energy is not known. The replay has no adhesion.
 
@@ -302,6 +342,7 @@ class MaterialPair:
     hardness: float | None = _optional("Pa")
     yield_stress: float | None = _optional("Pa")
     work_of_adhesion: float | None = _optional("J/m²")
+    cracking_load: float | None = _optional("N")
 
     def __init__(self, first: Material, second: Material) -> None:
         for name, value in (("first", first), ("second", second)):
@@ -321,6 +362,7 @@ class MaterialPair:
             None
             if first.surface_energy is None or second.surface_energy is None
             else 2 * math.sqrt(first.surface_energy * second.surface_energy),
+            min((one.cracking_load for one in pair if one.cracking_load is not None), default=None),
         )
 
     @classmethod
@@ -332,6 +374,7 @@ class MaterialPair:
         hardness: float | None = None,
         yield_stress: float | None = None,
         work_of_adhesion: float | None = None,
+        cracking_load: float | None = None,
     ) -> Self:
         """Return the pair that has these moduli.
 
@@ -345,6 +388,8 @@ class MaterialPair:
             H and Y [Pa], > 0, of the softer material.
         work_of_adhesion : float, optional
             W [J/m²], > 0.
+        cracking_load : float, optional
+            At which median cracks begin in one of them [N], > 0.
 
         Raises
         ------
@@ -352,20 +397,22 @@ class MaterialPair:
             A number that is not finite and positive.
         """
         pair = cls.__new__(cls)
-        pair.__attrs_init__(None, None, contact_modulus, shear_modulus, hardness, yield_stress, work_of_adhesion)
+        known = (hardness, yield_stress, work_of_adhesion, cracking_load)
+        pair.__attrs_init__(None, None, contact_modulus, shear_modulus, *known)
         return pair
 
     def with_work_of_adhesion(self, work_of_adhesion: float) -> Self:
         """Return the pair with a measured work of adhesion W [J/m²], > 0, in place of that of the surface energies."""
-        known = (self.hardness, self.yield_stress, work_of_adhesion)
+        known = (self.hardness, self.yield_stress, work_of_adhesion, self.cracking_load)
         pair = type(self).__new__(type(self))
         pair.__attrs_init__(self.first, self.second, self.contact_modulus, self.shear_modulus, *known)
         return pair
 
     @property
     def limits(self) -> dict[str, float]:
-        """Those of `hardness`, `yield_stress` [Pa] and `work_of_adhesion` [J/m²] that are known, by their names."""
-        known = {name: getattr(self, name) for name in ("hardness", "yield_stress", "work_of_adhesion")}
+        """Which of `hardness`, `yield_stress`, `work_of_adhesion` and `cracking_load` are known, by their names."""
+        names = ("hardness", "yield_stress", "work_of_adhesion", "cracking_load")
+        known = {name: getattr(self, name) for name in names}
         return {name: value for name, value in known.items() if value is not None}
 
     @property
@@ -398,6 +445,16 @@ class MaterialPair:
         name = f"{self.first.name} on {self.second.name}" if self.first and self.second else "pair"
         contact, shear = (quantity_text(modulus, "Pa") for modulus in (self.contact_modulus, self.shear_modulus))
         return f"{name}: E* = {contact}, G* = {shear}"
+
+    def _repr_html_(self) -> str:
+        lines = (
+            [] if self.first is None or self.second is None else [("pair", f"{self.first.name} on {self.second.name}")]
+        )
+        lines += [
+            ("contact modulus E*", quantity_text(self.contact_modulus, "Pa")),
+            ("shear modulus G*", quantity_text(self.shear_modulus, "Pa")),
+        ]
+        return html_table(lines)
 
     def __repr__(self) -> str:
         if self.first is None:

@@ -15,6 +15,7 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import Instrument
 from historysim.asperities.laws import law_from
 from historysim.asperities.wear import wear_law_from
+from historysim.asperities.yielding import yielding_law_from
 from historysim.basics.arguments import workable
 from historysim.basics.array_types import Array
 from historysim.basics.limits import at_most, most
@@ -33,10 +34,12 @@ FORMAT_OF_CURVES = 4
 """Form of a log whose asperities are patches of normal curves, which earlier versions would take for summits."""
 FORMAT_OF_SUMS = 2
 """Form of such a log of earlier versions, which wrote normal curves as sums of elements."""
-FORMATS = (FORMAT, FORMAT_OF_LAWS, FORMAT_OF_CURVES)
+FORMAT_OF_YIELDING = 5
+"""Form of a log whose summits yield, which earlier versions would leave as they are, too."""
+FORMATS = (FORMAT, FORMAT_OF_LAWS, FORMAT_OF_CURVES, FORMAT_OF_YIELDING)
 OF_THE_ENSEMBLE = ("summit_height", "summit_radius", "friction", "x", "y")
 SURFACE, CURVES = "surface.", "curves."
-OF_THE_PAIR = ("contact_modulus", "shear_modulus", "hardness", "yield_stress", "work_of_adhesion")
+OF_THE_PAIR = ("contact_modulus", "shear_modulus", "hardness", "yield_stress", "work_of_adhesion", "cracking_load")
 OF_SETTINGS: Mapping[str, Any] = {
     **dict.fromkeys(("historysim_version", "made_with", "scenario", "title"), str),
     **dict.fromkeys(("contact_modulus", "shear_modulus", "tolerance"), int | float),
@@ -91,7 +94,13 @@ class LogHeader:
         arrays |= {f"{SURFACE}{name}": values for name, values in (surface or {}).items()}
         evolution = _evolution(ensemble)
         settings = {
-            "format": FORMAT_OF_CURVES if curves else FORMAT_OF_LAWS if evolution else FORMAT,
+            "format": FORMAT_OF_CURVES
+            if curves
+            else FORMAT_OF_YIELDING
+            if ensemble.yielding is not None
+            else FORMAT_OF_LAWS
+            if evolution
+            else FORMAT,
             "historysim_version": __version__,
             "made_with": made_with(),
             "scenario": scenario,
@@ -178,6 +187,7 @@ class LogHeader:
             curves=curves,
             wear=wear_law_from(self.settings["wear"]) if "wear" in self.settings else None,
             follow_sliding=self.settings.get("follow_sliding", False),
+            yielding=yielding_law_from(self.settings["yielding"]) if "yielding" in self.settings else None,
         )
 
     @property
@@ -221,7 +231,7 @@ class LogHeader:
     @property
     def packages(self) -> tuple[str, ...]:
         """Packages of others that its laws came from, each with its version then."""
-        laws = [self.settings[name] for name in ("friction_law", "wear") if name in self.settings]
+        laws = [self.settings[name] for name in ("friction_law", "wear", "yielding") if name in self.settings]
         return tuple(dict.fromkeys(" ".join(map(str, law["package"])).rstrip() for law in laws if "package" in law))
 
     @property
@@ -234,14 +244,19 @@ def _evolution(ensemble: Ensemble) -> dict[str, Any]:
     """Return what makes asperities evolve, as far as anything does."""
     law = {} if ensemble.law is None else {"friction_law": ensemble.law.settings}
     wear = {} if ensemble.wear is None else {"wear": ensemble.wear.settings}
-    return law | wear | ({"follow_sliding": True} if ensemble.follow_sliding else {})
+    yielding = {} if ensemble.yielding is None else {"yielding": ensemble.yielding.settings}
+    return law | wear | yielding | ({"follow_sliding": True} if ensemble.follow_sliding else {})
 
 
 def _known(ensemble: Ensemble, instrument: Instrument) -> dict[str, float]:
     """Return what only the checks of the model need, as far as it is known."""
     area = {} if ensemble.nominal_area is None else {"nominal_area": ensemble.nominal_area}
     resolutions = {name: getattr(instrument, name) for name in RESOLUTIONS}
-    return area | ensemble.pair.limits | {name: value for name, value in resolutions.items() if value > 0}
+    limits = dict(ensemble.pair.limits)
+    if ensemble.yielding is None:
+        # which only summits that yield are looked at for
+        limits.pop("cracking_load", None)
+    return area | limits | {name: value for name, value in resolutions.items() if value > 0}
 
 
 def head_from(text: str, arrays: Mapping[str, Array]) -> LogHeader:

@@ -1,4 +1,4 @@
-/* Asperities that evolve along a path: friction that depends on the load or on the distance slid, and wear.
+/* Asperities that evolve along a path: friction that depends on the load or on the distance slid, wear, and yielding.
  *
  * What evolves is followed in chords: on each, approach, displacement, friction and shapes go straight to where they
  * are at its end, which is one exact update of each polyline. There are twice as many of them each time, until state,
@@ -9,7 +9,13 @@
  *  - The volume that it loses goes with the load from there on. From the shape that follows comes a better end of the
  *    chord, from that a better volume: twice. The chord is walked with the mean of both shapes, and ends with the last.
  *  - Where friction depends on the own load, an asperity that touches or leaves, or whose approach changes much, has
- *    stations in the chord, graded towards touch: μ goes with 1/N there, or N^(-1/3). */
+ *    stations in the chord, graded towards touch: μ goes with 1/N there, or N^(-1/3).
+ *
+ * A summit that yields while tractions stand in it, of radius R before a chord and R' at its end, keeps them at their
+ * radii √(R b): its springs get the labels b R/R' under the new summit, and keep their deflections, and so the loads and
+ * the energy that they hold. With R'/R steeper, μ R'/R is their cone at the start of the chord, and μ at its end: from
+ * there on a summit that yields is one whose friction falls. The limit of no spring falls meanwhile, since the approach
+ * grows. Where nothing is strained and the contact is not moved, a path is one chord. */
 
 #include "internal.h"
 
@@ -55,7 +61,11 @@ typedef struct station {
 typedef struct walk {
     const hs_evolution *evolution;
     const hs_drive *drive;
-    int wears;
+    int wears, yields, yields_now; /* the last on this chord */
+    int parted; /* whether groups may have come to remember the same again */
+    int alone; /* whether asperities yield and nothing else of them is followed */
+    double onset; /* share of the path at which the first of them yields */
+    double next;  /* approach at which one does, not a number where it is not known */
     double compliance;
     route course;
     double *goal[2];                   /* friction at both ends of the path */
@@ -67,6 +77,9 @@ typedef struct walk {
     double *mid_height, *mid_radius;   /* summits amid and at the end [m] */
     double *end_height, *end_radius;
     double *before, *nowhere;          /* dissipated at the start of a chord, and on ways that are only tried */
+    double *from, *steeper;            /* approach at which the edge of a summit that yields starts a chord, and R'/R */
+    uint8_t *changed;                  /* which yield */
+    int64_t *place;                    /* positions by ascending gap */
     int64_t *depth;                    /* of the stack of a group, at its first asperity */
     station *stations;                 /* of all groups */
     int64_t most;                      /* of them that there is room for */
@@ -79,15 +92,16 @@ typedef struct walk {
     void *memory;
 } walk;
 
-/* Buffers for memories of so many asperities and groups. */
+/* Buffers for memories of so many asperities and groups, which are more where asperities yield. */
 static int make_buffers(walk *w, const hs_contact *contact) {
-    size_t n = (size_t)contact->count, g = (size_t)contact->groups;
+    size_t n = (size_t)contact->count, g = (size_t)(w->yields ? contact->count : contact->groups);
     double **each[] = {&w->goal[0],   &w->goal[1], &w->slid,       &w->ahead,      &w->first,      &w->last,
                        &w->mean_load, &w->energy,  &w->lost,       &w->taken,      &w->gap,        &w->before,
                        &w->mid_height, &w->mid_radius, &w->end_height, &w->end_radius,
-                       &w->nowhere,    &w->begun,      (double **)&w->depth};
+                       &w->nowhere,    &w->begun,      &w->from,       &w->steeper,    (double **)&w->depth,
+                       (double **)&w->place};
     size_t arrays = sizeof each / sizeof *each;
-    double *numbers = (double *)malloc((arrays * n + 4 * g + 1) * sizeof *numbers);
+    double *numbers = (double *)malloc((arrays * n + 4 * g + 1) * sizeof *numbers + n);
     w->memory = numbers;
     w->scratch = w->kept = NULL;
     w->stations = NULL;
@@ -98,6 +112,7 @@ static int make_buffers(walk *w, const hs_contact *contact) {
     w->friction = w->load + g;
     w->first_station = (int64_t *)(w->friction + g);
     w->steep = (uint8_t *)(w->first_station + g + 1);
+    w->changed = w->steep + g * sizeof(double);
     return HS_OK;
 }
 
@@ -163,6 +178,18 @@ static void exchange_groups(hs_memory *memory, int64_t index, int64_t deepest) {
     }
 }
 
+/* Put groups in order whose smallest gaps have changed; what is nearly in order takes little. */
+static void put_in_order(hs_memory *memory, const int64_t *depth) {
+    const hs_contact *contact = memory->contact;
+    const double *gap = contact->gap;
+    const int64_t *order = contact->order, *first = contact->first;
+    for (int64_t index = 1; index < contact->groups; ++index)
+        for (int64_t k = index; k > 0 && gap[first[k - 1]] > gap[first[k]]; --k) {
+            int64_t low = depth[order[first[k - 1]]], high = depth[order[first[k]]];
+            exchange_groups(memory, k - 1, low > high ? low : high);
+        }
+}
+
 /* Give the asperities of a contact of its own other summits in its place, of which those of a group are alike; depths
  * are those in `depth` (asperity) where the group still touches. */
 static void set_shape(hs_memory *memory, const double *height, const double *radius, const int64_t *depth) {
@@ -176,17 +203,20 @@ static void set_shape(hs_memory *memory, const double *height, const double *rad
     }
     for (int64_t index = 0; index < contact->groups; ++index)
         memory->depth[index] = gap[first[index]] < memory->approach ? depth[order[first[index]]] : 0;
-    /* what is nearly in order takes little to be put in order */
-    for (int64_t index = 1; index < contact->groups; ++index)
-        for (int64_t k = index; k > 0 && gap[first[k - 1]] > gap[first[k]]; --k) {
-            int64_t low = depth[order[first[k - 1]]], high = depth[order[first[k]]];
-            exchange_groups(memory, k - 1, low > high ? low : high);
-        }
+    put_in_order(memory, depth);
     if (contact->groups > 1) {
         memcpy((double *)contact->sorted_gap, gap, (size_t)contact->count * sizeof *gap);
         memcpy((double *)contact->sorted_weight, weight, (size_t)contact->count * sizeof *weight);
     }
     memory->normal_load = hs_load_at(hs_all_of(contact), memory->approach).load;
+}
+
+/* Where the edge of a group starts a chord, and how much steeper a cone is than μ there. */
+static double starts_at(const walk *w, const hs_memory *memory, int64_t g) {
+    return w->yields_now ? w->from[memory->contact->order[memory->contact->first[g]]] : memory->approach;
+}
+static double steeper(const walk *w, const hs_memory *memory, int64_t g) {
+    return w->yields_now ? w->steeper[memory->contact->order[memory->contact->first[g]]] : 1.0;
 }
 
 /* Forget the springs that have gone with what was worn. */
@@ -325,7 +355,8 @@ static int put_stations(walk *w, const hs_memory *memory, double d, double load,
         w->first_station[index] = count;
         if (by_goal) friction = hs_toward(w->goal[0][whose], w->goal[1][whose], share);
         if (by_law && !evolved->given[whose]) {
-            double start = memory->approach - contact->gap[i], end = d - contact->gap[i], weight = contact->weight[i];
+            double start = starts_at(w, memory, index) - contact->gap[i], end = d - contact->gap[i];
+            double weight = contact->weight[i];
             double most = hs_most(start, end), least = hs_most(hs_least(start, end), 0.0), at[MOST_STATIONS];
             double own = start, slid = evolved->slid_distance[whose] + (ahead ? ahead[whose] : 0.0);
             int between = 0, bends = law->depends_on == HS_ON_OWN_LOAD && most > SLIGHT * least;
@@ -358,6 +389,12 @@ static int put_stations(walk *w, const hs_memory *memory, double d, double load,
     }
     for (int64_t index = 0; index < contact->groups; ++index)
         w->friction[index] = w->stations[w->first_station[index + 1] - 1].friction;
+    for (int64_t g = 0; g < contact->groups && w->yields_now; ++g)
+        for (int64_t k = w->first_station[g]; k < w->first_station[g + 1]; ++k) {
+            double more = (steeper(w, memory, g) - 1.0) * (1.0 - w->stations[k].share);
+            w->stations[k].friction *= 1.0 + more;
+            w->stations[k].amid *= 1.0 + more;
+        }
     return status;
 }
 
@@ -402,7 +439,7 @@ static int find_end(walk *w, hs_memory *memory, double share, target *end, hs_re
     shares.load = w->load;
     shares.count = 0;
     for (int64_t g = 0; g < contact->groups && contact->gap[contact->first[g]] < end->d; ++g, ++shares.count) {
-        changes |= w->friction[g] != memory->friction[g];
+        changes |= w->friction[g] != memory->friction[g] || steeper(w, memory, g) != 1.0;
         if (!weighs) continue;
         w->load[g] = contact->groups == 1 ? end->load : hs_load_at(hs_group_of(memory, g).curve, end->d).load;
         limit += w->friction[g] * w->load[g];
@@ -497,10 +534,10 @@ static int carry_group(walk *w, hs_memory *memory, int64_t index, const way *on,
 static int carry_by_stations(walk *w, hs_memory *memory, int64_t g, const target *end, double *each,
                              hs_losses *losses) {
     const hs_contact *contact = memory->contact;
-    hs_point from = {memory->approach, memory->displacement}, to = {end->d, end->v};
+    hs_point from = {starts_at(w, memory, g), memory->displacement}, to = {end->d, end->v};
     int64_t stations = w->first_station[g + 1] - w->first_station[g], first = contact->first[g];
     const station *at = w->stations + w->first_station[g];
-    way on = {from, from, {memory->friction[g], 0.0, 0.0}, 1.0};
+    way on = {from, from, {memory->friction[g] * steeper(w, memory, g), 0.0, 0.0}, 1.0};
     int bends = at->amid > 0.0;
     if (bends) w->slid[contact->order[first]] = 0.0;
     for (int64_t k = 0; k < stations; ++k) {
@@ -557,7 +594,8 @@ static int slide_all(walk *w, hs_memory *memory, const target *end, int ahead) {
         hs_group group = hs_group_of(memory, g);
         int64_t depth = memory->depth[g];
         if (group.curve.gap[0] >= hs_most(on.from.d, on.to.d)) break;
-        on.friction[0] = group.friction;
+        on.from.d = starts_at(w, memory, g);
+        on.friction[0] = group.friction * steeper(w, memory, g);
         on.friction[2] = g < end->touching ? w->friction[g] : group.friction;
         if (depth == 0) on.friction[0] = on.friction[2];
         on.friction[1] = 0.5 * (on.friction[0] + on.friction[2]);
@@ -657,6 +695,63 @@ static double reshape(walk *w, hs_memory *memory, const double *height, const do
     return stored - hs_stored(memory, NULL);
 }
 
+/* Where the channels are at a share of a path on which summits yield; a load that follows from the approach is not known
+ * before they have. */
+static int yielding_end(const walk *w, const hs_memory *memory, double share, double *d, double *load) {
+    const route *c = &w->course;
+    *d = hs_toward(c->d[0], c->d[1], share);
+    *load = c->by_load && share == 1.0 ? c->load[1] : NAN;
+    if (!c->both || share == 1.0) return HS_OK;
+    *load = hs_toward(c->load[0], c->load[1], share);
+    return hs_yielding_approach(memory, w->evolution, *load, d);
+}
+
+/* Have summits become what they are at the end of a chord to approach d, each group of those that yield being alike. */
+static int yield_on(walk *w, hs_memory *memory, double d) {
+    const hs_contact *contact = memory->contact;
+    const hs_evolved *evolved = memory->evolved;
+    const double unit = contact->units.length;
+    double *gap = (double *)contact->gap, *weight = (double *)contact->weight;
+    for (int64_t i = 0; i < contact->count; ++i) {
+        w->from[i] = memory->approach;
+        w->steeper[i] = evolved->summit_radius[i];
+    }
+    int status = hs_yield_to(memory, w->evolution, d, w->changed);
+    if (status != HS_OK) return status;
+    note_depths(w, memory);
+    for (int64_t i = 0; i < contact->count; ++i)
+        w->steeper[i] = w->changed[i] ? evolved->summit_radius[i] / w->steeper[i] : 1.0;
+    for (int64_t g = 0; g < contact->groups; ++g) {
+        int64_t first = contact->first[g], leader = contact->order[first];
+        if (!w->changed[leader]) continue;
+        hs_vertex *stack = memory->vertices + g * memory->capacity;
+        double old = gap[first], now = (contact->datum - evolved->summit_height[leader]) / unit;
+        double ratio = w->steeper[leader];
+        for (int64_t k = first; k < contact->first[g + 1]; ++k) {
+            gap[k] = now;
+            weight[k] = sqrt(evolved->summit_radius[leader] / unit);
+        }
+        for (int64_t j = 0; j < memory->depth[g]; ++j) {
+            stack[j].label = now + (stack[j].label - old) / ratio;
+            stack[j].slope *= ratio;
+            stack[j].normal /= ratio;
+        }
+        for (int64_t k = first; k < contact->first[g + 1] && memory->depth[g]; ++k)
+            w->from[contact->order[k]] = stack[memory->depth[g] - 1].label;
+    }
+    put_in_order(memory, w->depth);
+    if (contact->groups > 1) {
+        for (int64_t i = 0; i < contact->count; ++i) w->place[i] = i;
+        if (hs_sort_by(gap, w->place, contact->count) != HS_OK) return HS_OUT_OF_MEMORY;
+        for (int64_t i = 0; i < contact->count; ++i) {
+            ((double *)contact->sorted_gap)[i] = gap[w->place[i]];
+            ((double *)contact->sorted_weight)[i] = weight[w->place[i]];
+        }
+    }
+    memory->known_label = NAN;
+    return HS_OK;
+}
+
 /* Carry a memory along one chord, to a share of the path. */
 static int chord(walk *w, hs_memory *memory, double share, hs_refusal *refusal) {
     hs_evolved *evolved = memory->evolved;
@@ -668,6 +763,13 @@ static int chord(walk *w, hs_memory *memory, double share, hs_refusal *refusal) 
     int passes = w->wears ? 2 : by_distance, slides = 0, searches = w->course.by_force || w->compliance > 0.0;
     double stored = w->wears ? hs_stored(memory, NULL) : 0.0, erased = 0.0;
     target end;
+    w->yields_now = w->yields && share > w->onset;
+    if (w->yields_now) {
+        int status = yielding_end(w, memory, share, &end.d, &end.load);
+        if (status == HS_OK) status = yield_on(w, memory, end.d);
+        if (status != HS_OK) return status;
+        if (isnan(end.load)) end.load = hs_load_at(hs_all_of(contact), end.d).load;
+    }
     note_gaps(w, contact);
     if (w->wears) {
         for (int64_t i = 0; i < count; ++i) w->before[contact->order[i]] = memory->each[i];
@@ -676,7 +778,7 @@ static int chord(walk *w, hs_memory *memory, double share, hs_refusal *refusal) 
         note_depths(w, memory);
     }
     for (int pass = 0;; ++pass) {
-        normal_at(w, memory, share, &end.d, &end.load);
+        if (!w->yields_now) normal_at(w, memory, share, &end.d, &end.load);
         int status = put_stations(w, memory, end.d, end.load, share, pass ? w->ahead : NULL);
         if (status == HS_OK) status = find_end(w, memory, share, &end, refusal);
         if (status != HS_OK) return status;
@@ -814,7 +916,7 @@ static int own_contact(hs_memory *memory) {
 /* Carry a copy of a memory from one share of the path to another in chords. */
 static int in_chords(walk *w, const hs_memory *start, hs_memory *memory, double before, double share, int chords,
                      hs_refusal *refusal) {
-    if (w->wears) hs_contact_assign(memory->contact, start->contact);
+    if (w->wears || w->yields) hs_contact_assign(memory->contact, start->contact);
     int status = hs_memory_assign(memory, start);
     for (int k = 1; k <= chords && status == HS_OK; ++k)
         status = chord(w, memory, k == chords ? share : before + (share - before) * ((double)k / chords), refusal);
@@ -874,6 +976,20 @@ static int begin_course(walk *w, const hs_memory *memory, const hs_path *path) {
     c->apart[0] = memory->displacement;
     c->apart[1] = memory->depth[0] > 0 ? memory->vertices[0].anchor : memory->displacement;
     c->first = NULL;
+    w->onset = HUGE_VAL;
+    if (w->yields) {
+        if (isnan(w->next)) w->next = hs_next_yield(memory, &evolution->yielding);
+        /* what is elastic now is so up to where it is */
+        double next = hs_most(w->next, memory->approach);
+        if (c->d[1] > next + HS_TIE * fabs(next)) {
+            int status = HS_OK;
+            if (c->by_load) status = hs_yielding_approach(memory, evolution, c->load[1], &c->d[1]);
+            if (status != HS_OK) return status;
+            w->onset = (next - c->d[0]) / (c->d[1] - c->d[0]);
+            if (c->both) w->onset = (hs_load_at(hs_all_of(contact), next).load - c->load[0]) / (c->load[1] - c->load[0]);
+            w->onset = hs_least(hs_most(w->onset, 0.0), 1.0);
+        }
+    }
     if (w->wears && c->by_load && !c->both && !(c->first = hs_contact_copy(contact))) return HS_OUT_OF_MEMORY;
     for (int64_t g = 0; g < contact->groups && evolution->goal; ++g)
         for (int64_t i = contact->first[g]; i < contact->first[g + 1]; ++i) {
@@ -902,10 +1018,12 @@ static int walk_still(walk *w, hs_memory *memory, hs_memory *spare[2], const hs_
     const route *c = &w->course;
     hs_memory *start = spare[0];
     int bent = plan->meets || (c->both && c->load[0] != c->load[1]);
+    if (w->yields) hs_contact_assign(start->contact, memory->contact);
     int status = hs_memory_assign(start, memory);
     if (status == HS_OK && bent) {
         hs_memory *fine = hs_memory_copy(memory);
-        status = fine ? settle(w, start, spare[1], fine, before, share, refusal) : HS_OUT_OF_MEMORY;
+        status = fine && w->yields ? own_contact(fine) : HS_OK;
+        if (status == HS_OK) status = fine ? settle(w, start, spare[1], fine, before, share, refusal) : HS_OUT_OF_MEMORY;
         hs_memory_free(fine);
     }
     if (status == HS_OK) status = hs_walk_on(memory, plan, before, share, w->drive->tolerance, held);
@@ -945,32 +1063,141 @@ static int part_as_they_evolve(hs_memory *memory, const hs_evolution *evolution)
     return status;
 }
 
+/* Have copies of a memory to walk on, of the same groups; where summits change, each has a contact of its own. */
+static int make_spares(const walk *w, const hs_memory *memory, hs_memory *spare[2]) {
+    for (int k = 0; k < 2; ++k) {
+        if (spare[k] && spare[k]->contact->groups == memory->contact->groups) continue;
+        hs_memory_free(spare[k]);
+        spare[k] = hs_memory_copy(memory);
+        if (!spare[k]) return HS_OUT_OF_MEMORY;
+        if ((w->wears || w->yields) && own_contact(spare[k]) != HS_OK) return HS_OUT_OF_MEMORY;
+    }
+    return HS_OK;
+}
+
+/* Whether summits can yield to the end of the path at once: nothing is strained, nor will be. */
+static int yields_at_rest(const walk *w, const hs_memory *memory) {
+    return w->alone && w->course.tangential[0] == w->course.tangential[1] && hs_unstrained(memory);
+}
+
+/* Have summits yield where nothing is strained, to a share of the path. */
+static int yield_at_rest(walk *w, hs_memory *memory, double share) {
+    double d, load;
+    int status = yielding_end(w, memory, share, &d, &load);
+    if (status == HS_OK) status = hs_yield_to(memory, w->evolution, d, w->changed);
+    if (status != HS_OK) return status;
+    const hs_contact *contact = memory->contact;
+    double *gap = w->first, *weight = w->last, unit = contact->units.length;
+    for (int64_t k = 0; k < contact->count; ++k) {
+        int64_t i = contact->order[k];
+        gap[i] = w->changed[i] ? (contact->datum - memory->evolved->summit_height[i]) / unit : contact->gap[k];
+        weight[i] = w->changed[i] ? sqrt(memory->evolved->summit_radius[i] / unit) : contact->weight[k];
+    }
+    status = hs_join_groups(memory, gap, weight, d, 1);
+    if (status == HS_OK && !isnan(load)) memory->normal_load = load;
+    return status;
+}
+
+/* Have those stand alone that yield on the path, and all be ready to follow them in chords. */
+static int prepare_to_yield(walk *w, hs_memory *memory, hs_memory *spare[2]) {
+    const hs_evolved *evolved = memory->evolved;
+    int status = hs_those_to_yield(memory, w->evolution, w->course.d[1], w->changed);
+    for (int pass = 0; pass < 2 && status == HS_OK; ++pass) {
+        evolved = memory->evolved;
+        const double *height = pass ? evolved->summit_height : evolved->virgin_height;
+        const double *radius = pass ? evolved->summit_radius : evolved->virgin_radius;
+        for (int64_t i = 0; i < memory->contact->count; ++i) {
+            w->first[i] = w->changed[i] ? height[i] : HUGE_VAL;
+            w->last[i] = w->changed[i] ? radius[i] : 0.0;
+        }
+        status = hs_part_ways(memory, w->first, w->last);
+    }
+    if (status == HS_OK) status = own_contact(memory);
+    w->parted = 1;
+    return status == HS_OK ? make_spares(w, memory, spare) : status;
+}
+
+/* Have groups be one again that have parted as they yielded, once all of them slide. */
+static int join(walk *w, hs_memory *memory) {
+    const hs_contact *contact = memory->contact;
+    for (int64_t k = 0; k < contact->count; ++k) {
+        w->first[contact->order[k]] = contact->gap[k];
+        w->last[contact->order[k]] = contact->weight[k];
+    }
+    w->parted = 0;
+    return hs_join_groups(memory, w->first, w->last, memory->approach, 0);
+}
+
+/* The part of a path before its first summit yields. */
+static hs_path path_to_onset(const walk *w, const hs_path *path) {
+    const route *c = &w->course;
+    hs_path leg = *path;
+    if (c->both) {
+        leg.normal_target = hs_toward(c->load[0], c->load[1], w->onset);
+    } else {
+        leg.normal_control = HS_DISPLACED;
+        leg.normal_target = hs_toward(c->d[0], c->d[1], w->onset);
+    }
+    leg.tangential_target = hs_toward(c->tangential[0], c->tangential[1], w->onset);
+    leg.normal_fraction = leg.tangential_fraction = 1.0;
+    return leg;
+}
+
 /* Carry a memory along one path, of which rows are recorded. */
 static int walk_path(walk *w, hs_memory *memory, hs_memory *spare[2], const hs_path *path, double until,
                      hs_recorder *recorder, int *flag, hs_refusal *refusal) {
     hs_plan plan;
-    int status = begin_course(w, memory, path), still = status == HS_OK && is_still(w, memory), held = 0;
-    double before = 0.0;
-    if (status == HS_OK && still)
-        status = hs_planned(memory, path, w->compliance, w->drive->saturate, path->parts == 1 && until == 1.0, &plan,
-                            refusal);
+    int status = HS_OK;
+    w->course.first = NULL;
+    w->onset = HUGE_VAL;
+    if (w->alone && w->parted && hs_slides_alike(memory)) {
+        status = join(w, memory);
+        recorder->contact = NULL;
+    }
+    if (status == HS_OK) status = begin_course(w, memory, path);
+    int still = status == HS_OK && is_still(w, memory), held = 0;
+    int yields = w->onset < 1.0, at_rest = 0;
+    double before = 0.0, elastic = yields ? w->onset : 1.0, first = until / (double)path->parts;
+    if (status == HS_OK && still && elastic > 0.0) {
+        hs_path leg = yields ? path_to_onset(w, path) : *path;
+        int direct = yields ? first >= elastic : path->parts == 1 && until == 1.0;
+        status = hs_planned(memory, &leg, w->compliance, w->drive->saturate, direct, &plan, refusal);
+    }
     for (int64_t part = 1; part <= path->parts && status == HS_OK; ++part) {
-        double share = until * ((double)part / (double)path->parts);
-        if (still)
-            status = walk_still(w, memory, spare, &plan, before, share, refusal, &held);
-        else
-            status = settle(w, memory, spare[0], spare[1], before, share, refusal);
-        before = share;
+        double share = until * ((double)part / (double)path->parts), end = hs_least(share, elastic);
+        if (before < end) {
+            if (!still)
+                status = settle(w, memory, spare[0], spare[1], before, end, refusal);
+            else if (w->alone)
+                status = hs_walk_on(memory, &plan, before / elastic, end / elastic, w->drive->tolerance, &held);
+            else
+                status = walk_still(w, memory, spare, &plan, before / elastic, end / elastic, refusal, &held);
+            before = end;
+        }
+        if (status == HS_OK && share > elastic) {
+            if (before == elastic) {
+                at_rest = yields_at_rest(w, memory);
+                if (!at_rest) status = prepare_to_yield(w, memory, spare);
+            }
+            if (status != HS_OK) break;
+            status = at_rest ? yield_at_rest(w, memory, share)
+                             : settle(w, memory, spare[0], spare[1], before, share, refusal);
+            before = share;
+        }
         if (status != HS_OK) break;
         *flag |= memory->excess != 0.0;
         if (recorder->rows && (part < path->parts || path->recorded)) {
             /* its asperities may stand in another order now */
-            recorder->contact = NULL;
+            if (!w->alone || share > elastic) recorder->contact = NULL;
             status = hs_record(recorder, memory, path->first_row + part - 1, *flag);
             *flag = 0;
         }
     }
     hs_contact_free(w->course.first);
+    if (yields) {
+        recorder->contact = NULL;
+        w->next = NAN;
+    }
     memory->normal_control = path->normal_control;
     memory->tangential_control = path->tangential_control;
     return status;
@@ -980,6 +1207,7 @@ int hs_walk_evolving(hs_memory *memory, const hs_path *paths, int64_t count, con
                      double until, const hs_evolution *evolution, hs_refusal *refusal) {
     hs_memory *spare[2] = {NULL, NULL};
     hs_recorder recorder;
+    const hs_law *law = &evolution->law;
     walk w;
     int flag = 0, status = hs_memory_join(memory);
     if (status == HS_OK) status = part_as_they_evolve(memory, evolution);
@@ -987,14 +1215,18 @@ int hs_walk_evolving(hs_memory *memory, const hs_path *paths, int64_t count, con
     w.evolution = evolution;
     w.drive = drive;
     w.wears = evolution->wear.kind != HS_NO_WEAR;
+    w.yields = evolution->yielding.kind != HS_NO_YIELDING;
+    w.yields_now = 0;
+    w.onset = HUGE_VAL;
+    w.next = NAN;
+    w.parted = memory->contact->groups > 1;
+    w.alone = w.yields && !w.wears && (law->kind == HS_NO_LAW || law->depends_on == HS_ON_NOTHING) &&
+              !evolution->goal && !evolution->follow_sliding;
     w.compliance = drive->compliance * memory->contact->units.stiffness;
     if (make_buffers(&w, memory->contact) != HS_OK) return HS_OUT_OF_MEMORY;
     status = hs_begin_recording(&recorder, memory->contact, rows);
     if (status == HS_OK && w.wears) status = own_contact(memory);
-    for (int k = 0; k < 2 && status == HS_OK; ++k) {
-        spare[k] = hs_memory_copy(memory);
-        status = !spare[k] ? HS_OUT_OF_MEMORY : w.wears ? own_contact(spare[k]) : HS_OK;
-    }
+    if (status == HS_OK && !w.alone) status = make_spares(&w, memory, spare);
     for (int64_t p = 0; p < count && status == HS_OK; ++p) {
         hs_path path = hs_without_dimension(&memory->contact->units, paths + p);
         refusal->path = p;
@@ -1021,7 +1253,20 @@ int hs_set_summits(hs_memory *memory, const double *summit_height, const double 
     memmove(evolved->summit_radius, summit_radius, size);
     for (int64_t i = 0; i < count; ++i)
         if (fresh[i]) evolved->shaped_volume[i] = evolved->waiting_volume[i] = 0.0;
-    status = part_as_they_evolve(memory, evolution);
+    walk w;
+    w.evolution = evolution;
+    w.yields = evolution->yielding.kind != HS_NO_YIELDING;
+    w.yields_now = 0;
+    if (make_buffers(&w, memory->contact) != HS_OK) return HS_OUT_OF_MEMORY;
+    for (int64_t i = 0; i < count && w.yields; ++i)
+        if (fresh[i]) {
+            evolved->virgin_height[i] = evolved->summit_height[i];
+            evolved->virgin_radius[i] = evolved->summit_radius[i];
+            evolved->yielded_to[i] = evolved->yielding_load[i] = 0.0;
+        }
+    if (w.yields) status = hs_yield_to(memory, evolution, memory->approach, w.changed);
+    free_buffers(&w);
+    if (status == HS_OK) status = part_as_they_evolve(memory, evolution);
     double *gap = (double *)malloc(2 * size), *weight = gap + count;
     if (!gap) return HS_OUT_OF_MEMORY;
     evolved = memory->evolved;
@@ -1034,9 +1279,7 @@ int hs_set_summits(hs_memory *memory, const double *summit_height, const double 
     if (status != HS_OK) return status;
     memory->evolved->erased_memories += erased;
     memory->evolved->erased_energy += (stored - hs_stored(memory, NULL)) * memory->contact->units.energy;
-    walk w;
     if (make_buffers(&w, memory->contact) != HS_OK) return HS_OUT_OF_MEMORY;
-    w.evolution = evolution;
     status = put_stations(&w, memory, memory->approach, memory->normal_load, 1.0, NULL);
     if (status == HS_OK) {
         memcpy(memory->friction, w.friction, (size_t)memory->contact->groups * sizeof(double));

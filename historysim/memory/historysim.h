@@ -115,6 +115,13 @@ typedef struct hs_evolved {
     double slid_together;   /* ∫|dU| while all asperities in contact slid [m] */
     double erased_memories; /* contacts whose memory a change of their geometry has erased */
     double erased_energy;   /* tangential elastic energy that went with it, or with what was worn [J] */
+    /* of asperities that may yield; NULL where they do not */
+    double *virgin_height;   /* summits before they yielded [m] */
+    double *virgin_radius;   /* [m] */
+    double *yielded_to;      /* largest approach of the virgin summit, beyond that at which it yields; else 0 [m] */
+    double *yielding_load;   /* that it carried there, up to which it is elastic now; else 0 [N] */
+    double *yielding_energy; /* that yielding has taken since the start [J] */
+    double yielded_energy;   /* of all of them [J] */
 } hs_evolved;
 
 typedef struct hs_memory {
@@ -144,6 +151,8 @@ typedef struct hs_memory {
 HS_API hs_memory *hs_memory_new(hs_contact *contact, const double *friction);
 /* Follow from now on what asperities become. */
 HS_API int hs_memory_evolve(hs_memory *memory);
+/* Follow from now on also how asperities yield, which have not yet. */
+HS_API int hs_memory_yield(hs_memory *memory);
 /* Return an independent copy; NULL where there is no memory. What lies deep is shared and costs nothing. */
 HS_API hs_memory *hs_memory_copy(const hs_memory *memory);
 /* Have all vertices of a memory stand in `vertices`, none in `deep`. */
@@ -210,6 +219,8 @@ typedef struct hs_totals {
     double slid_together;        /* ∫|dU| while all asperities in contact slid [m] */
     double erased_memories;      /* see hs_evolved */
     double erased_energy;        /* [J] */
+    double yielded_share;        /* of the normal load, that stands on asperities that have yielded */
+    double yielding_energy;      /* that yielding has taken since the start [J] */
 } hs_totals;
 
 /* Where rows are written. Of each asperity an array (row, column) that is NULL is not recorded. */
@@ -228,6 +239,9 @@ typedef struct hs_rows {
     double *worn_volume;       /* [m³] */
     double *summit_height;     /* [m] */
     double *summit_radius;     /* [m] */
+    double *yielded_depth;     /* by which the summit has been flattened [m] */
+    double *yielding_load;     /* [N] */
+    double *yielding_energy;   /* [J] */
 } hs_rows;
 
 /* Carry a memory along paths, one after the other, and record rows on the way, unless `rows` is NULL. Of each path the
@@ -320,12 +334,37 @@ typedef struct hs_wear {
     void *user;
 } hs_wear;
 
+/* First loading beyond the onset of yield, of the caller's: fills in normal loads [N] and contact radii [m] (count) of
+ * summits of a radius [m] at an approach [m]; returns 0, or something else where it failed. */
+typedef int (*hs_yielding_function)(void *user, int64_t count, const double *approach, const double *summit_radius,
+                                    double *normal_load, double *contact_radius);
+enum hs_yielding_kind {
+    HS_NO_YIELDING = 0,
+    HS_KOGUT_ETSION = 1,
+    HS_THORNTON = 2,
+    HS_JACKSON_GREEN = 3,
+    HS_CALLERS_YIELDING = 4
+};
+typedef struct hs_yielding {
+    int32_t kind;
+    int32_t unused;
+    double critical_strain; /* of the library's laws: approach at which a summit begins to yield, over its radius */
+    double hardness;        /* [Pa] */
+    double yield_strain;    /* yield stress over E* */
+    const double *critical_approach; /* (asperity) at which virgin summits begin to yield [m] */
+    hs_yielding_function function;
+    void *user;
+} hs_yielding;
+
 typedef struct hs_evolution {
     hs_law law;
     hs_wear wear;
+    hs_yielding yielding;
     double contact_modulus; /* E* [Pa] */
     const double *goal;     /* coefficients (asperity) that the path goes to, straight with the channels; NULL for none */
     double goal_fraction;   /* of the way there that the path goes */
+    int32_t follow_sliding; /* whether asperities that only yield are followed as they slide, too */
+    int32_t unused;
 } hs_evolution;
 
 /* Fill in the coefficients (count) that a law gives asperities. */
@@ -333,6 +372,9 @@ HS_API int hs_coefficients(const hs_law *law, double contact_modulus, const hs_l
 /* Fill in the volumes (count) that asperities lose by a law of wear [m³]. */
 HS_API int hs_lost_volumes(const hs_wear *wear, int64_t count, const double *normal_load, const double *slid_distance,
                            const double *dissipated_energy, double *volume);
+/* Fill in normal loads [N] and contact radii [m] (count) of summits on first loading: Hertz's up to the onset of yield. */
+HS_API int hs_first_loading(const hs_yielding *yielding, double contact_modulus, int64_t count, const double *approach,
+                            const double *summit_radius, double *normal_load, double *contact_radius);
 
 /* Do what `hs_walk` does where asperities evolve; the memory was made so. Only a single path may have a goal. */
 HS_API int hs_walk_evolving(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows,

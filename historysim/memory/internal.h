@@ -167,6 +167,13 @@ hs_contact *hs_contact_held(hs_contact *contact);
 void hs_contact_assign(hs_contact *contact, const hs_contact *from);
 hs_contact *hs_contact_copy(const hs_contact *contact);
 
+/* How asperities of a memory evolve: not, 1, or 2 where they may yield; and arrays of numbers that this takes. */
+static inline int hs_evolves(const hs_memory *memory) {
+    return !memory->evolved ? 0 : memory->evolved->virgin_height ? 2 : 1;
+}
+static inline size_t hs_evolved_arrays(int yields) { return yields ? 11 : 6; }
+/* Sum up what yielding has taken. */
+void hs_sum_yielded(hs_evolved *evolved, int64_t count);
 /* A memory with its arrays, of which nothing is filled in. */
 hs_memory *hs_memory_blank(hs_contact *contact, int64_t capacity, int evolves);
 /* Vertices in a block of the deep end of a single stack. Of the outer end two to three blocks stand in `vertices`. */
@@ -189,6 +196,11 @@ void hs_refresh_loads(hs_memory *memory);
 void hs_touch_unstrained(hs_memory *memory, int64_t index);
 int hs_part_ways(hs_memory *memory, const double *first_key, const double *second_key);
 int hs_reshape(hs_memory *memory, const double *gap, const double *weight, const uint8_t *fresh);
+/* Whether no spring is strained. */
+int hs_unstrained(const hs_memory *memory);
+/* Whether all springs slide one way, as far as each group remembers. */
+int hs_slides_alike(const hs_memory *memory);
+int hs_join_groups(hs_memory *memory, const double *gap, const double *weight, double approach, int unstrained);
 /* Vertices of the deepest stack. */
 int64_t hs_deepest(const hs_memory *memory);
 int hs_any_steep(const hs_memory *memory);
@@ -391,6 +403,17 @@ double hs_mean_load(double first, double last, double weight);
  * the last [m²]; its radius is `meanwhile` on the way. Returns what it takes. */
 double hs_worn_summit(const hs_wear *wear, double first, double last, double meanwhile, double shaped, double waiting,
                       double volume, double *height, double *radius);
+
+/* ---- yielding.c ---- */
+
+/* Approach up to which no asperity yields, or yields on. */
+double hs_next_yield(const hs_memory *memory, const hs_yielding *law);
+/* Approach at which all carry a normal load that lets some of them yield on the way. */
+int hs_yielding_approach(const hs_memory *memory, const hs_evolution *evolution, double load, double *approach);
+/* Tell which asperities (in the caller's numbering) yield on the way to an approach; and have them become what they are
+ * there, but for the contact and what is remembered. */
+int hs_those_to_yield(const hs_memory *memory, const hs_evolution *evolution, double d, uint8_t *which);
+int hs_yield_to(hs_memory *memory, const hs_evolution *evolution, double d, uint8_t *changed);
 
 /* ---- readout.c ---- */
 

@@ -26,23 +26,27 @@ const struct hs_deep *hs_below(const struct hs_deep *deep) { return deep->below;
 
 /* ---- what asperities become ------------------------------------------------------------------------------------------- */
 
-static hs_evolved *evolved_of(int64_t count) {
-    size_t n = (size_t)count;
-    hs_evolved *evolved = (hs_evolved *)calloc(1, sizeof *evolved + 6 * n * sizeof(double) + n);
+static hs_evolved *evolved_of(int64_t count, int yields) {
+    size_t n = (size_t)count, arrays = hs_evolved_arrays(yields);
+    hs_evolved *evolved = (hs_evolved *)calloc(1, sizeof *evolved + arrays * n * sizeof(double) + n);
     if (!evolved) return NULL;
     double *numbers = (double *)(evolved + 1);
-    double **each[] = {&evolved->summit_height, &evolved->summit_radius,  &evolved->slid_distance,
-                       &evolved->worn_volume,   &evolved->waiting_volume, &evolved->shaped_volume};
-    for (size_t k = 0; k < 6; ++k) *each[k] = numbers + k * n;
-    evolved->given = (uint8_t *)(numbers + 6 * n);
+    double **each[] = {&evolved->summit_height,  &evolved->summit_radius,  &evolved->slid_distance,
+                       &evolved->worn_volume,    &evolved->waiting_volume, &evolved->shaped_volume,
+                       &evolved->virgin_height,  &evolved->virgin_radius,  &evolved->yielded_to,
+                       &evolved->yielding_load,  &evolved->yielding_energy};
+    for (size_t k = 0; k < arrays; ++k) *each[k] = numbers + k * n;
+    evolved->given = (uint8_t *)(numbers + arrays * n);
     return evolved;
 }
 
 static void copy_evolved(hs_evolved *target, const hs_evolved *source, int64_t count) {
-    memcpy(target->summit_height, source->summit_height, 6 * (size_t)count * sizeof(double) + (size_t)count);
+    size_t arrays = hs_evolved_arrays(source->virgin_height != NULL);
+    memcpy(target->summit_height, source->summit_height, arrays * (size_t)count * sizeof(double) + (size_t)count);
     target->slid_together = source->slid_together;
     target->erased_memories = source->erased_memories;
     target->erased_energy = source->erased_energy;
+    target->yielded_energy = source->yielded_energy;
 }
 
 /* ---- made, copied ----------------------------------------------------------------------------------------------------- */
@@ -58,7 +62,7 @@ hs_memory *hs_memory_blank(hs_contact *contact, int64_t capacity, int evolves) {
     hs_memory *memory = (hs_memory *)malloc(sizeof *memory);
     double *numbers = (double *)malloc(size_of_numbers(contact));
     hs_vertex *vertices = (hs_vertex *)malloc(groups * (size_t)capacity * sizeof *vertices);
-    hs_evolved *evolved = evolves ? evolved_of(contact->count) : NULL;
+    hs_evolved *evolved = evolves ? evolved_of(contact->count, evolves > 1) : NULL;
     if (!memory || !numbers || !vertices || (evolves && !evolved)) {
         free(memory);
         free(numbers);
@@ -97,13 +101,36 @@ hs_memory *hs_memory_new(hs_contact *contact, const double *friction) {
 int hs_memory_evolve(hs_memory *memory) {
     const hs_contact *contact = memory->contact;
     if (memory->evolved) return HS_OK;
-    memory->evolved = evolved_of(contact->count);
+    memory->evolved = evolved_of(contact->count, 0);
     if (!memory->evolved) return HS_OUT_OF_MEMORY;
     for (int64_t i = 0; i < contact->count; ++i) {
         double weight = contact->weight[i];
         memory->evolved->summit_height[contact->order[i]] = contact->datum - contact->gap[i] * contact->units.length;
         memory->evolved->summit_radius[contact->order[i]] = weight * weight * contact->units.radius;
     }
+    return HS_OK;
+}
+
+void hs_sum_yielded(hs_evolved *evolved, int64_t count) {
+    evolved->yielded_energy = 0.0;
+    for (int64_t i = 0; i < count; ++i) evolved->yielded_energy += evolved->yielding_energy[i];
+}
+
+int hs_memory_yield(hs_memory *memory) {
+    size_t count = (size_t)memory->contact->count;
+    if (memory->evolved && memory->evolved->virgin_height) return HS_OK;
+    int status = hs_memory_evolve(memory);
+    hs_evolved *evolved = status == HS_OK ? evolved_of(memory->contact->count, 1) : NULL;
+    if (!evolved) return HS_OUT_OF_MEMORY;
+    memcpy(evolved->summit_height, memory->evolved->summit_height, hs_evolved_arrays(0) * count * sizeof(double));
+    memcpy(evolved->given, memory->evolved->given, count);
+    memcpy(evolved->virgin_height, evolved->summit_height, count * sizeof(double));
+    memcpy(evolved->virgin_radius, evolved->summit_radius, count * sizeof(double));
+    evolved->slid_together = memory->evolved->slid_together;
+    evolved->erased_memories = memory->evolved->erased_memories;
+    evolved->erased_energy = memory->evolved->erased_energy;
+    free(memory->evolved);
+    memory->evolved = evolved;
     return HS_OK;
 }
 
@@ -170,7 +197,7 @@ hs_memory *hs_memory_outer_copy(const hs_memory *memory, int64_t more) {
     int64_t outer = hs_deepest(memory), kept = outer;
     struct hs_deep *deep = memory->deep;
     for (; deep && kept - outer < more; deep = deep->below) kept += HS_BLOCK;
-    hs_memory *copy = hs_memory_blank(memory->contact, kept + 4, memory->evolved != NULL);
+    hs_memory *copy = hs_memory_blank(memory->contact, kept + 4, hs_evolves(memory));
     if (!copy) return NULL;
     copy_numbers(copy, memory);
     if (!memory->deep) {
@@ -287,7 +314,7 @@ static void groups_of(const hs_contact *contact, int64_t *group) {
 /* The memory of a contact whose groups are parts of those of another: each part keeps what its group remembers, unless its
  * asperities are fresh: then nothing is remembered, and springs are not strained. Arrays are in the caller's numbering. */
 static hs_memory *of_parts(const hs_memory *memory, hs_contact *contact, const int64_t *parent, const uint8_t *fresh) {
-    hs_memory *parts = hs_memory_blank(contact, hs_deepest(memory) + 2, memory->evolved != NULL);
+    hs_memory *parts = hs_memory_blank(contact, hs_deepest(memory) + 2, hs_evolves(memory));
     if (!parts) return NULL;
     double *each = (double *)malloc((size_t)contact->count * sizeof *each);
     if (!each) {
@@ -400,6 +427,62 @@ int hs_reshape(hs_memory *memory, const double *gap, const double *weight, const
     hs_contact_free(shaped);
     free(group);
     free(key);
+    return found ? HS_OK : HS_OUT_OF_MEMORY;
+}
+
+int hs_unstrained(const hs_memory *memory) {
+    for (int64_t index = 0; index < memory->contact->groups && memory->depth[index] > 0; ++index)
+        for (int64_t j = 0; j < memory->depth[index]; ++j)
+            if (memory->vertices[index * memory->capacity + j].anchor != memory->displacement) return 0;
+    return 1;
+}
+
+int hs_slides_alike(const hs_memory *memory) {
+    const hs_vertex *stack = memory->vertices;
+    double side = memory->depth[0] == 2 ? copysign(1.0, stack[1].slope) : 0.0;
+    for (int64_t index = 0; index < memory->contact->groups && memory->depth[index] > 0; ++index) {
+        stack = memory->vertices + index * memory->capacity;
+        if (memory->depth[index] != 2 || memory->steep[index]) return 0;
+        if (stack[1].slope != side * memory->friction[index] || stack[1].anchor != memory->displacement) return 0;
+    }
+    return side != 0.0;
+}
+
+/* Have those of one coefficient of friction share what they remember from now on, which is the same: nothing where no
+ * spring is strained, or that all slide. They get gaps and weights at an approach, in the caller's
+ * numbering. */
+int hs_join_groups(hs_memory *memory, const double *gap, const double *weight, double approach, int unstrained) {
+    const hs_contact *contact = memory->contact;
+    size_t count = (size_t)contact->count, groups = (size_t)contact->groups;
+    int64_t parts = 0, *group = (int64_t *)malloc((2 * count + groups) * sizeof *group);
+    int64_t *parent = group + count, *part_of = parent + count;
+    uint8_t *fresh = (uint8_t *)malloc(count);
+    hs_contact *shaped = NULL;
+    hs_memory *found = NULL;
+    if (group && fresh && hs_memory_join(memory) == HS_OK) {
+        groups_of(contact, parent);
+        for (size_t index = 0; index < groups; ++index) {
+            part_of[index] = -1;
+            for (size_t k = 0; k < index && part_of[index] < 0; ++k)
+                if (memory->friction[k] == memory->friction[index]) part_of[index] = part_of[k];
+            if (part_of[index] < 0) part_of[index] = parts++;
+        }
+        for (size_t i = 0; i < count; ++i) group[i] = part_of[parent[i]];
+        memset(fresh, unstrained, count);
+        shaped = hs_contact_of(contact->count, parts, gap, weight, group, 0, &contact->units, contact->datum);
+    }
+    if (shaped) {
+        memory->approach = approach;
+        found = of_parts(memory, shaped, parent, fresh);
+    }
+    if (found) {
+        found->normal_load = hs_load_at(hs_all_of(shaped), found->approach).load;
+        found->tangential_load = hs_total_force(found);
+        hs_memory_take(memory, found);
+    }
+    hs_contact_free(shaped);
+    free(group);
+    free(fresh);
     return found ? HS_OK : HS_OUT_OF_MEMORY;
 }
 

@@ -186,6 +186,21 @@ static double real_area(const hs_contact *contact, int64_t touching, double appr
     return hs_lanes_sum(lane);
 }
 
+/* What of the normal load stands on asperities that have yielded, and what that has taken. */
+static void record_yielded(const hs_memory *memory, hs_totals *totals) {
+    const hs_contact *contact = memory->contact;
+    const hs_evolved *evolved = memory->evolved;
+    double on_yielded = 0.0;
+    for (int64_t index = 0; index < contact->groups && memory->depth[index] > 0; ++index)
+        for (int64_t i = contact->first[index]; i < contact->first[index + 1]; ++i) {
+            if (contact->gap[i] >= memory->approach) break;
+            if (evolved->yielding_load[contact->order[i]] > 0.0)
+                on_yielded += hs_load_of_one(contact->gap[i], contact->weight[i], memory->approach).load;
+        }
+    totals->yielding_energy = evolved->yielded_energy;
+    if (memory->normal_load > 0.0) totals->yielded_share = hs_least(on_yielded / memory->normal_load, 1.0);
+}
+
 static void record_totals(const hs_memory *memory, hs_totals *totals, int saturated) {
     const hs_contact *contact = memory->contact;
     const hs_units *units = &contact->units;
@@ -211,11 +226,13 @@ static void record_totals(const hs_memory *memory, hs_totals *totals, int satura
     totals->friction = memory->friction[0];
     totals->traction_ratio = ratio;
     totals->slid_together = totals->erased_memories = totals->erased_energy = 0.0;
+    totals->yielded_share = totals->yielding_energy = 0.0;
     if (memory->evolved) {
         totals->slid_together = memory->evolved->slid_together;
         totals->erased_memories = memory->evolved->erased_memories;
         totals->erased_energy = memory->evolved->erased_energy;
     }
+    if (hs_evolves(memory) > 1) record_yielded(memory, totals);
 }
 
 /* The share of their tangential loads that the inner vertices of their group give asperities. */
@@ -408,6 +425,12 @@ int hs_record(hs_recorder *recorder, const hs_memory *memory, int64_t row, int s
                               evolved->summit_radius};
     for (int k = 0; k < 4; ++k)
         for (int64_t c = 0; c < columns && target[k]; ++c) target[k][at + c] = source[k][rows->asperity[c]];
+    for (int64_t c = 0; c < columns && rows->yielded_depth && evolved->virgin_height; ++c) {
+        int64_t i = rows->asperity[c];
+        rows->yielded_depth[at + c] = evolved->virgin_height[i] - evolved->summit_height[i];
+        rows->yielding_load[at + c] = evolved->yielding_load[i];
+        rows->yielding_energy[at + c] = evolved->yielding_energy[i];
+    }
     return HS_OK;
 }
 

@@ -8,13 +8,14 @@
 #define FORMAT 1
 #define EVOLVES 1
 #define KNOTS 2
+#define YIELDS 4
 static const char magic[8] = {'h', 's', 'm', 'e', 'm', 'o', 'r', 'y'};
 
 typedef struct head {
     char magic[8];
     uint32_t format;
     uint32_t order; /* 1 in the byte order of the machine that wrote */
-    int64_t count, groups, vertices, what; /* a sum of EVOLVES and KNOTS */
+    int64_t count, groups, vertices, what; /* a sum of EVOLVES, KNOTS and YIELDS */
     int64_t normal_control, tangential_control;
     hs_units units;
     double datum;
@@ -25,7 +26,7 @@ typedef struct head {
 /* numbers of 8 bytes behind the head; flags of one byte follow them */
 static uint64_t numbers_of(const head *given) {
     uint64_t n = (uint64_t)given->count, g = (uint64_t)given->groups;
-    return 4 * n + 3 * g + 1 + 6 * (uint64_t)given->vertices + (given->what & EVOLVES ? 6 * n : 0);
+    return 4 * n + 3 * g + 1 + 6 * (uint64_t)given->vertices + (given->what & EVOLVES ? hs_evolved_arrays((given->what & YIELDS) != 0) * n : 0);
 }
 static uint64_t flags_of(const head *given) {
     return (uint64_t)given->groups + (given->what & EVOLVES ? (uint64_t)given->count : 0);
@@ -53,7 +54,7 @@ static head head_of(const hs_memory *memory) {
     found.count = contact->count;
     found.groups = contact->groups;
     found.vertices = vertices_of(memory);
-    found.what = (memory->evolved ? EVOLVES : 0) + (contact->load ? KNOTS : 0);
+    found.what = (memory->evolved ? EVOLVES : 0) + (contact->load ? KNOTS : 0) + (hs_evolves(memory) > 1 ? YIELDS : 0);
     found.normal_control = memory->normal_control;
     found.tangential_control = memory->tangential_control;
     found.units = contact->units;
@@ -108,7 +109,7 @@ int hs_memory_write(const hs_memory *memory, void *bytes, size_t size) {
     for (size_t index = 0; index < g; ++index)
         at = put(at, memory->vertices + index * (size_t)memory->capacity,
                  (size_t)memory->depth[index] * sizeof(hs_vertex));
-    if (evolved) at = put(at, evolved->summit_height, 6 * 8 * n);
+    if (evolved) at = put(at, evolved->summit_height, hs_evolved_arrays((given.what & YIELDS) != 0) * 8 * n);
     at = put(at, memory->steep, g);
     if (evolved) at = put(at, evolved->given, n);
     uint64_t sum = checksum((const unsigned char *)bytes, size - sizeof sum);
@@ -179,9 +180,14 @@ const char *hs_memory_check(const hs_memory *memory) {
     }
     const hs_evolved *evolved = memory->evolved;
     if (!evolved) return NULL;
-    if (!all_finite(evolved->summit_height, 6 * contact->count)) return "what an asperity has become is not finite";
+    int yields = hs_evolves(memory) > 1;
+    if (!all_finite(evolved->summit_height, (int64_t)hs_evolved_arrays(yields) * contact->count))
+        return "what an asperity has become is not finite";
     for (int64_t i = 0; i < contact->count; ++i) {
         if (!(evolved->summit_radius[i] > 0.0)) return "a radius is not positive";
+        if (yields && !(evolved->virgin_radius[i] > 0.0)) return "a radius is not positive";
+        if (yields && !(evolved->yielded_to[i] >= 0.0 && evolved->yielding_load[i] >= 0.0))
+            return "a load under which an asperity has yielded is negative";
         if (evolved->given[i] > 1) return "a flag is neither 0 nor 1";
     }
     return NULL;
@@ -257,13 +263,14 @@ static const char *check_bytes(const unsigned char *bytes, size_t size, head *gi
     if (given->format != FORMAT) return "the memory was saved in a format of another version";
     int64_t most = (int64_t)(size / 8);
     if (given->count < 1 || given->count > most || given->groups < 1 || given->groups > given->count ||
-        given->vertices < 0 || given->vertices > most || given->what < 0 || given->what > KNOTS || (given->what == KNOTS && given->groups > 1) ||
+        given->vertices < 0 || given->vertices > most || (given->what & ~(int64_t)YIELDS) < 0 || (given->what & ~(int64_t)YIELDS) > KNOTS || (given->what & (EVOLVES | YIELDS)) == YIELDS ||
+         (given->what == KNOTS && given->groups > 1) ||
         size != size_of(given))
         return "the bytes are cut off, or too many";
     if (!is_control(given->normal_control) || !is_control(given->tangential_control))
         return "a channel is controlled in no known way";
     for (int k = 0; k < 3; ++k)
-        if (!isfinite(given->together[k]) || (given->what != EVOLVES && given->together[k] != 0.0))
+        if (!isfinite(given->together[k]) || (!(given->what & EVOLVES) && given->together[k] != 0.0))
             return "a sum over all asperities is not what they have become";
     uint64_t sum;
     take(bytes + size - sizeof sum, &sum, sizeof sum);
@@ -294,7 +301,7 @@ int hs_memory_read(const void *bytes, size_t size, hs_contact *like, hs_memory *
     hs_memory *found = NULL;
     *why = "depths of stacks do not fit";
     if (deepest >= 0 && vertices == given.vertices) {
-        found = hs_memory_blank(contact, deepest + 4, given.what == EVOLVES);
+        found = hs_memory_blank(contact, deepest + 4, !(given.what & EVOLVES) ? 0 : given.what & YIELDS ? 2 : 1);
         *why = "there is not enough memory";
     }
     hs_contact_free(contact);
@@ -314,13 +321,14 @@ int hs_memory_read(const void *bytes, size_t size, hs_contact *like, hs_memory *
         at = take(at, found->vertices + index * (size_t)found->capacity,
                   (size_t)found->depth[index] * sizeof(hs_vertex));
     if (found->evolved) {
-        at = take(at, found->evolved->summit_height, 6 * 8 * n);
+        at = take(at, found->evolved->summit_height, hs_evolved_arrays((given.what & YIELDS) != 0) * 8 * n);
         found->evolved->slid_together = given.together[0];
         found->evolved->erased_memories = given.together[1];
         found->evolved->erased_energy = given.together[2];
     }
     at = take(at, found->steep, g);
     if (found->evolved) take(at, found->evolved->given, n);
+    if (given.what & YIELDS) hs_sum_yielded(found->evolved, given.count);
     *why = hs_memory_check(found);
     if (*why) {
         hs_memory_free(found);

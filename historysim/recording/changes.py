@@ -22,14 +22,15 @@ class Changes:
         Whether asperities have different friction at any time.
     sliding : bool
         Whether it is followed how far asperities slide.
-    wear, geometry : bool
-        Whether asperities wear, and whether heights or radii change.
+    wear, yielding, geometry : bool
+        Whether asperities wear, whether they yield, and whether heights or radii change otherwise.
     """
 
     friction: bool = False
     friction_differs: bool = False
     sliding: bool = False
     wear: bool = False
+    yielding: bool = False
     geometry: bool = False
 
     @classmethod
@@ -44,15 +45,16 @@ class Changes:
             friction_differs=bool(
                 each or ensemble.friction.min() < ensemble.friction.max() or any(change.differs for change in changes)
             ),
-            sliding=ensemble.evolves,
+            sliding=ensemble.slides,
             wear=wears,
+            yielding=ensemble.yielding is not None,
             geometry=wears or schedule.changes_geometry(events),
         )
 
     @property
     def evolve(self) -> bool:
         """Whether asperities evolve beside their friction."""
-        return self.sliding or self.wear or self.geometry
+        return self.sliding or self.wear or self.yielding or self.geometry
 
 
 STEADY = Changes()

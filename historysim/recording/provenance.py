@@ -3,7 +3,7 @@
 import json
 import platform
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,8 +17,20 @@ from historysim.loads.events import Event, digest
 from historysim.recording import recorded_validity
 from historysim.recording.recorder import largest_approach
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 CONVENTIONS = "CF-1.11, ACDD-1.3"
 KEYWORDS = "friction, pre-sliding, rough surfaces, contact mechanics, hysteresis"
+
+MADE_BY = "replay"
+"""Where the encoding of a history in memory holds the `Replay` that has made it; a file holds its events itself."""
+
+
+def traced(history: "xr.Dataset", job: object) -> "xr.Dataset":
+    """Return a history that knows the replay that has made it."""
+    history.encoding[MADE_BY] = job
+    return history
 
 
 def made_with() -> str:
@@ -64,6 +76,7 @@ def attributes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrume
         **in_series,
         "friction_law": friction_text(ensemble),
         **({} if ensemble.wear is None else {"wear_law": ensemble.wear.text}),
+        **({} if ensemble.yielding is None else {"yielding_law": ensemble.yielding.text}),
         **_of_other_packages(ensemble),
         **({} if ensemble.nominal_area is None else {"nominal_area": ensemble.nominal_area}),
         "number_of_asperities": len(ensemble),

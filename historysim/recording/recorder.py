@@ -26,9 +26,11 @@ from historysim.recording.variables import (
     SLID_OF_EACH,
     TOTALS,
     WHERE_ASPERITIES_SLIDE,
+    WHERE_ASPERITIES_YIELD,
     WHERE_FRICTION_CHANGES,
     WHERE_GEOMETRY_CHANGES,
     WORN_OF_EACH,
+    YIELDED_OF_EACH,
     Variable,
 )
 
@@ -145,6 +147,7 @@ class Recorder(abc.ABC):
             totals = (*totals, PRESENT_FRICTION)
         totals += WHERE_ASPERITIES_SLIDE if self.changes.sliding else ()
         totals += WHERE_GEOMETRY_CHANGES if self.changes.geometry else ()
+        totals += WHERE_ASPERITIES_YIELD if self.changes.yielding else ()
         return totals if self._has_areas else tuple(total for total in totals if total.name != "real_contact_area")
 
     @property
@@ -160,7 +163,8 @@ class Recorder(abc.ABC):
                 *((PRESENT_FRICTION_OF_EACH,) if differs else ()),
                 *(SLID_OF_EACH if changes.sliding else ()),
                 *(WORN_OF_EACH if changes.wear else ()),
-                *(GEOMETRY_OF_EACH if changes.geometry else ()),
+                *(GEOMETRY_OF_EACH if changes.geometry or changes.yielding else ()),
+                *(YIELDED_OF_EACH if changes.yielding else ()),
             )
         return PER_PATCH if self._has_areas else tuple(one for one in PER_PATCH if one.units != "m2")
 

@@ -176,7 +176,24 @@ WHERE_GEOMETRY_CHANGES = (
     Variable("erased_memories", _STEP, "1", "contacts whose memory a change of geometry has erased", "int64"),
     Variable("erased_energy", _STEP, "J", "tangential elastic energy that went with erased or worn contacts"),
 )
-"""Totals that there are where slid distances are followed, and where heights or radii change."""
+WHERE_ASPERITIES_YIELD = (
+    Variable(
+        "yielded_load_share",
+        _STEP,
+        "1",
+        "share of the normal load that stands on asperities that have yielded",
+        source="yielded_share",
+    ),
+    Variable(
+        "total_yielding_energy",
+        _STEP,
+        "J",
+        "energy that yielding has taken since the start, all asperities",
+        source="yielding_energy",
+        extra={"comment": "beside what friction dissipates: work of the normal load that is not elastic"},
+    ),
+)
+"""Totals that there are where slid distances are followed, where heights or radii change, and where summits yield."""
 
 SLID_OF_EACH = (Variable("slid_distance", _BOTH, "m", "displacement while the asperity slid, since the start"),)
 WORN_OF_EACH = (Variable("worn_volume", _BOTH, "m3", "volume that the asperity has lost since the start"),)
@@ -184,7 +201,17 @@ GEOMETRY_OF_EACH = (
     Variable("present_summit_height", _BOTH, "m", "height of the summit at the step", source="summit_height"),
     Variable("present_summit_radius", _BOTH, "m", "radius of the summit at the step", source="summit_radius"),
 )
-"""What there is of each asperity where it slides, wears, or changes its geometry."""
+YIELDED_OF_EACH = (
+    Variable("yielded_depth", _BOTH, "m", "depth by which the summit has been flattened since the start"),
+    Variable(
+        "yielding_load",
+        _BOTH,
+        "N",
+        "largest load under which the asperity has yielded, up to which it is elastic now; 0 where it has not",
+    ),
+    Variable("yielding_energy", _BOTH, "J", "energy that yielding of the asperity has taken since the start"),
+)
+"""What there is of each asperity where it slides, wears, changes its geometry, or yields."""
 
 PER_PATCH = (
     Variable("normal_load", _BOTH, "N", "normal load of the patch"),

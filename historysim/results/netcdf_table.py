@@ -1,4 +1,4 @@
-"""Tables of questions, of loops and of sweeps as netCDF files that any tool reads, and that say what they hold."""
+"""Histories, and tables of questions, loops and sweeps, as netCDF files that any tool reads."""
 
 from datetime import UTC, datetime
 from pathlib import Path
@@ -10,6 +10,7 @@ import xarray as xr
 
 from historysim._version import __version__
 from historysim.basics.files import replacing
+from historysim.basics.units import range_text
 from historysim.recording.compression import chunk_shape
 from historysim.recording.provenance import CONVENTIONS, KEYWORDS
 
@@ -26,10 +27,11 @@ CALCULATED, MEASURED = "modelResult", "physicalMeasurement"
 
 
 def write_netcdf(table: xr.Dataset | xr.DataArray, path: str | Path, *, origin: str = CALCULATED) -> None:
-    """Write a table to a netCDF file, which appears under its name when it is complete.
+    """Write a history or a table to a netCDF file, which appears under its name when it is complete.
 
     Texts are written as characters, since many tools know no others, and what a catalogue asks for (CF-1.11, ACDD-1.3)
-    is added where the table does not say it. What goes along the steps of a history is written in blocks.
+    is added where the table does not say it. What goes along the steps of a history is written in blocks. `hs.open`,
+    `hs.show` and `hs.plot` read what is written.
 
     Parameters
     ----------
@@ -55,6 +57,43 @@ def write_netcdf(table: xr.Dataset | xr.DataArray, path: str | Path, *, origin: 
         first = written.isel({along: slice(0, 0)})
         first.to_netcdf(unfinished, engine="netcdf4", encoding=encoding, unlimited_dims=[along])
         _fill(unfinished, written, along)
+
+
+def summary(table: xr.Dataset) -> list[tuple[str, str]]:
+    """Return in a few lines what a table holds: its dimensions, and the range of each variable.
+
+    Parameters
+    ----------
+    table : xarray.Dataset
+        As `write_netcdf` has written it.
+
+    Returns
+    -------
+    list of (label, text)
+    """
+    sizes = ", ".join(f"{size:,} along {name}" for name, size in table.sizes.items())
+    return [
+        ("title", str(table.attrs.get("title", ""))),
+        ("size", sizes or "one value each"),
+        *((str(name), _variable_text(variable)) for name, variable in table.data_vars.items()),
+    ]
+
+
+def _variable_text(variable: xr.DataArray) -> str:
+    """Return the range of a variable and what it is."""
+    meaning = str(variable.attrs.get("long_name", ""))
+    if variable.dtype.kind not in "iuf":
+        return meaning or "texts"
+    known = variable.values[np.isfinite(variable.values)]
+    unit = str(variable.attrs.get("units", "1"))
+    low, high = (known.min(), known.max()) if known.size else (np.nan, np.nan)
+    if unit == "1" or unit.split(maxsplit=1)[0][-1].isdigit():
+        # a prefix would be raised to the power, too
+        text = f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
+        text += "" if unit == "1" else f" {unit}"
+    else:
+        text = range_text(low, high, unit)
+    return f"{text if known.size else 'no value'}{f'; {meaning}' if meaning else ''}"
 
 
 def _is_first(dimension: str, dataset: xr.Dataset) -> bool:
@@ -110,8 +149,10 @@ def _described(dataset: xr.Dataset, origin: str) -> xr.Dataset:
         "keywords": KEYWORDS,
         "source": f"historysim {__version__}",
         "history": f"written by historysim {__version__}",
-        "content": CONTENT,
     }
+    # a history is a result, and says so by itself
+    if not {"complete", "historysim_version"} <= dataset.attrs.keys():
+        usual["content"] = CONTENT
     made.attrs = usual | dataset.attrs | {"date_created": now}
     for name, variable in made.variables.items():
         # what was read from a file brings along how it was stored there

@@ -1,12 +1,11 @@
-"""What a history was made from: the log beside its file, or the file itself, which holds its events."""
+"""What a history was made from: the replay that made it, the log beside its file, or its file, which has its events."""
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Self, TypeVar
+from typing import Any, Protocol, Self, TypeVar
 
 import attrs
-import xarray as xr
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.state import EnsembleState
@@ -15,9 +14,19 @@ from historysim.loads.events import Event
 from historysim.log import embedded_log
 from historysim.log.event_log import EventLog
 from historysim.log.result import digest_attribute, log_beside
+from historysim.recording.provenance import MADE_BY
 from historysim.replaying import Replay
+from historysim.results.analysis.recorded import Recorded
 
 Answer = TypeVar("Answer")
+
+
+class Traceable(Recorded, Protocol):
+    """A history that says which file it comes from, or which replay has made it."""
+
+    @property
+    def encoding(self) -> Mapping[Any, Any]:
+        """With the file as ``source``."""
 
 
 @attrs.frozen(eq=False)
@@ -46,6 +55,11 @@ class Origin:
     replay: Callable[[], Replay]
 
     @classmethod
+    def of_replay(cls, job: Replay) -> Self:
+        """Return that of a history in memory."""
+        return cls(job.ensemble, job.events, lambda at: job.state(until=at), {}, {}, lambda: job)
+
+    @classmethod
     def of_log(cls, log: EventLog) -> Self:
         """Return that of a log, which goes on from snapshots, while it is open."""
         return cls(log.ensemble, log.events(), lambda at: log.state(at=at), log.surface, log.settings, log.job)
@@ -66,15 +80,19 @@ class Origin:
         )
 
 
-def ask_origin(history: xr.Dataset, question: Callable[[Origin], Answer]) -> Answer | None:
+def ask_origin(history: Traceable, question: Callable[[Origin], Answer]) -> Answer | None:
     """Return what the origin of a history answers; None where the history comes from no file that has it.
 
     Parameters
     ----------
-    history : xarray.Dataset
+    history : xarray.Dataset, or a result in its file
     question : callable
         Is given the origin, and raises InputError where that does not answer it.
     """
+    if isinstance(job := history.encoding.get(MADE_BY), Replay):
+        with suppress(InputError):
+            return question(Origin.of_replay(job))
+        return None
     source = history.encoding.get("source")
     if not source:
         return None

@@ -30,6 +30,7 @@ class RecordedFile:
     def __init__(self, file: "netCDF4.Dataset") -> None:
         file.set_auto_maskandscale(False)
         self.attrs = {name: file.getncattr(name) for name in file.ncattrs()}
+        self.encoding = {"source": file.filepath()}
         self.sizes = {name: len(dimension) for name, dimension in file.dimensions.items()}
         self._columns = {name: _VariableView(variable) for name, variable in file.variables.items()}
 

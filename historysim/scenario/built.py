@@ -165,7 +165,7 @@ def ensemble_on(sections: Sections, name: str, surface: BuiltSurface) -> "Ensemb
         else:
             with at("surface"):
                 wear = sections.wear.of if sections.wear else None
-                evolving = {"wear": wear, "follow_sliding": sections.record.sliding}
+                evolving = {"wear": wear, "follow_sliding": sections.record.sliding, "yielding": surface.yielding}
                 ensemble = Ensemble.from_summits(pair, surface.summits, coefficients, **evolving)
         _check_record(sections.record.asperities, len(ensemble))
     return ensemble

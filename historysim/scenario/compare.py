@@ -26,7 +26,7 @@ def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> "Comparison":
     Returns
     -------
     Comparison
-        Its loops have the dead band that the scenario says of the tangential displacement, else as for `find_loops`.
+        Its loops have the dead band that the scenario says of the tangential displacement, else as for `loops`.
 
     Raises
     ------

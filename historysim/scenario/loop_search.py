@@ -1,5 +1,6 @@
 """Friction loops of whatever has some: a history, a measurement, a scenario that replays one, or their files."""
 
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from historysim.measured.measurement import Measurement
 
 
-def find_loops(
+def loops(
     record: "xr.Dataset | Measurement | Scenario | str | Path",
     *,
     dead_band: float | None = None,
@@ -53,7 +54,7 @@ def find_loops(
 
     Examples
     --------
-    >>> loops = hs.find_loops("scenarios/15_instrument_in_series.toml")
+    >>> loops = hs.loops("scenarios/15_instrument_in_series.toml")
     >>> len(loops)
     8
     """
@@ -100,3 +101,9 @@ def find_loops(
         f"{record!r}: has no loops to find; expected a history (Dataset), a Measurement, a Scenario, or the path of a "
         "scenario or a result"
     )
+
+
+def find_loops(*args: Any, **options: Any) -> "Loops":
+    """Return what `loops` does, under its earlier name, and warn."""
+    warnings.warn("hs.find_loops is called hs.loops now, as its command is", DeprecationWarning, stacklevel=2)
+    return loops(*args, **options)

@@ -44,7 +44,7 @@ def opened(
     Yields
     ------
     Scenario, EventLog, xarray.Dataset, Sliding, WrittenTable or Surface
-        Of results, of friction loops and of sweeps, a Dataset.
+        Of results, of friction loops, of sweeps and of tables, a Dataset; of a table in CSV a `WrittenTable`.
 
     Raises
     ------
@@ -69,19 +69,15 @@ def opened(
 
         with EventLog(path) as log:
             yield log
-    elif kind == "table":
+    elif kind == "table" and not is_netcdf(path):
         from historysim.results import written_table
 
-        yield (
-            written_table.WrittenTable.of(read_table(path), path.name)
-            if is_netcdf(path)
-            else written_table.WrittenTable.read(path)
-        )
+        yield written_table.WrittenTable.read(path)
     elif kind == "sliding":
         from historysim.measured.sliding import Sliding
 
         yield Sliding.from_dataset(read_table(path))
-    elif kind in {"loops", "sweep"}:
+    elif kind in {"loops", "sweep", "table"}:
         yield read_table(path)
     else:
         with open_result(path) as history:
@@ -96,7 +92,8 @@ def open(  # noqa: A001 - as users of xarray and of files call it
     Parameters
     ----------
     path : path
-        A scenario, a log, a result, friction loops, friction over time or distance, a sweep, a table or a height map.
+        A scenario, a log, a result, friction loops, friction over time or distance, a sweep, a table of a question,
+        or a height map.
     form : str, optional
         What is taken off a height map, as by `Surface.detrended`; by default a plane.
     **reading

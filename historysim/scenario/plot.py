@@ -174,7 +174,11 @@ def _drawn(what: Any, name: str, title: str, chosen: _Options) -> "Drawn":
     import xarray as xr
 
     from historysim.results.plots.pictures import PICTURES, SCENARIO, draw, figure_of
+    from historysim.results.result_files import KINDS
+    from historysim.results.written_table import WrittenTable
 
+    if isinstance(what, xr.Dataset) and KINDS.get(str(what.attrs.get("content"))) == "table":
+        what = WrittenTable.of(what, name)
     # the rows of a sweep may be loads, too
     history = isinstance(what, xr.Dataset) and "total_normal_load" in what and what.attrs.get("content") != "sweep"
     if chosen.step is not None and not history:

@@ -8,12 +8,14 @@ import functools
 import logging
 import os
 from collections.abc import Iterator, Mapping
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import attrs
 
 from historysim.asperities.instrument import Instrument
+from historysim.basics.display import html_table
 from historysim.basics.limits import at_most, most
 from historysim.basics.notices import Teller, silent
 from historysim.basics.places import at, misfit
@@ -55,6 +57,16 @@ class Scenario:
     path: Path
     text: str = attrs.field(repr=False)
     sections: Sections
+
+    def _repr_html_(self) -> str:
+        record = self.record if isinstance(self.record, str) else f"{len(self.record):,} chosen"
+        lines = [
+            ("title", " ".join(self.title.split())),
+            ("file", str(self.path)),
+            ("substeps", f"{self.substeps:,}"),
+            ("recorded asperities", record),
+        ]
+        return f"{html_table(lines)}<details><summary>TOML</summary><pre>{escape(self.text)}</pre></details>"
 
     @property
     def title(self) -> str:
@@ -127,6 +139,10 @@ class Scenario:
 
         with reported(self.path.name), at("surface"):
             built = self.sections.surface.ground(self.path.parent)
+            if built.passes is not None:
+                friction = self.sections.friction
+                coefficient = None if friction is None else getattr(friction.of, "coefficient", None)
+                built = built.passes.done(built, self.sections.materials.pair(), coefficient)
             if built.summits is not None:
                 workable("the radius of a summit", built.summits.radius)
                 workable("the height of a summit", built.summits.height)

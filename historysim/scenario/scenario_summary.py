@@ -20,10 +20,10 @@ def summary(scenario: Scenario) -> list[tuple[str, str]]:
     Returns
     -------
     list of (label, text)
-        Title, asperities, events and how long they last, substeps, what is recorded, laws of friction and wear, of a
-        map that is filtered or otherwise prepared its statistics before and after, with ``[adhesion]`` how adhesive the
-        asperities are, what is to be known about how the surface was made, and a warning for each assumption of the
-        model that does not hold at the greatest load.
+        Title, asperities, events and how long they last, substeps, what is recorded, laws of friction, wear and
+        yielding, of a map that is filtered or otherwise prepared its statistics before and after, with ``[adhesion]``
+        how adhesive the asperities are, what is to be known about how the surface was made, and a warning for each
+        assumption of the model that does not hold at the greatest load.
 
     Raises
     ------
@@ -44,6 +44,7 @@ def summary(scenario: Scenario) -> list[tuple[str, str]]:
         ("recorded asperities", recorded),
         *([("friction", ensemble.law.text)] if ensemble.law else []),
         *([("wear", ensemble.wear.text)] if ensemble.wear else []),
+        *([("yielding", ensemble.yielding.text)] if ensemble.yielding else []),
         *([("sweep", _sweep_line(scenario.sections.sweep))] if scenario.sections.sweep else []),
         *([("map as it comes", _map_line(before)), ("map as prepared", _map_line(built.surface))] if before else []),
         *(contact.summary() if contact else []),

@@ -53,6 +53,7 @@ class MaterialTable:
     surface_energy: SurfaceEnergy | None = None
     hardness: Pressure | None = None
     yield_stress: Pressure | None = None
+    fracture_toughness: Number | None = None
 
 
 MaterialEntry = str | MaterialTable

@@ -92,16 +92,19 @@ def _height_map(measured: "Surface", form: str) -> Lines:
 
 
 def _dataset(history: "xr.Dataset") -> Lines:
-    from historysim.results import analysis, loop_summary, sweeps
+    from historysim.results import loop_summary, netcdf_table, sliding_order, sweeps
     from historysim.results.analysis.history_summary import readable_attributes
+    from historysim.results.result_files import KINDS
 
     if history.attrs.get("content") == sweeps.CONTENT:
         return Lines(sweeps.summary(history))
     if "loop" in history.dims or "loops" in history.coords:
         return Lines(loop_summary.summary(history))
+    if KINDS.get(str(history.attrs.get("content"))) == "table":
+        return Lines(netcdf_table.summary(history))
     if "total_normal_load" not in history:
         raise InputError("this Dataset is no history; expected one from historysim, with all its variables")
     told = readable_attributes(history)
     # texts of many lines, such as the scenario, would hide the rest
     short = [(name, text) for name, text in told.items() if "\n" not in text.strip()]
-    return Lines([*analysis.summary(history), ("", ""), *short])
+    return Lines([*sliding_order.summary(history), ("", ""), *short])

@@ -1,7 +1,8 @@
 """Friction over time or distance of whatever slides one way: a history, a measurement, a scenario, or their files."""
 
+import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from historysim.basics.places import at
 from historysim.errors import InputError
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from historysim.measured.sliding import Over, Sliding
 
 
-def find_sliding(
+def sliding(
     record: "xr.Dataset | Measurement | Scenario | str | Path", *, over: "Over | None" = None, windows: int = 50
 ) -> "Sliding":
     """Return friction over time or distance of a record that slides one way, measured or simulated.
@@ -70,3 +71,9 @@ def find_sliding(
         f"{record!r}: has no friction to find; expected a history (Dataset), a Measurement, a Scenario, or the path of "
         "a scenario or a result"
     )
+
+
+def find_sliding(*args: Any, **options: Any) -> "Sliding":
+    """Return what `sliding` does, under its earlier name, and warn."""
+    warnings.warn("hs.find_sliding is called hs.sliding now, as its command is", DeprecationWarning, stacklevel=2)
+    return sliding(*args, **options)

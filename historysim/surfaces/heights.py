@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import checked, per_axis, scalar
+from historysim.basics.display import html_table
 from historysim.basics.frozen_arrays import FrozenArrays
 from historysim.basics.units import quantity_text, range_text
 from historysim.errors import InputError
@@ -106,6 +107,18 @@ class Surface(FrozenArrays):
             *([f"{self.heights.size - known.size:,} missing"] if known.size < self.heights.size else []),
         ]
         return f"<Surface: {', '.join(texts)}>"
+
+    def _repr_html_(self) -> str:
+        known = self.heights[~self.missing]
+        lines = [
+            ("points", " × ".join(f"{size:,}" for size in self.shape)),
+            ("pixel size", " × ".join(quantity_text(pixel, "m") for pixel in self.pixel_size)),
+            ("heights", range_text(float(known.min()), float(known.max()), "m")),
+            ("rms height", quantity_text(float(known.std()), "m")),
+            ("periodic", "yes" if self.periodic else "no"),
+            ("missing points", f"{self.heights.size - known.size:,}"),
+        ]
+        return html_table(lines)
 
     @property
     def shape(self) -> tuple[int, int]:

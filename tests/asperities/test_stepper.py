@@ -1,6 +1,8 @@
 """Stepping by hand: the bits of a replay, in place and not, and the derivatives of what it leads to."""
 
+import math
 import pickle
+import warnings
 
 import numpy as np
 import positioning_stage
@@ -208,5 +210,37 @@ def test_a_loop_in_c_that_steps_by_address_has_the_same_bits():
     ensemble = positioning_stage.rough_contact(50)
     motion = positioning_stage.controlled(ensemble, duration=0.3)
     same, _ = positioning_stage.controlled_in_c(ensemble, duration=0.3)
-    for mine, others in zip(motion, same, strict=True):
-        np.testing.assert_array_equal(mine, others)
+    for name in positioning_stage.COMPARED:
+        np.testing.assert_array_equal(getattr(motion, name), getattr(same, name))
+
+
+def test_a_stepper_that_is_moved_back_and_forth_says_so_once():
+    ensemble = rough()
+    stepper = ensemble.stepper(ensemble.advance(ensemble.initial_state(), normal_load=0.3))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for k in range(40):
+            stepper.step(tangential_displacement=0.01 * math.sin(k))
+        kept = stepper.save()
+        for k in range(10):
+            stepper.step(tangential_displacement=0.001 * (-1) ** k)
+            stepper.restore(kept)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        for k in range(10):
+            stepper.step(tangential_displacement=0.001 * (-1) ** k)
+    (warned,) = told
+    assert "went back and forth in each of the last 4 steps" in str(warned.message)
+    assert warned.filename == __file__
+
+
+def test_a_stepper_that_knows_its_times_warns_of_a_second_move_at_one():
+    ensemble = rough()
+    stepper = ensemble.stepper(ensemble.advance(ensemble.initial_state(), normal_load=0.3))
+    stepper.step(tangential_displacement=0.001, time=0.1)
+    kept = stepper.save()
+    stepper.step(tangential_displacement=0.002, time=0.2)
+    with pytest.warns(UserWarning, match=r"was moved to t = 0\.15 s when it had been at 0\.2 s: where"):
+        stepper.step(tangential_displacement=0.0015, time=0.15)
+    stepper.restore(kept)
+    stepper.step(tangential_displacement=0.0015, time=0.15)

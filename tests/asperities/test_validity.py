@@ -7,6 +7,7 @@ import historysim as hs
 from historysim.asperities import laws, validity
 from historysim.asperities.instrument import Instrument
 from historysim.asperities.validity import findings, overlapping
+from historysim.asperities.yielding import KogutEtsion
 from historysim.contact import adhesion, hertz
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=50e9, shear_modulus=12e9)
@@ -171,3 +172,45 @@ def test_friction_that_rises_faster_than_springs_can_slide_is_told(distance, tol
     found = [each for each in findings(ensemble, 0.01) if each.name == "rising"]
     assert bool(found) == told
     assert all("faster than 1/(θδ)" in each.text for each in found)
+
+
+def yielding(contact_radius_over_radius, **options):
+    """A ball of hardness 1 GPa, pressed until its contact is so wide on first loading."""
+    pair = hs.MaterialPair.from_moduli(contact_modulus=50e9, shear_modulus=12e9, hardness=1e9, **options)
+    law = KogutEtsion(hardness=1e9, poissons_ratio=0.3)
+    # A = 2πRδ where all is plastic
+    return hs.Ensemble(pair, 0.0, 1e-3, 0.2, yielding=law), 0.5e-3 * contact_radius_over_radius**2
+
+
+def test_where_the_model_of_yielding_ends():
+    # 0.2 a/R is 6 %, within a factor of two of a Vickers indentation's
+    assert names(findings(*yielding(0.3))) == []
+    ensemble, approach = yielding(0.1)
+    (found,) = findings(ensemble, approach)
+    _, radius = ensemble.yielding.first_loading(np.array([approach]), np.array([1e-3]), ensemble.pair)
+    assert (found.name, found.value) == ("hardening", pytest.approx(0.2 * radius[0] / 1e-3, rel=1e-6))
+    # all of it carries the hardness
+    load = 1e9 * math.pi * (0.3e-3) ** 2
+    assert names(findings(*yielding(0.3, cracking_load=1.01 * load))) == []
+    (found,) = findings(*yielding(0.3, cracking_load=0.99 * load))
+    assert found.name == "cracks"
+    assert "Lawn and Evans 1977" in found.text
+    ensemble, approach = yielding(0.3)
+    area = math.pi * (0.3e-3) ** 2
+    for nominal, expected in ((area / 0.04, []), (area / 0.4, ["area"]), (area / 0.6, ["bulk"])):
+        on = hs.Ensemble(ensemble.pair, 0.0, 1e-3, 0.2, yielding=ensemble.yielding, nominal_area=nominal)
+        assert names(findings(on, approach)) == expected
+    for distance, expected in ((0.7e-3, []), (0.5e-3, ["merging"])):
+        two = hs.Ensemble(
+            ensemble.pair, [0.0, 0.0], 1e-3, 0.2, yielding=ensemble.yielding, x=[0.0, distance], y=[0.0, 0.0]
+        )
+        assert names(findings(two, approach)) == expected
+
+
+def test_the_load_at_which_glass_cracks_is_of_the_order_of_lawn_and_evans():
+    """0.02 N for soda-lime glass: 2.2e4 K⁴/H³."""
+    glass = hs.material("float glass")
+    assert glass.cracking_load == pytest.approx(2.2e4 * 0.75e6**4 / 5.9e9**3)
+    assert 0.005 < glass.cracking_load < 0.1
+    assert hs.material("copper").cracking_load is None
+    assert hs.MaterialPair(hs.material("copper"), glass).cracking_load == glass.cracking_load

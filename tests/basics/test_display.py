@@ -2,6 +2,7 @@
 
 import pytest
 
+import historysim as hs
 from historysim.basics.display import Lines, columns, html_table, printable, two_columns
 
 LINES = [("steps", "11"), ("peak normal load", "50 mN"), ("", ""), ("title", "")]
@@ -46,3 +47,26 @@ def test_what_steers_a_terminal_is_shown_as_what_it_is(text, shown):
     assert printable(text) == shown
     assert two_columns([("title", text)]) == f"title  {shown}"
     assert columns([(text,)]) == shown
+
+
+def test_objects_show_themselves_as_tables_in_a_notebook(tmp_path):
+    pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+    ensemble = hs.Ensemble(pair, [0.0, -30e-9], 10e-6, 0.2)
+    path = tmp_path / "s.toml"
+    path.write_text(
+        'title = "A < B"\n[materials]\nfirst = "silicon"\nsecond = "float glass"\n[friction]\ncoefficient = 0.2\n'
+        '[surface]\nkind = "sphere"\nradius = "1 mm"\n[[loading.waypoints]]\ntime = 0.0\nnormal_load = "5 mN"\n',
+        encoding="utf-8",
+    )
+    shown = {
+        "112 GPa": pair.first,
+        "silicon on float glass": pair,
+        "-30 nm to 0 m": ensemble,
+        "1 event over 0 s": hs.Replay(ensemble, [hs.NormalLoad(0.0, 1e-3)]),
+        "2 × 3": hs.Surface([[0.0, 1e-9, 0.0], [0.0, 0.0, 0.0]], 1e-6),
+        "A &lt; B": hs.load(path),
+    }
+    for text, what in shown.items():
+        html = what._repr_html_()
+        assert html.startswith("<table>")
+        assert text in html

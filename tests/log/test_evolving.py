@@ -7,6 +7,7 @@ import xarray as xr
 import historysim as hs
 from historysim.asperities import laws
 from historysim.asperities.wear import ArchardWear, EnergyWear
+from historysim.asperities.yielding import KogutEtsion
 from historysim.loads.event_table import read_events, write_events
 from historysim.log.canonical import columns_of, events_of
 from historysim.log.file import LogFile
@@ -163,3 +164,32 @@ def test_a_run_that_was_ended_goes_on(made, monkeypatch, tmp_path):
     with xr.open_dataset(tmp_path / "s.nc", decode_times=False) as again:
         for name in history.variables:
             assert again[name].values.tobytes() == history[name].values.tobytes(), name
+
+
+def test_a_log_of_summits_that_yield_is_resumed_forked_and_verified(tmp_path):
+    pair = hs.MaterialPair.from_moduli(contact_modulus=43e9, shear_modulus=9e9, hardness=5.5e9, cracking_load=0.04)
+    law = KogutEtsion(hardness=5.5e9, poissons_ratio=0.25)
+    ensemble = hs.Ensemble(pair, [0.0, -10e-9, -25e-9], [1e-6, 0.8e-6, 2e-6], 0.2, yielding=law)
+    head = LogHeader.of(hs.Replay(ensemble, ()))
+    assert head.settings["format"] == 5
+    again = head_from(head.text, head.arrays).ensemble
+    assert (again.yielding, again.pair.cracking_load) == (law, 0.04)
+    loads = [hs.NormalLoad(float(k), n * 1e-3) for k, n in enumerate((0.5, 1.0, 0.3, 2.0, 1.5))]
+    events = sorted([*loads, *(hs.TangentialLoad(k + 0.5, (-1) ** k * 4e-5) for k in range(4))], key=lambda e: e.time)
+    whole = hs.replay(ensemble, events, substeps=3)
+    with hs.EventLog.create(tmp_path / "whole.history", ensemble, events[:5], substeps=3) as log:
+        log.append(events[5:])
+        history = log.replay()
+        middle = log.state(at=1.5)
+        log.fork(1.5, tmp_path / "fork.history").close()
+        # an open log's own snapshots give the same bits
+        assert log.state(at=1.5) == middle
+    for name in whole.data_vars:
+        np.testing.assert_array_equal(history[name], whole[name], err_msg=str(name))
+    assert middle.yielded.yielding_energy.sum() > 0
+    with hs.EventLog(tmp_path / "fork.history") as fork:
+        np.testing.assert_array_equal(fork.state(at=1.5).yielded.summit_height, middle.yielded.summit_height)
+    written = tmp_path / "out.nc"
+    hs.Replay(ensemble, events, substeps=3).write(written)
+    with xr.open_dataset(written) as found:
+        np.testing.assert_array_equal(found.yielding_load, whole.yielding_load)

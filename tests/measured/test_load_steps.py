@@ -54,7 +54,7 @@ def test_each_load_of_a_programme_has_its_loops():
 def test_the_shipped_record_of_an_instrument():
     """Two loops at each of four loads; the values are those of the branches cut out by hand."""
     measurement = hs.load("scenarios/15_instrument_in_series.toml").measurement()
-    found = hs.find_loops(measurement)
+    found = hs.loops(measurement)
     table = found.by_load()
     assert_allclose(table.value, [30e-3, 50e-3, 70e-3, 90e-3], rtol=1e-4)
     assert [members.size for members in table.members] == [2, 2, 2, 2]

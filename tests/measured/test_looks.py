@@ -38,28 +38,28 @@ FAULTS = {
 
 
 def test_a_sound_record_has_no_note():
-    assert hs.find_loops(SOUND).notes == ()
+    assert hs.loops(SOUND).notes == ()
 
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_is_told(fault):
     record, said = FAULTS[fault]
-    assert any(said in note for note in hs.find_loops(record).notes), hs.find_loops(record).notes
+    assert any(said in note for note in hs.loops(record).notes), hs.loops(record).notes
 
 
 @pytest.mark.parametrize("fault", ["offset", "zero drifts", "friction drifts", "clipped"])
 def test_a_fault_is_told_once(fault):
-    assert len({note.partition(",")[0][:30] for note in hs.find_loops(FAULTS[fault][0]).notes}) <= 2
+    assert len({note.partition(",")[0][:30] for note in hs.loops(FAULTS[fault][0]).notes}) <= 2
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_scatter_is_no_fault(seed):
     record = synthetic.reciprocating(seed, 12, 4_000, scatter=0.02)
-    assert not [note for note in hs.find_loops(record).notes if "looks" in note or "offset" in note]
+    assert not [note for note in hs.loops(record).notes if "looks" in note or "offset" in note]
 
 
 def test_the_interval_of_a_mean_is_told_and_holds_it():
-    loops = hs.find_loops(synthetic.reciprocating(1, 16, 3_000, scatter=0.02))
+    loops = hs.loops(synthetic.reciprocating(1, 16, 3_000, scatter=0.02))
     row = next(both for label, *_, both in loops.rows() if label == "friction coefficient")
     low, high = (float(text) for text in row.partition("95 %: ")[2].rstrip(")").split(" to "))
     assert low < 0.2 < high

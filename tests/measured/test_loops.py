@@ -554,7 +554,7 @@ def noisy_strokes(noise, **changed):
 @pytest.mark.parametrize("noise", [1e-9, 3e-9, 5e-9, 15e-9])
 def test_noise_is_not_counted_as_reversals(noise):
     """With 5 % of the range as the dead band, 5 nm made 528 loops without friction."""
-    loops = hs.find_loops(noisy_strokes(noise))
+    loops = hs.loops(noisy_strokes(noise))
     assert len(loops) == 7
     assert loops.statistics("friction_coefficient").mean == pytest.approx(0.2, rel=0.01)
     assert loops.dead_band >= 6 * 0.95 * noise
@@ -563,11 +563,11 @@ def test_noise_is_not_counted_as_reversals(noise):
 
 
 def test_a_dead_band_within_the_noise_is_told():
-    loops = hs.find_loops(noisy_strokes(3e-9), dead_band=10e-9)
+    loops = hs.loops(noisy_strokes(3e-9), dead_band=10e-9)
     assert "noise may be taken for reversals; six of them" in loops.notes[0]
 
 
-@pytest.mark.parametrize("find", [hs.find_loops, observe])
+@pytest.mark.parametrize("find", [hs.loops, observe])
 def test_a_displacement_that_rests_has_no_loops(find):
     record = noisy_strokes(1e-9)
     random = np.random.default_rng(1)

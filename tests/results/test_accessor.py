@@ -4,10 +4,11 @@ import inspect
 import subprocess
 import sys
 
+import pytest
 import xarray as xr
 
 import historysim as hs
-from historysim.results import analysis, history_drift, rebuilt
+from historysim.results import analysis, history_drift, point_maps, rebuilt, sliding_order
 from historysim.results.accessor import Questions
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
@@ -22,10 +23,12 @@ def asked():
 def test_every_question_is_there_with_its_text():
     about_files = {"is_complete"}
     drifts = {"branch_drift", "cycle_drift", "run_drift", "positioning_error", "seen_at_rest"}
-    named = set(analysis.__all__) - about_files | {"asperity", "profiles", "reversal_points"} | drifts
+    named = set(analysis.__all__) - about_files | {"asperity", "profiles", "reversal_points", "point_maps"} | drifts
     assert set(asked()) == named
     for name, method in asked().items():
-        (home,) = (module for module in (analysis, history_drift, rebuilt) if hasattr(module, FUNCTION.get(name, name)))
+        # what the engine knows better comes before what the rows tell
+        homes = (sliding_order, rebuilt, history_drift, point_maps, analysis)
+        home = next(module for module in homes if hasattr(module, FUNCTION.get(name, name)))
         question = getattr(home, FUNCTION.get(name, name))
         assert method.__doc__ == question.__doc__
         assert list(inspect.signature(method).parameters)[1:] == list(inspect.signature(question).parameters)[1:]
@@ -33,7 +36,7 @@ def test_every_question_is_there_with_its_text():
 
 def test_methods_answer_as_the_functions_do():
     history = hs.replay(hs.Ensemble(PAIR, [0.0, -1e-8], 1e-3, 0.2), EVENTS, substeps=4)
-    xr.testing.assert_identical(history.contact.first_slips(), analysis.first_slips(history))
+    xr.testing.assert_identical(history.contact.first_slips(), sliding_order.first_slips(history))
     xr.testing.assert_identical(history.contact.profiles(1, [2, 5]), rebuilt.profiles(history, 1, [2, 5]))
     assert history.contact.drift(0, -1) == 0
     assert history.contact.tangential_stiffness(direction="reversed").equals(
@@ -52,3 +55,28 @@ def test_the_accessor_comes_with_the_names_that_give_histories():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["False", "True"]
+
+
+@pytest.fixture
+def history():
+    return hs.replay(hs.Ensemble(PAIR, [0.0, -1e-8], 1e-3, 0.2), EVENTS, substeps=4)
+
+
+@pytest.mark.parametrize("name", ["slip_shares", "stick_ratio", "mean_pressure", "preliminary_displacements"])
+def test_one_step_answers_as_the_whole_history_does_there(history, name):
+    one, whole = (getattr(each.contact, name)() for each in (history.isel(step=5), history))
+    xr.testing.assert_equal(one, whole.isel(step=5))
+
+
+def test_one_step_holds_its_asperities(history):
+    found, expected = history.isel(step=5).contact.asperity(1, 0), history.contact.asperity(1, 5)
+    assert found.tangential_load == pytest.approx(expected.tangential_load, rel=1e-12)
+    assert found.reversal_points.displacement.tolist() == expected.reversal_points.displacement.tolist()
+    traction = history.isel(step=-1).contact.profiles(1, 0)["traction"]
+    assert traction.dims == ("radius",)
+
+
+@pytest.mark.parametrize("name", ["first_slips", "slides_first", "friction_loops", "summary", "tangential_stiffness"])
+def test_one_step_says_that_it_does_not_tell_the_way(history, name):
+    with pytest.raises(hs.InputError, match=f"{name}: the history has one step, which does not tell the way"):
+        getattr(history.isel(step=-1).contact, name)()

@@ -20,9 +20,9 @@ EVENTS = [
 @pytest.fixture
 def folder(tmp_path):
     hs.Replay(BALL, EVENTS, substeps=50).write(tmp_path / "r.nc")
-    hs.find_loops(hs.replay(BALL, EVENTS, substeps=50)).to_dataset().to_netcdf(tmp_path / "l.nc")
+    hs.loops(hs.replay(BALL, EVENTS, substeps=50)).to_dataset().to_netcdf(tmp_path / "l.nc")
     EventLog.create(tmp_path / "r.history", BALL, EVENTS).close()
-    hs.find_sliding(hs.replay(BALL, EVENTS[:2], substeps=50)).to_dataset().to_netcdf(tmp_path / "s.nc")
+    hs.sliding(hs.replay(BALL, EVENTS[:2], substeps=50)).to_dataset().to_netcdf(tmp_path / "s.nc")
     hs.write_netcdf(hs.replay(BALL, EVENTS).contact.slip_shares(), tmp_path / "t.nc")
     np.savetxt(tmp_path / "map.txt", np.eye(4))
     with netCDF4.Dataset(tmp_path / "stranger.nc", "w") as stranger:

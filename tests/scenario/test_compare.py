@@ -47,7 +47,7 @@ def test_the_model_that_made_the_record_is_as_far_from_it_as_the_noise(folder):
 
 def test_its_loops_are_those_that_are_found(folder):
     loaded = hs.load(folder / "s.toml")
-    found, loops = hs.compare(loaded, skip=1), hs.find_loops(loaded, skip=1)
+    found, loops = hs.compare(loaded, skip=1), hs.loops(loaded, skip=1)
     assert found.measured.ends.tolist() == loops.ends.tolist()
     assert found.observation.dead_band == loops.dead_band
     assert dict(found.summary())["dead band"] == dict(loops.summary())["dead band"].split(",")[0]

@@ -72,7 +72,7 @@ def test_a_clock_that_starts_again_is_told(folder):
     ("run", "friction"), [("run = 1", 0.2), ("run = 2", 0.15), ('run = 20\nruns_by = "Step"', 0.15)]
 )
 def test_one_run_is_taken(folder, run, friction):
-    loops = hs.find_loops(loaded(folder, run))
+    loops = hs.loops(loaded(folder, run))
     assert loops.statistics("friction_coefficient").mean == pytest.approx(friction, rel=0.01)
     assert any(label == "run" and text.endswith("one of 3 runs, 961 samples") for label, text in loops.remarks)
 
@@ -98,7 +98,7 @@ def test_runs_that_are_none(folder, run, said):
 @pytest.mark.parametrize("by", ["", '\nruns_by = "Step"'])
 def test_each_run_by_itself(folder, by):
     scenario = loaded(folder, f'run = "each"{by}')
-    runs = each_run(scenario, hs.find_loops)
+    runs = each_run(scenario, hs.loops)
     assert [run.number for run in runs] == ([10, 20, 30] if by else [1, 2, 3])
     found = [run.found.statistics("friction_coefficient").mean for run in runs[:2]]
     assert found == pytest.approx(FRICTION[:2], rel=0.01)

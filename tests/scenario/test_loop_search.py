@@ -32,7 +32,7 @@ def test_a_scenario_its_path_and_its_measurement_have_the_same_loops(folder):
     path = folder / "s.toml"
     loaded = hs.load(path)
     for record in (path, str(path), loaded, loaded.measurement()):
-        found = hs.find_loops(record)
+        found = hs.loops(record)
         assert len(found) == 3
         assert found.dead_band == pytest.approx(0.05 * 200e-9)
         assert found.friction_coefficient == pytest.approx(np.full((3, 2), 0.2), rel=0.1)
@@ -44,26 +44,26 @@ def test_a_result_its_history_and_the_analysis_have_the_same_loops(folder):
     ends = analysis.friction_loops(history).ends.tolist()
     assert len(ends) == 3
     for record in (history, folder / "s.nc"):
-        assert hs.find_loops(record).ends.tolist() == ends
+        assert hs.loops(record).ends.tolist() == ends
 
 
 def test_the_scenario_says_the_dead_band(folder):
     write(folder, dead_band={"tangential_displacement": '"2 nm"'})
-    found = hs.find_loops(folder / "s.toml")
+    found = hs.loops(folder / "s.toml")
     assert (len(found), found.dead_band) == (5, 2e-9)
-    assert len(hs.find_loops(folder / "s.toml", dead_band=20e-9, skip=1)) == 2
+    assert len(hs.loops(folder / "s.toml", dead_band=20e-9, skip=1)) == 2
 
 
 def test_remarks_come_first(folder):
     write(folder, loading="reduce = true")
-    found = hs.find_loops(folder / "s.toml")
+    found = hs.loops(folder / "s.toml")
     assert found.summary()[0][0] == "replayed"
 
 
 def test_a_log_is_said_to_be_one(folder):
     hs.run(folder / "s.toml", folder / "s.nc").close()
     with pytest.raises(hs.InputError, match=r"s\.history: is the log of a run; expected its result, which"):
-        hs.find_loops(folder / "s.history")
+        hs.loops(folder / "s.history")
 
 
 @pytest.mark.parametrize(
@@ -77,12 +77,12 @@ def test_a_log_is_said_to_be_one(folder):
 )
 def test_what_has_no_loops(record, said):
     with pytest.raises(hs.InputError, match=said):
-        hs.find_loops(record)
+        hs.loops(record)
 
 
 def test_a_table_is_no_scenario_and_no_result(folder):
     with pytest.raises(hs.InputError, match=r"m\.csv: is no scenario \(\.toml\) and no result of historysim run"):
-        hs.find_loops(folder / "m.csv")
+        hs.loops(folder / "m.csv")
 
 
 def test_loops_the_wrong_way_round_are_refused_by_all(folder):
@@ -90,6 +90,6 @@ def test_loops_the_wrong_way_round_are_refused_by_all(folder):
         COLUMNS, {"tangential_load": '{ column = "T", scale = -1 }'}, more='[fit]\nparameters = ["friction"]\n'
     )
     (folder / "s.toml").write_text(text, encoding="utf-8")
-    for call in (hs.find_loops, hs.compare, hs.fit):
+    for call in (hs.loops, hs.compare, hs.fit):
         with pytest.raises(hs.InputError, match=r"s\.toml: loading: the loops run the wrong way round"):
             call(folder / "s.toml")

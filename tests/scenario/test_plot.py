@@ -36,7 +36,7 @@ def history():
 @pytest.fixture
 def files(tmp_path, history):
     hs.Replay(ROUGH, EVENTS, substeps=50).write(tmp_path / "r.nc")
-    hs.find_loops(history).to_dataset().to_netcdf(tmp_path / "l.nc")
+    hs.loops(history).to_dataset().to_netcdf(tmp_path / "l.nc")
     (tmp_path / "s.toml").write_text(BALL + ADHESIVE, encoding="utf-8")
     np.savetxt(tmp_path / "map.txt", np.pad([[4.0]], 2))
     hs.EventLog.create(tmp_path / "r.history", ROUGH, EVENTS).close()
@@ -59,8 +59,8 @@ def things(history):
         "history": (history, "Friction loop"),
         "surface": (surface, "Surface and summits"),
         "surface of a result": (surface_group.dataset(surface.summits(), surface), "Surface and summits"),
-        "loops": (hs.find_loops(history), "Friction loops"),
-        "loops of a file": (hs.find_loops(history).to_dataset(), "friction force (mN)"),
+        "loops": (hs.loops(history), "Friction loops"),
+        "loops of a file": (hs.loops(history).to_dataset(), "friction force (mN)"),
         "asperity": (ROUGH.asperity(0, state), "asperity 0, partial slip"),
         "adhering": (adhering_asperities(ROUGH, 1e-7, **adhesive), "Adhesion map"),
         "branch": (branch("jkr", **one), "Equilibria after JKR"),

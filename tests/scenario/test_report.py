@@ -74,7 +74,7 @@ def test_loops_by_their_loads_have_a_report_with_a_column_for_each_load():
     Path("two.toml").write_text(BALL[:end] + again + step + again + BALL[end:], encoding="utf-8")
     assert call("run", "two.toml", "-q").exit_code == 0
     assert call("loops", "two.nc", "--levels", "n.nc").exit_code == 0
-    table = hs.find_loops("two.nc").by_load()
+    table = hs.loops("two.nc").by_load()
     assert len(table) == 2
     assert call("report", "n.nc").output == "n_report.html\n"
     page = Path("n_report.html").read_text(encoding="utf-8")
@@ -87,7 +87,7 @@ def test_loops_by_their_loads_have_a_report_with_a_column_for_each_load():
 
 
 def test_loops_have_a_report(folder):
-    loops = hs.find_loops(hs.run("ball.toml"))
+    loops = hs.loops(hs.run("ball.toml"))
     loops.to_dataset().to_netcdf("l.nc")
     done = call("report", "l.nc")
     assert (done.exit_code, done.output) == (0, "l_report.html\n")

@@ -40,7 +40,7 @@ def test_a_scenario_a_log_a_map_and_loops_are_shown(tmp_path):
     lines = dict(hs.show(tmp_path / "map.txt", pixel_size="1 µm", height_unit="nm", form="mean"))
     assert (lines["points"], lines["form taken off"]) == ("5 × 5, 1 µm apart", "mean")
     assert dict(hs.show(hs.Surface(np.eye(4), 1e-6)))["points"] == "4 × 4, 1 µm apart"
-    loops = hs.find_loops(hs.replay(ROUGH, EVENTS, substeps=50))
+    loops = hs.loops(hs.replay(ROUGH, EVENTS, substeps=50))
     assert dict(hs.show(loops))["dead band"] == "10 nm, 5 % of the range of the displacement"
     loops.to_dataset().to_netcdf(tmp_path / "l.nc")
     assert dict(hs.show(tmp_path / "l.nc"))["loops"] == "1"

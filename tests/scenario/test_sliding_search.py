@@ -25,16 +25,16 @@ def call(*arguments):
 
 
 def test_all_ways_lead_to_the_same_friction(folder):
-    found = hs.find_sliding(folder / "s.toml")
+    found = hs.sliding(folder / "s.toml")
     assert found.approach.steady == pytest.approx(0.2, abs=1e-3)
     assert found.approach.length == pytest.approx(2e-6, rel=1e-2)
     for record in (hs.load("s.toml"), hs.load("s.toml").measurement()):
-        assert hs.find_sliding(record, windows=50).window_mean.tolist() == found.window_mean.tolist()
+        assert hs.sliding(record, windows=50).window_mean.tolist() == found.window_mean.tolist()
     history = hs.run("s.toml", "s.nc")
-    simulated = hs.find_sliding(history)
+    simulated = hs.sliding(history)
     history.close()
     assert simulated.window_mean[5:] == pytest.approx(0.2)
-    assert hs.find_sliding("s.nc").window_mean.tolist() == simulated.window_mean.tolist()
+    assert hs.sliding("s.nc").window_mean.tolist() == simulated.window_mean.tolist()
 
 
 def test_the_command_says_writes_and_draws(folder):

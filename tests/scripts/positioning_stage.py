@@ -14,7 +14,6 @@ import subprocess
 import tempfile
 import time
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from c_core import SUPPORT, hatch_build
@@ -28,18 +27,7 @@ NORMAL_LOAD = 2.0
 SAMPLE, SUBSTEPS = 1e-4, 10
 PROPORTIONAL, INTEGRAL, DERIVATIVE = 1e6, 2e10, 1e3
 """Of the controller [N/m], [N/(m s)], [N s/m]."""
-
-
-class Motion(NamedTuple):
-    """Place [m], force of the contact and of the motor [N] at each sample, and the energies [J] at the end."""
-
-    place: np.ndarray
-    contact_force: np.ndarray
-    motor_force: np.ndarray
-    work: float
-    kinetic: float
-    stored: float
-    dissipated: float
+COMPARED = ("place", "contact_force", "motor_force", "work", "kinetic", "stored", "dissipated")
 
 
 def rough_contact(count=1000):
@@ -55,31 +43,31 @@ def wanted(seconds):
     return 15e-9 * (np.clip((phase - 0.2) / 0.02, 0, 1) - np.clip((phase - 0.6) / 0.02, 0, 1))
 
 
+class Pid:
+    """A controller that follows `wanted`; it remembers the error before, and the integral."""
+
+    def __init__(self):
+        self.integral, self.before = 0.0, wanted(0.0)
+
+    def __call__(self, time, place):
+        """Return the force of the motor [N]."""
+        error = wanted(time) - place
+        self.integral += error * SAMPLE
+        force = PROPORTIONAL * error + INTEGRAL * self.integral + DERIVATIVE * (error - self.before) / SAMPLE
+        self.before = error
+        return force
+
+
+def pressed(ensemble):
+    """Return the contact under its load; the approach is held from now on: at a constant load it does not change."""
+    state = ensemble.advance(ensemble.initial_state(), normal_load=NORMAL_LOAD)
+    return ensemble.advance(state, normal_displacement=state.approach, tangential_displacement=0.0)
+
+
 def controlled(ensemble, duration=1.0):
     """Return the motion of the stage on a contact."""
-    stepper = ensemble.stepper(ensemble.advance(ensemble.initial_state(), normal_load=NORMAL_LOAD))
-    # the approach is held from now on: at a constant load it does not change
-    stepper.step(normal_displacement=stepper.approach, tangential_displacement=0.0)
-    samples, pause = round(duration / SAMPLE), SAMPLE / SUBSTEPS
-    place = velocity = integral = work = 0.0
-    before = wanted(0.0)
-    record = np.empty((3, samples))
-    for sample in range(samples):
-        error = wanted(sample * SAMPLE) - place
-        integral += error * SAMPLE
-        motor = PROPORTIONAL * error + INTEGRAL * integral + DERIVATIVE * (error - before) / SAMPLE
-        before = error
-        for _ in range(SUBSTEPS):
-            velocity += pause / MASS * (motor - stepper.tangential_load)
-            step = pause * velocity
-            place += step
-            work += motor * step
-            stepper.step(tangential_displacement=place)
-        record[:, sample] = place, stepper.tangential_load, motor
-    state = stepper.save()
-    # the velocity is that of half a step before
-    velocity += 0.5 * pause / MASS * (motor - state.tangential_load)
-    return Motion(*record, work, 0.5 * MASS * velocity**2, state.stored_energy, state.dissipated_energy)
+    timing = {"sample_time": SAMPLE, "substeps": SUBSTEPS, "duration": duration}
+    return hs.coupling.controlled_stage(ensemble, pressed(ensemble), Pid(), mass=MASS, **timing)
 
 
 def controlled_in_c(ensemble, duration=1.0):
@@ -102,7 +90,11 @@ def controlled_in_c(ensemble, duration=1.0):
     seconds = time.perf_counter() - start
     assert status == lib.HS_OK
     state = stepper.save()
-    return Motion(*record, *energy.tolist(), state.stored_energy, state.dissipated_energy), seconds
+    moments = np.arange(record.shape[1]) * SAMPLE
+    found = hs.coupling.StageMotion(
+        moments, *record, *energy.tolist(), state.stored_energy, state.dissipated_energy, state=state
+    )
+    return found, seconds
 
 
 def main():
@@ -114,7 +106,7 @@ def main():
     print(f"{steps} steps of {len(ensemble)} asperities in {seconds:.2f} s: {seconds / steps * 1e6:.1f} µs each")
     if hatch_build.compiler():
         same, seconds = controlled_in_c(ensemble)
-        alike = all(np.array_equal(one, other) for one, other in zip(motion, same, strict=True))
+        alike = all(np.array_equal(getattr(motion, name), getattr(same, name)) for name in COMPARED)
         print(f"in C {seconds / steps * 1e6:.1f} µs each: {'the same bits' if alike else 'other bits'}")
     at = np.arange(motion.place.size) * SAMPLE
     error = np.abs(motion.place - wanted(at))

@@ -216,7 +216,7 @@ def held(part, seeds):
         found = fitted_both(record)
         by_fit.append([holds(each) for each in found.parameters])
         off.append([np.log(value / TRUTHS["ball"][name]) for name, value in found.values.items()])
-        loops = hs.find_loops(record)
+        loops = hs.loops(record)
         wander = loops.wander("friction_coefficient")
         by_loops.append(abs(loops.statistics("friction_coefficient").mean - 0.2) <= wander.reach)
     return by_fit, by_loops, off

@@ -39,12 +39,14 @@ def validity(history: Recorded) -> tuple[Finding, ...]:
     return findings.read(history.attrs.get("validity", "[]"))
 
 
-def summary(history: Recorded) -> list[tuple[str, str]]:
+def summary(history: Recorded, slide_times: npt.NDArray[np.float64] | None = None) -> list[tuple[str, str]]:
     """Return in a few lines what happened.
 
     Parameters
     ----------
     history : xarray.Dataset
+    slide_times : array (asperity), optional
+        The instants at which asperities first slide [s], not a number for never; by default they are known to a step.
 
     Returns
     -------
@@ -76,7 +78,7 @@ def summary(history: Recorded) -> list[tuple[str, str]]:
             ("critical asperity", f"{asperity[peak]}, the last to slide" if displacement[peak] > 0 else "none"),
         ]
     with suppress(InputError):
-        lines.append(("slides first", _first_to_slide(history)))
+        lines.append(("slides first", _first_to_slide(history, slide_times)))
     lines.append(("dissipated energy", quantity_text(history["total_dissipated_energy"].values[-1], "J")))
     lines += _evolved(history)
     if held := int(history["saturated"].values.sum()):
@@ -115,13 +117,26 @@ def _preliminary(history: Recorded, normal: Floats, displacement: Floats, asperi
 
 
 def _evolved(history: Recorded) -> list[tuple[str, str]]:
-    """Return how far asperities have slid, what they have lost, and what was forgotten with their shapes."""
+    """Return how far asperities have slid, what they lost, how they yielded, and what was forgotten."""
     lines = []
     if "total_slid_distance" in history:
         lines.append(("slid together", quantity_text(history["total_slid_distance"].values[-1], "m")))
     if "worn_volume" in history:
         worn = history["worn_volume"].isel(step=-1).values
         lines.append(("worn volume", f"{worn.sum():.4g} m³ of the recorded asperities"))
+    if "total_yielding_energy" in history:
+        share = float(history["yielded_load_share"].values[int(history["total_normal_load"].values.argmax())])
+        energy = quantity_text(float(history["total_yielding_energy"].values[-1]), "J")
+        depth = ""
+        if "yielded_depth" in history:
+            most = float(history["yielded_depth"].isel(step=-1).values.max())
+            depth = f", flattened by up to {quantity_text(most, 'm', 3)}"
+        lines.append(
+            (
+                "yielding",
+                f"{100 * share:.0f} % of the peak normal load on asperities that have yielded{depth}; took {energy}",
+            )
+        )
     if "erased_memories" in history and (erased := int(history["erased_memories"].values[-1])):
         energy = quantity_text(history["erased_energy"].values[-1], "J")
         lines.append(("erased memories", f"{erased:,}, with an elastic energy of {energy}"))
@@ -142,20 +157,28 @@ def _touched(history: Recorded) -> str:
     return f"{touched:,}{total}" + (f", {most:,} at one time" if most < touched else "")
 
 
-def _first_to_slide(history: Recorded) -> str:
-    steps = first_steps(history)["slide"]
-    order = order_of_sliding(history, steps)
+def _first_to_slide(history: Recorded, times: npt.NDArray[np.float64] | None) -> str:
+    steps = first_steps(history, times)["slide"]
+    order = order_of_sliding(history, steps, times)
     recorded = "" if is_complete(history) else " recorded"
     if not order.size:
         return f"none{recorded} does"
     began = steps[steps != NEVER]
     together = int((began == began.min()).sum())
     # what happens between two steps is known to have an order, and not always which
-    among = f", one of {together:,} that do between the same two steps" if together > 1 else ""
-    last = f"; asperity {order[-1]} last" if order.size > 1 else ""
+    among = f", one of {together:,} that do between the same two steps" if together > 1 and times is None else ""
+    first, end = (
+        ("", "") if times is None else (f" at {_moment(edge)}" for edge in (np.nanmin(times), np.nanmax(times)))
+    )
+    last = f"; asperity {order[-1]} last{end}" if order.size > 1 else ""
     some = f"; {order.size:,} of {steps.size:,} slide" if order.size < steps.size else ""
     of_recorded = " (of those recorded)" if recorded else ""
-    return f"asperity {order[0]}{among}{last}{some}{of_recorded}"
+    return f"asperity {order[0]}{among}{first}{last}{some}{of_recorded}"
+
+
+def _moment(time: float) -> str:
+    """Return a time as text, with digits that tell instants between steps apart."""
+    return f"{time:.6g} s"
 
 
 UNITS = {

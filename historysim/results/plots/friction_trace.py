@@ -19,7 +19,7 @@ def plot_sliding(sliding: Sliding, *, title: str = "", **place: Unpack[Place]) -
     Parameters
     ----------
     sliding : Sliding
-        From `historysim.find_sliding`.
+        From `historysim.sliding`.
     title : str
         A heading.
     **place

@@ -46,7 +46,7 @@ def plot_loops(
     Parameters
     ----------
     loops : Loops
-        From `historysim.find_loops`, or `historysim.results.analysis.friction_loops`.
+        From `historysim.loops`, or `historysim.results.analysis.friction_loops`.
     model : Loops, optional
         A second set, to compare.
     labels : (str, str)

@@ -62,7 +62,12 @@ def plot_table(table: WrittenTable, *, title: str = "", **place: Unpack[Place]) 
             label = names[0].replace("_", " ") if len(names) == 1 else "value"
             axes.set_ylabel(f"{label} ({prefix}{unit})" if unit != "1" else label)
         all_axes[-1].set_xlabel(f"{first.replace('_', ' ')}{under}")
-        page.legend(*all_axes)
+        if len(panels) == 1:
+            page.legend(*all_axes)
+        else:
+            # lines of two panels look alike
+            for axes in all_axes:
+                axes.legend(fontsize=6.5, loc="center left", bbox_to_anchor=(1.0, 0.5))
         page.left_out(*(name.replace("_", " ") for name in left_out))
         page.heading(title or table.name)
     return page.drawn

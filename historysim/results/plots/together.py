@@ -126,7 +126,8 @@ def draw_together(page: Page, loops: Sequence[Cell], marks: LoopMarks, title: st
         _mark_drift(axes, smooth, length, force)
     # on several loops letters lie on one another, unless they are asked for
     if len(smooth) == 1 or marks.steps is not None:
-        _mark_states(axes, smooth, marks, length, force)
+        # numbers are those of recorded steps
+        _mark_states(axes, loops, marks, length, force)
     axes.margins(0.07, 0.14)
     axes.set(xlabel=f"tangential displacement $U$ ({unit})", ylabel=f"tangential load $T$ ({force_unit})")
     if title:

@@ -7,7 +7,7 @@ from typing import Any
 import xarray as xr
 
 from historysim.errors import InputError
-from historysim.results import analysis
+from historysim.results import analysis, sliding_order
 from historysim.results.analysis.history_summary import readable_attributes
 from historysim.results.plots.pictures import PICTURES, draw
 from historysim.results.report.installation import installing
@@ -59,7 +59,7 @@ def interactive_page(history: xr.Dataset) -> str:
 
 def _summary(history: xr.Dataset) -> Section:
     # warnings stand in a section of their own
-    return Section("Summary", (table(line for line in analysis.summary(history) if line[0] != "warning"),))
+    return Section("Summary", (table(line for line in sliding_order.summary(history) if line[0] != "warning"),))
 
 
 def validity_section(history: xr.Dataset) -> Section:

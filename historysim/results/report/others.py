@@ -11,6 +11,8 @@ from historysim.measured.loops import CONTENT as LOOPS
 from historysim.measured.loops import Loops
 from historysim.measured.sliding import UNITS, Sliding
 from historysim.results import loop_summary, sweeps
+from historysim.results.analysis.time_series import CONTENT as TIME_SERIES
+from historysim.results.netcdf_table import CONTENT as TABLE
 from historysim.results.plots.friction_trace import plot_sliding
 from historysim.results.plots.loop_levels import plot_loop_levels
 from historysim.results.plots.loop_trends import plot_loop_trends
@@ -135,6 +137,10 @@ def table_page(written: WrittenTable) -> str:
     )
 
 
+def _dataset_table(dataset: xr.Dataset) -> str:
+    return table_page(WrittenTable.of(dataset, str(dataset.attrs.get("title") or "Table")))
+
+
 def _cell(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
@@ -257,7 +263,11 @@ def dataset_page(what: xr.Dataset, figures: Sequence[str] = ()) -> str:
     """
     if what.attrs.get("content") == sweeps.CONTENT:
         return sweep_page(what, figures)
-    pages = {LOOPS: loops_page, CONTENT_OF_TABLE: levels_page}
+    pages = {
+        LOOPS: loops_page,
+        CONTENT_OF_TABLE: levels_page,
+        **dict.fromkeys((TABLE, TIME_SERIES), _dataset_table),
+    }
     if (content := what.attrs.get("content")) in pages:
         return pages[content](what)
     if "total_normal_load" in what:

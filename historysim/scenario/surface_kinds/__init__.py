@@ -1,5 +1,8 @@
 """The kinds of ``[surface]`` in a scenario: the keys of each, and the summits that it gives."""
 
+from typing import Any
+
+import attrs
 from cattrs import Converter
 
 from historysim.basics.fields import Number
@@ -9,8 +12,10 @@ from historysim.errors import InputError
 from historysim.scenario.schema import kind_from_toml, table
 from historysim.scenario.surface_kinds.interacting import Interacting
 from historysim.scenario.surface_kinds.map_kinds import HeightMap
+from historysim.scenario.surface_kinds.run_in_surface import PassesSection, RunIn
 from historysim.scenario.surface_kinds.scaled import Scaled
 from historysim.scenario.surface_kinds.surface_kind import SURFACES, BuiltSurface, SurfaceKind
+from historysim.scenario.surface_kinds.yielding_surface import Yielding, YieldingSection
 
 __all__ = [
     "SURFACES",
@@ -25,6 +30,14 @@ __all__ = [
 
 DEEPEST = 20
 """Sums within sums that are followed."""
+
+
+@attrs.frozen
+class _Plastic:
+    """Keys that any surface may have: how its summits yield, and how it is run in."""
+
+    yielding: YieldingSection | None = None
+    passes: PassesSection | None = None
 
 
 def surface_from_toml(converter: Converter, value: object, _: object) -> SurfaceKind:
@@ -43,9 +56,17 @@ def surface_from_toml(converter: Converter, value: object, _: object) -> Surface
     entry = dict(table(value))
     scale = converter.structure(entry.pop("height_scale"), Number) if "height_scale" in entry else None
     interaction = entry.pop("interaction", None)
+    beside = {key: entry.pop(key) for key in ("yielding", "passes") if key in entry}
+    if isinstance(beside.get("yielding"), str):
+        beside["yielding"] = {"law": beside["yielding"]}
+    plastic = converter.structure(beside, _Plastic)
     surface: SurfaceKind = kind_from_toml(converter, entry, SURFACES)
     scaled = surface if scale is None else Scaled(surface, scale)
-    return scaled if interaction is None else Interacting(scaled, interaction)
+    whole: Any = scaled if interaction is None else Interacting(scaled, interaction)
+    whole = whole if plastic.yielding is None else Yielding(whole, plastic.yielding)
+    whole = whole if plastic.passes is None else RunIn(whole, plastic.passes)
+    found: SurfaceKind = whole
+    return found
 
 
 def map_from_toml(converter: Converter, value: object, _: object) -> HeightMap:

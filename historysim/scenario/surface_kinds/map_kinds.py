@@ -92,7 +92,7 @@ class HeightMap(SurfaceKind):
                 surface = surface.roughness(self.l_filter, robust=self.robust)
         return surface
 
-    def _summits(self, surface: "Surface") -> "Summits":
+    def found_summits(self, surface: "Surface") -> "Summits":
         """Return the summits, without those that rise less than a share of the height range."""
         from historysim.surfaces.summits import WOLF
 
@@ -110,7 +110,7 @@ class HeightMap(SurfaceKind):
             if self.ball_radius is not None:
                 with at("ball_radius"):
                     surface = surface.on_ball(self.ball_radius)
-            summits = self._summits(surface)
+            summits = self.found_summits(surface)
         if not len(summits):
             points = " × ".join(map(str, surface.shape))
             raise InputError(

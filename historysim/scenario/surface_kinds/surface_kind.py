@@ -10,6 +10,9 @@ import attrs
 from historysim.basics.registry import Registry
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from historysim.asperities.yielding import YieldingLaw
     from historysim.interaction.solutions import NormalSolutions
     from historysim.surfaces.heights import Surface
     from historysim.surfaces.summits import Summits
@@ -55,6 +58,12 @@ class BuiltSurface:
         The contact itself, where it is known already.
     ball_radius : float, optional
         Radius of the ball that the map lies on [m]: the nominal area is then that of its contact.
+    yielding : YieldingLaw, optional
+        How the summits yield.
+    passes : PassesSection of `run_in_surface`, optional
+        By which the map is still to be run in.
+    find : callable, optional
+        Finds the summits of a map as those here were found.
     """
 
     summits: "Summits | None"
@@ -65,6 +74,9 @@ class BuiltSurface:
     solutions: "NormalSolutions | None" = None
     curve: Curve | None = None
     ball_radius: float | None = None
+    yielding: "YieldingLaw | None" = None
+    passes: Any = None
+    find: "Callable[[Surface], Summits] | None" = None
 
 
 class SurfaceKind(abc.ABC):

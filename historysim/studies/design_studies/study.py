@@ -120,6 +120,7 @@ def _materials(pair: MaterialPair) -> dict[str, Any]:
 
 
 def _material(material: Material) -> dict[str, Any]:
-    keys = ("name", "youngs_modulus", "poissons_ratio", "shear_modulus", "surface_energy", "hardness", "yield_stress")
+    elastic = ("name", "youngs_modulus", "poissons_ratio", "shear_modulus", "surface_energy")
+    keys = (*elastic, "hardness", "yield_stress", "fracture_toughness")
     own = attrs.asdict(material)
     return {key: own[key] for key in keys if own[key] is not None}

@@ -40,7 +40,7 @@ def compared():
 
 def figures(history, compared):
     yield hs.plot(history)
-    yield hs.plot_loops(hs.find_loops(history))
+    yield hs.plot_loops(hs.loops(history))
     yield hs.plot_loops(compared.measured)
     yield hs.plot_loops(compared.measured, compared.model)
     yield hs.plot(compared)

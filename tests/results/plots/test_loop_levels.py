@@ -10,7 +10,7 @@ from historysim.results.plots.loop_levels import plot_loop_levels
 
 @pytest.fixture(scope="module")
 def found():
-    return hs.find_loops("scenarios/15_instrument_in_series.toml")
+    return hs.loops("scenarios/15_instrument_in_series.toml")
 
 
 def test_each_load_has_its_means_and_their_scatter(found):

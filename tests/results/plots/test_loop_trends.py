@@ -13,7 +13,7 @@ PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
 def found():
     swings = [hs.TangentialDisplacement(float(time), (-1) ** time * 1e-7) for time in range(1, 9)]
     history = hs.replay(hs.Ensemble(PAIR, 0.0, 1e-3, 0.2), [hs.NormalLoad(0.0, 0.1), *swings], substeps=100)
-    return hs.find_loops(history)
+    return hs.loops(history)
 
 
 def test_each_loop_is_a_mark_for_each_direction_and_one_for_its_energy(found):

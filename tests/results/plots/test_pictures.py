@@ -28,7 +28,7 @@ def history():
 
 
 # of what wears alone
-OF_ANY = tuple(name for name, kind in PICTURES.items() if "history" in kind.of and name != "wear")
+OF_ANY = tuple(name for name, kind in PICTURES.items() if "history" in kind.of and name not in {"wear", "yielding"})
 
 
 @pytest.mark.parametrize("picture", OF_ANY)

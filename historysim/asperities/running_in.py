@@ -1,0 +1,194 @@
+"""Running in: a height map whose summits yield and wear, pass after pass, and are found anew after each."""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+
+from historysim.asperities.ensemble import Ensemble
+from historysim.asperities.wear import WearLaw
+from historysim.asperities.yielding import YieldingLaw
+from historysim.basics.arguments import scalar
+from historysim.basics.wording import nearest
+from historysim.contact.materials import MaterialPair
+from historysim.errors import InputError
+from historysim.surfaces.heights import Surface
+from historysim.surfaces.summits import Summits
+
+Floats = npt.NDArray[np.float64]
+
+VOLUMES = ("lost", "conserved")
+
+
+def _load(value: float) -> float:
+    return scalar("normal_load", value, above=0)
+
+
+def _distance(value: float) -> float:
+    return scalar("sliding_distance", value, least=0)
+
+
+@attrs.frozen
+class Pass:
+    """One pass of a flat over a map.
+
+    Parameters
+    ----------
+    normal_load : float
+        N > 0 [N].
+    sliding_distance : float
+        How far the flat slides under it, 0 or more [m].
+    """
+
+    normal_load: float = attrs.field(converter=_load)
+    sliding_distance: float = attrs.field(default=0.0, converter=_distance)
+
+
+class PassRecord(NamedTuple):
+    """How a map meets the flat before a pass.
+
+    Attributes
+    ----------
+    normal_load : float
+        Of the pass [N].
+    preliminary_displacement : float
+        θμδ of the highest summit under it [m].
+    contact_count : int
+    real_contact_area : float
+        [m²].
+    rms_height : float
+        Rq of the map [m].
+    summits : Summits
+        All of them.
+    touching : array (contact)
+        Indices of those that touch.
+    removed_volume : float
+        That the pass has cut off [m³], whether it was lost or put back.
+    """
+
+    normal_load: float
+    preliminary_displacement: float
+    contact_count: int
+    real_contact_area: float
+    rms_height: float
+    summits: Summits
+    touching: npt.NDArray[np.int64]
+    removed_volume: float
+
+
+def run_in(
+    surface: Surface,
+    pair: MaterialPair,
+    passes: Sequence[Pass],
+    *,
+    friction: float,
+    yielding: YieldingLaw | str | None = None,
+    wear: WearLaw | None = None,
+    volume: str = "lost",
+    find: Callable[[Surface], Summits] | None = None,
+) -> tuple[Surface, list[PassRecord]]:
+    """Return a map after passes of a flat over it, and how it met the flat before each.
+
+    In each pass the summits of the map are found, pressed on, and those that yield are flattened: within the circle of
+    contact the map is cut down to the paraboloid that is left. Then the flat slides, all of them wear, with the load
+    shared as they do, and the cap that each loses is cut off the map. With that the map goes into the next pass, in
+    which its summits are others. Hardness stays what it was. A contact smaller than a pixel changes the point of its
+    summit alone: radii then follow from that point and its neighbours.
+
+    Parameters
+    ----------
+    surface : Surface
+        Whose summits are found by the 9-point rule, unless ``find`` says otherwise.
+    pair : MaterialPair
+    passes : sequence of Pass
+    friction : float
+        Coulomb coefficient μ.
+    yielding : YieldingLaw or str, optional
+    wear : WearLaw, optional
+        With it passes need a sliding distance to wear.
+    volume : {"lost", "conserved"}
+        What becomes of what is cut off: it is lost, or raises all points that were not cut by one height, as displaced
+        material does (Pullen and Williamson 1972).
+    find : callable, optional
+        Finds the summits of a map.
+
+    Raises
+    ------
+    InputError
+        Numbers out of range, another word, a map without summits, or neither yielding nor wear.
+    """
+    if volume not in VOLUMES:
+        raise InputError(f"volume is {volume!r}; {nearest(str(volume), VOLUMES)}")
+    if yielding is None and wear is None:
+        raise InputError("passes change nothing without yielding or wear; expected one of them, or both")
+    records = []
+    for one in passes:
+        summits = (find or Surface.summits)(surface)
+        if not len(summits) or summits.x is None or summits.y is None:
+            raise InputError("the map has no summit left to press on; expected fewer passes, or less wear")
+        ensemble = Ensemble.from_summits(pair, summits, friction, yielding=yielding)
+        state = ensemble.advance(ensemble.initial_state(), normal_load=one.normal_load)
+        height, radius = summits.height.copy(), summits.radius.copy()
+        if (left := state.yielded) is not None:
+            height, radius = left.summit_height, left.summit_radius
+        own = np.maximum(state.approach - (ensemble.highest_summit - height), 0.0)
+        heights = surface.heights.copy()
+        for i in np.flatnonzero(height < summits.height):
+            place, reach = (summits.x[i], summits.y[i]), np.sqrt(radius[i] * own[i])
+            _cut(heights, surface, place, height=height[i], radius=radius[i], reach=reach)
+        if wear is not None and one.sliding_distance > 0:
+            worn = _worn(ensemble, height, radius, wear, one)
+            for i in np.flatnonzero(worn < height):
+                reach = np.sqrt(2 * radius[i] * (height[i] - worn[i]))
+                _cut(heights, surface, (summits.x[i], summits.y[i]), height=worn[i], radius=np.inf, reach=reach)
+        cut = heights < surface.heights
+        pixel = surface.pixel_size[0] * surface.pixel_size[1]
+        removed = float((surface.heights[cut] - heights[cut]).sum() * pixel)
+        touching = np.flatnonzero(own > 0)
+        records.append(
+            PassRecord(
+                normal_load=one.normal_load,
+                preliminary_displacement=float(pair.displacement_ratio * friction * own.max()),
+                contact_count=touching.size,
+                real_contact_area=float(np.pi * (radius * own).sum()),
+                rms_height=float(np.nanstd(surface.heights)),
+                summits=summits,
+                touching=touching,
+                removed_volume=removed,
+            )
+        )
+        whole = ~cut & ~surface.missing
+        if volume == "conserved" and cut.any() and whole.any():
+            heights[whole] += removed / (pixel * whole.sum())
+        surface = Surface(heights, surface.pixel_size, surface.periodic)
+    return surface, records
+
+
+def _cut(
+    heights: Floats, surface: Surface, place: tuple[float, float], *, height: float, radius: float, reach: float
+) -> None:
+    """Cut heights down to a paraboloid of a height and radius within a distance of its top, at least at its point."""
+    index, offset = [], []
+    for axis in (0, 1):
+        pixel, count = surface.pixel_size[axis], surface.shape[axis]
+        middle, far = round(place[axis] / pixel), int(reach / pixel) + 1
+        points = np.arange(middle - far, middle + far + 1)
+        points = points[:count] if surface.periodic else points[(points >= 0) & (points < count)]
+        index.append(points % count)
+        offset.append(points * pixel - place[axis])
+    square = offset[0][:, None] ** 2 + offset[1][None, :] ** 2
+    inside = square <= max(reach, 0.75 * min(surface.pixel_size)) ** 2
+    part = np.ix_(*index)
+    heights[part] = np.where(inside, np.minimum(heights[part], height - square / (2 * radius)), heights[part])
+
+
+def _worn(ensemble: Ensemble, height: Floats, radius: Floats, wear: WearLaw, one: Pass) -> Floats:
+    """Return the heights of summits after they have slid under a load [m]."""
+    friction = float(ensemble.friction[0])
+    sliding = Ensemble(ensemble.pair, height, radius, friction, wear=wear)
+    state = sliding.advance(sliding.initial_state(), normal_load=one.normal_load)
+    state = sliding.advance(state, tangential_displacement=one.sliding_distance)
+    found = state.evolved
+    return height if found is None else found.summit_height

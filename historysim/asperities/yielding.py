@@ -1,0 +1,326 @@
+"""Yielding: the load that summits carry on first loading beyond their elastic limit."""
+
+import abc
+import math
+from collections.abc import Mapping
+from typing import Any, ClassVar, Self
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+
+from historysim.asperities.laws.friction_law import made_from
+from historysim.basics.library import ffi, lib, pointer
+from historysim.basics.registry import Registry
+from historysim.basics.units import as_float, is_number, quantity_text
+from historysim.contact import hertz
+from historysim.contact.materials import MaterialPair
+from historysim.errors import InputError
+from historysim.memory.binding import check, fill
+
+__all__ = [
+    "JacksonGreen",
+    "KogutEtsion",
+    "Thornton",
+    "YieldingLaw",
+]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
+
+
+Floats = npt.NDArray[np.float64]
+
+HARDNESS_OF_YIELD = 2.8
+"""Hardness over yield stress in tension (Tabor 1951)."""
+PEAK_AT_ONSET = 1.6
+"""Peak pressure at which a sphere begins to yield, over the yield stress (Johnson 1985, section 6.1; ν = 0.3)."""
+POISSONS_RATIO = 0.3
+"""Of a pair that is known by its moduli alone."""
+
+
+YIELDING_LAWS: Registry[type["YieldingLaw"]] = Registry(
+    "historysim.yielding",
+    "historysim.asperities.yielding:YieldingLaw",
+    "yielding law",
+    "historysim.asperities.yielding",
+)
+"""The laws by their names in scenarios and logs."""
+register = YIELDING_LAWS.register
+
+
+class YieldingLaw(abc.ABC):
+    """A law of first loading: load and contact radius of a summit at an approach, beyond the onset of yield.
+
+    What is elastic afterwards follows from it, for all laws: the Hertz contact through the largest load N, with the
+    contact radius a there (Tabor 1948). The summit then has the radius R' = 4 E* a³/(3 N), and is lowered by what its
+    approach is more than a²/R'. Unloading, reloading up to that load, and everything tangential are those of this
+    summit. It is a model: the pressure under a summit that yields is flatter than Hertz's, unloading is not quite
+    elastic (finite elements leave 6 to 23 % more of the approach, Etsion, Kligerman and Kadin 2005), and asperities
+    yield alone.
+
+    A law of your own has `critical_approach` and `first_loading`, for arrays.
+    """
+
+    kind: ClassVar[str]
+    """Its name in scenarios and logs."""
+
+    def core(self, pair: MaterialPair) -> dict[str, Any]:
+        """Return the fields of ``hs_yielding`` that say what it is; a law without a kind there is asked itself."""
+        del pair
+        return {}
+
+    def of(self, pair: MaterialPair) -> Self:
+        """Return the law with what it takes from the materials where it was not given."""
+        del pair
+        return self
+
+    @abc.abstractmethod
+    def critical_approach(self, summit_radius: Floats, pair: MaterialPair) -> Floats:
+        """Return the approach up to which virgin summits are elastic [m] (summit), > 0; radii in m."""
+
+    def first_loading(self, approach: Floats, summit_radius: Floats, pair: MaterialPair) -> tuple[Floats, Floats]:
+        """Return load [N] and contact radius [m] (summit) of virgin summits at an approach on first loading.
+
+        Up to the critical approach they are Hertz's, and continuous there. Beyond it the load rises, and is no more
+        than Hertz's of that contact radius.
+
+        Parameters
+        ----------
+        approach, summit_radius : array (summit)
+            [m], > 0.
+        pair : MaterialPair
+        """
+        fields = self.core(pair)
+        if "kind" not in fields:
+            raise NotImplementedError(f"{type(self).__name__} has no first_loading; expected a method that returns it")
+        law, load, radius = ffi.new("hs_yielding *"), np.empty(np.size(approach)), np.empty(np.size(approach))
+        fill(law, fields)
+        given = [np.ascontiguousarray(each, dtype=np.float64) for each in (approach, summit_radius)]
+        modulus = pair.contact_modulus
+        check(lib.hs_first_loading(law, modulus, load.size, *map(pointer, given), pointer(load), pointer(radius)))
+        return load, radius
+
+    @property
+    @abc.abstractmethod
+    def text(self) -> str:
+        """Say in a line what it is, what is chosen, and where it comes from."""
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Its name as ``law``, and its numbers."""
+        value: Any = self
+        return {"law": self.kind, **attrs.asdict(value)}
+
+
+def _positive(law: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
+    if value is not None and not (is_number(value) and math.isfinite(value) and value > 0):
+        raise InputError(f"{type(law).__name__}: {attribute.name} is {value!r}; expected a number above 0")
+
+
+def _a_ratio(law: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
+    if value is not None and not (is_number(value) and 0 <= value <= 0.5):
+        raise InputError(f"{type(law).__name__}: {attribute.name} is {value!r}; expected a number from 0 to 0.5")
+
+
+@attrs.frozen(kw_only=True)
+class HardnessLaw(YieldingLaw):
+    """A law with the hardness of the softer material, and Poisson's ratio of it.
+
+    Parameters
+    ----------
+    hardness : float, optional
+        H > 0 [Pa]; by default that of the pair's softer material, or 2.8 times its yield stress.
+    poissons_ratio : float, optional
+        ν from 0 to 0.5; by default that of the material with this hardness, or 0.3 for a pair of moduli alone.
+
+    Raises
+    ------
+    InputError
+        A number out of its range; with an ensemble, a hardness that nobody has told.
+    """
+
+    hardness: float | None = attrs.field(
+        default=None, converter=attrs.converters.optional(as_float), validator=_positive
+    )
+    poissons_ratio: float | None = attrs.field(
+        default=None, converter=attrs.converters.optional(as_float), validator=_a_ratio
+    )
+
+    def of(self, pair: MaterialPair) -> Self:
+        """Return the law with hardness and Poisson's ratio of a pair where they were not given."""
+        hardness = self.hardness or pair.hardness
+        if hardness is None and pair.yield_stress is not None:
+            hardness = HARDNESS_OF_YIELD * pair.yield_stress
+        if hardness is None:
+            raise InputError(
+                f"yielding by {self.kind!r}: no material has a hardness or a yield stress; expected one, "
+                "or hardness beside the law"
+            )
+        ratio = self.poissons_ratio
+        if ratio is None:
+            materials = [one for one in (pair.first, pair.second) if one is not None]
+            softest = min(materials, key=lambda one: one.hardness or one.yield_stress or math.inf, default=None)
+            ratio = POISSONS_RATIO if softest is None else softest.poissons_ratio
+        return attrs.evolve(self, hardness=hardness, poissons_ratio=ratio)
+
+    def critical_strain(self, pair: MaterialPair) -> float:
+        """Return the approach over the radius at which a summit begins to yield: (π p0/(2 E*))²."""
+        return (math.pi * self.peak_at_onset / (2 * pair.contact_modulus)) ** 2
+
+    def critical_approach(self, summit_radius: Floats, pair: MaterialPair) -> Floats:
+        """Return the approach up to which virgin summits are elastic [m] (summit)."""
+        return self.critical_strain(pair) * summit_radius
+
+    def core(self, pair: MaterialPair) -> dict[str, Any]:
+        """Return the fields of ``hs_yielding`` that say what it is."""
+        hardness, _ = self._known
+        strain = hardness / HARDNESS_OF_YIELD / pair.contact_modulus
+        return {"critical_strain": self.critical_strain(pair), "hardness": hardness, "yield_strain": strain}
+
+    @property
+    @abc.abstractmethod
+    def peak_at_onset(self) -> float:
+        """Peak pressure p0 at which a summit begins to yield [Pa]."""
+
+    @property
+    def _known(self) -> tuple[float, float]:
+        if self.hardness is None or self.poissons_ratio is None:
+            raise InputError(f"{type(self).__name__} has no hardness yet; expected one, or of(pair)")
+        return self.hardness, self.poissons_ratio
+
+    @property
+    def _numbers(self) -> str:
+        hardness = "of the softer material" if self.hardness is None else quantity_text(self.hardness, "Pa")
+        return f"hardness {hardness}"
+
+
+@YIELDING_LAWS.register
+@attrs.frozen(kw_only=True)
+class KogutEtsion(HardnessLaw):
+    """First loading by finite elements of a sphere (Kogut and Etsion, *J. Appl. Mech.* 69 (2002) 657-662).
+
+    With x = δ/δ_c and δ_c = (πKH/(2E*))² R, K = 0.454 + 0.41 ν, the load is N_c f(x) and the area πRδ_c g(x), N_c
+    and πRδ_c those at x = 1. They print f = 1.03 x^1.425, g = 0.93 x^1.136 for 1 ≤ x < 6; 1.40 x^1.263, 0.94 x^1.146
+    for 6 ≤ x < 110; then N = HA, A = 2πRδ. These jump by 3 and 7 % at 1, by 2 and 3 % at 6, and by 7 to 15 % at 110.
+    Here they are continuous: between 1 and 6, and between 100 and 110, stands the power of x through the values at
+    both ends, 1 and those that are printed beyond. From 6 to 100, and from 110 on, they are as printed. Where the mean
+    pressure would be more than H, which it is below x = 110 for ν > 0.32, the load is HA.
+    """
+
+    kind = "kogut-etsion"
+
+    def core(self, pair: MaterialPair) -> dict[str, Any]:
+        """Return the fields of ``hs_yielding`` that say what it is."""
+        return super().core(pair) | {"kind": "HS_KOGUT_ETSION"}
+
+    @property
+    def peak_at_onset(self) -> float:
+        """Peak pressure p0 = KH at which a summit begins to yield [Pa]."""
+        hardness, ratio = self._known
+        return (0.454 + 0.41 * ratio) * hardness
+
+    @property
+    def text(self) -> str:
+        """Say in a line what it is."""
+        return f"Kogut and Etsion (2002), {self._numbers}; joined continuously; elastic afterwards as Hertz"
+
+
+@YIELDING_LAWS.register
+@attrs.frozen(kw_only=True)
+class Thornton(HardnessLaw):
+    """First loading with Hertz's pressure cut off at a limit p_y (Thornton, *J. Appl. Mech.* 64 (1997) 383-386).
+
+    a² = Rδ as for Hertz, N/N_c = 1 + 1.5 (x - 1) with x = δ/δ_c, δ_c = (πp_y/(2E*))² R, N_c = π³p_y³R²/(6E*²). The
+    limit is the peak pressure at which a sphere begins to yield, p_y = 1.6 Y = 1.6/2.8 H: with H = 1.75 p_y any
+    other limit is chosen. The mean pressure tends to p_y.
+    """
+
+    kind = "thornton"
+
+    def core(self, pair: MaterialPair) -> dict[str, Any]:
+        """Return the fields of ``hs_yielding`` that say what it is."""
+        return super().core(pair) | {"kind": "HS_THORNTON"}
+
+    @property
+    def peak_at_onset(self) -> float:
+        """Peak pressure p_y, at which a summit begins to yield [Pa]."""
+        return PEAK_AT_ONSET / HARDNESS_OF_YIELD * self._known[0]
+
+    @property
+    def text(self) -> str:
+        """Say in a line what it is."""
+        return f"Thornton (1997), {self._numbers}, pressure up to 1.6/2.8 of it; elastic afterwards as Hertz"
+
+
+@YIELDING_LAWS.register
+@attrs.frozen(kw_only=True)
+class JacksonGreen(HardnessLaw):
+    """First loading by finite elements of a sphere (Jackson and Green, *J. Tribology* 127 (2005) 343-354).
+
+    With S_y = H/2.8, x = ω/ω_c and ω_c = (πCS_y/(2E*))² R, C = 1.295 exp(0.736 ν): Hertz up to x = 1.9, then
+    A/A_c = x (x/1.9)^B, B = 0.14 exp(23 S_y/E*), and N/N_c = exp(-x^(5/12)/4) x^1.5 + 4 H_G/(C S_y) [1 -
+    exp(-x^(5/9)/25)] x, H_G/S_y = 2.84 [1 - exp(-0.82 (a/R)^-0.7)]: the hardness falls as the contact becomes wide. The
+    printed load jumps by some 0.5 % at x = 1.9: here that jump is taken away there, and 1.9/x of it beyond.
+    """
+
+    kind = "jackson-green"
+
+    def core(self, pair: MaterialPair) -> dict[str, Any]:
+        """Return the fields of ``hs_yielding`` that say what it is."""
+        return super().core(pair) | {"kind": "HS_JACKSON_GREEN"}
+
+    @property
+    def peak_at_onset(self) -> float:
+        """Peak pressure p0 = C S_y at which a summit begins to yield [Pa]."""
+        hardness, ratio = self._known
+        return 1.295 * math.exp(0.736 * ratio) * hardness / HARDNESS_OF_YIELD
+
+    @property
+    def text(self) -> str:
+        """Say in a line what it is."""
+        return f"Jackson and Green (2005), {self._numbers}; joined continuously; elastic afterwards as Hertz"
+
+
+def yielding_law_from(settings: Mapping[str, Any]) -> YieldingLaw:
+    """Return the law that `YieldingLaw.settings` told.
+
+    Raises
+    ------
+    InputError
+        A name that no law has, or numbers that it cannot have.
+    """
+    return made_from(settings, YIELDING_LAWS)
+
+
+def check_law(law: YieldingLaw, summit_radius: Floats, pair: MaterialPair) -> None:
+    """Check a law at summits of the smallest and the largest radius, from the onset on.
+
+    Raises
+    ------
+    InputError
+        An onset that is none, or loads and radii that no summit has: the message says which.
+    """
+    name = type(law).__name__
+    for radius in (float(summit_radius.min()), float(summit_radius.max())):
+        onset = np.asarray(law.critical_approach(np.array([radius]), pair), dtype=np.float64)
+        if onset.shape != (1,) or not (np.isfinite(onset[0]) and onset[0] > 0):
+            raise InputError(f"{name}.critical_approach is {onset!r} at R = {radius:g} m; expected numbers above 0")
+        approach = onset[0] * np.geomspace(1.0, 1e4, 60)
+        load, contact = (
+            np.asarray(each, dtype=np.float64) for each in law.first_loading(approach, np.full(60, radius), pair)
+        )
+        told = f"at R = {radius:g} m from δ = {approach[0]:g} m on"
+        if not load.shape == contact.shape == approach.shape or not np.isfinite([load, contact]).all():
+            raise InputError(f"{name}.first_loading {told} is not finite, or of another length; expected two arrays")
+        if (np.diff(load) <= 0).any() or (np.diff(contact) <= 0).any() or load[0] <= 0:
+            raise InputError(f"{name}.first_loading {told}: load or contact radius does not rise; expected both to")
+        elastic = hertz.normal_load(onset[0], summit_radius=radius, contact_modulus=pair.contact_modulus)
+        if abs(load[0] - elastic) > 1e-3 * elastic or abs(contact[0] ** 2 - radius * onset[0]) > 1e-3 * contact[0] ** 2:
+            raise InputError(
+                f"{name}.first_loading at the onset is {load[0]:g} N, {contact[0]:g} m; expected Hertz's there, "
+                f"{elastic:g} N, {math.sqrt(radius * onset[0]):g} m"
+            )
+        if (load > 4 * pair.contact_modulus * contact**3 / (3 * radius) * (1 + 1e-9)).any():
+            raise InputError(f"{name}.first_loading {told}: more than Hertz's load at that contact radius")

@@ -1,0 +1,93 @@
+"""``surface.passes``: a height map that is run in before it is loaded."""
+
+from pathlib import Path
+from typing import Any
+
+import attrs
+
+from historysim.basics.fields import Force, Length
+from historysim.basics.places import at, misfit
+from historysim.contact.materials import MaterialPair
+from historysim.scenario.law_sections import WearSection
+from historysim.scenario.surface_kinds.map_kinds import HeightMap
+from historysim.scenario.surface_kinds.surface_kind import BuiltSurface, SurfaceKind
+
+MOST_PASSES = 1000
+
+
+@attrs.frozen
+class PassEntry:
+    """Passes of one kind."""
+
+    normal_load: Force
+    sliding_distance: Length = 0.0
+    repeat: int = 1
+
+    def __attrs_post_init__(self) -> None:
+        """Check that there are some, and not too many."""
+        if not 1 <= self.repeat <= MOST_PASSES:
+            raise misfit(f"{self.repeat}; expected a number from 1 to {MOST_PASSES}", "repeat")
+
+
+@attrs.frozen
+class PassesSection:
+    """``surface.passes``: loads and distances one after the other, what wears, and what becomes of the volume."""
+
+    steps: tuple[PassEntry, ...]
+    wear: WearSection | None = None
+    volume: str = "lost"
+
+    def done(self, ground: BuiltSurface, pair: MaterialPair, friction: object) -> BuiltSurface:
+        """Return the ground after the passes.
+
+        Raises
+        ------
+        InputError
+            See `run_in`, or more than one coefficient of friction.
+        """
+        from historysim.asperities.running_in import Pass, run_in
+
+        if ground.surface is None or ground.summits is None or ground.find is None:
+            raise misfit("given for a surface without a height map; expected a random, measured or sum", "passes")
+        if ground.interacts:
+            raise misfit('given with interaction = "full", which has no summits; expected one of them', "passes")
+        if not isinstance(friction, int | float):
+            raise misfit("given beside friction that is not one coefficient; expected one", "passes")
+        if not self.steps:
+            raise misfit("there are none; expected one or more", "passes", "steps")
+        with at("passes"):
+            steps = [Pass(one.normal_load, one.sliding_distance) for one in self.steps for _ in range(one.repeat)]
+            surface, records = run_in(
+                ground.surface,
+                pair,
+                steps,
+                friction=float(friction),
+                yielding=ground.yielding,
+                wear=self.wear.of if self.wear else None,
+                volume=self.volume,
+                find=ground.find,
+            )
+        first, last = records[0], records[-1]
+        told = (
+            f"run in by {len(records)} passes: preliminary displacement {first.preliminary_displacement * 1e9:.4g} nm "
+            f"in the first, {last.preliminary_displacement * 1e9:.4g} nm in the last; {first.contact_count} and "
+            f"{last.contact_count} contacts; volume {self.volume}"
+        )
+        return attrs.evolve(ground, surface=surface, summits=ground.find(surface), notices=(*ground.notices, told))
+
+
+@attrs.frozen
+class RunIn:
+    """Any height map, which is run in."""
+
+    kind: SurfaceKind
+    passes: PassesSection
+
+    def ground(self, folder: Path) -> BuiltSurface:
+        """Make the surface as it comes; the passes need materials and friction, too."""
+        ground = self.kind.ground(folder)
+        kind: Any = self.kind
+        while not isinstance(kind, HeightMap) and hasattr(kind, "kind"):
+            kind = kind.kind
+        find = kind.found_summits if isinstance(kind, HeightMap) else None
+        return attrs.evolve(ground, passes=self.passes, find=find)
