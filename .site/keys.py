@@ -23,6 +23,8 @@ from historysim.results.plots.pictures import PICTURES, Picture
 from historysim.scenario import friction_course_section, law_sections, sections
 from historysim.scenario.loading_kinds import LOADINGS, channels, written
 from historysim.scenario.surface_kinds import SURFACES, SurfaceKind, interacting, scaled
+from historysim.scenario.surface_kinds.run_in_surface import PassesSection
+from historysim.scenario.surface_kinds.yielding_surface import YieldingSection
 from historysim.tables import Column, Format
 
 if TYPE_CHECKING:
@@ -51,7 +53,7 @@ SECTIONS: dict[str, tuple[str, Kinds]] = {
     "`[materials]`": ("", (sections.MaterialsSection,)),
     "`[surface]`": (
         "`kind` says which surface it is. [Surfaces](../historysim/surfaces/README.md) tells what they are for.",
-        (SURFACES, scaled.Scaled, interacting.Interacting),
+        (SURFACES, scaled.Scaled, interacting.Interacting, YieldingSection, PassesSection),
     ),
     "`[friction]`": ("A coefficient, or `law` with the keys of the law.", (law_sections.Coefficients, LAWS)),
     "`[loading]`": ("Exactly one of `waypoints`, `blocks`, `file`.", (LOADINGS,)),
@@ -87,6 +89,8 @@ TITLES: dict[type, str] = {
     Column: "A column",
     scaled.Scaled: "Of any surface with summits",
     interacting.Interacting: "Of any height map",
+    YieldingSection: "`yielding` of any surface with summits",
+    PassesSection: "`passes` of any height map",
 }
 """Headings of classes whose keys' names do not say what they are."""
 
@@ -255,8 +259,8 @@ def with_tables(title: str, kind: type) -> "Iterator[tuple[str, type]]":
 
 
 def tables_in(kind: Any) -> "Iterator[type]":
-    """Yield the classes of tables in the type of a key; those of columns have a section of their own."""
-    if isinstance(kind, type) and attrs.has(kind) and kind not in {Column, *SHARED}:
+    """Yield the classes of tables in the type of a key; columns and wear have a section of their own."""
+    if isinstance(kind, type) and attrs.has(kind) and kind not in {Column, law_sections.WearSection, *SHARED}:
         if not inspect.isabstract(kind):
             yield kind
         return

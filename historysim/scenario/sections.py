@@ -40,6 +40,8 @@ class MaterialTable:
         Hardness, for the warning that asperities yield.
     yield_stress
         Yield stress, for the same.
+    fracture_toughness
+        K_Ic in Pa √m, a plain number; for the warning that asperities crack.
 
     Examples
     --------
