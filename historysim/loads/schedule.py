@@ -17,7 +17,6 @@ from historysim.loads.events import (
     LoadEvent,
     NormalDisplacement,
     TangentialDisplacement,
-    as_events,
     check_sequence,
 )
 from historysim.loads.samples import SampledLoads
@@ -261,10 +260,10 @@ def row_count(events: Sequence[Event], substeps: int = 1, until: float = math.in
 
 def friction_changes(events: Sequence[Event]) -> list[Event]:
     """Return the events that change friction."""
-    # a fit asks this of the same samples a thousand times, and they hold loads alone
+    # what is no event is told where their order is checked; a fit asks this of the same samples a thousand times, and they hold loads alone
     if isinstance(events, SampledLoads):
         return []
-    return [event for event in as_events(events) if event.changes_friction]
+    return [event for event in events if getattr(event, "changes_friction", False)]
 
 
 def changes_geometry(events: Sequence[Event]) -> bool:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from historysim._version import __version__
 from historysim.basics.files import replacing
-from historysim.basics.targets import Output, check_outputs, marked
+from historysim.basics.targets import Output, check_outputs, check_place, marked
 from historysim.basics.wording import listed
 from historysim.errors import InputError
 from historysim.exchange.reduced.springs import Floats, Springs
@@ -51,7 +51,8 @@ def form_of(output: Path, form: str | None) -> str:
     for name, each in FORMS.items():
         if output.suffix.lower() == each.ending:
             return name
-    endings = listed([each.ending for each in FORMS.values()])
+    check_place(output)
+    endings = listed(list(dict.fromkeys(each.ending for each in FORMS.values())))
     raise InputError(f"{output}: {output.suffix or 'no'} ending; expected one of {endings}")
 
 

@@ -4,14 +4,12 @@ Colours are told apart by readers with any colour vision and in grey print: ligh
 """
 
 import re
-from typing import Any
-
-import numpy as np
-import numpy.typing as npt
+from typing import TYPE_CHECKING, Any
 
 from historysim.basics.units import prefixed
 
-Floats = npt.NDArray[np.float64]
+if TYPE_CHECKING:
+    from historysim.basics.array_types import Floats
 
 STATES = ("separated", "full stick", "partial slip", "gross slip")
 STATE_COLOURS = ("#ffffff", "#12355b", "#d1603d", "#f3d180")
@@ -44,8 +42,10 @@ DIVERGING = "RdBu_r"
 """Colours of quantities with a sign: 0 is white, in the middle."""
 
 
-def scaled(values: Floats, unit: str) -> tuple[Floats, str]:
+def scaled(values: "Floats", unit: str) -> "tuple[Floats, str]":
     """Return values times the factor of a readable SI prefix, and the unit with that prefix."""
+    import numpy as np
+
     factor, prefix = prefixed(np.nanmax(np.abs(values), initial=0.0))
     return values * factor, prefix + unit
 
