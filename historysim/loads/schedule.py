@@ -260,15 +260,16 @@ def row_count(events: Sequence[Event], substeps: int = 1, until: float = math.in
 
 def friction_changes(events: Sequence[Event]) -> list[Event]:
     """Return the events that change friction."""
-    # what is no event is told where their order is checked; a fit asks this of the same samples a thousand times, and they hold loads alone
+    # a fit asks this of the same samples a thousand times, and they hold loads alone
     if isinstance(events, SampledLoads):
         return []
+    # what is no event is told where their order is checked
     return [event for event in events if getattr(event, "changes_friction", False)]
 
 
 def changes_geometry(events: Sequence[Event]) -> bool:
     """Return whether an event changes heights or radii of summits."""
-    return not isinstance(events, SampledLoads) and any(event.changes_geometry for event in events)
+    return not isinstance(events, SampledLoads) and any(getattr(event, "changes_geometry", False) for event in events)
 
 
 def _sampled(loads: SampledLoads, substeps: int) -> Segment:
