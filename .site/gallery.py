@@ -28,8 +28,11 @@ def draw(root: Path, page: Path, workers: int) -> None:
 
 
 def _sections(text: str) -> dict[str, tuple[str, str]]:
-    """Return the title and the HTML of each section of the page, by its anchor."""
-    return {anchor: (title, parts) for anchor, title, parts in SECTION.findall(text)}
+    """Return the title and the HTML of each section of the page, by its anchor; it has to have some."""
+    found = {anchor: (title, parts) for anchor, title, parts in SECTION.findall(text)}
+    if not found:
+        raise SystemExit("the page of the gallery has no sections as .site/gallery.py expects them; mend SECTION")
+    return found
 
 
 def pages(root: Path, drawn: Path) -> dict[str, str]:

@@ -13,10 +13,18 @@ from typing import TYPE_CHECKING, Annotated, Any, Union, get_args, get_origin
 import attrs
 from numpydoc.docscrape import NumpyDocString
 
+from historysim.asperities.laws import LAWS
+from historysim.asperities.wear import WEAR_LAWS
+from historysim.basics.fields import OneOf, markdown
+from historysim.basics.registry import Registry
 from historysim.contact.materials import MATERIALS
-from historysim.scenario import friction_course_section, law_sections, picture_kinds, sections
-from historysim.scenario.loading_kinds import channels, from_file, written
-from historysim.scenario.surface_kinds import distributions, given_summits, interacting, map_kinds, normal_curve, scaled
+from historysim.results.plots.panels import Panel
+from historysim.results.plots.pictures import PICTURES, Picture
+from historysim.scenario import friction_course_section, law_sections, sections
+from historysim.scenario.loading_kinds import LOADINGS, channels, written
+from historysim.scenario.surface_kinds import SURFACES, SurfaceKind, interacting, scaled
+from historysim.scenario.surface_kinds.run_in_surface import PassesSection
+from historysim.scenario.surface_kinds.yielding_surface import YieldingSection
 from historysim.tables import Column, Format
 
 if TYPE_CHECKING:
@@ -38,89 +46,56 @@ FILES = """\
 Keys beside `file`. Most are found out ([files of numbers](../historysim/tables/README.md)). A column
 is a name, or a table with the keys below."""
 
-SECTIONS: dict[str, tuple[str, tuple[tuple[str, type], ...]]] = {
-    "`title`": ("", (("", sections.Sections),)),
-    "`[materials]`": ("", (("", sections.MaterialsSection), ("Your own material", sections.MaterialTable))),
+Kinds = tuple[type | Registry[Any], ...]
+
+SECTIONS: dict[str, tuple[str, Kinds]] = {
+    "`title`": ("", (sections.Sections,)),
+    "`[materials]`": ("", (sections.MaterialsSection,)),
     "`[surface]`": (
         "`kind` says which surface it is. [Surfaces](../historysim/surfaces/README.md) tells what they are for.",
-        (
-            ('`kind = "sphere"`', given_summits.Sphere),
-            ('`kind = "summits"`, written out', given_summits.InlineSummits),
-            ('`kind = "summits"`, from a file', given_summits.SummitTable),
-            ("`columns` of a file of summits", given_summits.SummitColumns),
-            ('`kind = "textured"`', given_summits.Textured),
-            ('`kind = "statistics"`, Gaussian', distributions.GaussianHeights),
-            ('`kind = "statistics"`, a density written out', distributions.InlineDistribution),
-            ('`kind = "statistics"`, a density from a file', distributions.DistributionTable),
-            ("`columns` of a file with a density", distributions.DensityColumns),
-            ('`kind = "random"`', map_kinds.RandomMap),
-            ('`kind = "measured"`', map_kinds.MeasuredMap),
-            ('`kind = "sum"`', map_kinds.SumOfMaps),
-            ('`kind = "normal_curve"`', normal_curve.NormalCurveTable),
-            ("`columns` of a file with a normal curve", normal_curve.CurveColumns),
-            ("Of any surface with summits", scaled.Scaled),
-            ("Of any height map", interacting.Interacting),
-        ),
+        (SURFACES, scaled.Scaled, interacting.Interacting, YieldingSection, PassesSection),
     ),
-    "`[friction]`": (
-        "",
-        (
-            ("", law_sections.FrictionSection),
-            ("`[friction.course]`, written out", friction_course_section.WrittenCourse),
-            ("`[friction.course]`, from a file", friction_course_section.CourseFile),
-            ("`columns` of a file with a course", friction_course_section.CourseColumns),
-        ),
-    ),
-    "`[loading]`": (
-        "Exactly one of `waypoints`, `blocks`, `file`.",
-        (
-            ("Waypoints", written.Waypoints),
-            ("A waypoint", written.Waypoint),
-            ("`geometry` of a waypoint", written.GeometryTable),
-            ("Blocks of waypoints", written.Blocks),
-            ("A block", written.WaypointBlock),
-            ("`each` of a block", written.Each),
-            ("A measured file", from_file.MeasuredLoading),
-            ("`[loading.columns]`", channels.LoadColumns),
-            ("`[loading.response]`", channels.Channels),
-            ("A channel that is a load", channels.ForceChannel),
-            ("A channel that is a displacement", channels.LengthChannel),
-            ("`[loading.dead_band]`", channels.DeadBand),
-        ),
-    ),
-    "`[wear]`": ("", (("", law_sections.WearSection),)),
-    "`[instrument]`": ("", (("", sections.InstrumentSection),)),
-    "`[adhesion]`": ("", (("", sections.AdhesionSection),)),
-    "`[record]`": ("", (("", sections.RecordSection),)),
-    "`[fit]`": ("", (("", sections.FitSection),)),
-    "`[sweep]`": ("", (("", sections.SweepSection),)),
-    "`[design]`": ("", (("", sections.DesignSection),)),
+    "`[friction]`": ("A coefficient, or `law` with the keys of the law.", (law_sections.Coefficients, LAWS)),
+    "`[loading]`": ("Exactly one of `waypoints`, `blocks`, `file`.", (LOADINGS,)),
+    "`[wear]`": ("What sliding takes from the asperities: `law` with the keys of the law.", (WEAR_LAWS,)),
+    "`[instrument]`": ("", (sections.InstrumentSection,)),
+    "`[adhesion]`": ("", (sections.AdhesionSection,)),
+    "`[record]`": ("", (sections.RecordSection,)),
+    "`[fit]`": ("", (sections.FitSection,)),
+    "`[sweep]`": ("", (sections.SweepSection,)),
+    "`[design]`": ("", (sections.DesignSection,)),
     "`[picture]`": (
-        "",
-        (
-            ("Of all kinds", picture_kinds.Picture),
-            ('`kind = "loops"`', picture_kinds.LoopsPicture),
-            ('`kind = "traction"`', picture_kinds.TractionPicture),
-            ('`kind = "summits"`', picture_kinds.SummitsPicture),
-            ('`kind = "map"`', picture_kinds.MapPicture),
-            ('`kind = "curve"`', picture_kinds.CurvePicture),
-            ('`kind = "bars"`', picture_kinds.BarsPicture),
-        ),
+        "`kind` says which picture it is. One that can stand beside others may be one of several `[[picture]]`.",
+        (Panel, PICTURES),
     ),
     "`[metadata]`": (
         "By the names of ACDD 1.3. They become attributes of the result.",
-        (("", sections.MetadataSection),),
+        (sections.MetadataSection,),
     ),
-    "Files of numbers": (
-        FILES,
-        (("", Format), ("A column", Column)),
-    ),
+    "Files of numbers": (FILES, (Format, Column)),
 }
-"""The headings of the page; of each, what stands above its tables, and the classes with their headings."""
+"""The headings of the page; of each, what stands above its tables, and the classes, or all kinds of a registry."""
 
-SHARED = (picture_kinds.Picture, Format)
+TITLES: dict[type, str] = {
+    sections.MaterialTable: "Your own material",
+    law_sections.Coefficients: "Coefficients",
+    friction_course_section.WrittenCourse: "`course`, written out",
+    friction_course_section.CourseFile: "`course`, from a file",
+    written.Waypoint: "A waypoint",
+    written.WaypointBlock: "A block",
+    channels.ForceChannel: "A channel that is a load",
+    channels.LengthChannel: "A channel that is a displacement",
+    Panel: "Of all pictures that can stand beside others",
+    Column: "A column",
+    scaled.Scaled: "Of any surface with summits",
+    interacting.Interacting: "Of any height map",
+    YieldingSection: "`yielding` of any surface with summits",
+    PassesSection: "`passes` of any height map",
+}
+"""Headings of classes whose keys' names do not say what they are."""
+
+SHARED = (Panel, Format)
 """Classes whose keys stand in a table of their own, and not with each class that has them."""
-
 
 HEADING = ("| key | type or unit | default | meaning |", "| --- | --- | --- | --- |")
 
@@ -131,7 +106,8 @@ def meanings(kind: type) -> dict[str, str]:
     for each in reversed(kind.__mro__):
         parsed = NumpyDocString(inspect.cleandoc(each.__dict__.get("__doc__") or ""))
         for part in ("Parameters", "Attributes"):
-            found |= {entry.name: " ".join(entry.desc) for entry in parsed[part]}
+            for entry in parsed[part]:
+                found |= dict.fromkeys(entry.name.split(", "), " ".join(entry.desc))
     return found
 
 
@@ -158,6 +134,16 @@ def type_text(kind: Any) -> str:
     return {str: "text", int: "whole number", float: "number", bool: "true or false"}.get(kind, "any value")
 
 
+def limited(field: "attrs.Attribute[Any]") -> str:
+    """Say the type of a key with its limits, as its validator has them: ``"N, > 0"``."""
+    words = type_text(field.type)
+    limits = getattr(field.validator, "validator", field.validator)
+    if isinstance(limits, OneOf):
+        return " or ".join(f'`"{word}"`' for word in limits.words)
+    told = getattr(limits, "text", "")
+    return f"{words}, {told}" if told else words
+
+
 def _unit(text: str) -> str:
     powers = {"-1": "⁻¹", "-2": "⁻²", "2": "²", "3": "³"}
     words = []
@@ -168,6 +154,8 @@ def _unit(text: str) -> str:
 
 
 def _plural(text: str) -> str:
+    if text in {"text or whole number", "whole number or text"}:
+        return "texts or whole numbers"
     return {"text": "texts", "whole number": "whole numbers", "table": "tables", "column": "columns"}.get(text, text)
 
 
@@ -190,7 +178,9 @@ def keys(kind: type) -> "Iterator[attrs.Attribute[Any]]":
     if kind is sections.Sections:
         elsewhere = {field.name for field in attrs.fields(kind)} - {"title"}
     if kind in {scaled.Scaled, interacting.Interacting}:
-        elsewhere = {"kind"}
+        elsewhere = {"of"}
+    if kind is written.Waypoint:
+        elsewhere = {"others"}
     yield from sorted(
         (field for field in attrs.fields(kind) if field.init and field.name not in elsewhere),
         key=lambda field: field.default is not attrs.NOTHING,
@@ -203,7 +193,7 @@ def rows(kind: type) -> list[str]:
     for field in keys(kind):
         name = f"**`{field.name}`**" if field.default is attrs.NOTHING else f"`{field.name}`"
         meaning = told.get(field.name, "").replace("``", "`").replace("|", "\\|")
-        found.append(f"| {name} | {type_text(field.type)} | {_default(field)} | {meaning} |")
+        found.append(f"| {name} | {limited(field)} | {_default(field)} | {meaning} |")
     return found
 
 
@@ -212,17 +202,90 @@ def summary(kind: type) -> str:
     return " ".join(inspect.cleandoc(kind.__doc__ or "").split("\n\n")[0].split()).replace("``", "`")
 
 
+def title_of(kind: type, registry: "Registry[Any]") -> str:
+    """Return the heading of a kind: what the section says to get it."""
+    if registry is LOADINGS:
+        return f"`{kind.kind}`"  # type: ignore[attr-defined]
+    key = "law" if registry in (LAWS, WEAR_LAWS) else "kind"
+    return f'`{key} = "{kind.kind}"`'  # type: ignore[attr-defined]
+
+
+def variants(kind: type) -> "Iterator[tuple[str, type]]":
+    """Yield the other classes of a kind of surface, that it chooses by the keys, with the keys that choose them."""
+    registered = {field.name for field in attrs.fields(kind)}
+    for other in _below(SurfaceKind):
+        own = [field.name for field in keys(other) if field.name not in registered]
+        if inspect.isabstract(other) or not own:
+            continue
+        if other is not kind and kind.chosen(dict.fromkeys(own)) is other:  # type: ignore[attr-defined]
+            needed = [field.name for field in keys(other) if field.name in own and field.default is attrs.NOTHING]
+            yield needed[0], other
+
+
+def _below(kind: type) -> "Iterator[type]":
+    for each in kind.__subclasses__():
+        yield each
+        yield from _below(each)
+
+
+def own_kinds(registry: "Registry[Any]") -> dict[str, type]:
+    """Return the kinds of a registry that come with the package."""
+    return {name: kind for name, kind in registry.items() if registry.provider(kind) is None}
+
+
+def titled(kinds: Kinds) -> "Iterator[tuple[str, type]]":
+    """Yield the classes of a section with their headings, each followed by the tables that stand in it."""
+    for kind in kinds:
+        if not isinstance(kind, Registry):
+            yield from with_tables(TITLES.get(kind, ""), kind)
+            continue
+        for each in own_kinds(kind).values():
+            title = title_of(each, kind)
+            yield from with_tables(title, each)
+            if kind is SURFACES:
+                for key, other in variants(each):
+                    yield from with_tables(f"{title} with `{key}`", other)
+
+
+def with_tables(title: str, kind: type) -> "Iterator[tuple[str, type]]":
+    """Yield a class with its heading, and the classes of the tables that are values of its keys."""
+    yield title, kind
+    if kind is sections.Sections:
+        return
+    of = f" of {title[0].lower()}{title[1:]}" if title else ""
+    for field in keys(kind):
+        for table in tables_in(field.type):
+            yield from with_tables(TITLES.get(table, f"`{field.name}`{of}"), table)
+
+
+def tables_in(kind: Any) -> "Iterator[type]":
+    """Yield the classes of tables in the type of a key; columns and wear have a section of their own."""
+    if isinstance(kind, type) and attrs.has(kind) and kind not in {Column, law_sections.WearSection, *SHARED}:
+        if not inspect.isabstract(kind):
+            yield kind
+        return
+    for each in get_args(kind):
+        yield from tables_in(each)
+
+
 def page() -> str:
     """Return the page."""
     parts = [INTRODUCTION.rstrip()]
-    for heading, (text, classes) in SECTIONS.items():
+    done: set[type] = set()
+    for heading, (text, kinds) in SECTIONS.items():
         parts += [f"## {heading}"] + ([text] if text else [])
         if heading == "`[materials]`":
             parts.append(f"Built in: {', '.join(f'`{chr(34)}{name}{chr(34)}`' for name in MATERIALS)}.")
-        for title, kind in classes:
+        parts += [markdown(own_kinds(each), "`law`") for each in (LAWS, WEAR_LAWS) if each in kinds]
+        for title, kind in titled(kinds):
+            if kind in done:
+                continue
+            done.add(kind)
             parts += [f"### {title}"] if title else []
             if kind is not sections.Sections:
                 parts.append(summary(kind))
+            if issubclass(kind, Picture) and kind is not Panel and not kind.fits_beside():
+                parts.append("It fills a figure of its own.")
             if table := rows(kind):
                 parts.append("\n".join((*HEADING, *table)))
             if shown := example(kind):

@@ -34,5 +34,5 @@ def test_an_example_prints_what_it_says(text, tmp_path, monkeypatch):
 
 
 def test_what_a_user_begins_with_has_an_example():
-    begun = "run load open validate show plot find_loops compare sweep Ensemble EventLog random_surface"
+    begun = "run load open validate show plot loops compare sweep Ensemble EventLog random_surface"
     assert [name for name in begun.split() if ">>>" not in (getattr(hs, name).__doc__ or "")] == []

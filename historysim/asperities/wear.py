@@ -111,13 +111,21 @@ class ArchardWear(WearLaw):
         K ≥ 0.
     hardness : float
         H > 0 of the softer body [Pa].
-    shape
-        See `WearLaw`.
+    shape : {"truncated", "blunted"}
+        "truncated" cuts the cap of the volume off and keeps the radius. "blunted" leaves a blunter paraboloid.
+        `WearLaw` has the equations.
 
     Raises
     ------
     InputError
         A number out of its range, or another word.
+
+    Examples
+    --------
+    [wear]
+    law = "archard"
+    coefficient = 1e-4
+    hardness = "6 GPa"
     """
 
     coefficient: Number = attrs.field(converter=as_float, validator=at_least(0.0))
@@ -145,13 +153,20 @@ class EnergyWear(WearLaw):
     ----------
     volume_per_energy : float
         α ≥ 0 [m³/J].
-    shape
-        See `WearLaw`.
+    shape : {"truncated", "blunted"}
+        "truncated" cuts the cap of the volume off and keeps the radius. "blunted" leaves a blunter paraboloid.
+        `WearLaw` has the equations.
 
     Raises
     ------
     InputError
         A number out of its range, or another word.
+
+    Examples
+    --------
+    [wear]
+    law = "energy"
+    volume_per_energy = "2e-13 m3/J"
     """
 
     volume_per_energy: Annotated[float, Quantity("m3 J-1")] = attrs.field(

@@ -199,7 +199,9 @@ class HardnessLaw(YieldingLaw):
 @YIELDING_LAWS.register
 @attrs.frozen(kw_only=True)
 class KogutEtsion(HardnessLaw):
-    """First loading by finite elements of a sphere (Kogut and Etsion, *J. Appl. Mech.* 69 (2002) 657-662).
+    """First loading by finite elements of a sphere (Kogut and Etsion 2002).
+
+    *J. Appl. Mech.* 69 (2002) 657-662.
 
     With x = δ/δ_c and δ_c = (πKH/(2E*))² R, K = 0.454 + 0.41 ν, the load is N_c f(x) and the area πRδ_c g(x), N_c
     and πRδ_c those at x = 1. They print f = 1.03 x^1.425, g = 0.93 x^1.136 for 1 ≤ x < 6; 1.40 x^1.263, 0.94 x^1.146
@@ -230,7 +232,9 @@ class KogutEtsion(HardnessLaw):
 @YIELDING_LAWS.register
 @attrs.frozen(kw_only=True)
 class Thornton(HardnessLaw):
-    """First loading with Hertz's pressure cut off at a limit p_y (Thornton, *J. Appl. Mech.* 64 (1997) 383-386).
+    """First loading with Hertz's pressure cut off at a limit p_y (Thornton 1997).
+
+    *J. Appl. Mech.* 64 (1997) 383-386.
 
     a² = Rδ as for Hertz, N/N_c = 1 + 1.5 (x - 1) with x = δ/δ_c, δ_c = (πp_y/(2E*))² R, N_c = π³p_y³R²/(6E*²). The
     limit is the peak pressure at which a sphere begins to yield, p_y = 1.6 Y = 1.6/2.8 H: with H = 1.75 p_y any
@@ -257,7 +261,9 @@ class Thornton(HardnessLaw):
 @YIELDING_LAWS.register
 @attrs.frozen(kw_only=True)
 class JacksonGreen(HardnessLaw):
-    """First loading by finite elements of a sphere (Jackson and Green, *J. Tribology* 127 (2005) 343-354).
+    """First loading by finite elements of a sphere (Jackson and Green 2005).
+
+    *J. Tribology* 127 (2005) 343-354.
 
     With S_y = H/2.8, x = ω/ω_c and ω_c = (πCS_y/(2E*))² R, C = 1.295 exp(0.736 ν): Hertz up to x = 1.9, then
     A/A_c = x (x/1.9)^B, B = 0.14 exp(23 S_y/E*), and N/N_c = exp(-x^(5/12)/4) x^1.5 + 4 H_G/(C S_y) [1 -

@@ -17,6 +17,7 @@ from historysim.loads.events import (
     LoadEvent,
     NormalDisplacement,
     TangentialDisplacement,
+    as_events,
     check_sequence,
 )
 from historysim.loads.samples import SampledLoads
@@ -263,7 +264,7 @@ def friction_changes(events: Sequence[Event]) -> list[Event]:
     # a fit asks this of the same samples a thousand times, and they hold loads alone
     if isinstance(events, SampledLoads):
         return []
-    return [event for event in events if event.changes_friction]
+    return [event for event in as_events(events) if event.changes_friction]
 
 
 def changes_geometry(events: Sequence[Event]) -> bool:

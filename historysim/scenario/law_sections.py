@@ -17,7 +17,15 @@ if TYPE_CHECKING:
 
 @attrs.frozen
 class Coefficients:
-    """Of ``[friction]``: one coefficient and its course, or one for each asperity."""
+    """Of ``[friction]``: one coefficient and its course, or one for each asperity.
+
+    Attributes
+    ----------
+    coefficient
+        Coefficient of friction μ, or an array with one for each asperity.
+    course
+        A coefficient that changes over time or distance, as below.
+    """
 
     coefficient: Numbers
     course: AnyCourse | None = None
@@ -57,24 +65,8 @@ class WearSection:
 
     Attributes
     ----------
-    law
-        ``"archard"``, dV = K N ds/H, or ``"energy"``, dV = α dE.
-    coefficient
-        K of ``"archard"``.
-    hardness
-        H of ``"archard"``.
-    volume_per_energy
-        α of ``"energy"``.
-    shape
-        ``"truncated"`` by default: the cap of the volume is cut off, the radius stays. ``"blunted"``: a blunter
-        paraboloid.
-
-    Examples
-    --------
-    [wear]
-    law = "archard"
-    coefficient = 1e-4
-    hardness = "6 GPa"
+    of : WearLaw
+        Whose fields are the keys of the section.
     """
 
     of: "WearLaw"

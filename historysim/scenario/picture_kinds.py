@@ -24,7 +24,18 @@ APART, TOGETHER = 90.0, 35.0
 @PICTURES.register
 @attrs.frozen(kw_only=True)
 class SummitsPicture(Panel):
-    """Radius over height of all summits: of the surface, or of the surfaces of a sweep."""
+    """Radius over height of all summits: of the surface, or of the surfaces of a sweep.
+
+    Attributes
+    ----------
+    apart
+        Several surfaces side by side.
+
+    Examples
+    --------
+    [[picture]]
+    kind = "summits"
+    """
 
     apart: bool = False
 

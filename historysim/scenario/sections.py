@@ -37,9 +37,11 @@ class MaterialTable:
     surface_energy
         Surface energy γ, from which the work of adhesion follows.
     hardness
-        Hardness, for the warning that asperities yield.
+        Hardness, for ``yielding`` and for the warning that asperities yield.
     yield_stress
         Yield stress, for the same.
+    fracture_toughness
+        K_Ic in Pa √m, a plain number; for the warning that asperities crack.
 
     Examples
     --------
@@ -74,8 +76,8 @@ class MaterialsSection:
     shear_modulus
         G* of the pair.
     hardness
-        Of the softer one, where the pair is given by its moduli. Changes no result: it tells whether the model
-        may be used.
+        Of the softer one, where the pair is given by its moduli. Without ``yielding`` it changes no result: it
+        tells whether the model may be used.
     yield_stress
         Of the softer one, likewise.
 

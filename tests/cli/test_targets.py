@@ -64,9 +64,12 @@ COMMANDS = {
     "plot moving": (["plot", "r.nc", "-o", "TARGET"], ".gif"),
     "report": (["report", "r.nc", "-o", "TARGET"], ".html"),
     "gallery": (["gallery", ".", "-o", "TARGET", "--workers", "1"], ".html"),
+    "fmu": (["fmu", "s.toml", "-o", "TARGET"], ".fmu"),
+    "reduce": (["reduce", "s.toml", "--elements", "4", "-o", "TARGET"], ".json"),
+    "reduce --picture": (["reduce", "s.toml", "--elements", "4", "-o", "new.json", "--picture", "TARGET"], ".png"),
 }
 """Arguments of each command that writes, and an ending that it knows."""
-WRITES_NO_OTHER = {"validate", "show", "columns", "verify", "append"}
+WRITES_NO_OTHER = {"validate", "show", "columns", "verify", "append", "kinds"}
 
 
 def call(*arguments):

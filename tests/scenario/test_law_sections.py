@@ -109,7 +109,7 @@ def test_validate_tells_the_laws(tmp_path):
 
 
 def test_the_documentation_has_the_keys_of_the_laws():
-    text = (Path(__file__).parents[2] / "scenarios" / "README.md").read_text(encoding="utf-8")
+    text = (Path(__file__).parents[2] / "scenarios" / "keys.md").read_text(encoding="utf-8")
     for kinds in (laws.LAWS, WEAR_LAWS):
         own = {name: kinds[name] for name in kinds if kinds.provider(kinds[name]) is None}
         assert markdown(own, "`law`") in text

@@ -22,9 +22,12 @@ class DrawnFriction(FrictionLaw):
 
     Parameters
     ----------
-    mean, deviation : float
-        Mean > 0 and standard deviation ≥ 0 of the coefficients.
+    mean : float
+        Of the coefficients, > 0.
+    deviation : float
+        Standard deviation of the coefficients, ≥ 0.
     seed : int
+        Of the generator: the same seed draws the same coefficients.
     distribution : {"lognormal", "uniform"}
         Neither has negative coefficients; a uniform one needs a deviation of mean/√3 at most.
 
@@ -32,6 +35,14 @@ class DrawnFriction(FrictionLaw):
     ------
     InputError
         A number out of its range, or another word.
+
+    Examples
+    --------
+    [friction]
+    law = "drawn"
+    mean = 0.2
+    deviation = 0.02
+    seed = 4
     """
 
     mean: Number = attrs.field(converter=as_float, validator=at_least(0.0, above=True))

@@ -31,6 +31,14 @@ class PowerLaw(FrictionLaw):
     ------
     InputError
         A number out of its range, or another word.
+
+    Examples
+    --------
+    [friction]
+    law = "power"
+    coefficient = 0.2
+    reference_load = "10 mN"
+    exponent = -0.2
     """
 
     coefficient: Number = attrs.field(converter=as_float, validator=at_least(0.0))

@@ -32,6 +32,12 @@ class ShearStrength(FrictionLaw):
     ------
     InputError
         A number out of its range, another word, or a work of adhesion that is missing or not asked for.
+
+    Examples
+    --------
+    [friction]
+    law = "shear strength"
+    shear_strength = "11.4 MPa"
     """
 
     shear_strength: Pressure = attrs.field(converter=pascals, validator=at_least(0.0))

@@ -28,6 +28,13 @@ class ShiftedLoad(FrictionLaw):
     ------
     InputError
         A number out of its range.
+
+    Examples
+    --------
+    [friction]
+    law = "shifted load"
+    coefficient = 0.2
+    work_of_adhesion = "50 mJ/m2"
     """
 
     coefficient: Number = attrs.field(converter=as_float, validator=at_least(0.0))

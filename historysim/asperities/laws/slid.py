@@ -34,6 +34,13 @@ class SlidFriction(FrictionLaw):
     ------
     InputError
         A table with fewer than two rows, or of other numbers.
+
+    Examples
+    --------
+    [friction]
+    law = "slid distance"
+    distance = ["0 m", "1 µm"]
+    coefficient = [0.2, 0.1]
     """
 
     distance: Annotated[tuple[float, ...], Quantity("m")] = attrs.field(converter=_numbers)

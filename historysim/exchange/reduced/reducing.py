@@ -154,19 +154,10 @@ def _random_history(
     curve = VirginCurve(ensemble, model.normal_load)
     reach = curve.end * rng.uniform(0.3, 1.5)
     way = rng.uniform(-reach, reach, RANDOM_STEPS)
-    stepper = ensemble.stepper(curve.rest)
     if model.scaling is None:
-        load = np.full(way.size, model.normal_load)
-        for_step = [{"tangential_displacement": float(place)} for place in way]
-    else:
-        most = float(model.scaling.normal_load[-1])
-        load = np.append(model.normal_load, rng.uniform(least, most, RANDOM_STEPS - 1))
-        for_step = [
-            {"normal_load": float(one), "tangential_displacement": float(place)}
-            for one, place in zip(load, way, strict=True)
-        ]
-    exact = np.empty(way.size)
-    for step, goals in enumerate(for_step):
-        stepper.step(**goals)
-        exact[step] = stepper.tangential_load
-    return load, way, exact
+        _, totals = ensemble.advance_many(curve.rest, tangential_displacement=way)
+        return np.full(way.size, model.normal_load), way, totals.tangential_load
+    most = float(model.scaling.normal_load[-1])
+    load = np.append(model.normal_load, rng.uniform(least, most, RANDOM_STEPS - 1))
+    _, totals = ensemble.advance_many(curve.rest, normal_load=load, tangential_displacement=way)
+    return load, way, totals.tangential_load

@@ -4,7 +4,6 @@ from contextlib import suppress
 
 import numpy as np
 import numpy.typing as npt
-import xarray as xr
 
 from historysim.basics import findings
 from historysim.basics.findings import Finding
@@ -194,7 +193,7 @@ UNITS = {
 """Of the attributes that are quantities."""
 
 
-def readable_attributes(history: xr.Dataset) -> dict[str, str]:
+def readable_attributes(history: Recorded) -> dict[str, str]:
     """Return the attributes of a history as texts, quantities with their units."""
     return {
         str(name): quantity_text(value, UNITS[name]) if name in UNITS else str(value)

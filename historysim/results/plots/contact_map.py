@@ -226,7 +226,13 @@ def _draw_field(axes: "Axes", values: Floats, extent: Extent, name: str, *, sign
 @PICTURES.register
 @attrs.frozen(kw_only=True)
 class ContactMapPicture(Picture):
-    """The contact at a step: the surface, and its summits in contact by their slip state."""
+    """The contact at a step: the surface, and its summits in contact by their slip state.
+
+    Attributes
+    ----------
+    step
+        Number of a step, ``"partial"`` (about half of the contact area slips) or ``"peak"`` (greatest normal load).
+    """
 
     step: int | str = "partial"
 

@@ -180,7 +180,13 @@ def _draw_energy(axes: "Axes", thin: xr.Dataset) -> None:
 @PICTURES.register
 @attrs.frozen(kw_only=True)
 class HistoryPicture(Picture):
-    """The friction loop, the loads over time, and the slip state of each asperity."""
+    """The friction loop, the loads over time, and the slip state of each asperity.
+
+    Attributes
+    ----------
+    panels
+        Some of ``"loop"``, ``"loads"``, ``"states"``, ``"energy"`` and ``"wear"``, one below the other.
+    """
 
     panels: tuple[str, ...] | None = None
 

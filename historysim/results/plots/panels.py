@@ -41,7 +41,29 @@ class Panel(Picture):
 @PICTURES.register
 @attrs.frozen(kw_only=True)
 class LoopsPicture(Panel):
-    """Friction loops over one another: of histories, or of the cells of a sweep."""
+    """Friction loops over one another: of histories, or of the cells of a sweep.
+
+    Attributes
+    ----------
+    steps
+        Names or numbers of states that are marked; by default all that have a name.
+    first_loading
+        Normal loads whose curves of first loading are drawn.
+    work
+        Shades the closed loop between ±δ. Of a sweep it needs ``preliminary_displacement`` among the outputs.
+    drift
+        Draws it between the δ of two loops; needs the same.
+    drive
+        Behind an instrument the loop of the drive, too.
+    loads
+        Both loads along the named states, beside the loop.
+
+    Examples
+    --------
+    [[picture]]
+    kind = "loops"
+    loads = true
+    """
 
     steps: tuple[str | int, ...] | None = None
     first_loading: Annotated[tuple[float, ...], Quantity("N")] = ()
@@ -76,7 +98,29 @@ class LoopsPicture(Panel):
 @PICTURES.register
 @attrs.frozen(kw_only=True)
 class TractionPicture(Panel):
-    """The traction of an asperity at several states."""
+    """The traction of an asperity at several states.
+
+    Attributes
+    ----------
+    steps
+        Up to 10 states, by name or number; by default all that have a name, or else 5 of the swing.
+    asperity
+        Which; by default the one that carries most.
+    across
+        ``"radius"`` or ``"diameter"``.
+    limit
+        Draws ±μp of each state.
+    fronts
+        Marks where slip ends.
+    change_from
+        A state from which on changes are drawn.
+
+    Examples
+    --------
+    [[picture]]
+    kind = "traction"
+    across = "diameter"
+    """
 
     steps: tuple[str | int, ...] | None = None
     asperity: int | None = None
@@ -114,7 +158,31 @@ class TractionPicture(Panel):
 @PICTURES.register
 @attrs.frozen(kw_only=True)
 class CurvePicture(Panel):
-    """A number of a sweep over what was swept, or over another number."""
+    """A number of a sweep over what was swept, or over another number.
+
+    Attributes
+    ----------
+    quantity
+        The number of the sweep.
+    over
+        A dimension, or another number, such as ``peak_nominal_pressure``.
+    each
+        The dimension of the lines.
+    spread
+        ``"deviation"``, ``"quantiles"`` or ``"none"``.
+    fit
+        ``"straight"`` (with R²) or ``"power"`` (with the exponent).
+    logarithmic
+        Both axes.
+
+    Examples
+    --------
+    [[picture]]
+    kind = "curve"
+    quantity = "presliding_work"
+    over = "loading_waypoints[0]_normal_load"
+    fit = "power"
+    """
 
     quantity: str
     over: str | None = None
@@ -138,7 +206,22 @@ class CurvePicture(Panel):
 @PICTURES.register
 @attrs.frozen(kw_only=True)
 class BarsPicture(Panel):
-    """A number of the cells of a sweep as bars in groups, with the difference within each."""
+    """A number of the cells of a sweep as bars in groups, with the difference within each.
+
+    Attributes
+    ----------
+    quantity
+        The number of the sweep.
+    groups
+        A table of lists with the name of each bar.
+
+    Examples
+    --------
+    [[picture]]
+    kind = "bars"
+    quantity = "preliminary_displacement"
+    groups = { "1 N" = ["100 m", "1000 m"] }
+    """
 
     quantity: str
     groups: dict[str, Any]

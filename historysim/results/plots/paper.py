@@ -7,9 +7,7 @@ from contextlib import AbstractContextManager, contextmanager
 from typing import TYPE_CHECKING, Any, TypedDict
 
 import attrs
-import numpy as np
 
-from historysim.basics.arguments import checked
 from historysim.basics.wording import nearest
 from historysim.errors import InputError
 from historysim.results.plots.style import FAINT, STYLE, plain_title
@@ -277,12 +275,13 @@ def new_figure(size: Size | None, default: Size) -> Iterator["Figure"]:
     InputError
         What is no width and height from 20 to 2000 mm, or a size in which a panel would be too small.
     """
+    from historysim.basics.arguments import checked
     from historysim.results.plots.printed import PrintedFigure
     from historysim.results.plots.text_fitting import fit
 
     given = default if size is None else size
     sides = checked("size", given, above=0)
-    if sides.shape != (2,) or np.any((sides < LEAST) | (sides > MOST)):
+    if sides.shape != (2,) or not LEAST <= min(sides) <= max(sides) <= MOST:
         raise InputError(f"size is {size!r}; expected width and height from {LEAST:.0f} to {MOST:.0f} mm, as (90, 70)")
     with in_style():
         figure = PrintedFigure(figsize=tuple(sides / MILLIMETRES_PER_INCH), layout="constrained")

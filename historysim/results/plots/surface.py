@@ -429,7 +429,13 @@ def legend_handles(
 @PICTURES.register
 @attrs.frozen(kw_only=True)
 class DistributionPicture(Picture):
-    """Radii of summits over their heights, coloured by their slip state."""
+    """Radii of summits over their heights, coloured by their slip state.
+
+    Attributes
+    ----------
+    step
+        Number of a step, ``"partial"`` (about half of the contact area slips) or ``"peak"`` (greatest normal load).
+    """
 
     step: int | str = "partial"
 

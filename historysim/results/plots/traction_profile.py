@@ -311,7 +311,15 @@ def _of_swing(history: xr.Dataset, column: int, telling: int, count: int) -> lis
 @PICTURES.register
 @attrs.frozen(kw_only=True)
 class SlipFrontsPicture(Picture):
-    """The traction across an asperity step by step, with the fronts of its slip."""
+    """The traction across an asperity step by step, with the fronts of its slip.
+
+    Attributes
+    ----------
+    asperity
+        Which; by default the one that carries most.
+    steps
+        Up to 200 states, by number or name; by default 24 of the swing.
+    """
 
     asperity: int | None = None
     steps: tuple[int | str, ...] | None = None

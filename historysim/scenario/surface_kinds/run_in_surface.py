@@ -17,7 +17,17 @@ MOST_PASSES = 1000
 
 @attrs.frozen
 class PassEntry:
-    """Passes of one kind."""
+    """Passes of one kind.
+
+    Attributes
+    ----------
+    normal_load
+        Of each pass.
+    sliding_distance
+        How far the flat slides in each pass.
+    repeat
+        How many passes, up to 1000.
+    """
 
     normal_load: Force
     sliding_distance: Length = 0.0
@@ -31,7 +41,29 @@ class PassEntry:
 
 @attrs.frozen
 class PassesSection:
-    """``surface.passes``: loads and distances one after the other, what wears, and what becomes of the volume."""
+    """Passes of a flat over a map, which run it in before it is loaded.
+
+    Attributes
+    ----------
+    steps
+        The passes, one after the other.
+    wear
+        A law of wear with its keys, as in ``[wear]``; without it summits yield only.
+    volume
+        What becomes of what is cut off: ``"lost"``, or ``"conserved"``, which raises all other points alike.
+
+    Examples
+    --------
+    [surface]
+    kind = "random"
+    shape = [256, 256]
+    pixel_size = "1 µm"
+    rms_height = "300 nm"
+    autocorrelation_length = "20 µm"
+    seed = 1
+    yielding = "kogut-etsion"
+    passes = { steps = [{ normal_load = "90 mN", repeat = 2 }], volume = "conserved" }
+    """
 
     steps: tuple[PassEntry, ...]
     wear: WearSection | None = None

@@ -25,7 +25,28 @@ YIELDING_KEYS: Mapping[str, tuple[str, ...]] = {
 
 @attrs.frozen
 class YieldingSection:
-    """``surface.yielding``: a law by its name, with what it takes from the materials by default."""
+    """How the summits of a surface yield on first loading; the name of a law alone is enough.
+
+    Attributes
+    ----------
+    law
+        ``"kogut-etsion"`` (2002), ``"jackson-green"`` (2005) or ``"thornton"`` (1997).
+    hardness
+        By default that of the softer material, or 2.8 times its yield stress.
+    poissons_ratio
+        By default that of the softer material.
+
+    Examples
+    --------
+    [surface]
+    kind = "random"
+    shape = [256, 256]
+    pixel_size = "1 µm"
+    rms_height = "300 nm"
+    autocorrelation_length = "20 µm"
+    seed = 1
+    yielding = { law = "kogut-etsion", hardness = "5.5 GPa" }
+    """
 
     law: str
     hardness: Pressure | None = None

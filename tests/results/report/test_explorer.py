@@ -187,15 +187,22 @@ def test_of_a_large_history_a_part_is_embedded_and_the_page_says_which(history, 
     assert explorer.explorer(history)[2] == part.notes
 
 
+def alone(history):
+    """A history of whose origin nothing is known."""
+    found = history.copy()
+    found.encoding = {}
+    return found
+
+
 def test_tractions_that_cannot_be_told_are_left_out_and_the_page_says_so(history, monkeypatch):
     at_once = [*EVENTS, hs.TangentialDisplacement(3.0, 20e-9)]
-    (told,) = explorer.excerpt(hs.replay(ENSEMBLE, at_once, substeps=10)).notes
+    (told,) = explorer.excerpt(alone(hs.replay(ENSEMBLE, at_once, substeps=10))).notes
     assert told.startswith("There are no traction profiles: asperity")
     changed = [*EVENTS, hs.FrictionChange(4.0, 0.1)]
-    (told,) = explorer.excerpt(hs.replay(ENSEMBLE, changed, substeps=10)).notes
+    (told,) = explorer.excerpt(alone(hs.replay(ENSEMBLE, changed, substeps=10))).notes
     assert told == "There are no traction profiles: friction or heights change in the history."
     monkeypatch.setattr(explorer, "MOST_GROUPS", 1)
-    (told,) = explorer.excerpt(history).notes
+    (told,) = explorer.excerpt(alone(history)).notes
     assert told.startswith("There are no traction profiles: there are 2 friction coefficients")
 
 
