@@ -150,7 +150,13 @@ def write_fmu(  # noqa: PLR0913 - options by name, as the command has them
 
 
 def unit_files(
-    source: Exported, controls: Controls, *, at: float | None, fmi: int, platforms: Sequence[str], progress: bool = False
+    source: Exported,
+    controls: Controls,
+    *,
+    at: float | None,
+    fmi: int,
+    platforms: Sequence[str],
+    progress: bool = False,
 ) -> dict[str, bytes]:
     """Return all files of a unit by their names; parameters and errors as for `write_fmu`."""
     job = source.replay
