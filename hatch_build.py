@@ -52,6 +52,7 @@ class CompiledLibrary(BuildHookInterface):
         from packaging.tags import platform_tags
 
         root = Path(self.root)
+        self.app.display_info("compiling the C of historysim")
         if version == "editable":
             build(root, root / PLACE)
         else:

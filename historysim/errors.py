@@ -91,3 +91,7 @@ class CurveEndError(LoadError):
 
 class InstallationError(HistorySimError, ImportError):
     """The package is not installed as it has to be."""
+
+
+class UnlikelyValueWarning(UserWarning):
+    """A number is hardly meant in SI, in which plain numbers are."""

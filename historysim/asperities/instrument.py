@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import attrs
 
-from historysim.basics.units import as_float, is_number
+from historysim.basics.units import is_number, metres, newtons, newtons_per_metre
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
@@ -71,9 +71,9 @@ class Instrument:
     5.565 nm of 20 nm
     """
 
-    lateral_stiffness: float = attrs.field(default=math.inf, converter=as_float, validator=_stiff)
-    displacement_resolution: float = attrs.field(default=0.0, converter=as_float, validator=_resolution("m"))
-    load_resolution: float = attrs.field(default=0.0, converter=as_float, validator=_resolution("N"))
+    lateral_stiffness: float = attrs.field(default=math.inf, converter=newtons_per_metre, validator=_stiff)
+    displacement_resolution: float = attrs.field(default=0.0, converter=metres, validator=_resolution("m"))
+    load_resolution: float = attrs.field(default=0.0, converter=newtons, validator=_resolution("N"))
 
     @property
     def rigid(self) -> bool:

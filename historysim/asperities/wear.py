@@ -12,7 +12,7 @@ from historysim.asperities.laws.friction_law import made_from, written
 from historysim.basics.fields import Number, Pressure, Quantity, at_least, one_of
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.registry import Registry
-from historysim.basics.units import as_float, quantity_text
+from historysim.basics.units import as_float, cubic_metres_per_joule, pascals, quantity_text
 from historysim.memory.binding import check, fill
 
 __all__ = [
@@ -129,7 +129,7 @@ class ArchardWear(WearLaw):
     """
 
     coefficient: Number = attrs.field(converter=as_float, validator=at_least(0.0))
-    hardness: Pressure = attrs.field(converter=as_float, validator=at_least(0.0, above=True))
+    hardness: Pressure = attrs.field(converter=pascals, validator=at_least(0.0, above=True))
 
     kind = "archard"
 
@@ -169,7 +169,9 @@ class EnergyWear(WearLaw):
     volume_per_energy = "2e-13 m3/J"
     """
 
-    volume_per_energy: Annotated[float, Quantity("m3 J-1")] = attrs.field(converter=as_float, validator=at_least(0.0))
+    volume_per_energy: Annotated[float, Quantity("m3 J-1")] = attrs.field(
+        converter=cubic_metres_per_joule, validator=at_least(0.0)
+    )
 
     kind = "energy"
 

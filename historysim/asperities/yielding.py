@@ -12,7 +12,7 @@ import numpy.typing as npt
 from historysim.asperities.laws.friction_law import made_from
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.registry import Registry
-from historysim.basics.units import as_float, is_number, quantity_text
+from historysim.basics.units import as_float, is_number, pascals, quantity_text
 from historysim.contact import hertz
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
@@ -142,7 +142,7 @@ class HardnessLaw(YieldingLaw):
     """
 
     hardness: float | None = attrs.field(
-        default=None, converter=attrs.converters.optional(as_float), validator=_positive
+        default=None, converter=attrs.converters.optional(pascals), validator=_positive
     )
     poissons_ratio: float | None = attrs.field(
         default=None, converter=attrs.converters.optional(as_float), validator=_a_ratio

@@ -3,10 +3,12 @@
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from historysim.basics.units import UNIT_OF, has_unit, in_si
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 
@@ -24,7 +26,7 @@ def checked(name: str, values: npt.ArrayLike, *, above: float = -math.inf, least
     name : str
         The name of the argument, for the message.
     values : array_like
-        What came, a scalar or an array.
+        What came, a scalar or an array; where `UNIT_OF` has the name, texts with units and quantities of pint, too.
     above, least : float
         All values must be greater than `above`, and `least` or more.
 
@@ -33,6 +35,7 @@ def checked(name: str, values: npt.ArrayLike, *, above: float = -math.inf, least
     InputError
         A value that is not a finite number or out of these bounds.
     """
+    values = _plain(name, values)
     try:
         given = np.asarray(values)
         # texts, booleans and complex numbers would become floats, too
@@ -54,6 +57,15 @@ def checked(name: str, values: npt.ArrayLike, *, above: float = -math.inf, least
         where = f"[{', '.join(map(str, np.argwhere(wrong)[0]))}]" if result.ndim else ""
         raise InputError(f"{name}{where} is {result[wrong][0]:g}; expected a finite number{bound}, in SI")
     return result
+
+
+def _plain(name: str, values: Any) -> Any:
+    if name not in UNIT_OF and not has_unit(values):
+        return values
+    try:
+        return in_si(values, UNIT_OF.get(name, "1"))
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
 
 
 def scalar(name: str, value: npt.ArrayLike, *, above: float = -math.inf, least: float = -math.inf) -> float:

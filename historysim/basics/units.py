@@ -2,11 +2,12 @@
 
 import math
 import re
+import warnings
 from decimal import Decimal
 from numbers import Real
-from typing import Any
+from typing import Any, Protocol
 
-from historysim.errors import InputError
+from historysim.errors import InputError, UnlikelyValueWarning
 
 # what a message calls a quantity of this SI unit, and a unit that it may come in
 _KINDS = {
@@ -21,8 +22,26 @@ _KINDS = {
     "m2": ("an area", "mm2"),
     "m3 J-1": ("a volume per energy", "mm3 J-1"),
     "m-2": ("a number per area", "mm-2"),
+    "kg": ("a mass", "g"),
     "1": ("a plain number", "%"),
 }
+
+_NAMES = {
+    "N": "normal_load tangential_load reversal_load",
+    "m": (
+        "summit_height summit_radius radius contact_radius approach normal_displacement tangential_displacement "
+        "displacement pixel_size rms_height autocorrelation_length highest_summit sliding_distance largest_approach "
+        "height x y r pitch cutoff height_deviation"
+    ),
+    "s": "sample_time duration dt until at",
+    "Pa": "contact_modulus shear_modulus",
+    "J m-2": "work_of_adhesion",
+    "m2": "nominal_area",
+    "m-2": "summit_density",
+    "kg": "mass",
+}
+UNIT_OF = {name: unit for unit, names in _NAMES.items() for name in names.split()}
+"""The SI unit of arguments of functions, which take texts with units, too: a name means one thing in all of them."""
 
 _PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
@@ -51,6 +70,121 @@ def as_float(value: float) -> float:
         return float(number) if is_number(number) else value
     except OverflowError:
         return math.inf if number > 0 else -math.inf
+
+
+class PhysicalQuantity(Protocol):
+    """A number or an array with its unit, as pint's ``Quantity``."""
+
+    @property
+    def magnitude(self) -> Any:
+        """The number."""
+
+    def to(self, unit: str, /) -> Any:
+        """Return the same in another unit."""
+
+
+def in_si(value: Any, unit: str) -> Any:
+    """Return texts with units and quantities of pint as numbers in SI; anything else as it came.
+
+    Parameters
+    ----------
+    value : object
+        A number, a text such as ``"50 mN"``, a `PhysicalQuantity`, or a list of them; or an array.
+    unit : str
+        The SI unit, as in `quantity`.
+
+    Raises
+    ------
+    InputError
+        A text or a quantity that cannot be had in this unit.
+    """
+    if type(value) is float:
+        return value
+    if isinstance(value, str):
+        return quantity(value, unit)
+    if has_unit(value):
+        return _magnitude(value, unit)
+    several = value.tolist() if getattr(getattr(value, "dtype", None), "kind", "") == "U" else value
+    if isinstance(several, list | tuple) and not all(map(is_number, several)):
+        return [in_si(one, unit) for one in several]
+    return several
+
+
+def has_unit(value: object) -> bool:
+    """Return whether a value is a `PhysicalQuantity`."""
+    return hasattr(value, "magnitude") and hasattr(value, "to")
+
+
+def _magnitude(value: PhysicalQuantity, unit: str) -> Any:
+    # "J m-2" in the notation of pint: it has powers after two asterisks
+    notation = "dimensionless" if unit == "1" else re.sub(r"([A-Za-z])(-?\d)", r"\1**\2", unit).replace(" ", "*")
+    try:
+        number = value.to(notation).magnitude
+    # what pint raises derives from one of these, by what is wrong
+    except (TypeError, ValueError, AttributeError):
+        kind, sample = _kind(unit)
+        how = "" if unit == "1" else f" in {unit}, or in a unit such as {sample}"
+        raise InputError(f"{_shown(str(value))} has another unit; expected {kind}{how}") from None
+    # a quantity may hold a decimal or a fraction
+    return as_float(number)
+
+
+# Converters of attrs fields, named for the unit, since type checkers want a function.
+
+
+def newtons(value: float | str | PhysicalQuantity) -> float:
+    """Return a force in N; what is neither a number, a text nor a quantity as it came, as `as_float` does."""
+    return as_float(in_si(value, "N"))
+
+
+def metres(value: float | str | PhysicalQuantity) -> float:
+    """Return a length in m, as `newtons`."""
+    return as_float(in_si(value, "m"))
+
+
+def seconds(value: float | str | PhysicalQuantity) -> float:
+    """Return a time in s, as `newtons`."""
+    return as_float(in_si(value, "s"))
+
+
+def pascals(value: float | str | PhysicalQuantity) -> float:
+    """Return a pressure or modulus in Pa, as `newtons`."""
+    return as_float(in_si(value, "Pa"))
+
+
+def newtons_per_metre(value: float | str | PhysicalQuantity) -> float:
+    """Return a stiffness in N/m, as `newtons`."""
+    return as_float(in_si(value, "N m-1"))
+
+
+def joules_per_area(value: float | str | PhysicalQuantity) -> float:
+    """Return a surface energy in J/m², as `newtons`."""
+    return as_float(in_si(value, "J m-2"))
+
+
+def cubic_metres_per_joule(value: float | str | PhysicalQuantity) -> float:
+    """Return a volume per energy in m³/J, as `newtons`."""
+    return as_float(in_si(value, "m3 J-1"))
+
+
+def warn_unlikely(what: str, unit: str, *, stacklevel: int) -> None:
+    """Warn of a number that cannot be meant in SI, as where it was thought in another unit.
+
+    Parameters
+    ----------
+    what : str
+        The argument and its value, and why it cannot be.
+    unit : str
+        Its SI unit.
+    stacklevel : int
+        Of `warnings.warn`, as seen from the caller: 2 is who called him.
+    """
+    warnings.warn(
+        f"{what}, which is hardly meant: plain numbers are in {unit}, and a text has its unit, such as "
+        f"'50 {_kind(unit)[1]}'",
+        UnlikelyValueWarning,
+        stacklevel=stacklevel + 1,
+    )
 
 
 def quantity(value: float | str, unit: str) -> float:

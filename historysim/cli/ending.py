@@ -3,12 +3,14 @@
 import codecs
 import io
 import sys
+import warnings
+from collections.abc import Callable
 from typing import Any
 
 import click
 
 from historysim.basics.display import printable
-from historysim.errors import HistorySimError, InputError
+from historysim.errors import HistorySimError, InputError, UnlikelyValueWarning
 
 PLAIN = "historysim.plain"
 _PLAIN = {"≥": ">=", "≤": "<=", "−": "-", "θ": "theta", "δ": "delta", "μ": "u", "Σ": "sum", "√": "sqrt", "→": "->"}
@@ -42,6 +44,18 @@ class Interrupted(click.ClickException):
     exit_code = 130
 
 
+def _showing(others: Callable[..., None]) -> Callable[..., None]:
+    """Return what shows a warning: one for the user as a note, without lines of the program."""
+
+    def show(message: Warning | str, category: type[Warning], *place: Any) -> None:
+        if issubclass(category, UnlikelyValueWarning):
+            click.echo(f"Note: {printable(str(message))}", err=True)
+        else:
+            others(message, category, *place)
+
+    return show
+
+
 class Commands(click.Group):
     """Commands whose errors end as one message and an exit code."""
 
@@ -55,7 +69,9 @@ class Commands(click.Group):
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command."""
         try:
-            return super().invoke(ctx)
+            with warnings.catch_warnings():
+                warnings.showwarning = _showing(warnings.showwarning)
+                return super().invoke(ctx)
         except InputError as error:
             raise BadInput(printable(str(error))) from error
         except HistorySimError as error:

@@ -62,6 +62,7 @@ def fmu(
         fmi=int(fmi),
         platforms=None if platforms is None else [name.strip() for name in platforms.split(",")],
         force=force,
+        progress=True,
         tell=notice,
     )
     tell(Answer(files=[output]), as_json=as_json)

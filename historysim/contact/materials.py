@@ -9,12 +9,21 @@ from typing import Any, Final, Self
 import attrs
 
 from historysim.basics.display import html_table
-from historysim.basics.units import as_float, quantity_text
+from historysim.basics.units import (
+    as_float,
+    in_si,
+    joules_per_area,
+    metres,
+    newtons,
+    pascals,
+    quantity_text,
+    warn_unlikely,
+)
 from historysim.errors import InputError
 
 
 def _floats(value: tuple[float, ...]) -> tuple[float, ...]:
-    return tuple(as_float(item) for item in value) if isinstance(value, list | tuple) else value
+    return tuple(map(as_float, in_si(value, "m"))) if isinstance(value, list | tuple) else value
 
 
 def _is_finite(value: object) -> bool:
@@ -34,9 +43,9 @@ def _positive(unit: str) -> Callable[[object, "attrs.Attribute[float]", float], 
     return check
 
 
-def _optional(unit: str) -> Any:
+def _optional(unit: str, converter: Callable[[Any], float]) -> Any:
     """Return a field for a number greater than 0 in a unit, or None."""
-    optional = attrs.converters.optional(as_float)
+    optional = attrs.converters.optional(converter)
     return attrs.field(default=None, converter=optional, validator=attrs.validators.optional(_positive(unit)))
 
 
@@ -60,6 +69,9 @@ def _range(owner: object, attribute: "attrs.Attribute[tuple[float, float]]", val
             "[m], both finite and 0 or more"
         )
 
+
+_LEAST_MODULUS, _LARGEST_MODULUS = 1e3, 1e13
+"""Young's modulus or hardness of what there is [Pa]: from a soft gel to eight times diamond."""
 
 _ISOTROPIC: Any = None
 _PRESSURE = attrs.validators.optional(_positive("Pa"))
@@ -103,32 +115,39 @@ class Material:
     Raises
     ------
     InputError
-        A number that is not finite or out of its range, or a name or source that is not a text.
+        A number that is not finite or out of its range, a unit of something else, or a name or source that is not a
+        text.
+
+    Warns
+    -----
+    UnlikelyValueWarning
+        A Young's modulus or a hardness that no material has, as where GPa were meant. Models without dimensions are
+        pairs `MaterialPair.from_moduli`, of which nothing is expected.
 
     Examples
     --------
-    >>> glass = hs.Material("my glass", youngs_modulus=64e9, poissons_ratio=0.2)
+    >>> glass = hs.Material("my glass", youngs_modulus="64 GPa", poissons_ratio=0.2)
     >>> glass.shear_modulus
     26666666666.666668
     """
 
     name: str = attrs.field(validator=_text)
-    youngs_modulus: float = attrs.field(converter=as_float, validator=_positive("Pa"))
+    youngs_modulus: float = attrs.field(converter=pascals, validator=_positive("Pa"))
     poissons_ratio: float = attrs.field(converter=as_float, validator=_poisson)
     shear_modulus: float = attrs.field(
         default=_ISOTROPIC,
-        converter=attrs.converters.optional(as_float),
+        converter=attrs.converters.optional(pascals),
         validator=attrs.validators.optional(_positive("Pa")),
     )
-    surface_energy: float | None = _optional("J/m²")
+    surface_energy: float | None = _optional("J/m²", joules_per_area)
     roughness: tuple[float, float] | None = attrs.field(
         default=None, converter=attrs.converters.optional(_floats), validator=attrs.validators.optional(_range)
     )
-    ball_radius: float | None = _optional("m")
+    ball_radius: float | None = _optional("m", metres)
     source: str = attrs.field(default="", validator=_text, eq=False, repr=False)
-    hardness: float | None = _optional("Pa")
-    yield_stress: float | None = _optional("Pa")
-    fracture_toughness: float | None = _optional("Pa √m")
+    hardness: float | None = _optional("Pa", pascals)
+    yield_stress: float | None = _optional("Pa", pascals)
+    fracture_toughness: float | None = _optional("Pa √m", as_float)
 
     @property
     def cracking_load(self) -> float | None:
@@ -160,6 +179,10 @@ class Material:
     def __attrs_post_init__(self) -> None:
         if self.shear_modulus is _ISOTROPIC:
             object.__setattr__(self, "shear_modulus", self.youngs_modulus / (2 * (1 + self.poissons_ratio)))
+        for name in ("youngs_modulus", "hardness"):
+            value = getattr(self, name)
+            if value is not None and not _LEAST_MODULUS <= value <= _LARGEST_MODULUS:
+                warn_unlikely(f"Material: {name} is {quantity_text(value, 'Pa')}", "Pa", stacklevel=3)
 
 
 def _key(name: str) -> str:
@@ -337,12 +360,12 @@ class MaterialPair:
 
     first: Material | None
     second: Material | None
-    contact_modulus: float = attrs.field(converter=as_float, validator=[_positive("Pa"), _workable])
-    shear_modulus: float = attrs.field(converter=as_float, validator=[_positive("Pa"), _workable])
-    hardness: float | None = _optional("Pa")
-    yield_stress: float | None = _optional("Pa")
-    work_of_adhesion: float | None = _optional("J/m²")
-    cracking_load: float | None = _optional("N")
+    contact_modulus: float = attrs.field(converter=pascals, validator=[_positive("Pa"), _workable])
+    shear_modulus: float = attrs.field(converter=pascals, validator=[_positive("Pa"), _workable])
+    hardness: float | None = _optional("Pa", pascals)
+    yield_stress: float | None = _optional("Pa", pascals)
+    work_of_adhesion: float | None = _optional("J/m²", joules_per_area)
+    cracking_load: float | None = _optional("N", newtons)
 
     def __init__(self, first: Material, second: Material) -> None:
         for name, value in (("first", first), ("second", second)):

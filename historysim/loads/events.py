@@ -13,7 +13,7 @@ from typing import Any, ClassVar, Self
 import attrs
 
 from historysim.basics.registry import Registry
-from historysim.basics.units import as_float, duration_text, is_number
+from historysim.basics.units import as_float, duration_text, in_si, is_number, metres, newtons, seconds
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.tables.lines import brief
@@ -181,7 +181,7 @@ class LoadEvent(Event):
         A time or value that is not a finite number.
     """
 
-    time: float = attrs.field(converter=as_float, validator=_finite)
+    time: float = attrs.field(converter=seconds, validator=_finite)
     value: float = attrs.field(converter=as_float, validator=_finite)
 
     channel: ClassVar[str]
@@ -216,7 +216,7 @@ class NormalLoad(LoadEvent):
     NormalLoad(time=0.0, value=0.05)
     """
 
-    value: float = attrs.field(converter=as_float, validator=_not_negative)
+    value: float = attrs.field(converter=newtons, validator=_not_negative)
     name = "normal_load"
     channel = "normal"
     unit = "N"
@@ -233,6 +233,7 @@ class NormalDisplacement(LoadEvent):
     NormalDisplacement(time=0.0, value=2e-08)
     """
 
+    value: float = attrs.field(converter=metres, validator=_finite)
     name = "normal_displacement"
     channel = "normal"
     unit = "m"
@@ -249,6 +250,7 @@ class TangentialLoad(LoadEvent):
     TangentialLoad(time=1.0, value=0.005)
     """
 
+    value: float = attrs.field(converter=newtons, validator=_finite)
     name = "tangential_load"
     channel = "tangential"
     unit = "N"
@@ -265,6 +267,7 @@ class TangentialDisplacement(LoadEvent):
     TangentialDisplacement(time=1.0, value=1e-08)
     """
 
+    value: float = attrs.field(converter=metres, validator=_finite)
     name = "tangential_displacement"
     channel = "tangential"
     unit = "m"
@@ -294,7 +297,7 @@ def _differ(value: float | tuple[float, ...]) -> bool:
 def _lengths(value: float | Iterable[float] | None) -> tuple[float, ...] | None:
     if value is None:
         return None
-    lengths = _coefficients(value)
+    lengths = _coefficients(in_si(value, "m"))
     return lengths if isinstance(lengths, tuple) else (lengths,)
 
 
@@ -357,7 +360,7 @@ class FrictionChange(Event):
     FrictionChange(time=2.0, friction=0.15, asperities=None)
     """
 
-    time: float = attrs.field(converter=as_float, validator=_finite)
+    time: float = attrs.field(converter=seconds, validator=_finite)
     friction: float | tuple[float, ...] = attrs.field(converter=_coefficients, validator=_valid_coefficients)
     asperities: tuple[int, ...] | None = attrs.field(default=None, converter=_indices, validator=_valid_indices)
 
@@ -415,7 +418,7 @@ class FrictionRamp(Event):
         A time or coefficient that is not a finite number, or a negative coefficient.
     """
 
-    time: float = attrs.field(converter=as_float, validator=_finite)
+    time: float = attrs.field(converter=seconds, validator=_finite)
     friction: float | tuple[float, ...] = attrs.field(converter=_coefficients, validator=_valid_coefficients)
 
     name = "friction_ramp"
@@ -461,7 +464,7 @@ class GeometryChange(Event):
         Neither heights nor radii, numbers out of range, or what are no indices.
     """
 
-    time: float = attrs.field(converter=as_float, validator=_finite)
+    time: float = attrs.field(converter=seconds, validator=_finite)
     summit_height: tuple[float, ...] | None = attrs.field(default=None, converter=_lengths, validator=_valid_lengths)
     summit_radius: tuple[float, ...] | None = attrs.field(default=None, converter=_lengths, validator=_valid_lengths)
     asperities: tuple[int, ...] | None = attrs.field(default=None, converter=_indices, validator=_valid_indices)

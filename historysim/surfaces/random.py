@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 import scipy.fft
 
-from historysim.basics.arguments import checked, per_axis
-from historysim.basics.units import as_float
+from historysim.basics.arguments import checked, per_axis, scalar
+from historysim.basics.units import as_float, quantity_text, warn_unlikely
 from historysim.errors import InputError
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.johnson import Translation, translation
@@ -23,6 +23,8 @@ LEAST_PIXELS: Final = 4
 MOST_PIXELS: Final = 2**28
 # of a non-Gaussian surface's autocorrelation from the prescribed one
 _MOST_DEVIATION: Final = 0.01
+# rms height over autocorrelation length, beyond that of any surface
+_STEEPEST: Final = 10
 
 # ρ falls to 0.1 at the autocorrelation length
 _DECAY: Final = 2.3
@@ -84,6 +86,11 @@ def random_surface(
         An argument out of its range; a skewness and a kurtosis that no heights have, or none with this
         autocorrelation.
 
+    Warns
+    -----
+    UnlikelyValueWarning
+        An rms height of more than ten autocorrelation lengths, as where nanometres were meant: no surface is so steep.
+
     Notes
     -----
     White noise of PCG64 is filtered with the root of the power spectrum. Hu and Tonder give the noise its skewness
@@ -105,8 +112,16 @@ def random_surface(
     50.0 nm, 282 summits
     """
     points = _points(shape)
-    lengths = _in_pixels(points, per_axis("pixel_size", pixel_size), autocorrelation_length)
-    rms = float(checked("rms_height", _number("rms_height", rms_height), above=0))
+    pixel = per_axis("pixel_size", pixel_size)
+    lengths = _in_pixels(points, pixel, autocorrelation_length)
+    rms = scalar("rms_height", rms_height, above=0)
+    width = min(length * side for length, side, n in zip(lengths, pixel, points, strict=True) if n > 1)
+    if rms > _STEEPEST * width:
+        warn_unlikely(
+            f"rms_height is {quantity_text(rms, 'm')} on an autocorrelation length of {quantity_text(width, 'm')}",
+            "m",
+            stacklevel=2,
+        )
     noise = generator(seed)
     translate = translation(_number("skewness", skewness), _number("kurtosis", kurtosis))
     spectrum = _spectrum(_periodic_autocorrelation(points, lengths, _kind(autocorrelation)), points, translate)
@@ -116,7 +131,7 @@ def random_surface(
         _apply(translate, heights)
         _standardise(heights)
     heights *= rms
-    return Surface(heights, pixel_size, periodic=True)
+    return Surface(heights, pixel, periodic=True)
 
 
 def _number(name: str, value: float) -> float:

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.basics.arguments import one_per
+from historysim.basics.arguments import checked, one_per, per_axis, scalar
+from historysim.errors import InputError
 
 
 def radii(values, count=None):
@@ -36,8 +37,8 @@ def test_it_is_an_array_of_its_own_that_cannot_be_changed():
         ([1, 2], 1, "radius has 2 values for 1 summit; expected one, or one per summit"),
         ([], 2, "radius has 0 values for 2 summits"),
         ([1, 0], 2, r"radius\[1\] is 0; expected a finite number greater than 0"),
-        ("high", None, "radius is 'high'; expected numbers in SI"),
-        ("5", None, "radius is '5'; expected numbers in SI"),
+        ("high", None, "radius: 'high' is not one number and its unit; expected a length"),
+        ("5", None, "radius: '5' has no unit; expected a length"),
         (True, None, "radius is True; expected numbers in SI"),
         ([1, 2j], None, r"radius is \[1, 2j\]; expected numbers in SI"),
     ],
@@ -45,3 +46,22 @@ def test_it_is_an_array_of_its_own_that_cannot_be_changed():
 def test_what_does_not_fit_is_refused(values, count, message):
     with pytest.raises(hs.InputError, match=message):
         radii(values, count)
+
+
+def test_texts_with_units_come_where_the_name_has_a_unit():
+    np.testing.assert_array_equal(checked("summit_height", ["1 µm", -2e-6]), [1e-6, -2e-6])
+    assert scalar("normal_load", "50 mN", above=0) == 0.05
+    assert per_axis("pixel_size", "1 µm") == (1e-6, 1e-6)
+    with pytest.raises(InputError, match=r"summit_height: '1 N': 'N' is not a unit of a length"):
+        checked("summit_height", ["1 µm", "1 N"])
+    with pytest.raises(InputError, match=r"normal_load is -0\.05; expected a finite number of 0 or more"):
+        scalar("normal_load", "-50 mN", least=0)
+
+
+def test_quantities_of_pint_lose_their_unit_nowhere_unseen():
+    unit = pytest.importorskip("pint").UnitRegistry()
+    assert checked("friction", unit.Quantity(20, "percent")) == 0.2
+    with pytest.raises(InputError, match="friction: '1 newton' has another unit; expected a plain number"):
+        checked("friction", unit.Quantity(1, "N"))
+    with pytest.raises(InputError, match="radius: '1 second' has another unit; expected a length in m"):
+        checked("radius", unit.Quantity(1, "s"))

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from historysim.basics.units import conversion_factor, quantity, quantity_text
+from historysim.basics.units import UNIT_OF, conversion_factor, in_si, metres, quantity, quantity_text
 from historysim.errors import InputError
 
 
@@ -163,3 +163,35 @@ def test_nothing_heavy_is_imported_for_a_plain_number():
 )
 def test_quantities_get_a_prefix(value, text):
     assert quantity_text(value, "N") == text
+
+
+def test_texts_and_lists_of_them_become_numbers():
+    assert in_si("50 mN", "N") == 0.05
+    assert in_si(["1 µm", 2e-6, ["3 nm"]], "m") == [1e-6, 2e-6, [3e-9]]
+    assert in_si(np.array(["1 µm", "2 µm"]), "m") == [1e-6, 2e-6]
+    assert [metres(came) for came in ("2 mm", 3, np.float32(0.5))] == [2e-3, 3.0, 0.5]
+
+
+@pytest.mark.parametrize("came", [3.0, 7, None, b"1", {}, np.arange(3)])
+def test_what_has_no_unit_comes_through(came):
+    assert in_si(came, "m") is came
+
+
+@pytest.mark.parametrize("unit", [*sorted({*UNIT_OF.values()}), "N m-1", "m3 J-1", "Hz"])
+def test_quantities_of_pint_become_numbers(unit):
+    pint = pytest.importorskip("pint")
+    registry = pint.UnitRegistry()
+    # the same physical dimension in other units, by pint's own parser
+    other = {
+        "N": "mN", "m": "nm", "s": "ms", "Pa": "GPa", "J m-2": "mJ/mm**2", "m2": "mm**2", "m-2": "1/mm**2",
+        "kg": "g", "N m-1": "mN/nm", "m3 J-1": "mm**3/J", "Hz": "kHz",
+    }  # fmt: skip
+    factor = {
+        "N": 1e-3, "m": 1e-9, "s": 1e-3, "Pa": 1e9, "J m-2": 1e3, "m2": 1e-6, "m-2": 1e6,
+        "kg": 1e-3, "N m-1": 1e6, "m3 J-1": 1e-9, "Hz": 1e3,
+    }  # fmt: skip
+    assert in_si(registry.Quantity(3, other[unit]), unit) == pytest.approx(3 * factor[unit], rel=1e-15)
+    several = in_si(registry.Quantity(np.array([1.0, 2.0]), other[unit]), unit)
+    np.testing.assert_allclose(several, np.array([1.0, 2.0]) * factor[unit], rtol=1e-15)
+    with pytest.raises(InputError, match=r"'3 kelvin' has another unit; expected an? .* in "):
+        in_si(registry.Quantity(3, "K"), unit)

@@ -110,6 +110,16 @@ def test_validate_reads_and_writes_nothing(folder):
 
 
 @pytest.mark.usefixtures("folder")
+@pytest.mark.filterwarnings("default::historysim.errors.UnlikelyValueWarning")
+def test_moduli_that_are_hardly_meant_are_noted():
+    glass = 'materials.second={ name = "glass", youngs_modulus = 64, poissons_ratio = 0.2 }'
+    done = call("validate", "ball.toml", "--set", glass)
+    assert done.exit_code == 0
+    assert done.stderr.startswith("Note: Material: youngs_modulus is 64 Pa, which is hardly meant: ")
+    assert "Warning" not in done.output
+
+
+@pytest.mark.usefixtures("folder")
 @pytest.mark.parametrize("command", ["validate", "show", "run", "plot", "compare", "loops", "fit"])
 def test_any_command_takes_other_values_for_a_scenario(folder, command):
     before = files(folder)

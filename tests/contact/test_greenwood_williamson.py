@@ -183,7 +183,7 @@ def test_a_million_summits_carry_the_load_of_the_integral():
         (lambda: GreenwoodWilliamson(1, 1, 1, -1, 1), "summit_density is -1"),
         (lambda: GreenwoodWilliamson(0, 1, 1, 1, 1), "contact_modulus is 0"),
         (lambda: GreenwoodWilliamson(1, math.nan, 1, 1, 1), "summit_radius is nan"),
-        (lambda: GreenwoodWilliamson(1, 1, 1, 1, "wide"), "nominal_area is 'wide'"),
+        (lambda: GreenwoodWilliamson(1, 1, 1, 1, "wide"), "nominal_area: 'wide' is not one number"),
         (lambda: GreenwoodWilliamson(1, 1, 1, 1, 1, math.inf), "mean_height is inf"),
         (lambda: UNIT.normal_load(math.nan), "separation is nan"),
         (lambda: UNIT.separation_at(0), "normal_load is 0; expected a finite number greater than 0"),

@@ -123,7 +123,7 @@ def test_radii_that_touch_at_no_point(first, second):
     [
         (lambda: contact_radius(1, summit_radius=0), "summit_radius is 0; expected a finite number greater than 0"),
         (lambda: contact_radius(math.nan, summit_radius=1), "approach is nan; expected a finite number, in SI"),
-        (lambda: contact_radius("a lot", summit_radius=1), "approach is 'a lot'; expected numbers in SI"),
+        (lambda: contact_radius("a lot", summit_radius=1), "approach: 'a lot' is not one number"),
         (lambda: normal_load(1, summit_radius=1, contact_modulus=-1), "contact_modulus is -1"),
         (lambda: approach([1, -2], summit_radius=1, contact_modulus=1), r"normal_load\[1\] is -2; .* of 0 or more"),
         (lambda: approach(1, summit_radius=math.inf, contact_modulus=1), "summit_radius is inf"),

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from historysim.contact.materials import MATERIALS, Material, MaterialPair, material
-from historysim.errors import InputError
+from historysim.errors import InputError, UnlikelyValueWarning
 
 # name: E [GPa], ν, G [GPa], γ [mJ/m²], Rq [nm], R [mm]; Table B.1 of Winogrodzka's thesis
 TABLE = {
@@ -100,10 +100,10 @@ def test_shear_modulus_follows_from_isotropy(given_as):
 
 
 def test_numbers_become_floats_and_the_source_does_not_part_equal_materials():
-    first = Material("x", 3, 0.5, 1, roughness=[0, 1], source="a handbook")
-    assert first == Material("x", 3.0, 0.5, 1.0, roughness=(0.0, 1.0))
+    first = Material("x", 10**9, 0.5, 1, roughness=[0, 1], source="a handbook")
+    assert first == Material("x", 1e9, 0.5, 1.0, roughness=(0.0, 1.0))
     assert type(first.youngs_modulus) is float
-    assert hash(first) == hash(Material("x", 3, 0.5, roughness=(0, 1)))
+    assert hash(first) == hash(Material("x", 10**9, 0.5, 1, roughness=(0, 1)))
 
 
 @pytest.mark.parametrize(
@@ -111,7 +111,8 @@ def test_numbers_become_floats_and_the_source_does_not_part_equal_materials():
     [
         ({"youngs_modulus": 0}, "Material: youngs_modulus is 0.0; expected a finite number greater than 0"),
         ({"youngs_modulus": float("inf")}, "youngs_modulus is inf"),
-        ({"youngs_modulus": "112e9"}, "youngs_modulus is '112e9'"),
+        ({"youngs_modulus": "112e9"}, "'112e9' has no unit; expected a pressure or modulus"),
+        ({"hardness": "12 mm"}, "'12 mm': 'mm' is not a unit of a pressure or modulus"),
         ({"youngs_modulus": True}, "youngs_modulus is True"),
         ({"youngs_modulus": 10**400}, "youngs_modulus is inf"),
         ({"poissons_ratio": -1}, "poissons_ratio is -1.0; expected a number greater than -1 and at most 0.5"),
@@ -148,10 +149,28 @@ def test_numbers_of_a_material_are_asked_for_in_their_unit():
         ("surface_energy", "J/m²"),
         ("ball_radius", "m"),
     ):
-        with pytest.raises(InputError, match=f"Material: {name} is '1 k'; expected .* greater than 0, in {unit}$"):
-            Material(**{"name": "x", "youngs_modulus": 1e9, "poissons_ratio": 0.3, name: "1 k"})
+        with pytest.raises(InputError, match=rf"Material: {name} is b'1'; expected .* greater than 0, in {unit}$"):
+            Material(**{"name": "x", "youngs_modulus": 1e9, "poissons_ratio": 0.3, name: b"1"})
     with pytest.raises(InputError, match=r"MaterialPair: contact_modulus is 0\.0; .* in Pa$"):
         MaterialPair.from_moduli(contact_modulus=0, shear_modulus=1)
+
+
+def test_a_material_takes_texts_with_units():
+    told = Material("x", "64 GPa", 0.2, roughness=("1 nm", 2e-9), ball_radius="2.5 mm", hardness="6 GPa")
+    assert told == Material("x", 64e9, 0.2, roughness=(1e-9, 2e-9), ball_radius=2.5e-3, hardness=6e9)
+    energetic = Material("x", 1e9, 0.2, "0.4 GPa", "40 mJ m-2")
+    assert (energetic.shear_modulus, energetic.surface_energy) == (0.4e9, 0.04)
+
+
+@pytest.mark.parametrize(("wrong", "shown"), [({"youngs_modulus": 210}, "210 Pa"), ({"hardness": 7.2}, "7.2 Pa")])
+def test_moduli_that_no_material_has_are_told(wrong, shown):
+    with pytest.warns(UnlikelyValueWarning, match=rf"Material: \w+ is {shown}, which is hardly meant: .* are in Pa"):
+        Material(**{"name": "steel", "youngs_modulus": 210e9, "poissons_ratio": 0.3} | wrong)
+
+
+def test_nothing_is_expected_of_the_moduli_of_a_model():
+    # warnings are errors here
+    MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 
 
 def test_dundurs_beta_of_silicon_on_float_glass():
@@ -163,7 +182,7 @@ def test_dundurs_beta_of_silicon_on_float_glass():
 @given(st.floats(-0.99, 0.5), st.floats(-0.99, 0.5), st.floats(1e-3, 1e3))
 def test_dundurs_beta_by_the_definition_in_kolosovs_constants(first_ratio, second_ratio, scale):
     # Dundurs: [μ1 (κ2 - 1) - μ2 (κ1 - 1)] / [μ1 (κ2 + 1) + μ2 (κ1 + 1)], κ = 3 - 4ν in plane strain, the sign turned
-    first, second = Material("a", 1.0, first_ratio), Material("b", scale, second_ratio)
+    first, second = Material("a", 1e9, first_ratio), Material("b", 1e9 * scale, second_ratio)
     kappa = 3 - 4 * first_ratio, 3 - 4 * second_ratio
     shear = first.shear_modulus, second.shear_modulus
     whole = shear[0] * (kappa[1] + 1) + shear[1] * (kappa[0] + 1)
@@ -188,16 +207,16 @@ def test_what_a_pair_looks_like():
 
 def test_pair_of_equal_isotropic_materials():
     # Johnson, section 7.2: the stiffness ratio of equal bodies is 2(1-ν)/(2-ν), and θ is its inverse
-    pair = MaterialPair(Material("x", 5.0, 0.3), Material("x", 5.0, 0.3))
+    pair = MaterialPair(Material("x", 5e9, 0.3), Material("x", 5e9, 0.3))
     assert 1 / pair.displacement_ratio == pytest.approx(2 * 0.7 / 1.7, rel=1e-14)
 
 
 @given(st.floats(-0.99, 0.5), st.floats(-0.99, 0.5), st.floats(1e-3, 1e3))
 def test_a_pair_has_no_order_and_scales_with_its_moduli(first_ratio, second_ratio, scale):
-    first, second = Material("a", 1.0, first_ratio), Material("b", scale, second_ratio)
+    first, second = Material("a", 1e9, first_ratio), Material("b", 1e9 * scale, second_ratio)
     there, back = MaterialPair(first, second), MaterialPair(second, first)
     assert (there.contact_modulus, there.shear_modulus) == (back.contact_modulus, back.shear_modulus)
-    scaled = MaterialPair(Material("a", 7.0, first_ratio), Material("b", 7 * scale, second_ratio))
+    scaled = MaterialPair(Material("a", 7e9, first_ratio), Material("b", 7e9 * scale, second_ratio))
     assert scaled.contact_modulus == pytest.approx(7 * there.contact_modulus, rel=1e-14)
     assert scaled.displacement_ratio == pytest.approx(there.displacement_ratio, rel=1e-14)
 

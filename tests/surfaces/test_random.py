@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import johnsonsb, johnsonsu, norm
 
-from historysim.errors import InputError
+from historysim.errors import InputError, UnlikelyValueWarning
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.johnson import translation
 from historysim.surfaces.random import MOST_PIXELS, _periodic_autocorrelation, _spectrum, random_surface
@@ -242,6 +242,7 @@ def test_moments_that_a_smooth_autocorrelation_excludes():
     make((64, 64), 10.0, 1, "exponential", kurtosis=1.3)
 
 
+@pytest.mark.filterwarnings("ignore::historysim.errors.UnlikelyValueWarning")
 @given(
     st.tuples(st.integers(2, 40), st.integers(2, 40)),
     st.tuples(st.floats(0, 1), st.floats(0, 1)),
@@ -281,6 +282,7 @@ def test_seeds_reproduce_bit_for_bit_whatever_the_number_of_threads(moments):
     assert abs(np.mean(first * other)) < 5 * math.sqrt(0.3 * 81 / first.size)
 
 
+@pytest.mark.filterwarnings("ignore::historysim.errors.UnlikelyValueWarning")
 def test_lengths_count_in_pixels_along_each_axis():
     first = random_surface((48, 64), (1e-6, 2e-6), 1.0, 20e-6, seed=4)
     np.testing.assert_allclose(first.heights, make((48, 64), (20.0, 10.0), 4), rtol=0, atol=1e-12)
@@ -335,10 +337,10 @@ GOOD = {"shape": (8, 8), "pixel_size": 1e-6, "rms_height": 1e-6, "autocorrelatio
         ({"pixel_size": (1, 2, 3)}, "pixel_size has shape"),
         ({"rms_height": -1e-6}, "rms_height is -1e-06; expected a finite number greater than 0"),
         ({"rms_height": 0}, "rms_height is 0"),
-        ({"rms_height": [1e-6, 2e-6]}, r"rms_height is \[1e-06, 2e-06\]; expected one number"),
+        ({"rms_height": [1e-6, 2e-6]}, "rms_height is a list of shape .*; expected one number"),
         ({"rms_height": math.nan}, "rms_height is nan"),
-        ({"rms_height": True}, "rms_height is True; expected one number"),
-        ({"rms_height": "1 µm"}, "rms_height is '1 µm'; expected one number"),
+        ({"rms_height": True}, "rms_height is True; expected numbers"),
+        ({"rms_height": "1 s"}, "rms_height: '1 s': 's' is not a unit of a length"),
         ({"autocorrelation_length": math.inf}, "autocorrelation_length is inf"),
         (
             {"autocorrelation_length": (3e-6, 4.1e-6)},
@@ -372,6 +374,21 @@ def test_limits_that_are_decimals_are_allowed():
     assert MOST_PIXELS >= 4096**2
 
 
+def test_lengths_come_as_texts():
+    texts = random_surface(16, ("1 µm", 2e-6), "50 nm", ["5 µm", "6 µm"], seed=1)
+    numbers = random_surface(16, (1e-6, 2e-6), 50e-9, (5e-6, 6e-6), seed=1)
+    np.testing.assert_array_equal(texts.heights, numbers.heights)
+    assert texts.pixel_size == numbers.pixel_size
+
+
+def test_a_surface_that_is_far_higher_than_wide_is_told():
+    with pytest.warns(UnlikelyValueWarning, match="rms_height is 30 m on an autocorrelation length of 5 µm, .* in m"):
+        random_surface(16, 1e-6, 30, (5e-6, 8e-6), seed=1)
+    # a model without dimension is none; warnings are errors here
+    random_surface(16, 1, 30, 5, seed=1)
+
+
+@pytest.mark.filterwarnings("ignore::historysim.errors.UnlikelyValueWarning")
 @settings(max_examples=50)
 @given(
     st.tuples(st.integers(-1, 12), st.integers(-1, 12)),

@@ -7,7 +7,7 @@ import numpy as np
 
 from historysim.asperities.laws.friction_law import LAWS, Floats, FrictionLaw
 from historysim.basics.fields import Force, Number, at_least, one_of
-from historysim.basics.units import as_float, quantity_text
+from historysim.basics.units import as_float, newtons, quantity_text
 
 
 @LAWS.register
@@ -42,7 +42,7 @@ class PowerLaw(FrictionLaw):
     """
 
     coefficient: Number = attrs.field(converter=as_float, validator=at_least(0.0))
-    reference_load: Force = attrs.field(converter=as_float, validator=at_least(0.0, above=True))
+    reference_load: Force = attrs.field(converter=newtons, validator=at_least(0.0, above=True))
     exponent: Number = attrs.field(converter=as_float, validator=at_least(-1.0, above=True))
     load: str = attrs.field(default="own", validator=one_of("own", "total"))
 

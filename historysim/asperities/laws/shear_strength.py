@@ -6,7 +6,7 @@ import attrs
 
 from historysim.asperities.laws.friction_law import LAWS, FrictionLaw
 from historysim.basics.fields import Pressure, SurfaceEnergy, at_least, one_of
-from historysim.basics.units import as_float, quantity_text
+from historysim.basics.units import joules_per_area, pascals, quantity_text
 from historysim.errors import InputError
 
 
@@ -40,11 +40,11 @@ class ShearStrength(FrictionLaw):
     shear_strength = "11.4 MPa"
     """
 
-    shear_strength: Pressure = attrs.field(converter=as_float, validator=at_least(0.0))
+    shear_strength: Pressure = attrs.field(converter=pascals, validator=at_least(0.0))
     area: str = attrs.field(default="hertz", validator=one_of("hertz", "jkr"))
     work_of_adhesion: SurfaceEnergy | None = attrs.field(
         default=None,
-        converter=attrs.converters.optional(as_float),
+        converter=attrs.converters.optional(joules_per_area),
         validator=attrs.validators.optional(at_least(0.0)),
     )
 

@@ -6,7 +6,7 @@ import attrs
 
 from historysim.asperities.laws.friction_law import LAWS, FrictionLaw
 from historysim.basics.fields import Number, SurfaceEnergy, at_least
-from historysim.basics.units import as_float
+from historysim.basics.units import as_float, joules_per_area
 
 
 @LAWS.register
@@ -38,7 +38,7 @@ class ShiftedLoad(FrictionLaw):
     """
 
     coefficient: Number = attrs.field(converter=as_float, validator=at_least(0.0))
-    work_of_adhesion: SurfaceEnergy = attrs.field(converter=as_float, validator=at_least(0.0))
+    work_of_adhesion: SurfaceEnergy = attrs.field(converter=joules_per_area, validator=at_least(0.0))
 
     kind = "shifted load"
     same_bits = True

@@ -21,6 +21,7 @@ from historysim.basics.arguments import scalar
 from historysim.basics.compiler import ZIG, compile_shared, compiler, own_options
 from historysim.basics.files import replacing
 from historysim.basics.notices import Teller, silent
+from historysim.basics.progress import progress_bar
 from historysim.basics.targets import Output, check_outputs, marked
 from historysim.basics.wording import listed
 from historysim.errors import InputError, InstallationError
@@ -90,6 +91,7 @@ def write_fmu(  # noqa: PLR0913 - options by name, as the command has them
     fmi: int = 2,
     platforms: Sequence[str] | None = None,
     force: bool = False,
+    progress: bool = False,
     tell: Teller = silent,
 ) -> None:
     """Write a contact as a unit of co-simulation (FMU): plain C with its exact memory, which needs no Python.
@@ -118,6 +120,8 @@ def write_fmu(  # noqa: PLR0913 - options by name, as the command has them
         the package ``ziglang`` has to be installed. By default this one.
     force : bool
         Replace a file that is no earlier unit, too.
+    progress : bool
+        Show on standard error, where that is a terminal, which platform is compiled for.
     tell : callable, optional
         Takes notices for the user.
 
@@ -139,14 +143,20 @@ def write_fmu(  # noqa: PLR0913 - options by name, as the command has them
     found = exported(source, tell)
     check_outputs([Output(output, (FMU,))], found.files, force=force)
     controls = Controls(normal, tangential, found.replay.saturate if saturate is None else saturate)
-    files = unit_files(found, controls, at=at, fmi=fmi, platforms=chosen)
+    files = unit_files(found, controls, at=at, fmi=fmi, platforms=chosen, progress=progress)
     with replacing(output) as unfinished, zipfile.ZipFile(unfinished, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in sorted(files.items()):
             archive.writestr(zipfile.ZipInfo(name, LONG_AGO), content, zipfile.ZIP_DEFLATED)
 
 
 def unit_files(
-    source: Exported, controls: Controls, *, at: float | None, fmi: int, platforms: Sequence[str]
+    source: Exported,
+    controls: Controls,
+    *,
+    at: float | None,
+    fmi: int,
+    platforms: Sequence[str],
+    progress: bool = False,
 ) -> dict[str, bytes]:
     """Return all files of a unit by their names; parameters and errors as for `write_fmu`."""
     job = source.replay
@@ -194,10 +204,12 @@ def unit_files(
     files["documentation/index.html"] = _page(unit, controls, at)
     if fmi == 3:
         files["sources/buildDescription.xml"] = build_description(unit)
-    for name in platforms:
-        folder = FOLDERS_OF_2.get(name, name) if fmi == 2 else name
-        ending = ENDINGS[name.partition("-")[2]]
-        files[f"binaries/{folder}/{identifier}{ending}"] = compiled(code, name)
+    with progress_bar(progress, "platform", len(platforms), desc="compiling", leave=False) as done:
+        for name in platforms:
+            folder = FOLDERS_OF_2.get(name, name) if fmi == 2 else name
+            ending = ENDINGS[name.partition("-")[2]]
+            files[f"binaries/{folder}/{identifier}{ending}"] = compiled(code, name)
+            done()
     return files
 
 

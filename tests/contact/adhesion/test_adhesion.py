@@ -71,7 +71,10 @@ def test_scalars_give_scalars_and_arrays_broadcast():
         (lambda: regime(0, 1), "maugis_parameter is 0; expected a finite number greater than 0"),
         (lambda: regime(1, math.nan), "load_parameter is nan"),
         (lambda: rigid_boundary(-1), "maugis_parameter is -1"),
-        (lambda: load_parameter("x", summit_radius=R, work_of_adhesion=W), "normal_load is 'x'; expected numbers"),
+        (
+            lambda: load_parameter("x", summit_radius=R, work_of_adhesion=W),
+            "normal_load: 'x' is not one number and its unit",
+        ),
         (lambda: work_of_adhesion(0, 1), "first is 0"),
         (lambda: work_of_adhesion(1, 1, -1), "interfacial is -1"),
         (lambda: branch("jrk", **ELASTIC, max_load=1), "model is 'jrk'; expected one of dmt, hertz, jkr, maugis"),
