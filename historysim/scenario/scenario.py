@@ -138,7 +138,7 @@ class Scenario:
         from historysim.basics.arguments import workable
 
         with reported(self.path.name), at("surface"):
-            built = self.sections.surface.ground(self.path.parent)
+            built = self.sections.surface.build(self.path.parent)
             if built.passes is not None:
                 friction = self.sections.friction
                 coefficient = None if friction is None else getattr(friction.of, "coefficient", None)
@@ -162,7 +162,7 @@ class Scenario:
             kind = kind.of
         plain = kind.unprepared() if isinstance(kind, HeightMap) else None
         with reported(self.path.name), at("surface"):
-            return plain.ground(self.path.parent) if plain else None
+            return plain.build(self.path.parent) if plain else None
 
     def build(self, tell: Teller = silent, surface: BuiltSurface | None = None) -> "BuiltScenario":
         """Check the scenario and build what it describes: surface, ensemble and events.

@@ -47,7 +47,7 @@ def folder(tmp_path):
     return tmp_path
 
 
-def ground(folder, entry):
+def built(folder, entry):
     return loaded(folder, entry).surface()
 
 
@@ -143,7 +143,7 @@ CASES = [
 @pytest.mark.parametrize(("entry", "by_functions"), CASES, ids=NAMES)
 def test_a_kind_gives_what_its_function_gives_bit_for_bit(folder, entry, by_functions):
     summits, surface = by_functions(folder)
-    found = ground(folder, entry)
+    found = built(folder, entry)
     assert len(summits) > 0
     assert bits(found.summits) == bits(summits)
     assert found.friction is None
@@ -157,14 +157,14 @@ def test_a_kind_gives_what_its_function_gives_bit_for_bit(folder, entry, by_func
 
 def test_an_array_that_replaces_one_asperity_has_smaller_ones(folder):
     entry = {**SHORT["textured"], "scaling": "self-similar"}
-    assert ground(folder, entry).summits.radius == pytest.approx(RADIUS / math.sqrt(12), rel=4e-16)
+    assert built(folder, entry).summits.radius == pytest.approx(RADIUS / math.sqrt(12), rel=4e-16)
     entry = {**SHORT["textured"], "scaling": "curvature-invariant"}
-    assert (ground(folder, entry).summits.radius == RADIUS).all()
+    assert (built(folder, entry).summits.radius == RADIUS).all()
 
 
 @pytest.mark.parametrize("entry", [*SECTIONS.values(), *SHORT.values()], ids=NAMES)
 def test_a_run_has_these_summits_bit_for_bit(folder, entry):
-    summits = ground(folder, entry).summits
+    summits = built(folder, entry).summits
     history = hs.run(folder / "s.toml")
     assert history.summit_height.values.tobytes() == summits.height.tobytes()
     assert history.summit_radius.values.tobytes() == summits.radius.tobytes()
@@ -253,8 +253,8 @@ def test_every_key_has_an_effect(folder, name, key, value):
     entry = SECTIONS[name]
     if key == "height_unit":
         entry = without(entry, "rms_height")
-    before = bits(ground(folder, entry).summits)
-    assert bits(ground(folder, {**entry, key: value}).summits) != before
+    before = bits(built(folder, entry).summits)
+    assert bits(built(folder, {**entry, key: value}).summits) != before
 
 
 @pytest.mark.parametrize(
@@ -273,23 +273,23 @@ def test_every_key_has_an_effect(folder, name, key, value):
     ],
 )
 def test_texts_with_units_are_numbers_in_si(folder, name, changes):
-    assert bits(ground(folder, {**SECTIONS[name], **changes}).summits) == bits(ground(folder, SECTIONS[name]).summits)
+    assert bits(built(folder, {**SECTIONS[name], **changes}).summits) == bits(built(folder, SECTIONS[name]).summits)
 
 
 @pytest.mark.parametrize("text", ["90 degree", "90 degrees", "90°", "90 arc_degree"])
 def test_a_rotation_in_degrees(folder, text):
-    quarter = ground(folder, {**SECTIONS["sum"], "rotation": math.pi / 2}).surface
-    found = ground(folder, {**SECTIONS["sum"], "rotation": text}).surface
+    quarter = built(folder, {**SECTIONS["sum"], "rotation": math.pi / 2}).surface
+    found = built(folder, {**SECTIONS["sum"], "rotation": text}).surface
     np.testing.assert_allclose(found.heights, quarter.heights, rtol=0, atol=1e-20)
 
 
 def test_one_number_stands_for_all_summits(folder):
     positions = {"x": [0.0, 1e-5, 2e-5], "y": 0.0}
-    found = ground(folder, {"kind": "summits", "height": "1 nm", "radius": RADIUS, **positions}).summits
+    found = built(folder, {"kind": "summits", "height": "1 nm", "radius": RADIUS, **positions}).summits
     assert found.height.tolist() == [1e-9] * 3
     assert found.radius.tolist() == [RADIUS] * 3
     assert found.y.tolist() == [0.0] * 3
-    one = ground(folder, {"kind": "summits", "height": [1e-9], "radius": [1e-6, 2e-6]}).summits
+    one = built(folder, {"kind": "summits", "height": [1e-9], "radius": [1e-6, 2e-6]}).summits
     assert one.height.tolist() == [1e-9] * 2
 
 
@@ -303,7 +303,7 @@ def test_friction_may_stand_in_the_table_of_summits(folder):
 
 def test_a_seed_draws_and_no_seed_takes_quantiles(folder):
     entry = SHORT["gaussian statistics"]
-    quantiles, drawn = (ground(folder, {**entry, **seed}).summits for seed in ({}, {"seed": 0}))
+    quantiles, drawn = (built(folder, {**entry, **seed}).summits for seed in ({}, {"seed": 0}))
     assert (np.diff(quantiles.height) > 0).all()
     assert quantiles.x is None
     assert (np.diff(drawn.height) < 0).any()
@@ -313,7 +313,7 @@ def test_a_seed_draws_and_no_seed_takes_quantiles(folder):
 @pytest.mark.parametrize("where", ["here", "elsewhere"])
 def test_paths_are_relative_to_the_scenario(folder, monkeypatch, tmp_path_factory, where):
     monkeypatch.chdir(folder if where == "here" else tmp_path_factory.mktemp("elsewhere"))
-    expected = bits(ground(folder, SECTIONS["measured"]).summits)
+    expected = bits(built(folder, SECTIONS["measured"]).summits)
     (folder / "below").mkdir()
     for path in ("../maps/rough.txt", str(folder / "maps" / "rough.txt")):
         entry = {**SECTIONS["measured"], "file": path}
@@ -323,14 +323,14 @@ def test_paths_are_relative_to_the_scenario(folder, monkeypatch, tmp_path_factor
 
 def test_paths_in_a_sum_are_relative_to_the_scenario_too(folder):
     second = {**SHORT["measured"], "file": "./maps/../maps/rough.txt"}
-    found = ground(folder, {"kind": "sum", "first": SHORT["measured"], "second": second})
-    one = ground(folder, SHORT["measured"])
+    found = built(folder, {"kind": "sum", "first": SHORT["measured"], "second": second})
+    one = built(folder, SHORT["measured"])
     assert found.surface.heights.tobytes() == (2 * one.surface.heights).tobytes()
 
 
 def test_a_sum_of_sums(folder):
     inner = {"kind": "sum", "first": {"kind": "random", **OTHER}, "second": SHORT["measured"], "rotation": 0.1}
-    found = ground(folder, {"kind": "sum", "first": {"kind": "random", **ROUGH}, "second": inner})
+    found = built(folder, {"kind": "sum", "first": {"kind": "random", **ROUGH}, "second": inner})
     measured = read_surface(folder / "maps" / "rough.txt", pixel_size=1e-6, height_unit="nm").detrended()
     expected = random_surface(**ROUGH) + random_surface(**OTHER).combined(measured, rotation=0.1)
     assert found.surface.heights.tobytes() == expected.heights.tobytes()
@@ -344,25 +344,25 @@ def shifted_sum(**keys):
 
 @pytest.mark.parametrize("interpolation", ["spline", "fourier", "none"])
 def test_the_second_surface_of_a_sum_by_another_interpolation(folder, interpolation):
-    found = ground(folder, shifted_sum(interpolation=interpolation))
+    found = built(folder, shifted_sum(interpolation=interpolation))
     first, second = (random_surface(**{**OTHER, "seed": seed}) for seed in (1, 2))
     expected = first.combined(second, shift=(0.5e-6, 1.5e-6), interpolation=interpolation)
     assert found.surface.heights.tobytes() == expected.heights.tobytes()
 
 
 def test_what_splines_take_from_a_sum_is_noticed(folder):
-    (notice,) = ground(folder, shifted_sum()).notices
+    (notice,) = built(folder, shifted_sum()).notices
     assert notice.startswith("second surface of the sum: it is interpolated by cubic splines between its points")
     for without in ({"interpolation": "fourier"}, {"interpolation": "none"}, {"shift": [1e-6, -4e-6]}):
-        assert ground(folder, shifted_sum(**without)).notices == ()
+        assert built(folder, shifted_sum(**without)).notices == ()
     # of a sum within a sum too
     nested = {"kind": "sum", "first": {"kind": "random", **ROUGH}, "second": shifted_sum()}
-    assert notice in ground(folder, nested).notices
+    assert notice in built(folder, nested).notices
 
 
 def test_a_run_tells_what_splines_take(folder):
     told = []
-    (notice,) = ground(folder, shifted_sum()).notices
+    (notice,) = built(folder, shifted_sum()).notices
     hs.run(folder / "s.toml", tell=told.append)
     hs.run(folder / "s.toml", folder / "s.nc", tell=told.append).close()
     assert told == [f"s.toml: {notice}"] * 2
@@ -371,7 +371,7 @@ def test_a_run_tells_what_splines_take(folder):
 
 @pytest.mark.parametrize("name", ["random", "measured", "sum"])
 def test_a_height_scale_stretches_the_map_with_its_summits(folder, name):
-    plain, stretched = ground(folder, SECTIONS[name]), ground(folder, {**SECTIONS[name], "height_scale": 2.5})
+    plain, stretched = built(folder, SECTIONS[name]), built(folder, {**SECTIONS[name], "height_scale": 2.5})
     mean = plain.summits.height.mean()
     for before, after in (
         (plain.summits.height, stretched.summits.height),
@@ -413,7 +413,7 @@ def test_an_interpolation_that_a_sum_cannot_have(folder):
         ({"interpolation": "fourier", "rotation": 0.1}, "turned; expected no rotation, or 'spline'"),
     ):
         with pytest.raises(InputError, match=re.escape(message)):
-            ground(folder, shifted_sum(**keys))
+            built(folder, shifted_sum(**keys))
 
 
 @pytest.mark.skipif(not HEIGHTS.is_dir(), reason="the folder of measured height maps is not there")
@@ -422,7 +422,7 @@ def test_maps_of_instruments_know_their_units(folder, name):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # it warns of parallel computers that it does not find
         pytest.importorskip("SurfaceTopography")
-    found = ground(folder, {"kind": "measured", "file": str(HEIGHTS / name), "channel": 0, "form": "mean"})
+    found = built(folder, {"kind": "measured", "file": str(HEIGHTS / name), "channel": 0, "form": "mean"})
     expected = read_surface(HEIGHTS / name).detrended("mean")
     assert found.surface.heights.tobytes() == expected.heights.tobytes()
     assert bits(found.summits) == bits(expected.summits())
@@ -439,7 +439,7 @@ def test_lists_of_coordinates_take_a_lateral_unit(folder):
     (folder / "points.xyz").write_text("\n".join(points), encoding="utf-8")
     entry = {"kind": "measured", "file": "points.xyz", "height_unit": "nm", "form": "mean"}
     assert "give lateral_unit" in refusal(folder, entry)
-    found = ground(folder, {**entry, "lateral_unit": "µm"}).surface
+    found = built(folder, {**entry, "lateral_unit": "µm"}).surface
     assert found.shape == (5, 6)
     assert found.pixel_size == pytest.approx((0.5e-6, 0.25e-6))
 
@@ -468,7 +468,7 @@ def test_summits_of_a_map_with_a_third_missing(folder, rule, offsets):
     lines[np.random.default_rng(1).random(lines.shape) < 0.31] = np.nan
     np.savetxt(folder / "gaps.txt", lines)
     entry = {"kind": "measured", "file": "gaps.txt", "pixel_size": ["1 µm", "2 µm"], "height_unit": "nm"}
-    found = ground(folder, {**entry, "rule": rule})
+    found = built(folder, {**entry, "rule": rule})
     assert 0.29 < found.surface.missing.mean() < 0.33
     assert (np.isnan(lines.T) == found.surface.missing).all()
     expected = brute_force(found.surface.heights, offsets)
@@ -485,10 +485,10 @@ def test_the_first_index_of_a_text_is_that_of_its_columns(folder):
     np.save(folder / "peak.npy", lines.T)
     entry = {"kind": "measured", "pixel_size": ["1 µm", "2 µm"], "height_unit": "nm", "form": "mean"}
     for name in ("peak.txt", "peak.npy"):
-        found = ground(folder, {**entry, "file": name})
+        found = built(folder, {**entry, "file": name})
         assert found.surface.shape == (9, 5)
         assert (found.summits.x.tolist(), found.summits.y.tolist()) == ([6e-6], [2e-6])
-        mirrored = ground(folder, {**entry, "file": name, "mirrored": True})
+        mirrored = built(folder, {**entry, "file": name, "mirrored": True})
         assert (mirrored.summits.x.tolist(), mirrored.summits.y.tolist()) == ([2e-6], [2e-6])
 
 
@@ -496,7 +496,7 @@ def test_the_first_index_of_a_text_is_that_of_its_columns(folder):
 def test_a_height_that_is_missing_in_a_text(folder, missing):
     (folder / "map.txt").write_text(f"0 0 0 0\n0 9 0 0\n0 0 0 {missing}\n0 5 0 0\n0 0 0 0\n", encoding="utf-8")
     entry = {"kind": "measured", "file": "map.txt", "pixel_size": 1, "height_unit": "m", "form": "mean"}
-    found = ground(folder, entry)
+    found = built(folder, entry)
     assert np.argwhere(found.surface.missing).tolist() == [[3, 2]]
     assert sorted(found.summits.y.tolist()) == [1.0, 3.0]
 
@@ -510,7 +510,7 @@ def test_a_profile_has_summits_by_rule_3_alone(folder, shape):
         message = refusal(folder, {**entry, **rule})
         expected = f"rule is {rule.get('rule', 9)} for a profile of 30 points; expected 3, the rule for profiles"
         assert message == f"s.toml: surface: {expected}"
-    found = ground(folder, {**entry, "rule": 3, "form": "mean"})
+    found = built(folder, {**entry, "rule": 3, "form": "mean"})
     along, across = (0, 1) if shape[0] > 1 else (1, 0)
     offsets = [(1, 0), (-1, 0)] if shape[0] > 1 else [(0, 1), (0, -1)]
     expected = brute_force(heights, offsets)
@@ -523,12 +523,12 @@ def test_a_profile_has_summits_by_rule_3_alone(folder, shape):
 def test_a_text_of_one_column_is_a_profile(folder):
     np.savetxt(folder / "profile.txt", bumps((30, 1)))
     entry = {"kind": "measured", "file": "profile.txt", "pixel_size": 1e-6, "height_unit": "nm", "rule": 3}
-    assert ground(folder, entry).surface.shape == (30, 1)
+    assert built(folder, entry).surface.shape == (30, 1)
 
 
 @pytest.mark.parametrize("shape", [[40, 1], [1, 40]])
 def test_random_profiles(folder, shape):
-    found = ground(folder, {**SHORT["random"], "shape": shape, "rule": 3})
+    found = built(folder, {**SHORT["random"], "shape": shape, "rule": 3})
     assert found.surface.shape == tuple(shape)
     assert len(found.summits) > 3
 
@@ -622,7 +622,7 @@ def test_a_misspelt_key_names_the_nearest(folder, name, key):
 def test_values_of_a_wrong_type_or_size_are_refused_by_their_key(folder, name, key, value):
     entry = {**SECTIONS[name], key: value}
     try:
-        found = ground(folder, entry)
+        found = built(folder, entry)
     except InputError:
         message = refusal(folder, entry)
         assert key in message or (key == "pixel_size" and "pixels of 1.18059e+21 m" in message)
@@ -869,7 +869,7 @@ def test_a_map_and_a_profile_have_no_sum(folder):
     assert refusal(folder, entry).startswith("s.toml: surface: surfaces of (30, 1) and (24, 17) points; expected two")
     both = {"kind": "sum", "first": profile, "second": profile}
     assert "expected 3, the rule for profiles" in refusal(folder, both)
-    assert len(ground(folder, {**both, "rule": 3}).summits) > 3
+    assert len(built(folder, {**both, "rule": 3}).summits) > 3
     assert "expected a shift along it" in refusal(folder, {**both, "rule": 3, "shift": [0, 1]})
 
 
@@ -885,7 +885,7 @@ def test_sums_within_sums_have_a_deepest_one(folder):
     expected = one
     for _ in range(surface_kinds.DEEPEST):
         expected = expected + other
-    found = ground(folder, nested(surface_kinds.DEEPEST))
+    found = built(folder, nested(surface_kinds.DEEPEST))
     assert found.surface.heights.tobytes() == expected.heights.tobytes()
     said = "s.toml: surface: sums within sums, more than 20 deep; expected fewer"
     assert refusal(folder, nested(surface_kinds.DEEPEST + 1)) == said
@@ -900,8 +900,8 @@ def test_sums_within_sums_have_a_deepest_one(folder):
 def test_a_surface_is_what_it_was_beside_a_flat(folder):
     flat = {"kind": "measured", "file": "flat.npy", "pixel_size": [1e-6, 2e-6], "height_unit": "nm", "form": "mean"}
     np.save(folder / "flat.npy", np.zeros((24, 17)))
-    one = ground(folder, {"kind": "random", **ROUGH})
-    both = ground(folder, {"kind": "sum", "first": {"kind": "random", **ROUGH}, "second": flat})
+    one = built(folder, {"kind": "random", **ROUGH})
+    both = built(folder, {"kind": "sum", "first": {"kind": "random", **ROUGH}, "second": flat})
     assert both.surface.heights.tobytes() == one.surface.heights.tobytes()
     # the flat ends where the map goes round
     inside = Surface(one.surface.heights, one.surface.pixel_size)

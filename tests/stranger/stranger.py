@@ -72,7 +72,7 @@ class Stairs(SurfaceKind):
 
     kind = "stairs"
 
-    def ground(self, folder):
+    def build(self, folder):
         del folder
         return BuiltSurface(Summits(-self.step * np.arange(self.count), self.radius))
 

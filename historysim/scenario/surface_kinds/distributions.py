@@ -48,7 +48,7 @@ class DistributedSummits(SurfaceKind):
     def distribution(self, folder: Path) -> "HeightDistribution":
         """Return the distribution of the heights."""
 
-    def ground(self, folder: Path) -> BuiltSurface:
+    def build(self, folder: Path) -> BuiltSurface:
         """Return the summits."""
         from historysim.basics.arguments import representable
         from historysim.surfaces.distribution import drawn_summits, quantile_summits

@@ -36,7 +36,7 @@ class Sphere(SurfaceKind):
 
     radius: Length
 
-    def ground(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - a sphere needs no file
+    def build(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - a sphere needs no file
         """Return one summit at height 0."""
         from historysim.surfaces.summits import Summits
 
@@ -79,7 +79,7 @@ class InlineSummits(SurfaceKind):
         """Return the class of a table, where the keys say so."""
         return SummitTable if {"file", "columns"} & set(entry) else cls
 
-    def ground(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - they are in the scenario itself
+    def build(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - they are in the scenario itself
         """Return the summits."""
         import numpy as np
 
@@ -137,7 +137,7 @@ class SummitTable(NumbersFile, SurfaceKind):
 
     columns: SummitColumns
 
-    def ground(self, folder: Path) -> BuiltSurface:
+    def build(self, folder: Path) -> BuiltSurface:
         """Return the summits of the table."""
         from historysim.surfaces.summits import Summits
 
@@ -196,7 +196,7 @@ class Textured(SurfaceKind):
     radius_scatter: Number = 0.0
     seed: int | None = None
 
-    def ground(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - a texture needs no file
+    def build(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - a texture needs no file
         """Return the array; by a scaling law the radius is that of the one asperity which the array replaces."""
         import math
 

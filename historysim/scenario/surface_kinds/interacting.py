@@ -29,11 +29,11 @@ class Interacting(SurfaceKind):
     of: SurfaceKind
     interaction: str = attrs.field(validator=_known)
 
-    def ground(self, folder: Path) -> BuiltSurface:
+    def build(self, folder: Path) -> BuiltSurface:
         """Make the surface."""
-        ground = self.of.ground(folder)
+        built = self.of.build(folder)
         if self.interaction == "none":
-            return ground
-        if ground.surface is None:
+            return built
+        if built.surface is None:
             raise misfit("full, of a surface without a height map; expected a random, measured or sum", "interaction")
-        return attrs.evolve(ground, interacts=True)
+        return attrs.evolve(built, interacts=True)

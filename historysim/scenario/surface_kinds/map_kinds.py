@@ -101,7 +101,7 @@ class HeightMap(SurfaceKind):
         share = WOLF if self.prune is True else self.prune
         return surface.summits(self.rule, prominence=share * surface.statistics().height_range)
 
-    def ground(self, folder: Path) -> BuiltSurface:
+    def build(self, folder: Path) -> BuiltSurface:
         """Return the summits of the map, and the map."""
         from historysim.basics.arguments import representable
 

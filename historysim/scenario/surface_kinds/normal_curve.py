@@ -44,7 +44,7 @@ class NormalCurveTable(NumbersFile, SurfaceKind):
 
     columns: CurveColumns
 
-    def ground(self, folder: Path) -> BuiltSurface:
+    def build(self, folder: Path) -> BuiltSurface:
         """Read the curve."""
         found = self.table(folder, given(self.columns), {"approach": "m", "load": "N", "area": "m2"}).columns
         return BuiltSurface(None, curve=Curve(found["approach"], found["load"], found.get("area")))

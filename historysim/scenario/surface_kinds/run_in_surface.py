@@ -69,8 +69,8 @@ class PassesSection:
     wear: WearSection | None = None
     volume: str = "lost"
 
-    def done(self, ground: BuiltSurface, pair: MaterialPair, friction: object) -> BuiltSurface:
-        """Return the ground after the passes.
+    def done(self, built: BuiltSurface, pair: MaterialPair, friction: object) -> BuiltSurface:
+        """Return the built after the passes.
 
         Raises
         ------
@@ -79,9 +79,9 @@ class PassesSection:
         """
         from historysim.asperities.running_in import Pass, run_in
 
-        if ground.surface is None or ground.summits is None or ground.find is None:
+        if built.surface is None or built.summits is None or built.find is None:
             raise misfit("given for a surface without a height map; expected a random, measured or sum", "passes")
-        if ground.interacts:
+        if built.interacts:
             raise misfit('given with interaction = "full", which has no summits; expected one of them', "passes")
         if not isinstance(friction, int | float):
             raise misfit("given beside friction that is not one coefficient; expected one", "passes")
@@ -90,14 +90,14 @@ class PassesSection:
         with at("passes"):
             steps = [Pass(one.normal_load, one.sliding_distance) for one in self.steps for _ in range(one.repeat)]
             surface, records = run_in(
-                ground.surface,
+                built.surface,
                 pair,
                 steps,
                 friction=float(friction),
-                yielding=ground.yielding,
+                yielding=built.yielding,
                 wear=self.wear.of if self.wear else None,
                 volume=self.volume,
-                find=ground.find,
+                find=built.find,
             )
         first, last = records[0], records[-1]
         told = (
@@ -105,7 +105,7 @@ class PassesSection:
             f"in the first, {last.preliminary_displacement * 1e9:.4g} nm in the last; {first.contact_count} and "
             f"{last.contact_count} contacts; volume {self.volume}"
         )
-        return attrs.evolve(ground, surface=surface, summits=ground.find(surface), notices=(*ground.notices, told))
+        return attrs.evolve(built, surface=surface, summits=built.find(surface), notices=(*built.notices, told))
 
 
 @attrs.frozen
@@ -115,11 +115,11 @@ class RunIn:
     kind: SurfaceKind
     passes: PassesSection
 
-    def ground(self, folder: Path) -> BuiltSurface:
+    def build(self, folder: Path) -> BuiltSurface:
         """Make the surface as it comes; the passes need materials and friction, too."""
-        ground = self.kind.ground(folder)
+        built = self.kind.build(folder)
         kind: Any = self.kind
         while not isinstance(kind, HeightMap) and hasattr(kind, "kind"):
             kind = kind.kind
         find = kind.found_summits if isinstance(kind, HeightMap) else None
-        return attrs.evolve(ground, passes=self.passes, find=find)
+        return attrs.evolve(built, passes=self.passes, find=find)

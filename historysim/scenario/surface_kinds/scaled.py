@@ -30,15 +30,15 @@ class Scaled(SurfaceKind):
     of: SurfaceKind
     height_scale: float = attrs.field(validator=_positive)
 
-    def ground(self, folder: Path) -> BuiltSurface:
+    def build(self, folder: Path) -> BuiltSurface:
         """Return the summits, and the map that they lie on."""
-        ground = self.of.ground(folder)
-        if ground.summits is None:
+        built = self.of.build(folder)
+        if built.summits is None:
             raise misfit("given for a normal curve, which has no heights; expected none", "height_scale")
-        mean = ground.summits.height.mean()
-        summits = ground.summits.at_heights(mean + self.height_scale * (ground.summits.height - mean))
-        surface = None if ground.surface is None else self._stretched(ground.surface, mean)
-        return attrs.evolve(ground, summits=summits, surface=surface)
+        mean = built.summits.height.mean()
+        summits = built.summits.at_heights(mean + self.height_scale * (built.summits.height - mean))
+        surface = None if built.surface is None else self._stretched(built.surface, mean)
+        return attrs.evolve(built, summits=summits, surface=surface)
 
     def _stretched(self, surface: "Surface", mean: float) -> "Surface":
         heights = mean + self.height_scale * (surface.heights - mean)

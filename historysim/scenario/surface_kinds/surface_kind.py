@@ -92,5 +92,5 @@ class SurfaceKind(abc.ABC):
         return cls
 
     @abc.abstractmethod
-    def ground(self, folder: Path) -> BuiltSurface:
+    def build(self, folder: Path) -> BuiltSurface:
         """Return the summits, with the map that they were found on; paths are relative to the folder."""

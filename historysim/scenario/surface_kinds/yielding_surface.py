@@ -81,15 +81,15 @@ class Yielding:
     kind: SurfaceKind
     yielding: YieldingSection
 
-    def ground(self, folder: Path) -> BuiltSurface:
+    def build(self, folder: Path) -> BuiltSurface:
         """Make the surface."""
-        ground = self.kind.ground(folder)
-        if ground.interacts:
+        built = self.kind.build(folder)
+        if built.interacts:
             raise misfit(
                 'given with interaction = "full", and the normal contact of a whole map is solved as elastic; expected '
                 "one of them",
                 "yielding",
             )
-        if ground.summits is None:
+        if built.summits is None:
             raise misfit("given for a normal curve, which is the contact itself; expected none", "yielding")
-        return attrs.evolve(ground, yielding=self.yielding.yielding())
+        return attrs.evolve(built, yielding=self.yielding.yielding())
