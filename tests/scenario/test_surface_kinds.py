@@ -613,6 +613,7 @@ def test_a_misspelt_key_names_the_nearest(folder, name, key):
     assert message == f"s.toml: surface.{wrong}: unknown key; did you mean {key!r}?"
 
 
+@pytest.mark.filterwarnings("ignore::historysim.errors.UnlikelyValueWarning")
 @pytest.mark.parametrize(
     "value", [True, "nonsense", "", {"a": 1}, [[1]], [], math.nan, -math.inf, -1, 2**70, 10**400, "5 kg"]
 )
@@ -802,6 +803,7 @@ def test_tables_of_densities_that_cannot_be_used(folder, content, said):
     assert message.startswith(f"s.toml: surface.file: density.csv: {said}")
 
 
+@pytest.mark.filterwarnings("ignore::historysim.errors.UnlikelyValueWarning")
 @pytest.mark.parametrize(
     ("name", "changes"),
     [
