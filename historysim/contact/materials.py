@@ -70,8 +70,8 @@ def _range(owner: object, attribute: "attrs.Attribute[tuple[float, float]]", val
         )
 
 
-_LEAST_MODULUS, _LARGEST_MODULUS = 1e3, 1e13
-"""Young's modulus or hardness of what there is [Pa]: from a soft gel to eight times diamond."""
+_LEAST_MODULUS, _LARGEST_MODULUS = 1e3, 1e18
+"""Young's modulus or hardness of what there is [Pa]: from a soft gel to a plane that is as good as rigid."""
 
 _ISOTROPIC: Any = None
 _PRESSURE = attrs.validators.optional(_positive("Pa"))
