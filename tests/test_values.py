@@ -156,7 +156,7 @@ VALUES = {
 
 OF_ASPERITIES = {"Ensemble", "EnsembleState", "Start", "Replay", "LogHeader"}
 """Of these, or of what stands in them, it is not asked yet whether arrays stay read-only."""
-NO_VALUES = {"Asperity", "ContactBatch", "EventLog"}
+NO_VALUES = {"UnlikelyValueWarning", "Asperity", "ContactBatch", "EventLog"}
 """They look into an ensemble, change at each step, and hold an open file."""
 
 

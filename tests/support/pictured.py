@@ -152,12 +152,12 @@ def compared():
 @cache
 def loops():
     events = [hs.NormalLoad(0.0, 50e-3), *(hs.TangentialDisplacement(1.0 + i, 60e-9 * (-1) ** i) for i in range(12))]
-    return hs.find_loops(hs.replay(hs.Ensemble(PAIR, 0.0, 2.5e-3, 0.12), events, substeps=50))
+    return hs.loops(hs.replay(hs.Ensemble(PAIR, 0.0, 2.5e-3, 0.12), events, substeps=50))
 
 
 @cache
 def levels():
-    return hs.find_loops("scenarios/15_instrument_in_series.toml")
+    return hs.loops("scenarios/15_instrument_in_series.toml")
 
 
 @cache
@@ -166,7 +166,7 @@ def slid():
     noise = np.random.default_rng(1).normal(size=time.size)
     friction = 0.4 - 0.15 * np.exp(-time / 20) + 0.01 * noise
     channels = {"normal_load": np.full(time.size, 0.05), "tangential_displacement": 1e-6 * time}
-    return hs.find_sliding(Measurement(time, channels, {"tangential_load": 0.05 * friction}))
+    return hs.sliding(Measurement(time, channels, {"tangential_load": 0.05 * friction}))
 
 
 @cache

@@ -787,7 +787,7 @@ def test_there_may_be_no_summits():
         (lambda: Summits([1, 2], 1, x=[1, 2, 3]), "x has 3 values for 2 summits"),
         (lambda: Summits([1, 2], 1, y=[math.inf, 2]), r"y\[0\] is inf"),
         (lambda: Summits([1], 1, nominal_area=0), "nominal_area is 0"),
-        (lambda: Summits("high", 1), "height is 'high'; expected numbers in SI"),
+        (lambda: Summits("high", 1), "height: 'high' is not one number and its unit"),
     ],
 )
 def test_summits_out_of_range(call, message):
