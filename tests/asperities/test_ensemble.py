@@ -354,7 +354,7 @@ def test_parameters_are_copied_and_frozen():
         ({"y": [0.0, 1.0, 2.0]}, "y has 3 values"),
         ({"pair": "steel"}, "expected a MaterialPair"),
         ({"tolerance": 0.0}, "tolerance is 0"),
-        ({"summit_height": "high"}, "expected numbers"),
+        ({"summit_height": "high"}, "is not one number and its unit"),
     ],
 )
 def test_bad_parameters_are_refused(change, complaint):
