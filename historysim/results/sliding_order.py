@@ -8,6 +8,10 @@ anchored at the displacement V_t of that moment, whatever has happened since, so
 with the tangential displacement V, the approach d of the contact, and h, that at which the asperity touches (the slip
 front of Mindlin and Jäger has come to its middle). Paths are straight in d and V, where this is one division; where
 both loads are controlled they are straight in the loads, and the share of the path is searched for.
+
+That holds as long as springs further out give way first. After a fall of friction what slipped before is steeper than
+the new coefficient, and the slip front reaches the middle later than the spring there meets its limit: of asperities
+that were in contact then, the state itself is asked.
 """
 
 from typing import TYPE_CHECKING
@@ -238,11 +242,15 @@ class _Sliding:
         # the displacement at which each touched; not a number where it does not touch
         self.anchor = np.full(labels.size, np.nan)
         self.time = np.full(labels.size, np.nan)
+        # friction has fallen since they touched, after tangential loads
+        self.steep = np.zeros(labels.size, dtype=np.bool_)
+        self.still = True
 
     def follow(self, state: "EnsembleState", paths: Paths, times: Floats) -> "EnsembleState":
         """Go along paths that begin and end at times (path + 1), and return the state at their end."""
         pieces, after = _walked(self.job, state, paths)
         way = _Way(self.job, state, paths)
+        self.still &= not pieces.displacement.any()
         for number, path in enumerate(pieces.path):
             slid, share = self._slid(way, pieces, number)
             self.time[slid] = times[path] + share * (times[path + 1] - times[path])
@@ -250,10 +258,14 @@ class _Sliding:
 
     def settle(self, state: "EnsembleState", now: float) -> None:
         """Look which asperities a change of friction has made slide."""
-        self.friction = state.friction[self.labels]
+        before, self.friction = self.friction, state.friction[self.labels]
+        if not self.still:
+            self.steep |= (self.friction < before) & ~np.isnan(self.anchor)
         inside = self._inside()
         slides, _ = self._slides(inside, state.approach, state.tangential_displacement, lambda: state)
         self.time[inside[slides]] = now
+        steep = self._inside(steep=True)
+        self.time[steep[self._slid_in(state, steep)]] = now
 
     def _slid(self, way: "_Way", pieces: _Pieces, number: int) -> tuple[Integers, Floats]:
         """Return which asperities slide in a piece, and at which share of its path."""
@@ -275,12 +287,47 @@ class _Sliding:
             whole = np.maximum(piece.approach.max() - self.touch[slid], 0.0)
             lifted = (self.touch[slid] >= piece.approach[1]) & (depth <= NEAR * whole)
             slid, share = slid[~lifted], share[~lifted]
-        self.anchor[self.touch >= piece.approach[1]] = np.nan
-        return slid, share
+        late, when = self._late(way, piece)
+        left = self.touch >= piece.approach[1]
+        self.anchor[left], self.steep[left] = np.nan, False
+        return np.append(slid, late), np.append(share, when)
 
-    def _inside(self) -> Integers:
-        """Return which asperities are in contact and have not yet slid."""
-        return np.flatnonzero(np.isnan(self.time) & ~np.isnan(self.anchor))
+    def _late(self, way: "_Way", piece: _Piece) -> tuple[Integers, Floats]:
+        """Return which of those that the state tells slide in a piece, and at which share of its path.
+
+        The slip front goes inward along a piece, so that what has slid once slides until the contact is lost.
+        """
+        waiting = [(self._inside(steep=True), piece.start, piece.end)]
+        found: list[tuple[int, float]] = []
+        while waiting:
+            which, start, end = waiting.pop()
+            if start == piece.start:
+                which = which[self._slid_in(way.state(piece.path, end), which)]
+            if not which.size:
+                continue
+            middle = (start + end) / 2
+            if end - start <= CLOSEST or not start < middle < end:
+                found += [(int(one), end) for one in which]
+                continue
+            before = self._slid_in(way.state(piece.path, middle), which)
+            waiting += [(which[before], start, middle), (which[~before], middle, end)]
+        if not found:
+            return np.empty(0, dtype=np.int64), np.empty(0)
+        late, share = (np.array(values) for values in zip(*found, strict=True))
+        depth = way.at(piece, share)[0] - self.touch[late]
+        whole = np.maximum(piece.approach.max() - self.touch[late], 0.0)
+        lifted = (self.touch[late] >= piece.approach[1]) & (depth <= NEAR * whole)
+        return late[~lifted], share[~lifted]
+
+    def _slid_in(self, state: "EnsembleState", which: Integers) -> Flags:
+        """Return which asperities slide in a state, or are lost."""
+        slid = SlipState.GROSS_SLIP, SlipState.SEPARATED
+        asperities = (self.job.ensemble.asperity(int(self.labels[one]), state) for one in which)
+        return np.array([asperity.slip_state in slid for asperity in asperities], dtype=np.bool_)
+
+    def _inside(self, *, steep: bool = False) -> Integers:
+        """Return which asperities are in contact and have not yet slid: those that are steep, or the others."""
+        return np.flatnonzero(np.isnan(self.time) & ~np.isnan(self.anchor) & (self.steep == steep))
 
     def _reach(self, which: Integers) -> Floats:
         """Return the preliminary displacement over the approach of each, θμ."""
@@ -324,8 +371,8 @@ class _Way:
             part = (touch - d0) / (d1 - d0)
             return piece.start + part * (piece.end - piece.start), v0 + part * (v1 - v0)
         start = np.full(touch.size, piece.start)
-        share = _root(lambda share, h: self._at(piece, share)[0] - h, start, piece.end, touch)
-        return share, self._at(piece, share)[1]
+        share = _root(lambda share, h: self.at(piece, share)[0] - h, start, piece.end, touch)
+        return share, self.at(piece, share)[1]
 
     def reached(
         self, piece: _Piece, begin: Floats, touch: Floats, anchor: Floats, reach: Floats
@@ -341,13 +388,13 @@ class _Way:
         """
 
         def beyond(share: Floats, touch: Floats, anchor: Floats, reach: Floats) -> Floats:
-            approach, displacement = self._at(piece, share)
+            approach, displacement = self.at(piece, share)
             left: Floats = np.abs(displacement - anchor) - reach * (approach - touch)
             return left
 
         each = touch, anchor, reach
         if piece.straight:
-            d, v = self._at(piece, begin)
+            d, v = self.at(piece, begin)
             roots = np.full((2, begin.size), 1.0)
             for root, sign in zip(roots, (1.0, -1.0), strict=True):
                 first = np.minimum(sign * (v - anchor) - reach * (d - touch), 0.0)
@@ -361,9 +408,9 @@ class _Way:
             later = (share > begin) & (beyond(share, *each) > 0.0)
             if later.any():
                 share[later] = _root(beyond, inner[later], piece.end, *(one[later] for one in each))
-        return share, self._at(piece, share)[0] - touch
+        return share, self.at(piece, share)[0] - touch
 
-    def _at(self, piece: _Piece, share: Floats) -> tuple[Floats, Floats]:
+    def at(self, piece: _Piece, share: Floats) -> tuple[Floats, Floats]:
         """Return approach and displacement at shares of the path of a piece [m]."""
         if piece.straight:
             part = (share - piece.start) / (piece.end - piece.start)

@@ -90,6 +90,16 @@ def test_a_fall_of_friction_makes_asperities_slide_at_its_time():
     np.testing.assert_allclose(times, expected, rtol=1e-12)
 
 
+def test_after_a_fall_of_friction_the_slip_front_comes_to_the_middle_late():
+    """Springs further out stick that touched later, when the one in the middle has met its limit."""
+    events = [hs.NormalLoad(0.0, 0.01), hs.FrictionChange(0.0, 0.375), hs.TangentialLoad(1.0, 4e-3)]
+    events += [hs.NormalDisplacement(2.0, 120e-9), hs.FrictionChange(2.0, 0.25), hs.NormalLoad(3.0, 0.01)]
+    fine = hs.replay(ENSEMBLE, events, substeps=5000, saturate=True, record="all")
+    seen = fine.time.values[first_rows(fine)[:4]]
+    found = sliding_order.slide_times(fine)[:4]
+    assert ((found <= seen) & (found >= seen - 1 / 5000)).all()
+
+
 @settings(max_examples=40, deadline=None)
 @given(moments=moments, saturate=st.booleans(), alike=st.booleans(), stiffness=st.none() | st.floats(1e5, 1e7))
 def test_each_instant_lies_between_the_fine_rows_where_it_begins(moments, saturate, alike, stiffness):
