@@ -15,6 +15,7 @@ from numpydoc.docscrape import NumpyDocString
 
 from historysim.asperities.laws import LAWS
 from historysim.asperities.wear import WEAR_LAWS
+from historysim.asperities.yielding import YIELDING_LAWS
 from historysim.basics.fields import OneOf, markdown
 from historysim.basics.registry import Registry
 from historysim.contact.materials import MATERIALS
@@ -24,7 +25,6 @@ from historysim.scenario import friction_course_section, law_sections, sections
 from historysim.scenario.loading_kinds import LOADINGS, channels, written
 from historysim.scenario.surface_kinds import SURFACES, SurfaceKind, interacting, scaled
 from historysim.scenario.surface_kinds.run_in_surface import PassesSection
-from historysim.scenario.surface_kinds.yielding_surface import YieldingSection
 from historysim.tables import Column, Format
 
 if TYPE_CHECKING:
@@ -47,13 +47,18 @@ Keys beside `file`. Most are found out ([files of numbers](../historysim/tables/
 is a name, or a table with the keys below."""
 
 Kinds = tuple[type | Registry[Any], ...]
+LAW_REGISTRIES: Kinds = (LAWS, WEAR_LAWS, YIELDING_LAWS)
 
 SECTIONS: dict[str, tuple[str, Kinds]] = {
     "`title`": ("", (sections.Sections,)),
     "`[materials]`": ("", (sections.MaterialsSection,)),
     "`[surface]`": (
         "`kind` says which surface it is. [Surfaces](../historysim/surfaces/README.md) tells what they are for.",
-        (SURFACES, scaled.Scaled, interacting.Interacting, YieldingSection, PassesSection),
+        (SURFACES, scaled.Scaled, interacting.Interacting, PassesSection),
+    ),
+    "`yielding`": (
+        "Of any `[surface]` with summits, how they yield: the name of a law, or a table of `law` with its keys.",
+        (YIELDING_LAWS,),
     ),
     "`[friction]`": ("A coefficient, or `law` with the keys of the law.", (law_sections.Coefficients, LAWS)),
     "`[loading]`": ("Exactly one of `waypoints`, `blocks`, `file`.", (LOADINGS,)),
@@ -89,7 +94,6 @@ TITLES: dict[type, str] = {
     Column: "A column",
     scaled.Scaled: "Of any surface with summits",
     interacting.Interacting: "Of any height map",
-    YieldingSection: "`yielding` of any surface with summits",
     PassesSection: "`passes` of any height map",
 }
 """Headings of classes whose keys' names do not say what they are."""
@@ -206,7 +210,7 @@ def title_of(kind: type, registry: "Registry[Any]") -> str:
     """Return the heading of a kind: what the section says to get it."""
     if registry is LOADINGS:
         return f"`{kind.kind}`"  # type: ignore[attr-defined]
-    key = "law" if registry in (LAWS, WEAR_LAWS) else "kind"
+    key = "law" if registry in LAW_REGISTRIES else "kind"
     return f'`{key} = "{kind.kind}"`'  # type: ignore[attr-defined]
 
 
@@ -276,7 +280,7 @@ def page() -> str:
         parts += [f"## {heading}"] + ([text] if text else [])
         if heading == "`[materials]`":
             parts.append(f"Built in: {', '.join(f'`{chr(34)}{name}{chr(34)}`' for name in MATERIALS)}.")
-        parts += [markdown(own_kinds(each), "`law`") for each in (LAWS, WEAR_LAWS) if each in kinds]
+        parts += [markdown(own_kinds(each), "`law`") for each in LAW_REGISTRIES if each in kinds]
         for title, kind in titled(kinds):
             if kind in done:
                 continue

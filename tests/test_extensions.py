@@ -164,6 +164,17 @@ def test_the_rest_of_the_package_is_used(path, tmp_path):
     history = hs.load(path).replay().dataset()
     assert history.worn_volume.values.max() > 0
     assert '"rate": 1e-09' in history.attrs["wear_law_settings"]
+    path.write_text(
+        SCENARIO.replace('"10 µm"', '"10 µm"\nyielding = { law = "soft", onset = "2 nm" }'), encoding="utf-8"
+    )
+    hs.run(path, "yielded.nc").close()
+    assert "bit for bit" in called("verify", "yielded.nc")
+    with hs.open("yielded.nc") as history:
+        # Hertz's at the onset, and its tangent beyond: below Hertz's there, so that the summits stay flattened
+        load, depth = history.normal_load.values.max(axis=0), history.yielded_depth.values.max(axis=0)
+        assert (depth > 0).tolist() == (load > 4 / 3 * history.contact_modulus * np.sqrt(1e-5 * 2e-9**3)).tolist()
+        assert (depth > 0).any()
+        assert '"package": ["stranger", "1.2"], "onset": 2e-09' in history.attrs["yielding_law_settings"]
     (tmp_path / "a.stairs").write_text("5 8", encoding="utf-8")
     surface = hs.read_surface(tmp_path / "a.stairs")
     assert surface.heights.shape == (5, 5)
@@ -176,6 +187,8 @@ def test_the_rest_of_the_package_is_used(path, tmp_path):
         ("half_load", "half_lode", "friction.half_lode: unknown key; did you mean 'half_load'"),
         ('"2 mN"', '"2 mm"', "friction.half_load: "),
         ('"2 mN"', "-1.0", "friction: Warming: half_load is -1.0; expected a number above 0"),
+        ('"10 µm"', '"10 µm"\nyielding = { law = "soft", onset = 0 }', "surface.yielding: Soft: onset is 0"),
+        ('"10 µm"', '"10 µm"\nyielding = { law = "soft", onse = 1 }', "surface.yielding.onse: unknown key; did you"),
         ('colour = "red"', "colour = 3", r"picture\[0\].colour: 3; expected a text"),
         ('"10 µm"', '"10 µm"\nsteps = 3', "surface.steps: unknown key; did you mean 'step'"),
         ('kind = "strokes"', 'kind = "stroke"', "loading.kind: the text 'stroke'; did you mean 'strokes'"),
@@ -196,7 +209,7 @@ def test_help_lists_it(path):
         *["μ0/(1", "+", "N/N0).", "[stranger", "1.2]"],
     ]
     assert [line.split() for line in lines[1:]] == [["cold", "≥", "0"], ["half_load", "[N]", ">", "0"]]
-    assert set(registries()) == {"laws", "wear", "events", "surfaces", "loadings", "readers", "plots"}
+    assert set(registries()) == {"laws", "wear", "yielding", "events", "surfaces", "loadings", "readers", "plots"}
     assert "gaps" in called("plot", "--help")
 
 

@@ -307,7 +307,7 @@ class Ensemble:
     @property
     def packages(self) -> tuple[str, ...]:
         """Packages of others that its laws come from, each with its version."""
-        origins = [law.registry.provider(type(law)) for law in (self.law, self.wear) if law is not None]
+        origins = [law.registry.provider(type(law)) for law in (self.law, self.wear, self.yielding) if law is not None]
         return tuple(dict.fromkeys(str(origin) for origin in origins if origin is not None))
 
     @property

@@ -9,7 +9,8 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.asperities.laws.friction_law import made_from
+from historysim.asperities.laws.friction_law import made_from, written
+from historysim.basics.fields import Number, Pressure, at_least
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.registry import Registry
 from historysim.basics.units import as_float, is_number, pascals, quantity_text
@@ -23,6 +24,7 @@ __all__ = [
     "KogutEtsion",
     "Thornton",
     "YieldingLaw",
+    "register",
 ]
 
 
@@ -63,6 +65,7 @@ class YieldingLaw(abc.ABC):
     A law of your own has `critical_approach` and `first_loading`, for arrays.
     """
 
+    registry: ClassVar[Registry[Any]] = YIELDING_LAWS
     kind: ClassVar[str]
     """Its name in scenarios and logs."""
 
@@ -110,13 +113,7 @@ class YieldingLaw(abc.ABC):
     @property
     def settings(self) -> dict[str, Any]:
         """Its name as ``law``, and its numbers."""
-        value: Any = self
-        return {"law": self.kind, **attrs.asdict(value)}
-
-
-def _positive(law: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
-    if value is not None and not (is_number(value) and math.isfinite(value) and value > 0):
-        raise InputError(f"{type(law).__name__}: {attribute.name} is {value!r}; expected a number above 0")
+        return written(self)
 
 
 def _a_ratio(law: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
@@ -141,10 +138,12 @@ class HardnessLaw(YieldingLaw):
         A number out of its range; with an ensemble, a hardness that nobody has told.
     """
 
-    hardness: float | None = attrs.field(
-        default=None, converter=attrs.converters.optional(pascals), validator=_positive
+    hardness: Pressure | None = attrs.field(
+        default=None,
+        converter=attrs.converters.optional(pascals),
+        validator=attrs.validators.optional(at_least(0.0, above=True)),
     )
-    poissons_ratio: float | None = attrs.field(
+    poissons_ratio: Number | None = attrs.field(
         default=None, converter=attrs.converters.optional(as_float), validator=_a_ratio
     )
 
@@ -209,6 +208,17 @@ class KogutEtsion(HardnessLaw):
     Here they are continuous: between 1 and 6, and between 100 and 110, stands the power of x through the values at
     both ends, 1 and those that are printed beyond. From 6 to 100, and from 110 on, they are as printed. Where the mean
     pressure would be more than H, which it is below x = 110 for ν > 0.32, the load is HA.
+
+    Examples
+    --------
+    [surface]
+    kind = "random"
+    shape = [256, 256]
+    pixel_size = "1 µm"
+    rms_height = "300 nm"
+    autocorrelation_length = "20 µm"
+    seed = 1
+    yielding = { law = "kogut-etsion", hardness = "5.5 GPa" }
     """
 
     kind = "kogut-etsion"

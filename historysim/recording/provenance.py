@@ -49,7 +49,11 @@ def friction_text(ensemble: Ensemble) -> str:
 
 def _of_other_packages(ensemble: Ensemble) -> dict[str, str]:
     """Return the packages of others that computed, and their laws, whole: name, package and version, numbers."""
-    laws = {"friction_law_settings": ensemble.law, "wear_law_settings": ensemble.wear}
+    laws = {
+        "friction_law_settings": ensemble.law,
+        "wear_law_settings": ensemble.wear,
+        "yielding_law_settings": ensemble.yielding,
+    }
     told = {name: told_of(law) for name, law in laws.items() if law is not None}
     packages = {"packages": ", ".join(ensemble.packages)} if ensemble.packages else {}
     return packages | {name: json.dumps(each) for name, each in told.items() if "package" in each}

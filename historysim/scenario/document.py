@@ -17,7 +17,14 @@ from historysim.basics.wording import shown
 from historysim.errors import InputError
 from historysim.scenario.column_keys import column_hooks
 from historysim.scenario.friction_course_section import AnyCourse, course_from_toml
-from historysim.scenario.law_sections import FrictionSection, WearSection, friction_from_toml, wear_from_toml
+from historysim.scenario.law_sections import (
+    FrictionSection,
+    WearSection,
+    YieldingSection,
+    friction_from_toml,
+    wear_from_toml,
+    yielding_from_toml,
+)
 from historysim.scenario.loading_kinds import Loading, channel_hooks, loading_from_toml, waypoint_hooks
 from historysim.scenario.overriding import text_with_values, with_values
 from historysim.scenario.picture_kinds import Pictures, pictures_from_toml
@@ -110,6 +117,7 @@ def _converter() -> Converter:
         (bool | float | None, prune_from_toml),
         (FrictionSection, friction_from_toml),
         (WearSection, wear_from_toml),
+        (YieldingSection, yielding_from_toml),
         (Loading, loading_from_toml),
         (AnyCourse | None, course_from_toml),
         (str | tuple[int, ...], _record),

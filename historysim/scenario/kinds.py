@@ -13,6 +13,7 @@ def registries() -> Mapping[str, Registry[Any]]:
     """Return the registries by the last words of their groups of entry points."""
     from historysim.asperities.laws import LAWS
     from historysim.asperities.wear import WEAR_LAWS
+    from historysim.asperities.yielding import YIELDING_LAWS
     from historysim.loads.events import EVENTS
     from historysim.results.plots.pictures import PICTURES
     from historysim.scenario.loading_kinds import LOADINGS
@@ -21,7 +22,7 @@ def registries() -> Mapping[str, Registry[Any]]:
     from historysim.surfaces.reading import read_surface  # noqa: F401 - registers those of height maps
     from historysim.tables.readers import READERS
 
-    every = (LAWS, WEAR_LAWS, EVENTS, SURFACES, LOADINGS, READERS, PICTURES)
+    every = (LAWS, WEAR_LAWS, YIELDING_LAWS, EVENTS, SURFACES, LOADINGS, READERS, PICTURES)
     return {each.group.rpartition(".")[2]: each for each in every}
 
 

@@ -1,4 +1,4 @@
-"""``[friction]`` and ``[wear]``: coefficients, or laws by their names with what they need."""
+"""``[friction]``, ``[wear]`` and ``surface.yielding``: coefficients, or laws by their names with what they need."""
 
 from typing import TYPE_CHECKING
 
@@ -13,6 +13,7 @@ from historysim.scenario.schema import kind_from_toml, table
 if TYPE_CHECKING:
     from historysim.asperities.laws import FrictionLaw
     from historysim.asperities.wear import WearLaw
+    from historysim.asperities.yielding import YieldingLaw
 
 
 @attrs.frozen
@@ -72,6 +73,19 @@ class WearSection:
     of: "WearLaw"
 
 
+@attrs.frozen
+class YieldingSection:
+    """``surface.yielding``: how summits yield on first loading.
+
+    Attributes
+    ----------
+    of : YieldingLaw
+        Whose fields are the keys of the section.
+    """
+
+    of: "YieldingLaw"
+
+
 def friction_from_toml(converter: Converter, value: object, _: object) -> FrictionSection:
     """Return what ``[friction]`` says.
 
@@ -98,3 +112,11 @@ def wear_from_toml(converter: Converter, value: object, _: object) -> WearSectio
     from historysim.asperities.wear import WEAR_LAWS
 
     return WearSection(kind_from_toml(converter, value, WEAR_LAWS, "law"))
+
+
+def yielding_from_toml(converter: Converter, value: object, _: object) -> YieldingSection:
+    """Return what ``surface.yielding`` says, if only the name of a law; errors as for `friction_from_toml`."""
+    from historysim.asperities.yielding import YIELDING_LAWS
+
+    entry = {"law": value} if isinstance(value, str) else value
+    return YieldingSection(kind_from_toml(converter, entry, YIELDING_LAWS, "law"))

@@ -1,4 +1,4 @@
-"""``[friction]`` with a law, ``[wear]``, and what else evolves in a scenario."""
+"""``[friction]`` with a law, ``[wear]``, ``surface.yielding``, and what else evolves in a scenario."""
 
 from pathlib import Path
 
@@ -7,6 +7,7 @@ import pytest
 import historysim as hs
 from historysim.asperities import laws
 from historysim.asperities.wear import WEAR_LAWS, ArchardWear, EnergyWear
+from historysim.asperities.yielding import YIELDING_LAWS, KogutEtsion, Thornton
 from historysim.basics.fields import markdown
 from historysim.scenario.scenario_summary import summary
 
@@ -68,6 +69,20 @@ def test_wear_is_read(tmp_path, keys, law):
     assert loaded(tmp_path, f"{COULOMB}\n[wear]\n{keys}").ensemble().wear == law
 
 
+@pytest.mark.parametrize(
+    ("told", "law"),
+    [
+        ('"kogut-etsion"', KogutEtsion(hardness=hs.material("float glass").hardness, poissons_ratio=0.2)),
+        (
+            '{ law = "thornton", hardness = "5.5 GPa", poissons_ratio = 0.3 }',
+            Thornton(hardness=5.5e9, poissons_ratio=0.3),
+        ),
+    ],
+)
+def test_yielding_is_read(tmp_path, told, law):
+    assert loaded(tmp_path, f"yielding = {told}\n{COULOMB}").ensemble().yielding == law
+
+
 def test_friction_of_a_law_is_in_the_history(tmp_path):
     history = loaded(tmp_path, '[friction]\nlaw = "shear strength"\nshear_strength = "11.37 MPa"').replay().dataset()
     displacement = hs.analysis.preliminary_displacement(history).values
@@ -89,6 +104,32 @@ def test_friction_of_a_law_is_in_the_history(tmp_path):
         ("[friction]\nlaw = 'shear strength'\nshear_strength = -1", "friction = 0.1", "shear_strength is -1"),
         (f"{COULOMB}\n[wear]\nlaw = 'energy'", "friction = 0.1", "wear.volume_per_energy: missing"),
         (f"{COULOMB}\n[wear]\nlaw = 'rust'", "friction = 0.1", "wear.law: the text 'rust'"),
+        (
+            f"yielding = 'thorton'\n{COULOMB}",
+            "friction = 0.1",
+            "surface.yielding.law: the text 'thorton'; did you mean",
+        ),
+        (
+            f"yielding = {{ law = 'thornton', hard = 1 }}\n{COULOMB}",
+            "friction = 0.1",
+            "surface.yielding.hard: unknown key",
+        ),
+        (
+            f"yielding = {{ hardness = 1 }}\n{COULOMB}",
+            "friction = 0.1",
+            "surface.yielding.law: missing; expected one of",
+        ),
+        (f"yielding = 3\n{COULOMB}", "friction = 0.1", "surface.yielding: 3; expected a table"),
+        (
+            f"yielding = {{ law = 'thornton', hardness = '1 m' }}\n{COULOMB}",
+            "friction = 0.1",
+            "surface.yielding.hardness: ",
+        ),
+        (
+            f"yielding = {{ law = 'thornton', hardness = 0 }}\n{COULOMB}",
+            "friction = 0.1",
+            "surface.yielding: Thornton: hard",
+        ),
         (COULOMB, "normal_load = 0.1, asperities = [0]", "asperities: without friction"),
         (COULOMB, "friction = 0.1, asperities = [3]", "asperity 3 does not exist"),
         (COULOMB, "geometry = { asperities = [0] }", "neither summit_height nor summit_radius"),
@@ -110,6 +151,6 @@ def test_validate_tells_the_laws(tmp_path):
 
 def test_the_documentation_has_the_keys_of_the_laws():
     text = (Path(__file__).parents[2] / "scenarios" / "keys.md").read_text(encoding="utf-8")
-    for kinds in (laws.LAWS, WEAR_LAWS):
+    for kinds in (laws.LAWS, WEAR_LAWS, YIELDING_LAWS):
         own = {name: kinds[name] for name in kinds if kinds.provider(kinds[name]) is None}
         assert markdown(own, "`law`") in text

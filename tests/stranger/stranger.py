@@ -1,10 +1,11 @@
-"""A package of somebody else: a friction law, a wear law, an event, a surface, a loading, a reader and a picture."""
+"""A package of somebody else: three laws, an event, a surface, a loading, a reader and a picture."""
 
 import attrs
 import numpy as np
 
 from historysim.asperities.laws import FrictionLaw
 from historysim.asperities.wear import WearLaw
+from historysim.asperities.yielding import YieldingLaw
 from historysim.basics.fields import Force, Length, Number, Time, at_least
 from historysim.loads.events import Event, NormalLoad, TangentialDisplacement
 from historysim.results.plots.pictures import Picture
@@ -46,6 +47,28 @@ class SquaredWear(WearLaw):
     @property
     def text(self):
         return f"squared: {self.rate:g} m"
+
+
+@attrs.frozen
+class Soft(YieldingLaw):
+    """First loading along the tangent of Hertz's from an approach on, as Thornton's with another onset."""
+
+    onset: Length = attrs.field(validator=at_least(0.0, above=True))
+
+    kind = "soft"
+
+    def critical_approach(self, summit_radius, pair):
+        del pair
+        return np.full(summit_radius.size, self.onset)
+
+    def first_loading(self, approach, summit_radius, pair):
+        at_onset = 4 / 3 * pair.contact_modulus * np.sqrt(summit_radius * self.onset**3)
+        load = at_onset * (1 + 1.5 * (approach / self.onset - 1))
+        return load, np.sqrt(summit_radius * approach)
+
+    @property
+    def text(self):
+        return f"soft: yields from {self.onset:g} m on"
 
 
 @attrs.frozen

@@ -9,13 +9,14 @@ from historysim.basics.fields import Number
 from historysim.basics.places import misfit
 from historysim.basics.wording import shown
 from historysim.errors import InputError
+from historysim.scenario.law_sections import YieldingSection
 from historysim.scenario.schema import kind_from_toml, table
 from historysim.scenario.surface_kinds.interacting import Interacting
 from historysim.scenario.surface_kinds.map_kinds import HeightMap
 from historysim.scenario.surface_kinds.run_in_surface import PassesSection, RunIn
 from historysim.scenario.surface_kinds.scaled import Scaled
 from historysim.scenario.surface_kinds.surface_kind import SURFACES, BuiltSurface, SurfaceKind
-from historysim.scenario.surface_kinds.yielding_surface import Yielding, YieldingSection
+from historysim.scenario.surface_kinds.yielding_surface import Yielding
 
 __all__ = [
     "SURFACES",
@@ -57,8 +58,6 @@ def surface_from_toml(converter: Converter, value: object, _: object) -> Surface
     scale = converter.structure(entry.pop("height_scale"), Number) if "height_scale" in entry else None
     interaction = entry.pop("interaction", None)
     beside = {key: entry.pop(key) for key in ("yielding", "passes") if key in entry}
-    if isinstance(beside.get("yielding"), str):
-        beside["yielding"] = {"law": beside["yielding"]}
     plastic = converter.structure(beside, _Plastic)
     surface: SurfaceKind = kind_from_toml(converter, entry, SURFACES)
     scaled = surface if scale is None else Scaled(surface, scale)
