@@ -334,9 +334,10 @@ def duration_text(seconds: float) -> str:
 
 def scaled(value: float, unit: str) -> tuple[float, str]:
     """Return the factor to multiply a value in SI by, and what stands behind it, as ``" mN"``."""
-    if unit == "1":
+    if unit in {"1", ""}:
         return 1.0, ""
-    factor, prefix = prefixed(value)
+    # a prefix would be raised to the power of a unit such as m2, too
+    factor, prefix = (1.0, "") if unit.split(maxsplit=1)[0][-1].isdigit() else prefixed(value)
     return factor, f" {prefix}{'N/m' if unit == 'N m-1' else unit}"
 
 

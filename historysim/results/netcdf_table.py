@@ -10,9 +10,9 @@ import xarray as xr
 
 from historysim._version import __version__
 from historysim.basics.files import replacing
-from historysim.basics.units import range_text
 from historysim.recording.compression import chunk_shape
 from historysim.recording.provenance import CONVENTIONS, KEYWORDS
+from historysim.results.ranges import ranges
 
 CELLS_AT_ONCE = 1 << 20
 """Values of a variable that are read and written at a time."""
@@ -75,25 +75,8 @@ def summary(table: xr.Dataset) -> list[tuple[str, str]]:
     return [
         ("title", str(table.attrs.get("title", ""))),
         ("size", sizes or "one value each"),
-        *((str(name), _variable_text(variable)) for name, variable in table.data_vars.items()),
+        *ranges(table),
     ]
-
-
-def _variable_text(variable: xr.DataArray) -> str:
-    """Return the range of a variable and what it is."""
-    meaning = str(variable.attrs.get("long_name", ""))
-    if variable.dtype.kind not in "iuf":
-        return meaning or "texts"
-    known = variable.values[np.isfinite(variable.values)]
-    unit = str(variable.attrs.get("units", "1"))
-    low, high = (known.min(), known.max()) if known.size else (np.nan, np.nan)
-    if unit == "1" or unit.split(maxsplit=1)[0][-1].isdigit():
-        # a prefix would be raised to the power, too
-        text = f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
-        text += "" if unit == "1" else f" {unit}"
-    else:
-        text = range_text(low, high, unit)
-    return f"{text if known.size else 'no value'}{f'; {meaning}' if meaning else ''}"
 
 
 def _is_first(dimension: str, dataset: xr.Dataset) -> bool:

@@ -9,10 +9,10 @@ import xarray as xr
 
 from historysim.basics import findings
 from historysim.basics.files import replacing
-from historysim.basics.units import quantity_text, range_text
 from historysim.basics.wording import counted
 from historysim.results.csv_table import plain_text
 from historysim.results.netcdf_table import write_netcdf
+from historysim.results.ranges import range_of
 
 CONTENT = "sweep"
 """What the attribute ``content`` of a sweep says."""
@@ -111,14 +111,4 @@ def _swept(found: xr.Dataset) -> list[str]:
 def _range(values: xr.DataArray) -> str:
     if values.dtype.kind not in "fiu":
         return ", ".join(dict.fromkeys(map(str, values.values.ravel())))
-    numbers = values.values[np.isfinite(values.values)]
-    if not numbers.size:
-        return "none"
-    unit = str(values.attrs.get("units", "1"))
-    low, high = float(numbers.min()), float(numbers.max())
-    if unit in {"1", ""}:
-        return f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
-    # prefixes of squares and cubes would be misread
-    if unit in {"m2", "m-2"}:
-        return f"{low:.4g} to {high:.4g} {unit}"
-    return quantity_text(low, unit) if low == high else range_text(low, high, unit)
+    return range_of(values)

@@ -9,14 +9,12 @@ import attrs
 import numpy as np
 import xarray as xr
 
-from historysim.basics.units import range_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
+from historysim.results.ranges import ranges
 
 HEADING = re.compile(r"(?P<name>[a-z]\w*(?: [\w.+-]+)?)(?: \[(?P<unit>[^\]]+)\])?")
 """A name, the member of a second dimension, a unit."""
-MOST_SHOWN = 40
-"""Columns that a summary names."""
 
 
 def is_table(path: Path) -> bool:
@@ -89,12 +87,7 @@ class WrittenTable:
 
     def summary(self) -> list[tuple[str, str]]:
         """Return lines of (label, text): the number of rows, and the range of each column."""
-        lines = [("table", self.name), ("rows", f"{self.columns.sizes.get('row', 0):,}")]
-        for name, each in list(self.columns.items())[:MOST_SHOWN]:
-            lines.append((str(name), _range(each)))
-        if len(self.columns) > MOST_SHOWN:
-            lines.append(("and", f"{len(self.columns) - MOST_SHOWN:,} more columns"))
-        return lines
+        return [("table", self.name), ("rows", f"{self.columns.sizes.get('row', 0):,}"), *ranges(self.columns)]
 
 
 def _values(texts: tuple[str, ...]) -> np.ndarray:
@@ -102,17 +95,3 @@ def _values(texts: tuple[str, ...]) -> np.ndarray:
         return np.array([float(text) if text else np.nan for text in texts])
     except ValueError:
         return np.array(texts, dtype=object)
-
-
-def _range(column: xr.DataArray) -> str:
-    if column.dtype.kind not in "fiu":
-        return counted(len(set(column.values.tolist())), "text", "different texts")
-    known = column.values[np.isfinite(column.values)]
-    if not known.size:
-        return "no numbers"
-    missing = column.size - known.size
-    low, high = float(known.min()), float(known.max())
-    unit = str(column.attrs.get("units", "1"))
-    ends = (f"{low:.4g}", f"{high:.4g}")
-    text = range_text(low, high, unit) if unit != "1" else " to ".join(dict.fromkeys(ends))
-    return f"{text}, {missing:,} missing" if missing else text

@@ -98,10 +98,10 @@ def _dataset(history: "xr.Dataset") -> Lines:
 
     if history.attrs.get("content") == sweeps.CONTENT:
         return Lines(sweeps.summary(history))
-    if "loop" in history.dims or "loops" in history.coords:
-        return Lines(loop_summary.summary(history))
     if KINDS.get(str(history.attrs.get("content"))) == "table":
         return Lines(netcdf_table.summary(history))
+    if "loop" in history.dims or "loops" in history.coords:
+        return Lines(loop_summary.summary(history))
     if "total_normal_load" not in history:
         raise InputError("this Dataset is no history; expected one from historysim, with all its variables")
     told = readable_attributes(history)

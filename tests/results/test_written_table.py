@@ -59,6 +59,18 @@ def test_ranges_have_units_and_say_what_is_missing(tmp_path):
     assert dict(hs.show(path)) == {"table": "t.csv", "rows": "3", "loop": "0 to 2", "energy": "1 nJ to 3 nJ, 1 missing"}
 
 
+@pytest.mark.parametrize(
+    ("unit", "expected"),
+    [("m2", "2e-12 m2 to 3e-06 m2"), ("m-2", "2e-12 m-2 to 3e-06 m-2"), ("N m-1", "2 pN/m to 3 µN/m")],
+)
+@pytest.mark.parametrize("ending", [".csv", ".nc"])
+def test_a_power_of_a_unit_has_no_prefix(tmp_path, ending, unit, expected):
+    path = tmp_path / f"t{ending}"
+    table = xr.Dataset({"value": ("loop", [2e-12, 3e-6], {"units": unit})})
+    (write_csv if ending == ".csv" else hs.write_netcdf)(table, path)
+    assert dict(hs.show(path))["value"] == expected
+
+
 def test_a_file_of_somebody_else_is_no_table(tmp_path):
     path = tmp_path / "m.csv"
     path.write_bytes(b"1,2\r\n3,4\r\n")
