@@ -152,44 +152,20 @@ def summary(history: "Traceable") -> list[tuple[str, str]]:
 
 
 @attrs.frozen(eq=False)
-class _Pieces:
-    """Pieces of paths (piece), each from one pair of approach and displacement to the next.
+class _Piece:
+    """A piece of a path, from one pair of approach and displacement to the next.
 
     Attributes
     ----------
-    path : array
-        The path that each is of.
-    start, end : array
+    path : int
+        The path that it is of.
+    start, end : float
         Shares of the path.
-    approach, displacement : array (piece + 1)
-        At the ends [m].
-    straight : array of bool
+    approach, displacement : array (2)
+        At its two ends [m].
+    straight : bool
         Whether it is straight in both.
     """
-
-    path: Integers
-    start: Floats
-    end: Floats
-    approach: Floats
-    displacement: Floats
-    straight: Flags
-
-    def at(self, number: int) -> "_Piece":
-        """Return one of them."""
-        ends = slice(number, number + 2)
-        return _Piece(
-            int(self.path[number]),
-            float(self.start[number]),
-            float(self.end[number]),
-            self.approach[ends],
-            self.displacement[ends],
-            bool(self.straight[number]),
-        )
-
-
-@attrs.frozen(eq=False)
-class _Piece:
-    """One of `_Pieces`; ``approach`` and ``displacement`` are those at its two ends [m]."""
 
     path: int
     start: float
@@ -250,10 +226,10 @@ class _Sliding:
         """Go along paths that begin and end at times (path + 1), and return the state at their end."""
         pieces, after = _walked(self.job, state, paths)
         way = _Way(self.job, state, paths)
-        self.still &= not pieces.displacement.any()
-        for number, path in enumerate(pieces.path):
-            slid, share = self._slid(way, pieces, number)
-            self.time[slid] = times[path] + share * (times[path + 1] - times[path])
+        for piece in pieces:
+            self.still &= not piece.displacement.any()
+            slid, share = self._slid(way, piece)
+            self.time[slid] = times[piece.path] + share * (times[piece.path + 1] - times[piece.path])
         return after
 
     def settle(self, state: "EnsembleState", now: float) -> None:
@@ -267,9 +243,8 @@ class _Sliding:
         steep = self._inside(steep=True)
         self.time[steep[self._slid_in(state, steep)]] = now
 
-    def _slid(self, way: "_Way", pieces: _Pieces, number: int) -> tuple[Integers, Floats]:
+    def _slid(self, way: "_Way", piece: _Piece) -> tuple[Integers, Floats]:
         """Return which asperities slide in a piece, and at which share of its path."""
-        piece = pieces.at(number)
         begin = np.full(self.labels.size, piece.start)
         arriving = np.flatnonzero(np.isnan(self.time) & np.isnan(self.anchor) & (self.touch < piece.approach[1]))
         if arriving.size:
@@ -282,11 +257,8 @@ class _Sliding:
         share = np.empty(0)
         if slid.size:
             reach = np.where(near[slides], 1.0 - NEAR, 1.0) * self._reach(slid)
-            share, depth = way.reached(piece, begin[slid], self.touch[slid], self.anchor[slid], reach)
-            # what was never strained is lifted off as it stuck
-            whole = np.maximum(piece.approach.max() - self.touch[slid], 0.0)
-            lifted = (self.touch[slid] >= piece.approach[1]) & (depth <= NEAR * whole)
-            slid, share = slid[~lifted], share[~lifted]
+            share = way.reached(piece, begin[slid], self.touch[slid], self.anchor[slid], reach)
+            slid, share = self._not_lifted(way, piece, slid, share)
         late, when = self._late(way, piece)
         left = self.touch >= piece.approach[1]
         self.anchor[left], self.steep[left] = np.nan, False
@@ -314,10 +286,15 @@ class _Sliding:
         if not found:
             return np.empty(0, dtype=np.int64), np.empty(0)
         late, share = (np.array(values) for values in zip(*found, strict=True))
-        depth = way.at(piece, share)[0] - self.touch[late]
-        whole = np.maximum(piece.approach.max() - self.touch[late], 0.0)
-        lifted = (self.touch[late] >= piece.approach[1]) & (depth <= NEAR * whole)
-        return late[~lifted], share[~lifted]
+        return self._not_lifted(way, piece, late, share)
+
+    def _not_lifted(self, way: "_Way", piece: _Piece, which: Integers, share: Floats) -> tuple[Integers, Floats]:
+        """Return those that slide, with their shares, without what was never strained and is lifted off as it stuck."""
+        touch = self.touch[which]
+        depth = way.at(piece, share)[0] - touch
+        whole = np.maximum(piece.approach.max() - touch, 0.0)
+        slides = (touch < piece.approach[1]) | (depth > NEAR * whole)
+        return which[slides], share[slides]
 
     def _slid_in(self, state: "EnsembleState", which: Integers) -> Flags:
         """Return which asperities slide in a state, or are lost."""
@@ -374,10 +351,8 @@ class _Way:
         share = _root(lambda share, h: self.at(piece, share)[0] - h, start, piece.end, touch)
         return share, self.at(piece, share)[1]
 
-    def reached(
-        self, piece: _Piece, begin: Floats, touch: Floats, anchor: Floats, reach: Floats
-    ) -> tuple[Floats, Floats]:
-        """Return the shares of the path at which asperities slide that do so in a piece, and how deep they are there.
+    def reached(self, piece: _Piece, begin: Floats, touch: Floats, anchor: Floats, reach: Floats) -> Floats:
+        """Return the shares of the path at which asperities slide that do so in a piece.
 
         Parameters
         ----------
@@ -400,15 +375,15 @@ class _Way:
                 first = np.minimum(sign * (v - anchor) - reach * (d - touch), 0.0)
                 last = sign * (piece.displacement[1] - anchor) - reach * (piece.approach[1] - touch)
                 np.divide(first, first - last, out=root, where=last > 0.0)
-            share = begin + roots.min(axis=0) * (piece.end - begin)
-        else:
-            # an asperity that has just touched is at its limit, which is 0
-            inner = begin + SOON * (piece.end - begin)
-            share = np.where(beyond(inner, *each) >= 0.0, begin, piece.end)
-            later = (share > begin) & (beyond(share, *each) > 0.0)
-            if later.any():
-                share[later] = _root(beyond, inner[later], piece.end, *(one[later] for one in each))
-        return share, self.at(piece, share)[0] - touch
+            straight: Floats = begin + roots.min(axis=0) * (piece.end - begin)
+            return straight
+        # an asperity that has just touched is at its limit, which is 0
+        inner = begin + SOON * (piece.end - begin)
+        share = np.where(beyond(inner, *each) >= 0.0, begin, piece.end)
+        later = (share > begin) & (beyond(share, *each) > 0.0)
+        if later.any():
+            share[later] = _root(beyond, inner[later], piece.end, *(one[later] for one in each))
+        return share
 
     def at(self, piece: _Piece, share: Floats) -> tuple[Floats, Floats]:
         """Return approach and displacement at shares of the path of a piece [m]."""
@@ -439,7 +414,7 @@ class _Way:
         )
 
 
-def _walked(job: "Replay", state: "EnsembleState", paths: Paths) -> tuple[_Pieces, "EnsembleState"]:
+def _walked(job: "Replay", state: "EnsembleState", paths: Paths) -> tuple[list[_Piece], "EnsembleState"]:
     """Return the pieces of paths, and the state at their end."""
     # where the tangential load is controlled it may be held at the limit on the way
     straight = paths["tangential_control"] != LOAD
@@ -448,16 +423,20 @@ def _walked(job: "Replay", state: "EnsembleState", paths: Paths) -> tuple[_Piece
     rows = blank_rows(int(parts.sum()), None)
     recorded = paths_to(*goals, parts=parts)
     after = job.ensemble.walk(state, recorded, rows=rows, saturate=job.saturate, instrument=job.instrument)
-    path = np.repeat(np.arange(paths.size), parts)
-    within = np.arange(path.size) - np.repeat(np.cumsum(parts) - parts, parts)
-    pieces = _Pieces(
-        path=path,
-        start=within / parts[path],
-        end=(within + 1) / parts[path],
-        approach=np.append(state.approach, rows.totals["approach"]),
-        displacement=np.append(state.tangential_displacement, rows.totals["displacement"]),
-        straight=straight[path],
-    )
+    approach = np.append(state.approach, rows.totals["approach"])
+    displacement = np.append(state.tangential_displacement, rows.totals["displacement"])
+    each = ((path, part, count) for path, count in enumerate(parts.tolist()) for part in range(count))
+    pieces = [
+        _Piece(
+            path=path,
+            start=part / count,
+            end=(part + 1) / count,
+            approach=approach[number : number + 2],
+            displacement=displacement[number : number + 2],
+            straight=bool(straight[path]),
+        )
+        for number, (path, part, count) in enumerate(each)
+    ]
     return pieces, after
 
 
