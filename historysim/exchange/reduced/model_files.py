@@ -10,7 +10,7 @@ from historysim.basics.files import replacing
 from historysim.basics.targets import Output, check_outputs, check_place, marked
 from historysim.basics.wording import listed
 from historysim.errors import InputError
-from historysim.exchange.reduced.springs import Floats, Springs
+from historysim.exchange.reduced.reduced_model import Floats, ReducedModel
 
 
 class ProgramForm(NamedTuple):
@@ -29,12 +29,12 @@ class ProgramForm(NamedTuple):
     """
 
     ending: str
-    text: Callable[[Springs, str], str]
+    text: Callable[[ReducedModel, str], str]
     scales: bool
     what: str
 
 
-def write_springs(model: Springs, output: Path, *, form: str | None, force: bool) -> None:
+def write_springs(model: ReducedModel, output: Path, *, form: str | None, force: bool) -> None:
     """Write springs for another program; see `ReducedModel.write`."""
     name = form_of(output, form)
     check_outputs([output_of(output, name)], [], force=force)
@@ -64,7 +64,7 @@ def output_of(output: Path, form: str) -> Output:
 # ---- texts ----------------------------------------------------------------------------------------------------------
 
 
-def _head(model: Springs, comment: str) -> str:
+def _head(model: ReducedModel, comment: str) -> str:
     """Return lines that say what a file holds."""
     lines = [
         f"Reduced model of a rough frictional contact, made by historysim {__version__}.",
@@ -80,11 +80,11 @@ def _head(model: Springs, comment: str) -> str:
     return "".join(f"{comment} {' '.join(line.split())}\n" for line in lines)
 
 
-def _json(model: Springs, _: str) -> str:
+def _json(model: ReducedModel, _: str) -> str:
     return json.dumps({"generator": f"historysim {__version__}", **model.as_dict()}, indent=1, allow_nan=False) + "\n"
 
 
-def _csv(model: Springs, _: str) -> str:
+def _csv(model: ReducedModel, _: str) -> str:
     rows = zip(model.stiffness, model.limit, model.slip_displacement, strict=True)
     lines = ["spring,stiffness [N/m],limit [N],slip_displacement [m]"]
     lines += [f"{number},{k!r},{f!r},{r!r}" for number, (k, f, r) in enumerate(map(_floats, rows))]
@@ -95,7 +95,7 @@ def _floats(values: tuple[float, ...]) -> list[float]:
     return [float(value) for value in values]
 
 
-def _opensees(model: Springs, _: str) -> str:
+def _opensees(model: ReducedModel, _: str) -> str:
     rows = [*enumerate(zip(model.stiffness, model.slip_displacement, strict=True), start=1)]
     lines = [f"uniaxialMaterial ElasticPP [expr $tag + {i}] {float(k)!r} {float(r)!r}" for i, (k, r) in rows]
     tags = " ".join(f"[expr $tag + {i}]" for i, _ in rows)
@@ -108,7 +108,7 @@ def _opensees(model: Springs, _: str) -> str:
     )
 
 
-def _openseespy(model: Springs, _: str) -> str:
+def _openseespy(model: ReducedModel, _: str) -> str:
     springs = [*map(_floats, zip(model.stiffness, model.slip_displacement, strict=True))]
     return (
         _head(model, "#")
@@ -124,7 +124,7 @@ def _openseespy(model: Springs, _: str) -> str:
     )
 
 
-def _pyharm(model: Springs, _: str) -> str:
+def _pyharm(model: ReducedModel, _: str) -> str:
     springs = zip(model.stiffness, model.limit, strict=True)
     elements = {
         f"contact_{number}": {"type": "Jenkins", "k": k, "mu": 1.0, "N0": limit}
@@ -142,7 +142,7 @@ def _pyharm(model: Springs, _: str) -> str:
     )
 
 
-def _tmdsimpy(model: Springs, _: str) -> str:
+def _tmdsimpy(model: ReducedModel, _: str) -> str:
     springs = [*map(_floats, zip(model.stiffness, model.limit, strict=True))]
     return (
         _head(model, "#")
@@ -156,7 +156,7 @@ def _tmdsimpy(model: Springs, _: str) -> str:
     )
 
 
-def _matlab(model: Springs, name: str) -> str:
+def _matlab(model: ReducedModel, name: str) -> str:
     if not name.isidentifier() or not name.isascii():
         raise InputError(f"{name}.m: is no name of a function of MATLAB; expected letters, digits and _")
     scaling, more = model.scaling, model.scaling is not None
@@ -188,7 +188,7 @@ def _row(values: Floats) -> str:
     return "[" + " ".join(map(repr, map(float, values))) + "]"
 
 
-def _modelica(model: Springs, name: str) -> str:
+def _modelica(model: ReducedModel, name: str) -> str:
     if not name.isidentifier() or not name.isascii():
         raise InputError(f"{name}.mo: is no name of a model of Modelica; expected letters, digits and _")
     stiffness, limit = ("{" + ", ".join(map(repr, map(float, each))) + "}" for each in (model.stiffness, model.limit))
