@@ -23,6 +23,7 @@ suppress_warnings = ["myst.header"]
 autodoc_typehints = "none"  # numpydoc's text has the types, with units
 autodoc_default_options = {"members": True}
 numpydoc_show_class_members = False
+numpydoc_class_members_toctree = False
 
 html_theme = "furo"
 html_title = f"historysim {release}"
