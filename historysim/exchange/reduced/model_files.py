@@ -10,7 +10,7 @@ from historysim.basics.files import replacing
 from historysim.basics.targets import Output, check_outputs, check_place, marked
 from historysim.basics.wording import listed
 from historysim.errors import InputError
-from historysim.exchange.reduced.reduced_model import Floats, ReducedModel
+from historysim.exchange.reduced.springs import Floats, Springs
 
 
 class ProgramForm(NamedTuple):
@@ -29,12 +29,12 @@ class ProgramForm(NamedTuple):
     """
 
     ending: str
-    text: Callable[[ReducedModel, str], str]
+    text: Callable[[Springs, str], str]
     scales: bool
     what: str
 
 
-def write_springs(model: ReducedModel, output: Path, *, form: str | None, force: bool) -> None:
+def write_springs(model: Springs, output: Path, *, form: str | None, force: bool) -> None:
     """Write springs for another program; see `ReducedModel.write`."""
     name = form_of(output, form)
     check_outputs([output_of(output, name)], [], force=force)
@@ -64,7 +64,7 @@ def output_of(output: Path, form: str) -> Output:
 # ---- texts ----------------------------------------------------------------------------------------------------------
 
 
-def _head(model: ReducedModel, comment: str) -> str:
+def _head(model: Springs, comment: str) -> str:
     """Return lines that say what a file holds."""
     lines = [
         f"Reduced model of a rough frictional contact, made by historysim {__version__}.",
@@ -80,11 +80,11 @@ def _head(model: ReducedModel, comment: str) -> str:
     return "".join(f"{comment} {' '.join(line.split())}\n" for line in lines)
 
 
-def _json(model: ReducedModel, _: str) -> str:
+def _json(model: Springs, _: str) -> str:
     return json.dumps({"generator": f"historysim {__version__}", **model.as_dict()}, indent=1, allow_nan=False) + "\n"
 
 
-def _csv(model: ReducedModel, _: str) -> str:
+def _csv(model: Springs, _: str) -> str:
     lines = ["spring,stiffness [N/m],limit [N],slip_displacement [m]"]
     rows = _rows(model.stiffness, model.limit, model.slip_displacement)
     lines += [f"{number},{k!r},{f!r},{r!r}" for number, (k, f, r) in enumerate(rows)]
@@ -102,7 +102,7 @@ def _python_rows(what: str, *columns: Floats) -> str:
     return f"SPRINGS = [  # {what}\n{rows}]\n\n\n"
 
 
-def _opensees(model: ReducedModel, _: str) -> str:
+def _opensees(model: Springs, _: str) -> str:
     rows = [*enumerate(_rows(model.stiffness, model.slip_displacement), start=1)]
     lines = [f"uniaxialMaterial ElasticPP [expr $tag + {i}] {k!r} {r!r}" for i, (k, r) in rows]
     tags = " ".join(f"[expr $tag + {i}]" for i, _ in rows)
@@ -115,7 +115,7 @@ def _opensees(model: ReducedModel, _: str) -> str:
     )
 
 
-def _openseespy(model: ReducedModel, _: str) -> str:
+def _openseespy(model: Springs, _: str) -> str:
     return (
         _head(model, "#")
         + '"""Make the contact a uniaxial material of OpenSees: force in N, deformation in m."""\n\n'
@@ -128,7 +128,7 @@ def _openseespy(model: ReducedModel, _: str) -> str:
     )
 
 
-def _pyharm(model: ReducedModel, _: str) -> str:
+def _pyharm(model: Springs, _: str) -> str:
     elements = {
         f"contact_{number}": {"type": "Jenkins", "k": k, "mu": 1.0, "N0": limit}
         for number, (k, limit) in enumerate(_rows(model.stiffness, model.limit), start=1)
@@ -145,7 +145,7 @@ def _pyharm(model: ReducedModel, _: str) -> str:
     )
 
 
-def _tmdsimpy(model: ReducedModel, _: str) -> str:
+def _tmdsimpy(model: Springs, _: str) -> str:
     return (
         _head(model, "#")
         + '"""The contact as nonlinear forces of TMDSimPy."""\n\n'
@@ -156,7 +156,7 @@ def _tmdsimpy(model: ReducedModel, _: str) -> str:
     )
 
 
-def _matlab(model: ReducedModel, name: str) -> str:
+def _matlab(model: Springs, name: str) -> str:
     if not name.isidentifier() or not name.isascii():
         raise InputError(f"{name}.m: is no name of a function of MATLAB; expected letters, digits and _")
     scaling, more = model.scaling, model.scaling is not None
@@ -188,7 +188,7 @@ def _matlab_row(values: Floats) -> str:
     return " ".join(map(repr, values.tolist()))
 
 
-def _modelica(model: ReducedModel, name: str) -> str:
+def _modelica(model: Springs, name: str) -> str:
     if not name.isidentifier() or not name.isascii():
         raise InputError(f"{name}.mo: is no name of a model of Modelica; expected letters, digits and _")
     stiffness, limit = ("{" + ", ".join(map(repr, each.tolist())) + "}" for each in (model.stiffness, model.limit))

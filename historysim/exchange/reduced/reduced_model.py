@@ -1,178 +1,16 @@
-"""`ReducedModel`: springs that slide, in parallel, with the bound of their error."""
+"""`ReducedModel`: springs in place of a contact, which go to files for other programs."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import attrs
-import numpy as np
-import numpy.typing as npt
 
-from historysim.basics.arguments import checked
-from historysim.errors import InputError
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-Floats = npt.NDArray[np.float64]
+from historysim.exchange.reduced.model_files import write_springs
+from historysim.exchange.reduced.springs import Springs
 
 
 @attrs.frozen(eq=False)
-class Scaling:
-    """How springs change with the normal load; straight between the rows.
-
-    Attributes
-    ----------
-    normal_load : array (row)
-        Ascending, from 0 [N].
-    stiffness : array (row, spring)
-        [N/m].
-    limit : array (row, spring)
-        [N].
-    """
-
-    normal_load: Floats
-    stiffness: Floats = attrs.field(repr=False)
-    limit: Floats = attrs.field(repr=False)
-
-    def at(self, normal_load: float) -> tuple[Floats, Floats]:
-        """Return stiffnesses and limits (spring) at a normal load [N] in the table."""
-        row = int(np.clip(np.searchsorted(self.normal_load, normal_load) - 1, 0, self.normal_load.size - 2))
-        low, high = self.normal_load[row : row + 2]
-        part = min(max((normal_load - low) / (high - low), 0.0), 1.0)
-        stiffness, limit = ((1.0 - part) * each[row] + part * each[row + 1] for each in (self.stiffness, self.limit))
-        return stiffness, limit
-
-
-@attrs.frozen(eq=False)
-class ReducedModel:
-    """Springs in parallel, each of which slides at a limit (Jenkins, Maxwell slip, discrete Iwan), for a contact.
-
-    Attributes
-    ----------
-    normal_load : float
-        At which the springs are placed [N].
-    stiffness : array (spring)
-        [N/m], > 0; springs stand by ascending displacement at which they slide.
-    limit : array (spring)
-        Force at which each slides [N]; their sum is the friction limit of the contact.
-    bound : float
-        Largest error of the tangential load, over the friction limit, of any history at that normal load.
-    energy_bound : float
-        Largest error of the energy that a closed loop takes [J], at that normal load.
-    title : str
-    scaling : Scaling, optional
-        How the springs change with the normal load, where it varies.
-    errors : dict of str to float
-        Largest errors that were found on histories, over the largest friction limit of each; no bounds.
-    """
-
-    normal_load: float
-    stiffness: Floats = attrs.field(repr=False)
-    limit: Floats = attrs.field(repr=False)
-    bound: float
-    energy_bound: float
-    title: str = ""
-    scaling: Scaling | None = attrs.field(default=None, repr=False)
-    errors: dict[str, float] = attrs.field(factory=dict)
-
-    def __len__(self) -> int:
-        """Return the number of springs."""
-        return int(self.stiffness.size)
-
-    @property
-    def friction_limit(self) -> float:
-        """Largest tangential load [N]."""
-        return float(self.limit.sum())
-
-    @property
-    def slip_displacement(self) -> Floats:
-        """Displacement at which each spring slides, from rest [m] (spring)."""
-        return self.limit / self.stiffness
-
-    def force(self, displacement: npt.ArrayLike, normal_load: npt.ArrayLike | None = None) -> Floats:
-        """Return the tangential load at the end of each of several steps, from rest [N].
-
-        In a step all springs are strained by the way, with their mean stiffness on the way, and slide at their limit at
-        its end.
-
-        Parameters
-        ----------
-        displacement : array_like (step)
-            [m]; it begins at 0.
-        normal_load : array_like (step), optional
-            [N], within the table of `scaling`; by default that of the model throughout.
-
-        Raises
-        ------
-        InputError
-            Numbers that are not finite, or normal loads where the model has none.
-        """
-        way = np.atleast_1d(checked("displacement", displacement))
-        force, before, found = np.zeros(len(self)), 0.0, np.empty(way.size)
-        stiffness, limit = self.stiffness, self.limit
-        if normal_load is not None:
-            loads = np.atleast_1d(checked("normal_load", normal_load, least=0.0))
-            if self.scaling is None:
-                raise InputError("the model is one at a single normal load; expected none, or one made for a range")
-            if loads.shape != way.shape:
-                raise InputError(f"normal_load has shape {loads.shape}; expected that of displacement, {way.shape}")
-            if loads.size and loads.max() > self.scaling.normal_load[-1] * (1 + 1e-9):
-                raise InputError(
-                    f"normal_load reaches {loads.max():g} N; expected at most {self.scaling.normal_load[-1]:g} N, "
-                    "where the table of the model ends"
-                )
-        mean = stiffness
-        for step, place in enumerate(way):
-            if normal_load is not None and self.scaling is not None:
-                last = stiffness
-                stiffness, limit = self.scaling.at(float(loads[step]))
-                mean = stiffness if step == 0 else 0.5 * (last + stiffness)
-            force = np.clip(force + mean * (place - before), -limit, limit)
-            before, found[step] = place, force.sum()
-        return found
-
-    def dataset(self) -> "xr.Dataset":
-        """Return the springs as a table along ``spring``, with the bounds as attributes."""
-        import xarray as xr
-
-        columns = {
-            "stiffness": (self.stiffness, "N m-1"),
-            "limit": (self.limit, "N"),
-            "slip_displacement": (self.slip_displacement, "m"),
-        }
-        return xr.Dataset(
-            {name: ("spring", values, {"units": unit}) for name, (values, unit) in columns.items()},
-            attrs={
-                "normal_load": self.normal_load,
-                "bound": self.bound,
-                "bound_of_load": self.bound * self.friction_limit,
-                "bound_of_energy": self.energy_bound,
-                **{f"error of {name}": value for name, value in self.errors.items()},
-            },
-        )
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return all of it as plain lists and numbers, with units in the names."""
-        found: dict[str, Any] = {
-            "format": "historysim reduced model 1",
-            "title": self.title,
-            "law": "T = sum of F_i; each step F_i goes by stiffness_i times the displacement, and stays within limit_i",
-            "normal_load_N": self.normal_load,
-            "friction_limit_N": self.friction_limit,
-            "bound_of_load_N": self.bound * self.friction_limit,
-            "bound_of_load_over_friction_limit": self.bound,
-            "bound_of_energy_of_a_closed_loop_J": self.energy_bound,
-            "errors_found_over_friction_limit": self.errors,
-            "stiffness_N_per_m": self.stiffness.tolist(),
-            "limit_N": self.limit.tolist(),
-        }
-        if self.scaling is not None:
-            found["with_normal_load"] = {
-                "normal_load_N": self.scaling.normal_load.tolist(),
-                "stiffness_N_per_m": self.scaling.stiffness.tolist(),
-                "limit_N": self.scaling.limit.tolist(),
-            }
-        return found
+class ReducedModel(Springs):
+    """Springs in parallel that slide, in place of a contact; see `Springs` for what stands in it."""
 
     def write(self, output: str | Path, *, form: str | None = None, force: bool = False) -> None:
         """Write the model for another program.
@@ -193,7 +31,4 @@ class ReducedModel:
         OSError
             It cannot be written.
         """
-        # which needs this class itself
-        from historysim.exchange.reduced.model_files import write_springs
-
         write_springs(self, Path(output), form=form, force=force)

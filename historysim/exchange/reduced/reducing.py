@@ -10,7 +10,8 @@ from historysim.basics.notices import Teller, silent
 from historysim.errors import InputError
 from historysim.exchange.exported import Exportable, exported
 from historysim.exchange.reduced.placing import placed
-from historysim.exchange.reduced.reduced_model import ReducedModel, Scaling
+from historysim.exchange.reduced.reduced_model import ReducedModel
+from historysim.exchange.reduced.springs import Scaling
 from historysim.exchange.reduced.virgin import VirginCurve
 from historysim.replaying import Replay
 
