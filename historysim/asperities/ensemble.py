@@ -17,7 +17,7 @@ from historysim.asperities.laws.friction_law import FrictionLaw
 from historysim.asperities.state import EnsembleState
 from historysim.asperities.stepper import Stepper, Totals, channel, goals
 from historysim.asperities.wear import WearLaw
-from historysim.asperities.yielding import YieldingLaw, check_law, yielding_law_from
+from historysim.asperities.yielding import YieldingLaw, check_law
 from historysim.basics.arguments import checked, one_per, scalar, workable
 from historysim.basics.display import html_table
 from historysim.basics.library import ffi, lib, pointer
@@ -307,7 +307,7 @@ class Ensemble:
     @property
     def packages(self) -> tuple[str, ...]:
         """Packages of others that its laws come from, each with its version."""
-        origins = [law.registry.provider(type(law)) for law in (self.law, self.wear) if law is not None]
+        origins = [law.registry.provider(type(law)) for law in (self.law, self.wear, self.yielding) if law is not None]
         return tuple(dict.fromkeys(str(origin) for origin in origins if origin is not None))
 
     @property
@@ -807,7 +807,7 @@ def _yielding(given: YieldingLaw | str | None, pair: MaterialPair, summit_radius
     """Return the law of yielding, with what it takes from the materials."""
     if given is None:
         return None
-    law = yielding_law_from({"law": given}) if isinstance(given, str) else given
+    law = YieldingLaw.from_settings({"law": given}) if isinstance(given, str) else given
     if not isinstance(law, YieldingLaw):
         raise InputError(f"yielding is {given!r}; expected a YieldingLaw, such as KogutEtsion(hardness=…)")
     law = law.of(pair)

@@ -2,14 +2,14 @@
 
 import abc
 import math
-from collections.abc import Mapping
 from typing import Any, ClassVar, Self
 
 import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.asperities.laws.friction_law import made_from
+from historysim.asperities.law import Law
+from historysim.basics.fields import at_least
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.registry import Registry
 from historysim.basics.units import as_float, is_number, pascals, quantity_text
@@ -50,7 +50,7 @@ YIELDING_LAWS: Registry[type["YieldingLaw"]] = Registry(
 register = YIELDING_LAWS.register
 
 
-class YieldingLaw(abc.ABC):
+class YieldingLaw(Law):
     """A law of first loading: load and contact radius of a summit at an approach, beyond the onset of yield.
 
     What is elastic afterwards follows from it, for all laws: the Hertz contact through the largest load N, with the
@@ -63,8 +63,7 @@ class YieldingLaw(abc.ABC):
     A law of your own has `critical_approach` and `first_loading`, for arrays.
     """
 
-    kind: ClassVar[str]
-    """Its name in scenarios and logs."""
+    registry: ClassVar[Registry[Any]] = YIELDING_LAWS
 
     def core(self, pair: MaterialPair) -> dict[str, Any]:
         """Return the fields of ``hs_yielding`` that say what it is; a law without a kind there is asked itself."""
@@ -102,22 +101,6 @@ class YieldingLaw(abc.ABC):
         check(lib.hs_first_loading(law, modulus, load.size, *map(pointer, given), pointer(load), pointer(radius)))
         return load, radius
 
-    @property
-    @abc.abstractmethod
-    def text(self) -> str:
-        """Say in a line what it is, what is chosen, and where it comes from."""
-
-    @property
-    def settings(self) -> dict[str, Any]:
-        """Its name as ``law``, and its numbers."""
-        value: Any = self
-        return {"law": self.kind, **attrs.asdict(value)}
-
-
-def _positive(law: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
-    if value is not None and not (is_number(value) and math.isfinite(value) and value > 0):
-        raise InputError(f"{type(law).__name__}: {attribute.name} is {value!r}; expected a number above 0")
-
 
 def _a_ratio(law: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
     if value is not None and not (is_number(value) and 0 <= value <= 0.5):
@@ -142,7 +125,9 @@ class HardnessLaw(YieldingLaw):
     """
 
     hardness: float | None = attrs.field(
-        default=None, converter=attrs.converters.optional(pascals), validator=_positive
+        default=None,
+        converter=attrs.converters.optional(pascals),
+        validator=attrs.validators.optional(at_least(0.0, above=True)),
     )
     poissons_ratio: float | None = attrs.field(
         default=None, converter=attrs.converters.optional(as_float), validator=_a_ratio
@@ -287,17 +272,6 @@ class JacksonGreen(HardnessLaw):
     def text(self) -> str:
         """Say in a line what it is."""
         return f"Jackson and Green (2005), {self._numbers}; joined continuously; elastic afterwards as Hertz"
-
-
-def yielding_law_from(settings: Mapping[str, Any]) -> YieldingLaw:
-    """Return the law that `YieldingLaw.settings` told.
-
-    Raises
-    ------
-    InputError
-        A name that no law has, or numbers that it cannot have.
-    """
-    return made_from(settings, YIELDING_LAWS)
 
 
 def check_law(law: YieldingLaw, summit_radius: Floats, pair: MaterialPair) -> None:

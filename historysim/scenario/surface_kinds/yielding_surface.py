@@ -69,9 +69,9 @@ class YieldingSection:
         InputError
             Numbers that it cannot have.
         """
-        from historysim.asperities.yielding import yielding_law_from
+        from historysim.asperities.yielding import YieldingLaw
 
-        return yielding_law_from(given(self))
+        return YieldingLaw.from_settings(given(self))
 
 
 @attrs.frozen
