@@ -18,7 +18,8 @@ from historysim.basics.progress import progress_bar
 from historysim.errors import CurveEndError, FrictionLimitError, InputError, LoadError
 from historysim.loads import schedule
 from historysim.loads.acting import friction_goal
-from historysim.loads.events import Event, as_events, events_text, time_text
+from historysim.loads.event_sequence import as_events, events_text, time_text
+from historysim.loads.events import Event
 from historysim.recording import provenance
 from historysim.recording.changes import Changes
 from historysim.recording.recorder import DatasetRecorder, Recorder, Selection, StateOnly, chosen_asperities

@@ -11,14 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.errors import InputError
-from historysim.loads.events import (
-    Event,
-    FrictionRamp,
-    LoadEvent,
-    NormalDisplacement,
-    TangentialDisplacement,
-    check_sequence,
-)
+from historysim.loads.event_sequence import check_sequence
+from historysim.loads.events import Event, FrictionRamp, LoadEvent, NormalDisplacement, TangentialDisplacement
 from historysim.loads.samples import SampledLoads
 from historysim.memory.binding import DISPLACED, LOAD
 from historysim.memory.paths import STILL, Goals, Paths, paths_to

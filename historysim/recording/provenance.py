@@ -12,7 +12,8 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import Instrument
 from historysim.basics import findings
 from historysim.basics.wording import counted
-from historysim.loads.events import Event, digest
+from historysim.loads.event_sequence import digest
+from historysim.loads.events import Event
 from historysim.recording import recorded_validity
 from historysim.recording.recorder import largest_approach
 
