@@ -19,6 +19,7 @@ from historysim.asperities.stepper import Stepper, Totals, channel, goals
 from historysim.asperities.wear import WearLaw
 from historysim.asperities.yielding import YieldingLaw, check_law
 from historysim.basics.arguments import checked, one_per, scalar, workable
+from historysim.basics.array_types import Floats, Integers
 from historysim.basics.display import html_table
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.units import quantity_text, range_text
@@ -44,8 +45,6 @@ if TYPE_CHECKING:
     from historysim.asperities.asperity import Asperity
     from historysim.interaction.solutions import NormalSolutions
 
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 EVOLVED = (
     "slid_distance",

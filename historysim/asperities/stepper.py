@@ -10,13 +10,11 @@ import numpy.typing as npt
 from historysim.asperities.curves import NormalCurves
 from historysim.asperities.state import EnsembleState
 from historysim.basics.arguments import checked
+from historysim.basics.array_types import Floats, Integers
 from historysim.basics.library import ffi, lib
 from historysim.errors import InputError
 from historysim.memory.binding import DISPLACED, LOAD, Slopes, check, copied
 from historysim.memory.paths import STILL, Goals, paths_to
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 TURNS = 4
 """Reversals of the displacement in as many successive steps that look like trials."""

@@ -15,13 +15,12 @@ from historysim.asperities.curves import NormalCurves
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.asperities.yielding import HARDNESS_OF_YIELD
+from historysim.basics.array_types import Floats
 from historysim.basics.findings import Finding
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.contact import hertz
 from historysim.surfaces.detached import detached_summits
-
-Floats = npt.NDArray[np.float64]
 
 STEEP = 0.3
 """a/R up to which the paraboloid stands for the sphere, and Hertz' theory for small strains."""

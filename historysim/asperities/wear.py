@@ -4,9 +4,9 @@ from typing import Annotated, Any, ClassVar
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
 from historysim.asperities.law import Law
+from historysim.basics.array_types import Floats
 from historysim.basics.fields import Number, Pressure, Quantity, at_least, one_of
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.registry import Registry
@@ -25,7 +25,6 @@ def __dir__() -> list[str]:
     return sorted(__all__)
 
 
-Floats = npt.NDArray[np.float64]
 WEAR_LAWS: Registry[type["WearLaw"]] = Registry(
     "historysim.wear", "historysim.asperities.wear:WearLaw", "wear law", "historysim.asperities.wear"
 )

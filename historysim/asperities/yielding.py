@@ -6,9 +6,9 @@ from typing import Any, ClassVar, Self
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
 from historysim.asperities.law import Law
+from historysim.basics.array_types import Floats
 from historysim.basics.fields import at_least
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.registry import Registry
@@ -29,8 +29,6 @@ __all__ = [
 def __dir__() -> list[str]:
     return sorted(__all__)
 
-
-Floats = npt.NDArray[np.float64]
 
 HARDNESS_OF_YIELD = 2.8
 """Hardness over yield stress in tension (Tabor 1951)."""

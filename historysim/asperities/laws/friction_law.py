@@ -4,16 +4,13 @@ from typing import Any, ClassVar
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
 from historysim.asperities.law import Law
+from historysim.basics.array_types import Floats
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.registry import Registry
 from historysim.contact.materials import MaterialPair
 from historysim.memory.binding import check, fill
-
-Floats = npt.NDArray[np.float64]
-
 
 LAWS: Registry[type["FrictionLaw"]] = Registry(
     "historysim.laws",
