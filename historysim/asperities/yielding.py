@@ -272,7 +272,25 @@ class JacksonGreen(HardnessLaw):
         return f"Jackson and Green (2005), {self._numbers}; joined continuously; elastic afterwards as Hertz"
 
 
-def check_law(law: YieldingLaw, summit_radius: Floats, pair: MaterialPair) -> None:
+def law_on_summits(given: YieldingLaw | str | None, pair: MaterialPair, summit_radius: Floats) -> YieldingLaw | None:
+    """Return the law of yielding of summits, or the one of a name, with what it takes from the materials.
+
+    Raises
+    ------
+    InputError
+        Neither a law nor the name of one, a hardness that nobody has told, or a law that no summit follows.
+    """
+    if given is None:
+        return None
+    law = YieldingLaw.from_settings({"law": given}) if isinstance(given, str) else given
+    if not isinstance(law, YieldingLaw):
+        raise InputError(f"yielding is {given!r}; expected a YieldingLaw, such as KogutEtsion(hardness=…)")
+    law = law.of(pair)
+    _check_law(law, summit_radius, pair)
+    return law
+
+
+def _check_law(law: YieldingLaw, summit_radius: Floats, pair: MaterialPair) -> None:
     """Check a law at summits of the smallest and the largest radius, from the onset on.
 
     Raises
