@@ -14,7 +14,7 @@ the new coefficient, and the slip front reaches the middle later than the spring
 that were in contact then, the state itself is asked.
 """
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
@@ -54,6 +54,9 @@ SOON = 1e-6
 """Share of a piece after which it is seen whether an asperity that has just touched slides at once."""
 CLOSEST = 4 * float(np.finfo(np.float64).eps)
 """Relative width of an interval in which a root is known."""
+SECTIONS, LATEST = 16, 1e-9
+"""Sections of an interval at which a state is asked whether asperities slide; the share of a path to which it is."""
+LOST = SlipState.GROSS_SLIP, SlipState.SEPARATED
 MOST_TRIALS = 150
 ROWS_AT_ONCE = 4096
 
@@ -265,7 +268,7 @@ class _Sliding:
         slides, _ = self._slides(inside, state.approach, state.tangential_displacement, lambda: state)
         self.time[inside[slides]] = now
         steep = self._inside(steep=True)
-        self.time[steep[self._slid_in(state, steep)]] = now
+        self.time[steep[_slid(self.job, state, self.labels[steep])]] = now
 
     def _slid(self, way: "_Way", pieces: _Pieces, number: int) -> tuple[Integers, Floats]:
         """Return which asperities slide in a piece, and at which share of its path."""
@@ -297,20 +300,20 @@ class _Sliding:
 
         The slip front goes inward along a piece, so that what has slid once slides until the contact is lost.
         """
-        waiting = [(self._inside(steep=True), piece.start, piece.end)]
+        steep = self._inside(steep=True)
+        if not steep.size:
+            return steep, np.empty(0)
+        waiting = [(steep[way.slid(piece, np.array([piece.end]), self.labels[steep])[0]], piece.start, piece.end)]
         found: list[tuple[int, float]] = []
         while waiting:
             which, start, end = waiting.pop()
-            if start == piece.start:
-                which = which[self._slid_in(way.state(piece.path, end), which)]
-            if not which.size:
-                continue
-            middle = (start + end) / 2
-            if end - start <= CLOSEST or not start < middle < end:
+            shares = np.linspace(start, end, SECTIONS + 1)
+            if not which.size or end - start <= LATEST or not (np.diff(shares) > 0).all():
                 found += [(int(one), end) for one in which]
                 continue
-            before = self._slid_in(way.state(piece.path, middle), which)
-            waiting += [(which[before], start, middle), (which[~before], middle, end)]
+            first = np.append(way.slid(piece, shares[1:-1], self.labels[which]), np.ones((1, which.size)), axis=0)
+            section = first.argmax(axis=0)
+            waiting += [(which[section == one], shares[one], shares[one + 1]) for one in np.unique(section)]
         if not found:
             return np.empty(0, dtype=np.int64), np.empty(0)
         late, share = (np.array(values) for values in zip(*found, strict=True))
@@ -318,12 +321,6 @@ class _Sliding:
         whole = np.maximum(piece.approach.max() - self.touch[late], 0.0)
         lifted = (self.touch[late] >= piece.approach[1]) & (depth <= NEAR * whole)
         return late[~lifted], share[~lifted]
-
-    def _slid_in(self, state: "EnsembleState", which: Integers) -> Flags:
-        """Return which asperities slide in a state, or are lost."""
-        slid = SlipState.GROSS_SLIP, SlipState.SEPARATED
-        asperities = (self.job.ensemble.asperity(int(self.labels[one]), state) for one in which)
-        return np.array([asperity.slip_state in slid for asperity in asperities], dtype=np.bool_)
 
     def _inside(self, *, steep: bool = False) -> Integers:
         """Return which asperities are in contact and have not yet slid: those that are steep, or the others."""
@@ -373,6 +370,17 @@ class _Way:
         start = np.full(touch.size, piece.start)
         share = _root(lambda share, h: self.at(piece, share)[0] - h, start, piece.end, touch)
         return share, self.at(piece, share)[1]
+
+    def slid(self, piece: _Piece, shares: Floats, labels: Integers) -> npt.NDArray[np.bool_]:
+        """Return which asperities slide, or are lost, at ascending shares of the path of a piece (share, asperity)."""
+        whole = self.paths[piece.path : piece.path + 1]
+        if whole["normal_control"][0] != LOAD or piece.straight:
+            states = (self.state(piece.path, float(share)) for share in shares)
+            return np.array([_slid(self.job, state, labels) for state in states])
+        self._begin(piece.path)
+        rows = blank_rows(shares.size, labels.size)
+        self._walk(_parts(whole, shares), rows, labels=labels)
+        return np.isin(rows.each["slip_state"], LOST)
 
     def reached(
         self, piece: _Piece, begin: Floats, touch: Floats, anchor: Floats, reach: Floats
@@ -432,11 +440,18 @@ class _Way:
             self.here = self._walk(unrecorded(self.paths[self.done : path]))
             self.done = path
 
-    def _walk(self, paths: Paths, rows: Rows | None = None, until: float = 1.0) -> "EnsembleState":
+    def _walk(
+        self, paths: Paths, rows: Rows | None = None, until: float = 1.0, labels: "npt.ArrayLike" = ()
+    ) -> "EnsembleState":
         job = self.job
-        return job.ensemble.walk(
-            self.here, paths, rows=rows, saturate=job.saturate, instrument=job.instrument, until=until
-        )
+        given: dict[str, Any] = {"rows": rows, "asperities": labels, "until": until}
+        return job.ensemble.walk(self.here, paths, saturate=job.saturate, instrument=job.instrument, **given)
+
+
+def _slid(job: "Replay", state: "EnsembleState", labels: Integers) -> Flags:
+    """Return which asperities slide in a state, or are lost."""
+    asperities = (job.ensemble.asperity(int(label), state) for label in labels)
+    return np.array([asperity.slip_state in LOST for asperity in asperities], dtype=np.bool_)
 
 
 def _walked(job: "Replay", state: "EnsembleState", paths: Paths) -> tuple[_Pieces, "EnsembleState"]:

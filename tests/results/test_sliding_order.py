@@ -94,10 +94,10 @@ def test_after_a_fall_of_friction_the_slip_front_comes_to_the_middle_late():
     """Springs further out stick that touched later, when the one in the middle has met its limit."""
     events = [hs.NormalLoad(0.0, 0.01), hs.FrictionChange(0.0, 0.375), hs.TangentialLoad(1.0, 4e-3)]
     events += [hs.NormalDisplacement(2.0, 120e-9), hs.FrictionChange(2.0, 0.25), hs.NormalLoad(3.0, 0.01)]
-    fine = hs.replay(ENSEMBLE, events, substeps=5000, saturate=True, record="all")
+    fine = hs.replay(ENSEMBLE, events, substeps=FINE, saturate=True, record="all")
     seen = fine.time.values[first_rows(fine)[:4]]
     found = sliding_order.slide_times(fine)[:4]
-    assert ((found <= seen) & (found >= seen - 1 / 5000)).all()
+    assert ((found <= seen) & (found >= seen - 1 / FINE)).all()
 
 
 @settings(max_examples=40, deadline=None)
