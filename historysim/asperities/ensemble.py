@@ -16,7 +16,7 @@ from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.asperities.laws.friction_law import FrictionLaw
 from historysim.asperities.state import EnsembleState
 from historysim.asperities.stepper import Stepper, Totals
-from historysim.asperities.wear import WearLaw
+from historysim.asperities.wear import WearLaw, check_wear
 from historysim.asperities.yielding import YieldingLaw, law_on_summits
 from historysim.basics.arguments import checked, one_per, scalar, workable
 from historysim.basics.array_types import Floats, Integers
@@ -140,6 +140,8 @@ class Ensemble:
             raise InputError(f"pair is {pair!r}; expected a MaterialPair")
         if not (wear is None or isinstance(wear, WearLaw)):
             raise InputError(f"wear is {wear!r}; expected a WearLaw, such as ArchardWear(coefficient=…, hardness=…)")
+        if wear is not None:
+            check_wear(wear)
         each = partial(one_per, "asperity", "asperities")
         height = each("summit_height", summit_height)
         if not height.size:

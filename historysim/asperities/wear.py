@@ -11,6 +11,7 @@ from historysim.basics.fields import Number, Pressure, Quantity, at_least, one_o
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.registry import Registry
 from historysim.basics.units import as_float, cubic_metres_per_joule, pascals, quantity_text
+from historysim.errors import InputError
 from historysim.memory.binding import check, fill
 
 __all__ = [
@@ -65,7 +66,7 @@ class WearLaw(Law):
         normal_load : array (asperity)
             Mean load meanwhile [N].
         slid_distance, dissipated_energy : array (asperity)
-            What they slid [m] and dissipated [J] meanwhile.
+            What they slid [m] and dissipated [J] meanwhile: of twice as much of both, twice the volume is lost.
         """
         fields = self.core()
         if "kind" not in fields:
@@ -169,3 +170,25 @@ class EnergyWear(WearLaw):
     def text(self) -> str:
         """Say in a line what it is."""
         return f"energy wear: {self.volume_per_energy:g} m³/J of the dissipated energy; {self._shape_text}"
+
+
+def check_wear(law: WearLaw) -> None:
+    """Check a law of a user's own: a way may be taken in any parts.
+
+    Raises
+    ------
+    InputError
+        Volumes that are no numbers of 0 or more, or that are not twice as much of twice the way and energy.
+    """
+    if "kind" in law.core():
+        return
+    load, slid = np.array([1e-3, 0.1, 10.0]), np.full(3, 1e-7)
+    whole, half = (np.asarray(law.volume(load, part * slid, part * 0.2 * load * slid)) for part in (1.0, 0.5))
+    name = type(law).__name__
+    if whole.shape != load.shape or not (np.isfinite(whole) & (whole >= 0.0)).all():
+        raise InputError(f"{name}: volume gives {whole} for three asperities; expected three volumes of 0 or more [m³]")
+    if not np.allclose(2.0 * half, whole, rtol=1e-6, atol=0.0):
+        raise InputError(
+            f"{name}: volume of half the way and energy is {half}, of the whole {whole}; expected half as much: it is "
+            "asked for what is lost meanwhile, such as rate * normal_load * slid_distance"
+        )

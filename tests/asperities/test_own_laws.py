@@ -93,3 +93,14 @@ def test_what_an_own_law_raises_comes_out():
         end(friction=Failing())
     with pytest.raises(NotImplementedError, match="Silent has no coefficients"):
         end(friction=Silent())
+
+
+def test_a_wear_law_that_depends_on_the_parts_of_a_way_is_told():
+    class Squared(hs.wear.WearLaw):
+        kind, text = "squared", "squared"
+
+        def volume(self, normal_load, slid_distance, dissipated_energy):
+            return normal_load * dissipated_energy * slid_distance
+
+    with pytest.raises(hs.InputError, match="Squared: volume of half the way and energy is .*; expected half as much"):
+        hs.Ensemble(PAIR, 0.0, 1e-5, 0.2, wear=Squared())

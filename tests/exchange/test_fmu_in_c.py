@@ -43,7 +43,7 @@ def unpacked(source, folder, **options):
 @pytest.mark.parametrize(
     ("kind", "normal", "tangential"),
     [
-        ("many", "load", "load"),
+        pytest.param("many", "load", "load", marks=pytest.mark.ci),
         pytest.param("one", "load", "displacement", marks=pytest.mark.slow),
         pytest.param("patches", "displacement", "load", marks=pytest.mark.slow),
     ],

@@ -117,6 +117,7 @@ def test_the_cube_root_is_that_of_libm_to_the_last_bit_or_so(inside, x):
 # -- random histories ------------------------------------------------------------------------------
 
 
+@pytest.mark.ci
 def test_sanitizers_find_nothing_in_random_histories(tmp_path):
     program = compiled(CC, SUPPORT / "random_histories.c", tmp_path, *SANITIZED)
     assert len(walked(program, 0, 25, 200)) == 25

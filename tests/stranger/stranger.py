@@ -33,19 +33,19 @@ class Warming(FrictionLaw):
 
 @attrs.frozen(kw_only=True)
 class SquaredWear(WearLaw):
-    """Volume that goes with the square of the slid distance."""
+    """Volume that goes with the square of the load, dV = rate N² ds."""
 
     rate: Number = attrs.field(validator=at_least(0.0))
 
     kind = "squared"
 
     def volume(self, normal_load, slid_distance, dissipated_energy):
-        del normal_load, dissipated_energy
-        return self.rate * slid_distance**2
+        del dissipated_energy
+        return self.rate * normal_load**2 * slid_distance
 
     @property
     def text(self):
-        return f"squared: {self.rate:g} m"
+        return f"squared: {self.rate:g} m²/N²"
 
 
 @attrs.frozen
