@@ -14,7 +14,6 @@ version = release = historysim.__version__
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "numpydoc", "mathml"]
 autosummary_generate = False
-nitpicky = False
 
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
@@ -22,7 +21,7 @@ myst_heading_anchors = 4
 suppress_warnings = ["myst.header"]
 
 autodoc_typehints = "none"  # numpydoc's text has the types, with units
-autodoc_default_options = {"members": True, "inherited-members": False}
+autodoc_default_options = {"members": True}
 numpydoc_show_class_members = False
 numpydoc_class_members_toctree = False
 

@@ -8,15 +8,15 @@ import historysim as hs
 from historysim.results.accessor import Questions
 
 GROUPS = {
-    "Run, ask and draw": "run replay Replay open load validate show plot report write_csv write_netcdf",
+    "Run, ask and draw": "run replay Replay open load validate show plot report explore write_csv write_netcdf",
     "Contacts": "Material MaterialPair material Ensemble EnsembleState Asperity SlipState Instrument ContactBatch",
     "Loads": "NormalLoad NormalDisplacement TangentialLoad TangentialDisplacement FrictionChange",
     "Surfaces": "Surface Summits random_surface read_surface",
     "Measured records": "loops sliding compare fit",
     "Many runs": "sweep spread drift_along design gallery",
     "The event log": "EventLog verify",
-    "Errors": "HistorySimError InputError LoadError FrictionLimitError",
-    "From C": "get_include",
+    "Errors": "HistorySimError InputError LoadError FrictionLimitError UnlikelyValueWarning",
+    "Into other programs": "write_fmu reduce get_include",
 }
 """What a user is after, and the names for it. Public names that stand in none get a page of their own."""
 
@@ -93,24 +93,12 @@ def _listed(paths: list[str]) -> str:
 def pages() -> dict[str, str]:
     """Return the pages by their names."""
     chapters = [(title, "", paths) for title, paths in groups().items()]
-    chapters.append(
-        (
-            "Questions to a history",
-            QUESTIONS,
-            [_question(name) for name in questions()],
-        )
-    )
+    chapters.append(("Questions to a history", QUESTIONS, [_question(name) for name in questions()]))
     for path, paths in namespaces().items():
         module = _at("historysim" + path.removeprefix("hs"))
         chapters.append((f"`{path}`", (inspect.getdoc(module) or "").strip(), paths))
-    made, parts = (
-        {},
-        [
-            "# Interface",
-            "`import historysim as hs` gives all of these names. Each is loaded when it is first used.",
-        ],
-    )
-    links = []
+    made, links = {}, []
+    parts = ["# Interface", "`import historysim as hs` gives all of these names. Each is loaded when it is first used."]
     for title, text, paths in chapters:
         page = "interface/" + title.strip("`").lower().replace(" ", "_").replace(",", "").replace(".", "_")
         made[f"{page}.md"] = "\n\n".join([f"# {title}", text, *map(_documented, paths)]) + "\n"

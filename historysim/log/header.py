@@ -94,13 +94,7 @@ class LogHeader:
         arrays |= {f"{SURFACE}{name}": values for name, values in (surface or {}).items()}
         evolution = _evolution(ensemble)
         settings = {
-            "format": FORMAT_OF_CURVES
-            if curves
-            else FORMAT_OF_YIELDING
-            if ensemble.yielding is not None
-            else FORMAT_OF_LAWS
-            if evolution
-            else FORMAT,
+            "format": _form(ensemble, evolution),
             "historysim_version": __version__,
             "made_with": made_with(),
             "scenario": scenario,
@@ -238,6 +232,15 @@ class LogHeader:
     def surface(self) -> dict[str, Array]:
         """Arrays of the surface group of the result."""
         return {name.removeprefix(SURFACE): values for name, values in self.arrays.items() if name.startswith(SURFACE)}
+
+
+def _form(ensemble: Ensemble, evolution: Mapping[str, Any]) -> int:
+    """Return the earliest form of a log that has what the ensemble has."""
+    if ensemble.curves is not None:
+        return FORMAT_OF_CURVES
+    if ensemble.yielding is not None:
+        return FORMAT_OF_YIELDING
+    return FORMAT_OF_LAWS if evolution else FORMAT
 
 
 def _evolution(ensemble: Ensemble) -> dict[str, Any]:

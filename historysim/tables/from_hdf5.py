@@ -6,7 +6,7 @@ with random damage is read without end: where the damage hits the heap of an att
 """
 
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,13 +20,6 @@ from historysim.tables.readers import READERS, TableReader
 
 if TYPE_CHECKING:
     import h5py
-
-
-@contextmanager
-def opened(path: Path, _: Format) -> Iterator[Contents]:
-    """Yield what an HDF5 file holds; a damaged file, or another, is an InputError."""
-    with datasets(path, "HDF5") as found, readable("HDF5"):
-        yield Contents([array for name, dataset in found.items() for array in _arrays(name, dataset)])
 
 
 @contextmanager
@@ -88,6 +81,8 @@ class Hdf5Reader(TableReader):
 
     kind, endings = "hdf5", (".h5", ".hdf5", ".hdf")
 
-    def opened(self, path: Path, layout: Format) -> AbstractContextManager[Contents]:
-        """Open a file."""
-        return opened(path, layout)
+    @contextmanager
+    def opened(self, path: Path, layout: Format) -> Iterator[Contents]:  # noqa: ARG002 - other formats need it
+        """Yield what an HDF5 file holds; a damaged file, or another, is an InputError."""
+        with datasets(path, "HDF5") as found, readable("HDF5"):
+            yield Contents([array for name, dataset in found.items() for array in _arrays(name, dataset)])

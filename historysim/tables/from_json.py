@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -11,20 +11,6 @@ from historysim.tables.arrays import Array, Contents, Selection, readable
 from historysim.tables.columns import Format
 from historysim.tables.from_text import decoded
 from historysim.tables.readers import READERS, TableReader
-
-
-@contextmanager
-def opened(path: Path, layout: Format) -> Iterator[Contents]:
-    """Yield what a JSON file holds; no JSON, another encoding, or one key twice is an InputError."""
-    text = decoded(path, layout.encoding or "utf-8")
-    with readable("JSON"):
-        try:
-            document = json.loads(text, object_pairs_hook=_object)
-        except RecursionError:
-            raise InputError("is nested too deeply; expected arrays by their keys") from None
-    contents = Contents([])
-    _gather(contents, "", document)
-    yield contents
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -109,6 +95,15 @@ class JsonReader(TableReader):
 
     kind, endings = "json", (".json",)
 
-    def opened(self, path: Path, layout: Format) -> AbstractContextManager[Contents]:
-        """Open a file."""
-        return opened(path, layout)
+    @contextmanager
+    def opened(self, path: Path, layout: Format) -> Iterator[Contents]:
+        """Yield what a JSON file holds; no JSON, another encoding, or one key twice is an InputError."""
+        text = decoded(path, layout.encoding or "utf-8")
+        with readable("JSON"):
+            try:
+                document = json.loads(text, object_pairs_hook=_object)
+            except RecursionError:
+                raise InputError("is nested too deeply; expected arrays by their keys") from None
+        contents = Contents([])
+        _gather(contents, "", document)
+        yield contents

@@ -8,7 +8,7 @@ import math
 import struct
 import zlib
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,24 +31,6 @@ _TEXTS = {1: "latin-1", 2: "latin-1", 4: "utf-16", 16: "utf-8", 17: "utf-16", 18
 # classes of matrices, and flags beside them
 _STRUCTURE, _TEXT, _NUMERIC = 2, 4, range(6, 16)
 _LOGICAL, _COMPLEX = 0x200, 0x800
-
-
-@contextmanager
-def opened(path: Path, _: Format) -> Iterator[Contents]:
-    """Yield what a MATLAB file holds; a damaged file, or another, is an InputError."""
-    with path.open("rb") as stream:
-        header = stream.read(_HEADER)
-    order = {b"IM": "<", b"MI": ">"}.get(header[126:])
-    version = struct.unpack(f"{order}H", header[124:126])[0] if order else 0
-    if version == 0x0200:
-        with datasets(path, "MATLAB") as found, readable("MATLAB"):
-            yield _contents_7(found)
-    elif order and version == 0x0100:
-        with readable("MATLAB"):
-            contents = _contents_5(path.read_bytes(), order)
-        yield contents
-    else:
-        raise InputError("is not a MATLAB file of version 5 or later; save it with -v7 or -v7.3")
 
 
 # -- version 5 -------------------------------------------------------------------------------------
@@ -158,6 +140,19 @@ class MatlabReader(TableReader):
 
     kind, endings = "matlab", (".mat",)
 
-    def opened(self, path: Path, layout: Format) -> AbstractContextManager[Contents]:
-        """Open a file."""
-        return opened(path, layout)
+    @contextmanager
+    def opened(self, path: Path, layout: Format) -> Iterator[Contents]:  # noqa: ARG002 - other formats need it
+        """Yield what a MATLAB file holds; a damaged file, or another, is an InputError."""
+        with path.open("rb") as stream:
+            header = stream.read(_HEADER)
+        order = {b"IM": "<", b"MI": ">"}.get(header[126:])
+        version = struct.unpack(f"{order}H", header[124:126])[0] if order else 0
+        if version == 0x0200:
+            with datasets(path, "MATLAB") as found, readable("MATLAB"):
+                yield _contents_7(found)
+        elif order and version == 0x0100:
+            with readable("MATLAB"):
+                contents = _contents_5(path.read_bytes(), order)
+            yield contents
+        else:
+            raise InputError("is not a MATLAB file of version 5 or later; save it with -v7 or -v7.3")

@@ -1,7 +1,7 @@
 """netCDF: variables by their paths, masked and scaled as their attributes say, with their units."""
 
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -15,24 +15,6 @@ from historysim.tables.readers import READERS, TableReader
 
 _CLASSIC = (b"CDF\x01", b"CDF\x02")
 _CDF5 = b"CDF\x05"
-
-
-@contextmanager
-def opened(path: Path, _: Format) -> Iterator[Contents]:
-    """Yield what a netCDF file holds; a damaged file, or another, is an InputError."""
-    with path.open("rb") as stream:
-        beginning = stream.read(4)
-    if beginning == _CDF5:
-        raise InputError("is netCDF of 64-bit data (CDF-5); convert it with nccopy -k nc4")
-    with readable("netCDF"):
-        if beginning in _CLASSIC:
-            yield _classic(path)
-            return
-        import netCDF4
-
-        check_contained(path)
-        with netCDF4.Dataset(path) as dataset:
-            yield Contents(list(_arrays(dataset, "")))
 
 
 def _arrays(group: Any, above: str) -> Iterator[Array]:
@@ -93,6 +75,19 @@ class NetCDFReader(TableReader):
 
     kind, endings = "netcdf", (".nc", ".nc4", ".cdf")
 
-    def opened(self, path: Path, layout: Format) -> AbstractContextManager[Contents]:
-        """Open a file."""
-        return opened(path, layout)
+    @contextmanager
+    def opened(self, path: Path, layout: Format) -> Iterator[Contents]:  # noqa: ARG002 - other formats need it
+        """Yield what a netCDF file holds; a damaged file, or another, is an InputError."""
+        with path.open("rb") as stream:
+            beginning = stream.read(4)
+        if beginning == _CDF5:
+            raise InputError("is netCDF of 64-bit data (CDF-5); convert it with nccopy -k nc4")
+        with readable("netCDF"):
+            if beginning in _CLASSIC:
+                yield _classic(path)
+                return
+            import netCDF4
+
+            check_contained(path)
+            with netCDF4.Dataset(path) as dataset:
+                yield Contents(list(_arrays(dataset, "")))

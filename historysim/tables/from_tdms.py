@@ -6,7 +6,7 @@ The time of a channel that was sampled evenly is listed as ``group/channel/time`
 import logging
 import threading
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -14,19 +14,6 @@ from historysim.errors import InputError
 from historysim.tables.arrays import Array, Contents, readable
 from historysim.tables.columns import Format
 from historysim.tables.readers import READERS, TableReader
-
-
-@contextmanager
-def opened(path: Path, _: Format) -> Iterator[Contents]:
-    """Yield what a TDMS file holds; a damaged file, another, or no npTDMS is an InputError."""
-    try:
-        from nptdms import TdmsFile
-    except ImportError as error:
-        raise InputError('is read by npTDMS, which is not installed; pip install "historysim[tdms]"') from error
-    with readable("TDMS"), path.open("rb") as stream, _strict(), TdmsFile.open(stream) as file:
-        if file.file_status.incomplete_final_segment:
-            raise InputError("is cut short: its last segment is not complete; save the file again without it")
-        yield Contents([array for group in file.groups() for channel in group.channels() for array in _arrays(channel)])
 
 
 @contextmanager
@@ -62,6 +49,16 @@ class TdmsReader(TableReader):
 
     kind, endings = "tdms", (".tdms",)
 
-    def opened(self, path: Path, layout: Format) -> AbstractContextManager[Contents]:
-        """Open a file."""
-        return opened(path, layout)
+    @contextmanager
+    def opened(self, path: Path, layout: Format) -> Iterator[Contents]:  # noqa: ARG002 - other formats need it
+        """Yield what a TDMS file holds; a damaged file, another, or no npTDMS is an InputError."""
+        try:
+            from nptdms import TdmsFile
+        except ImportError as error:
+            raise InputError('is read by npTDMS, which is not installed; pip install "historysim[tdms]"') from error
+        with readable("TDMS"), path.open("rb") as stream, _strict(), TdmsFile.open(stream) as file:
+            if file.file_status.incomplete_final_segment:
+                raise InputError("is cut short: its last segment is not complete; save the file again without it")
+            yield Contents(
+                [array for group in file.groups() for channel in group.channels() for array in _arrays(channel)]
+            )

@@ -122,7 +122,7 @@ def test_where_the_normal_load_varies_more_springs_are_nearer():
         stiffness, limit = model.scaling.at(load)
         # the table is straight between its rows
         assert limit.sum() == pytest.approx(0.2 * load, rel=1e-9)
-        assert stiffness.sum() == pytest.approx(curve.stiffness_at_rest(), rel=0.3)
+        assert stiffness.sum() == pytest.approx(curve.rest.stiffness(1), rel=0.3)
 
 
 def test_normal_load_and_shipped_scenario():

@@ -168,19 +168,14 @@ static fmi2Status of_no_type(fmi2Component c, size_t count, const char *call) {
     return count == 0 ? fmi2OK : told((instance *)c, fmi2Error, "the unit has no variable of this type that is got or set so");
 }
 
-/* Values of real numbers, or of the others. */
-static fmi2Status got(instance *its, int real, const fmi2ValueReference vr[], size_t count, double *value) {
+fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t count, fmi2Real value[]) {
+    EXPECT(ANY, "fmi2GetReal");
     for (size_t i = 0; i < count; ++i) {
-        fmi2Status status = hs_unit_is_real(vr[i]) == real ? answered(its, hs_unit_get(its->unit, vr[i], value + i))
-                                                           : told(its, fmi2Error, "a variable is of another type");
+        fmi2Status status = hs_unit_is_real(vr[i]) ? answered((instance *)c, hs_unit_get(UNIT, vr[i], value + i))
+                                                   : told((instance *)c, fmi2Error, "a variable is of another type");
         if (status != fmi2OK) return status;
     }
     return fmi2OK;
-}
-
-fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t count, fmi2Real value[]) {
-    EXPECT(ANY, "fmi2GetReal");
-    return got((instance *)c, 1, vr, count, value);
 }
 
 fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t count, fmi2Integer value[]) {
@@ -188,7 +183,7 @@ fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t
     for (size_t i = 0; i < count; ++i) {
         double found;
         if (vr[i] != V_CONTACT_COUNT) return told((instance *)c, fmi2Error, "a variable is of another type");
-        fmi2Status status = got((instance *)c, 0, vr + i, 1, &found);
+        fmi2Status status = answered((instance *)c, hs_unit_get(UNIT, vr[i], &found));
         if (status != fmi2OK) return status;
         value[i] = (fmi2Integer)found;
     }
@@ -200,7 +195,7 @@ fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t
     for (size_t i = 0; i < count; ++i) {
         double found;
         if (vr[i] != V_SATURATED) return told((instance *)c, fmi2Error, "a variable is of another type");
-        fmi2Status status = got((instance *)c, 0, vr + i, 1, &found);
+        fmi2Status status = answered((instance *)c, hs_unit_get(UNIT, vr[i], &found));
         if (status != fmi2OK) return status;
         value[i] = found != 0.0 ? fmi2True : fmi2False;
     }

@@ -5,6 +5,7 @@ from typing import NamedTuple
 from xml.etree import ElementTree as ET
 
 from historysim._version import __version__
+from historysim.basics.compiler import SAME_BITS
 from historysim.exchange.fmu.unit_variables import UnitVariable
 
 DIMENSIONS = {
@@ -96,9 +97,8 @@ def build_description(unit: Unit) -> bytes:
     """Return ``sources/buildDescription.xml``, which FMI 3.0 asks for."""
     root = ET.Element("fmiBuildDescription", fmiVersion="3.0")
     one = ET.SubElement(root, "BuildConfiguration", modelIdentifier=unit.identifier)
-    files = ET.SubElement(
-        one, "SourceFileSet", language="C11", compilerOptions="-ffp-contract=off -fno-math-errno -fno-trapping-math"
-    )
+    options = " ".join(SAME_BITS[1:])  # but for the language
+    files = ET.SubElement(one, "SourceFileSet", language="C11", compilerOptions=options)
     for name in unit.sources:
         ET.SubElement(files, "SourceFile", name=name)
     return _written(root)

@@ -195,7 +195,7 @@ def unit_files(
         text=source.title or "a rough frictional contact with its exact memory",
         token=token,
         variables=table,
-        starts=_starts(job, state, controls) | {"friction_factor": 1.0},
+        starts=dict(zip((each.name for each in table[:3]), (*_starts(job, state, controls), 1.0), strict=True)),
         sources=sorted(name for name in code if name.endswith(".c")),
     )
     files = {f"resources/{name}": content for name, content in resources.items()}
@@ -298,14 +298,13 @@ def _curve(curves: NormalCurves) -> bytes:
     return np.concatenate([np.asarray(part, dtype="<f8") for part in parts]).tobytes()
 
 
-def _starts(job: Replay, state: EnsembleState, controls: Controls) -> dict[str, float]:
-    """Return where the inputs stand at the start."""
-    table = variables(controls.normal, controls.tangential, driven=not job.instrument.rigid, areas=True)
+def _starts(job: Replay, state: EnsembleState, controls: Controls) -> tuple[float, float]:
+    """Return where the normal and the tangential input stand at the start."""
     normal = state.normal_load if controls.normal == "load" else state.approach
     tangential = state.tangential_load
     if controls.tangential == "displacement":
         tangential = job.instrument.drive_displacement(state.tangential_displacement, state.tangential_load)
-    return {table[0].name: normal, table[1].name: tangential}
+    return normal, tangential
 
 
 def _page(unit: Unit, controls: Controls, at: float | None) -> bytes:

@@ -10,26 +10,23 @@ class UnitVariable:
     Attributes
     ----------
     name : str
-    key : str
-        What its C calls it, after ``V_``; its place in the table is its value reference.
-    causality, variability : str
-        As the standard has them.
     unit : str
         Empty for a number without one.
     text : str
+    causality, variability : str
+        As the standard has them.
     kind : {"real", "integer", "boolean"}
-    differentiable : bool
-        Whether there is a derivative in the inputs.
+    key : str
+        What its C calls it, after ``V_``; its place in the table is its value reference.
     """
 
     name: str
-    key: str
-    causality: str
-    variability: str
     unit: str
     text: str
+    causality: str = "output"
+    variability: str = "continuous"
     kind: str = "real"
-    differentiable: bool = False
+    key: str = attrs.Factory(lambda self: self.name.upper(), takes_self=True)
 
 
 NORMAL = {
@@ -55,81 +52,31 @@ DRIVEN = (
 )
 
 OUTPUTS = (
-    UnitVariable("normal_load", "NORMAL_LOAD", "output", "continuous", "N", "total normal load", differentiable=True),
-    UnitVariable(
-        "tangential_load", "TANGENTIAL_LOAD", "output", "continuous", "N", "total tangential load", differentiable=True
-    ),
-    UnitVariable(
-        "approach",
-        "APPROACH",
-        "output",
-        "continuous",
-        "m",
-        "approach of the highest summit from first touch; negative is a gap",
-        differentiable=True,
-    ),
-    UnitVariable(
-        "tangential_displacement",
-        "TANGENTIAL_DISPLACEMENT",
-        "output",
-        "continuous",
-        "m",
-        "rigid tangential displacement of the contact",
-        differentiable=True,
-    ),
+    UnitVariable("normal_load", "N", "total normal load"),
+    UnitVariable("tangential_load", "N", "total tangential load"),
+    UnitVariable("approach", "m", "approach of the highest summit from first touch; negative is a gap"),
+    UnitVariable("tangential_displacement", "m", "rigid tangential displacement of the contact"),
     UnitVariable(
         "drive_displacement",
-        "DRIVE_DISPLACEMENT",
-        "output",
-        "continuous",
         "m",
         "displacement of the instrument's drive, U + T/k; that of the contact where the instrument is rigid",
-        differentiable=True,
     ),
     UnitVariable(
-        "tangential_stiffness",
-        "TANGENTIAL_STIFFNESS",
-        "output",
-        "continuous",
-        "N/m",
-        "dT/dU of the contact at a held approach, on the side of the last step",
+        "tangential_stiffness", "N/m", "dT/dU of the contact at a held approach, on the side of the last step"
     ),
     UnitVariable(
-        "coupling_stiffness",
-        "COUPLING_STIFFNESS",
-        "output",
-        "continuous",
-        "N/m",
-        "dT/dd at a held displacement, d the approach, on the side of the last step",
+        "coupling_stiffness", "N/m", "dT/dd at a held displacement, d the approach, on the side of the last step"
     ),
-    UnitVariable("normal_stiffness", "NORMAL_STIFFNESS", "output", "continuous", "N/m", "dN/dd, d the approach"),
-    UnitVariable(
-        "dissipated_energy",
-        "DISSIPATED_ENERGY",
-        "output",
-        "continuous",
-        "J",
-        "energy that friction has taken since nothing touched",
-    ),
-    UnitVariable(
-        "slipping_share",
-        "SLIPPING_SHARE",
-        "output",
-        "continuous",
-        "",
-        "share of the contact area outside the stick radii",
-    ),
-    UnitVariable(
-        "contact_count", "CONTACT_COUNT", "output", "discrete", "", "asperities, or patches, that touch", "integer"
-    ),
+    UnitVariable("normal_stiffness", "N/m", "dN/dd, d the approach"),
+    UnitVariable("dissipated_energy", "J", "energy that friction has taken since nothing touched"),
+    UnitVariable("slipping_share", "", "share of the contact area outside the stick radii"),
+    UnitVariable("contact_count", "", "asperities, or patches, that touch", variability="discrete", kind="integer"),
     UnitVariable(
         "saturated",
-        "SATURATED",
-        "output",
-        "discrete",
         "",
         "whether a tangential load is held at the friction limit, since more was asked for",
-        "boolean",
+        variability="discrete",
+        kind="boolean",
     ),
 )
 
@@ -147,21 +94,16 @@ def variables(normal: str, tangential: str, *, driven: bool, areas: bool) -> tup
         Whether contact areas are known, and so the share that slips.
     """
     tangential_input = DRIVEN if driven and tangential == "displacement" else TANGENTIAL[tangential]
-    inputs = [
-        UnitVariable(name, key, "input", "continuous", unit, text)
-        for (name, unit, text), key in (
-            (NORMAL[normal], "PRESCRIBED_NORMAL"),
-            (tangential_input, "PRESCRIBED_TANGENTIAL"),
-        )
-    ]
+    inputs = (
+        UnitVariable(*NORMAL[normal], "input", key="PRESCRIBED_NORMAL"),
+        UnitVariable(*tangential_input, "input", key="PRESCRIBED_TANGENTIAL"),
+    )
     factor = UnitVariable(
         "friction_factor",
-        "FRICTION_FACTOR",
-        "parameter",
-        "tunable",
         "",
         "factor on all friction coefficients of the start state, 0 or more",
+        "parameter",
+        "tunable",
     )
-    time = UnitVariable("time", "TIME", "independent", "continuous", "s", "time")
-    outputs = [each for each in OUTPUTS if areas or each.key != "SLIPPING_SHARE"]
-    return (*inputs, factor, *outputs, time)
+    outputs = (each for each in OUTPUTS if areas or each.name != "slipping_share")
+    return (*inputs, factor, *outputs, UnitVariable("time", "s", "time", "independent"))

@@ -85,19 +85,26 @@ def _json(model: Springs, _: str) -> str:
 
 
 def _csv(model: Springs, _: str) -> str:
-    rows = zip(model.stiffness, model.limit, model.slip_displacement, strict=True)
     lines = ["spring,stiffness [N/m],limit [N],slip_displacement [m]"]
-    lines += [f"{number},{k!r},{f!r},{r!r}" for number, (k, f, r) in enumerate(map(_floats, rows))]
+    rows = _rows(model.stiffness, model.limit, model.slip_displacement)
+    lines += [f"{number},{k!r},{f!r},{r!r}" for number, (k, f, r) in enumerate(rows)]
     return _head(model, "#") + "\n".join(lines) + "\n"
 
 
-def _floats(values: tuple[float, ...]) -> list[float]:
-    return [float(value) for value in values]
+def _rows(*columns: Floats) -> list[tuple[float, ...]]:
+    """Return the rows of columns (spring)."""
+    return [*zip(*(column.tolist() for column in columns), strict=True)]
+
+
+def _python_rows(what: str, *columns: Floats) -> str:
+    """Return the rows of columns (spring) as a list in Python."""
+    rows = "".join(f"    ({', '.join(map(repr, row))}),\n" for row in _rows(*columns))
+    return f"SPRINGS = [  # {what}\n{rows}]\n\n\n"
 
 
 def _opensees(model: Springs, _: str) -> str:
-    rows = [*enumerate(zip(model.stiffness, model.slip_displacement, strict=True), start=1)]
-    lines = [f"uniaxialMaterial ElasticPP [expr $tag + {i}] {float(k)!r} {float(r)!r}" for i, (k, r) in rows]
+    rows = [*enumerate(_rows(model.stiffness, model.slip_displacement), start=1)]
+    lines = [f"uniaxialMaterial ElasticPP [expr $tag + {i}] {k!r} {r!r}" for i, (k, r) in rows]
     tags = " ".join(f"[expr $tag + {i}]" for i, _ in rows)
     return (
         _head(model, "#")
@@ -109,13 +116,10 @@ def _opensees(model: Springs, _: str) -> str:
 
 
 def _openseespy(model: Springs, _: str) -> str:
-    springs = [*map(_floats, zip(model.stiffness, model.slip_displacement, strict=True))]
     return (
         _head(model, "#")
         + '"""Make the contact a uniaxial material of OpenSees: force in N, deformation in m."""\n\n'
-        + "SPRINGS = [  # stiffness [N/m], displacement at which it slides [m]\n"
-        + "".join(f"    ({k!r}, {r!r}),\n" for k, r in springs)
-        + "]\n\n\n"
+        + _python_rows("stiffness [N/m], displacement at which it slides [m]", model.stiffness, model.slip_displacement)
         + "def contact(ops, tag):\n"
         + '    """Define material `tag`; the tags above it, one for each spring, have to be free."""\n'
         + "    for number, (stiffness, slip) in enumerate(SPRINGS, start=1):\n"
@@ -125,10 +129,9 @@ def _openseespy(model: Springs, _: str) -> str:
 
 
 def _pyharm(model: Springs, _: str) -> str:
-    springs = zip(model.stiffness, model.limit, strict=True)
     elements = {
         f"contact_{number}": {"type": "Jenkins", "k": k, "mu": 1.0, "N0": limit}
-        for number, (k, limit) in enumerate(map(_floats, springs), start=1)
+        for number, (k, limit) in enumerate(_rows(model.stiffness, model.limit), start=1)
     }
     return (
         _head(model, "#")
@@ -143,13 +146,10 @@ def _pyharm(model: Springs, _: str) -> str:
 
 
 def _tmdsimpy(model: Springs, _: str) -> str:
-    springs = [*map(_floats, zip(model.stiffness, model.limit, strict=True))]
     return (
         _head(model, "#")
         + '"""The contact as nonlinear forces of TMDSimPy."""\n\n'
-        + "SPRINGS = [  # kt [N/m], Fs [N]\n"
-        + "".join(f"    ({k!r}, {f!r}),\n" for k, f in springs)
-        + "]\n\n\n"
+        + _python_rows("kt [N/m], Fs [N]", model.stiffness, model.limit)
         + "def contact(force, Q, T):\n"
         + '    """Return nonlinear forces, to be added to a VibrationSystem; `force` is TMDSimPy\'s JenkinsForce."""\n'
         + "    return [force(Q, T, stiffness, limit) for stiffness, limit in SPRINGS]\n"
@@ -160,11 +160,11 @@ def _matlab(model: Springs, name: str) -> str:
     if not name.isidentifier() or not name.isascii():
         raise InputError(f"{name}.m: is no name of a function of MATLAB; expected letters, digits and _")
     scaling, more = model.scaling, model.scaling is not None
-    tables = f"k = {_row(model.stiffness)};\nf = {_row(model.limit)};\n"
+    tables = f"k = [{_matlab_row(model.stiffness)}];\nf = [{_matlab_row(model.limit)}];\n"
     if scaling is not None:
         tables = (
-            f"load = {_row(scaling.normal_load)};\nstiffness = {_rows(scaling.stiffness)};\n"
-            f"limit = {_rows(scaling.limit)};\n"
+            f"load = [{_matlab_row(scaling.normal_load)}];\nstiffness = {_matlab_table(scaling.stiffness)};\n"
+            f"limit = {_matlab_table(scaling.limit)};\n"
             "k = interp1(load, stiffness, normal_load);\nf = interp1(load, limit, normal_load);\n"
         )
     return (
@@ -180,18 +180,18 @@ def _matlab(model: Springs, name: str) -> str:
     )
 
 
-def _rows(table: Floats) -> str:
-    return "[\n" + "\n".join("  " + " ".join(map(repr, map(float, row))) for row in table) + "\n]"
+def _matlab_table(rows: Floats) -> str:
+    return "[\n" + "".join(f"  {_matlab_row(row)}\n" for row in rows) + "]"
 
 
-def _row(values: Floats) -> str:
-    return "[" + " ".join(map(repr, map(float, values))) + "]"
+def _matlab_row(values: Floats) -> str:
+    return " ".join(map(repr, values.tolist()))
 
 
 def _modelica(model: Springs, name: str) -> str:
     if not name.isidentifier() or not name.isascii():
         raise InputError(f"{name}.mo: is no name of a model of Modelica; expected letters, digits and _")
-    stiffness, limit = ("{" + ", ".join(map(repr, map(float, each))) + "}" for each in (model.stiffness, model.limit))
+    stiffness, limit = ("{" + ", ".join(map(repr, each.tolist())) + "}" for each in (model.stiffness, model.limit))
     return (
         _head(model, "//")
         + f'model {name} "Springs in parallel that slide, in place of a rough frictional contact"\n'

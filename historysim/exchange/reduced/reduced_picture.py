@@ -47,11 +47,7 @@ def plot_reduced(source: Exportable, model: ReducedModel, *, size: Size | None =
     way = np.concatenate(
         [np.linspace(0, out, POINTS), np.linspace(out, -out, 2 * POINTS)[1:], np.linspace(-out, out, 2 * POINTS)[1:]]
     )
-    stepper = ensemble.stepper(curve.rest)
-    exact = np.empty(way.size)
-    for step, place in enumerate(way):
-        stepper.step(tangential_displacement=float(place))
-        exact[step] = stepper.tangential_load
+    exact = ensemble.advance_many(curve.rest, tangential_displacement=way)[1].tangential_load
     reduced, band = model.force(way), model.bound * model.friction_limit
     lengths, length_unit = scaled(np.append(way, curve.end), "m")
     loads, load_unit = scaled(np.concatenate([exact, reduced, exact - band, exact + band]), "N")

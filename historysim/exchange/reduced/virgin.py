@@ -58,10 +58,6 @@ class VirginCurve:
             slope[place] = stepper.save().stiffness(1)
         return load.reshape(asked.shape), slope.reshape(asked.shape)
 
-    def stiffness_at_rest(self) -> float:
-        """Return dT/dU before anything slips [N/m]."""
-        return self.rest.stiffness(1)
-
     def check(self) -> None:
         """Check that it is a curve that springs in parallel can follow.
 
