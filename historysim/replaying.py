@@ -17,8 +17,8 @@ from historysim.basics.processors import threads_of
 from historysim.basics.progress import progress_bar
 from historysim.errors import CurveEndError, FrictionLimitError, InputError, LoadError
 from historysim.loads import schedule
-from historysim.loads.acting import friction_goal
-from historysim.loads.events import Event, as_events, events_text, time_text
+from historysim.loads.event_sequence import as_events, events_text, time_text
+from historysim.loads.events import Event
 from historysim.recording import provenance
 from historysim.recording.changes import Changes
 from historysim.recording.recorder import DatasetRecorder, Recorder, Selection, StateOnly, chosen_asperities
@@ -161,7 +161,7 @@ class Replay(FieldsAsHtml):
                 saturate=self.saturate,
                 instrument=instrument,
                 until=segment.share,
-                friction=friction_goal(ensemble, segment.ramp, segment.ramp_part),
+                friction=segment.friction_goal(len(ensemble)),
             )
             if segment.change is not None:
                 event = segment.change_event

@@ -11,10 +11,9 @@ import numpy.typing as npt
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.basics.arguments import scalar
+from historysim.basics.array_types import Floats
 from historysim.contact import adhesion, hertz
 from historysim.errors import InputError
-
-Floats = npt.NDArray[np.float64]
 
 ADHESIVE = 5.0
 """Load over that of pull-off up to which equilibria are followed: beyond, adhesion hardly shows in their curve."""

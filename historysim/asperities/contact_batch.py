@@ -7,12 +7,11 @@ import numpy.typing as npt
 
 from historysim.asperities.friction import coulomb
 from historysim.basics.arguments import checked, one_per
+from historysim.basics.array_types import Floats
 from historysim.basics.library import ffi, lib, pointer
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.memory.binding import check
-
-Floats = npt.NDArray[np.float64]
 
 
 class ContactBatch:

@@ -10,9 +10,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from historysim.basics.array_types import Floats
 
 HALVINGS = 12
 """Rows below the first one of a table, each at half the approach of the next one."""

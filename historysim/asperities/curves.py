@@ -18,14 +18,12 @@ from historysim.asperities.curve_fitting import (
     through,
 )
 from historysim.basics.arguments import checked
+from historysim.basics.array_types import Array, Floats
 from historysim.basics.library import ffi, lib, pointer
 from historysim.errors import CurveEndError, InputError
 from historysim.memory.binding import LOAD, check
 from historysim.memory.paths import Paths
 from historysim.memory.rows import Rows
-
-Floats = npt.NDArray[np.float64]
-Array = npt.NDArray[Any]
 
 FEWEST = 4
 """Rows that make a table."""

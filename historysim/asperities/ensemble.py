@@ -1,6 +1,5 @@
 """`Ensemble`: asperities that share one approach and one tangential displacement, and how their state moves."""
 
-import math
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
@@ -9,16 +8,18 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
+from historysim.asperities.channel_goals import channel, goals, goals_of
 from historysim.asperities.curves import NormalCurves, Superposition
 from historysim.asperities.evolution import Evolution
 from historysim.asperities.friction import FrictionGoal, at_start, coulomb
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.asperities.laws.friction_law import FrictionLaw
 from historysim.asperities.state import EnsembleState
-from historysim.asperities.stepper import Stepper, Totals, channel, goals
+from historysim.asperities.stepper import Stepper, Totals
 from historysim.asperities.wear import WearLaw, check_wear
-from historysim.asperities.yielding import YieldingLaw, check_law, yielding_law_from
+from historysim.asperities.yielding import YieldingLaw, law_on_summits
 from historysim.basics.arguments import checked, one_per, scalar, workable
+from historysim.basics.array_types import Floats, Integers
 from historysim.basics.display import html_table
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.units import quantity_text, range_text
@@ -37,15 +38,13 @@ from historysim.memory.binding import (
     stack,
     view,
 )
-from historysim.memory.paths import STILL, Goals, Paths, paths_to, unrecorded
+from historysim.memory.paths import Goals, Paths, paths_to, unrecorded
 from historysim.memory.rows import Rows, blank_rows
 
 if TYPE_CHECKING:
     from historysim.asperities.asperity import Asperity
     from historysim.interaction.solutions import NormalSolutions
 
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 EVOLVED = (
     "slid_distance",
@@ -168,7 +167,7 @@ class Ensemble:
             law=law,
             wear=wear,
             follow_sliding=bool(follow_sliding),
-            yielding=_yielding(yielding, pair, radii),
+            yielding=law_on_summits(yielding, pair, radii),
         )
         if self.yielding is not None and wear is not None:
             raise InputError(
@@ -259,32 +258,35 @@ class Ensemble:
         return cls._of_curves(pair, curves, friction, solutions.highest_summit, **options)
 
     def __repr__(self) -> str:
-        least, most = self.friction.min(), self.friction.max()
-        friction = f"friction {least:.4g}" + (f" to {most:.4g}" if most > least else "")
-        if self.law is not None:
-            friction = f"friction of {self.law.text}"
+        friction = f"friction {self._friction_text}" if self.law is None else f"friction of {self.law.text}"
         if self.curves is not None:
             return f"<Ensemble: {counted(len(self), 'patch', 'patches')} with normal curves, {friction}>"
-        summits = [("height", self.summit_height, "m"), ("radius", self.summit_radius, "m")]
-        told = [f"summit {name} {range_text(each.min(), each.max(), unit)}" for name, each, unit in summits]
+        told = [f"{name} {text}" for name, text in self._summit_ranges]
         return f"<Ensemble: {counted(len(self), 'asperity', 'asperities')}, {', '.join(told)}, {friction}>"
 
     def _repr_html_(self) -> str:
-        lines = [("asperities" if self.curves is None else "patches", f"{len(self):,}")]
-        if self.curves is None:
-            lines += [
-                ("summit height", range_text(self.summit_height.min(), self.summit_height.max(), "m")),
-                ("summit radius", range_text(self.summit_radius.min(), self.summit_radius.max(), "m")),
+        patches = self.curves is not None
+        return html_table(
+            [
+                ("patches" if patches else "asperities", f"{len(self):,}"),
+                *([] if patches else self._summit_ranges),
+                ("friction", self._friction_text if self.law is None else self.law.text),
+                *([] if self.wear is None else [("wear", self.wear.text)]),
+                *([] if self.yielding is None else [("yielding", self.yielding.text)]),
+                ("contact modulus E*", quantity_text(self.pair.contact_modulus, "Pa")),
+                ("shear modulus G*", quantity_text(self.pair.shear_modulus, "Pa")),
             ]
+        )
+
+    @property
+    def _friction_text(self) -> str:
         least, most = self.friction.min(), self.friction.max()
-        friction = f"{least:.4g}" + (f" to {most:.4g}" if most > least else "")
-        lines += [
-            ("friction", friction if self.law is None else self.law.text),
-            *([] if self.wear is None else [("wear", self.wear.text)]),
-            ("contact modulus E*", quantity_text(self.pair.contact_modulus, "Pa")),
-            ("shear modulus G*", quantity_text(self.pair.shear_modulus, "Pa")),
-        ]
-        return html_table(lines)
+        return f"{least:.4g}" + (f" to {most:.4g}" if most > least else "")
+
+    @property
+    def _summit_ranges(self) -> list[tuple[str, str]]:
+        each = ("summit height", self.summit_height), ("summit radius", self.summit_radius)
+        return [(name, range_text(values.min(), values.max(), "m")) for name, values in each]
 
     def __len__(self) -> int:
         """Return the number of asperities, or of patches."""
@@ -444,8 +446,8 @@ class Ensemble:
             As for `advance`, or lists of different lengths.
         """
         controls = state.memory.normal_control, state.memory.tangential_control
-        normal = _goals_of("normal", normal_load, normal_displacement, controls[0], least=0.0)
-        tangential = _goals_of("tangential", tangential_load, tangential_displacement, controls[1])
+        normal = goals_of("normal", normal_load, normal_displacement, controls[0], least=0.0)
+        tangential = goals_of("tangential", tangential_load, tangential_displacement, controls[1])
         counts = {np.size(goals.target) for goals in (normal, tangential)} - {1}
         if len(counts) > 1:
             raise InputError(
@@ -805,18 +807,6 @@ class Ensemble:
         return chosen.astype(np.int64)
 
 
-def _yielding(given: YieldingLaw | str | None, pair: MaterialPair, summit_radius: Floats) -> YieldingLaw | None:
-    """Return the law of yielding, with what it takes from the materials."""
-    if given is None:
-        return None
-    law = yielding_law_from({"law": given}) if isinstance(given, str) else given
-    if not isinstance(law, YieldingLaw):
-        raise InputError(f"yielding is {given!r}; expected a YieldingLaw, such as KogutEtsion(hardness=…)")
-    law = law.of(pair)
-    check_law(law, summit_radius, pair)
-    return law
-
-
 def _alike(*keys: Floats) -> Integers | None:
     """Return the group of each asperity, a number from 0: those that are alike in every key; None where all are."""
     numbers = np.zeros(keys[0].size, dtype=np.int64)
@@ -826,23 +816,3 @@ def _alike(*keys: Floats) -> Integers | None:
         _, rank = np.unique(key, return_inverse=True)
         _, numbers = np.unique(numbers * (rank.max() + 1) + rank, return_inverse=True)
     return numbers.astype(np.int64) if numbers.any() else None
-
-
-def _goals_of(
-    name: str,
-    load: npt.ArrayLike | None,
-    displacement: npt.ArrayLike | None,
-    control: int,
-    least: float = -math.inf,
-) -> Goals:
-    """Where one channel of several paths goes."""
-    if load is not None and displacement is not None:
-        raise InputError(f"both {name}_load and {name}_displacement came; expected one of them")
-    kind, values, least = (LOAD, load, least) if load is not None else (DISPLACED, displacement, -math.inf)
-    if values is None:
-        return Goals(control, *STILL)
-    kind_name = "load" if kind == LOAD else "displacement"
-    targets = checked(f"{name}_{kind_name}", values, least=least)
-    if targets.ndim > 1:
-        raise InputError(f"{name}_{kind_name} has shape {targets.shape}; expected one number, or a list")
-    return Goals(kind, targets)

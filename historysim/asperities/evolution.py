@@ -6,17 +6,15 @@ from typing import Any
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
 from historysim.asperities.friction import FrictionGoal
 from historysim.asperities.laws.friction_law import FrictionLaw, Loaded
 from historysim.asperities.wear import WearLaw
 from historysim.asperities.yielding import YieldingLaw
+from historysim.basics.array_types import Floats
 from historysim.basics.library import ffi, pointer
 from historysim.contact.materials import MaterialPair
 from historysim.memory.binding import fill, view
-
-Floats = npt.NDArray[np.float64]
 
 
 @attrs.frozen(eq=False)

@@ -6,9 +6,8 @@ import numpy.typing as npt
 
 from historysim.asperities.laws.friction_law import FrictionLaw
 from historysim.basics.arguments import checked
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError
-
-Floats = npt.NDArray[np.float64]
 
 
 def coulomb(friction: npt.ArrayLike, count: int) -> Floats:

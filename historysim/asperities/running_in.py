@@ -11,13 +11,12 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.wear import WearLaw
 from historysim.asperities.yielding import YieldingLaw
 from historysim.basics.arguments import scalar
+from historysim.basics.array_types import Floats
 from historysim.basics.wording import nearest
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.summits import Summits
-
-Floats = npt.NDArray[np.float64]
 
 VOLUMES = ("lost", "conserved")
 

@@ -7,13 +7,12 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
+from historysim.basics.array_types import Floats
 from historysim.basics.files import replacing
 from historysim.basics.library import lib
 from historysim.basics.units import quantity_text
 from historysim.errors import InputError
 from historysim.memory.binding import Memory, friction_of_each, from_bytes, group_of_each, stack, to_bytes, view
-
-Floats = npt.NDArray[np.float64]
 
 
 class Evolved(NamedTuple):

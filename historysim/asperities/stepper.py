@@ -1,4 +1,4 @@
-"""Stepping by hand: where a channel of one path goes, many paths at once, and a tight loop in place (`Stepper`)."""
+"""Stepping by hand: the totals of many paths at once, and a tight loop in place (`Stepper`)."""
 
 import math
 import warnings
@@ -7,51 +7,16 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 import numpy.typing as npt
 
+from historysim.asperities.channel_goals import channel, goals
 from historysim.asperities.curves import NormalCurves
 from historysim.asperities.state import EnsembleState
-from historysim.basics.arguments import checked
+from historysim.basics.array_types import Floats, Integers
 from historysim.basics.library import ffi, lib
-from historysim.errors import InputError
-from historysim.memory.binding import DISPLACED, LOAD, Slopes, check, copied
-from historysim.memory.paths import STILL, Goals, paths_to
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
+from historysim.memory.binding import LOAD, Slopes, check, copied
+from historysim.memory.paths import paths_to
 
 TURNS = 4
 """Reversals of the displacement in as many successive steps that look like trials."""
-HELD = math.nan
-"""Target of a channel that is held as it was controlled last."""
-
-
-def channel(
-    name: str, load: float | None, displacement: float | None, control: int, least: float = -math.inf
-) -> tuple[int, float]:
-    """Return how one channel of a path is controlled, and its target in N or m.
-
-    Raises
-    ------
-    InputError
-        A value that is not finite or too small, or both a load and a displacement.
-    """
-    if load is None:
-        if displacement is None:
-            return control, HELD
-        kind, value, least = DISPLACED, displacement, -math.inf
-    elif displacement is None:
-        kind, value = LOAD, load
-    else:
-        raise InputError(f"both {name}_load and {name}_displacement came; expected one of them")
-    # comparisons with what is no number are false
-    if isinstance(value, float) and least <= value < math.inf and value > -math.inf:
-        return kind, value
-    kind_name = "load" if kind == LOAD else "displacement"
-    return kind, float(checked(f"{name}_{kind_name}", value, least=least))
-
-
-def goals(target: tuple[int, float]) -> Goals:
-    """Return where a channel goes that `channel` has told of."""
-    return Goals(target[0], *STILL) if math.isnan(target[1]) else Goals(*target)
 
 
 class Totals(NamedTuple):

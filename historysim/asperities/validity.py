@@ -14,13 +14,13 @@ import numpy.typing as npt
 from historysim.asperities.curves import NormalCurves
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
+from historysim.asperities.yielding import HARDNESS_OF_YIELD
+from historysim.basics.array_types import Floats
 from historysim.basics.findings import Finding
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.contact import hertz
 from historysim.surfaces.detached import detached_summits
-
-Floats = npt.NDArray[np.float64]
 
 STEEP = 0.3
 """a/R up to which the paraboloid stands for the sphere, and Hertz' theory for small strains."""
@@ -48,8 +48,6 @@ MOST_ERROR = 0.01
 ONSET_OF_HARDNESS, ONSET_OF_YIELD = 0.4, 1.07
 """Mean pressure at which a sphere begins to flow, over the hardness (Greenwood and Williamson 1966: peak pressure
 0.6 H) and over the yield stress (Johnson 1985, section 6.1: peak pressure 1.6 Y for ν = 0.3)."""
-HARDNESS_OF_YIELD = 2.8
-"""Hardness over yield stress (Tabor)."""
 
 
 @attrs.frozen

@@ -1,14 +1,12 @@
 """Wear: how much of a summit is lost, and what shape it has then."""
 
-import abc
-from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
-from historysim.asperities.laws.friction_law import made_from, written
+from historysim.asperities.law import Law
+from historysim.basics.array_types import Floats
 from historysim.basics.fields import Number, Pressure, Quantity, at_least, one_of
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.registry import Registry
@@ -28,7 +26,6 @@ def __dir__() -> list[str]:
     return sorted(__all__)
 
 
-Floats = npt.NDArray[np.float64]
 WEAR_LAWS: Registry[type["WearLaw"]] = Registry(
     "historysim.wear", "historysim.asperities.wear:WearLaw", "wear law", "historysim.asperities.wear"
 )
@@ -37,7 +34,7 @@ register = WEAR_LAWS.register
 
 
 @attrs.frozen(kw_only=True)
-class WearLaw(abc.ABC):
+class WearLaw(Law):
     """A wear law: the volume that an asperity loses, and the shape that is left.
 
     The shape follows from the volume while the asperity slides as a whole: then its springs are at the friction limit
@@ -54,7 +51,6 @@ class WearLaw(abc.ABC):
     shape: str = attrs.field(default="truncated", validator=one_of("truncated", "blunted"))
 
     registry: ClassVar[Registry[Any]] = WEAR_LAWS
-    kind: ClassVar[str]
 
     def core(self) -> dict[str, Any]:
         """Return the fields of ``hs_wear`` that say what it is; a law without a kind there is asked by `volume`."""
@@ -80,16 +76,6 @@ class WearLaw(abc.ABC):
         given = [np.ascontiguousarray(each) for each in (normal_load, slid_distance, dissipated_energy)]
         check(lib.hs_lost_volumes(law, found.size, *map(pointer, given), pointer(found)))
         return found
-
-    @property
-    @abc.abstractmethod
-    def text(self) -> str:
-        """Say in a line what it is, what is chosen, and where it comes from."""
-
-    @property
-    def settings(self) -> dict[str, Any]:
-        """Its name as ``law``, and its numbers."""
-        return written(self)
 
     @property
     def _shape_text(self) -> str:
@@ -206,14 +192,3 @@ def check_wear(law: WearLaw) -> None:
             f"{name}: volume of half the way and energy is {half}, of the whole {whole}; expected half as much: it is "
             "asked for what is lost meanwhile, such as rate * normal_load * slid_distance"
         )
-
-
-def wear_law_from(settings: Mapping[str, Any]) -> WearLaw:
-    """Return the law that `WearLaw.settings` told.
-
-    Raises
-    ------
-    InputError
-        A name that no law has, or numbers that it cannot have.
-    """
-    return made_from(settings, WEAR_LAWS)

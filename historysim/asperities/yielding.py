@@ -2,14 +2,13 @@
 
 import abc
 import math
-from collections.abc import Mapping
 from typing import Any, ClassVar, Self
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
-from historysim.asperities.laws.friction_law import made_from, written
+from historysim.asperities.law import Law
+from historysim.basics.array_types import Floats
 from historysim.basics.fields import Number, Pressure, at_least
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.registry import Registry
@@ -32,8 +31,6 @@ def __dir__() -> list[str]:
     return sorted(__all__)
 
 
-Floats = npt.NDArray[np.float64]
-
 HARDNESS_OF_YIELD = 2.8
 """Hardness over yield stress in tension (Tabor 1951)."""
 PEAK_AT_ONSET = 1.6
@@ -52,7 +49,7 @@ YIELDING_LAWS: Registry[type["YieldingLaw"]] = Registry(
 register = YIELDING_LAWS.register
 
 
-class YieldingLaw(abc.ABC):
+class YieldingLaw(Law):
     """A law of first loading: load and contact radius of a summit at an approach, beyond the onset of yield.
 
     What is elastic afterwards follows from it, for all laws: the Hertz contact through the largest load N, with the
@@ -66,8 +63,6 @@ class YieldingLaw(abc.ABC):
     """
 
     registry: ClassVar[Registry[Any]] = YIELDING_LAWS
-    kind: ClassVar[str]
-    """Its name in scenarios and logs."""
 
     def core(self, pair: MaterialPair) -> dict[str, Any]:
         """Return the fields of ``hs_yielding`` that say what it is; a law without a kind there is asked itself."""
@@ -104,16 +99,6 @@ class YieldingLaw(abc.ABC):
         modulus = pair.contact_modulus
         check(lib.hs_first_loading(law, modulus, load.size, *map(pointer, given), pointer(load), pointer(radius)))
         return load, radius
-
-    @property
-    @abc.abstractmethod
-    def text(self) -> str:
-        """Say in a line what it is, what is chosen, and where it comes from."""
-
-    @property
-    def settings(self) -> dict[str, Any]:
-        """Its name as ``law``, and its numbers."""
-        return written(self)
 
 
 def _a_ratio(law: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
@@ -299,18 +284,25 @@ class JacksonGreen(HardnessLaw):
         return f"Jackson and Green (2005), {self._numbers}; joined continuously; elastic afterwards as Hertz"
 
 
-def yielding_law_from(settings: Mapping[str, Any]) -> YieldingLaw:
-    """Return the law that `YieldingLaw.settings` told.
+def law_on_summits(given: YieldingLaw | str | None, pair: MaterialPair, summit_radius: Floats) -> YieldingLaw | None:
+    """Return the law of yielding of summits, or the one of a name, with what it takes from the materials.
 
     Raises
     ------
     InputError
-        A name that no law has, or numbers that it cannot have.
+        Neither a law nor the name of one, a hardness that nobody has told, or a law that no summit follows.
     """
-    return made_from(settings, YIELDING_LAWS)
+    if given is None:
+        return None
+    law = YieldingLaw.from_settings({"law": given}) if isinstance(given, str) else given
+    if not isinstance(law, YieldingLaw):
+        raise InputError(f"yielding is {given!r}; expected a YieldingLaw, such as KogutEtsion(hardness=…)")
+    law = law.of(pair)
+    _check_law(law, summit_radius, pair)
+    return law
 
 
-def check_law(law: YieldingLaw, summit_radius: Floats, pair: MaterialPair) -> None:
+def _check_law(law: YieldingLaw, summit_radius: Floats, pair: MaterialPair) -> None:
     """Check a law at summits of the smallest and the largest radius, from the onset on.
 
     Raises

@@ -156,8 +156,9 @@ def list_log(
     """List the events of LOG (NAME.history)."""
     if table is not None:
         check_outputs([Output(table, (EVENTS,))], [file], force=force)
+    from historysim.loads.event_sequence import time_text
     from historysim.loads.event_table import write_events
-    from historysim.loads.events import EVENT_KINDS, time_text
+    from historysim.loads.events import EVENT_KINDS
     from historysim.log.event_log import EventLog
 
     for name in kind:

@@ -74,7 +74,6 @@ _LEAST_MODULUS, _LARGEST_MODULUS = 1e3, 1e18
 """Young's modulus or hardness of what there is [Pa]: from a soft gel to a plane that is as good as rigid."""
 
 _ISOTROPIC: Any = None
-_PRESSURE = attrs.validators.optional(_positive("Pa"))
 
 
 def _workable(_: object, attribute: "attrs.Attribute[float]", value: float) -> None:

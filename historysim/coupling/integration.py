@@ -14,13 +14,13 @@ import numpy.typing as npt
 
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.arguments import checked
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError, LoadError
 
 if TYPE_CHECKING:
     from historysim.asperities.ensemble import Ensemble
     from historysim.asperities.state import EnsembleState
 
-Floats = npt.NDArray[np.float64]
 Motion = Callable[[float, Floats, "EnsembleState"], npt.ArrayLike]
 Place = Callable[[float, Floats], Mapping[str, float]]
 

@@ -5,17 +5,15 @@ from typing import TYPE_CHECKING
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.arguments import scalar
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
     from historysim.asperities.ensemble import Ensemble
     from historysim.asperities.state import EnsembleState
-
-Floats = npt.NDArray[np.float64]
 
 
 @attrs.frozen(eq=False)

@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from historysim.basics.array_types import Floats
 from historysim.basics.files import replacing
-
-Floats = npt.NDArray[np.float64]
 
 FORM = b"3"
 """Changes whenever the same arguments are to be computed anew."""

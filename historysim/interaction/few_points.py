@@ -11,8 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
+from historysim.basics.array_types import Floats, Integers
 
 MOST_POINTS = 200
 """Points in contact beyond which there are too many."""

@@ -4,12 +4,10 @@ import time
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError
 from historysim.surfaces.heights import Surface
-
-Floats = npt.NDArray[np.float64]
 
 ACCURACY = 1e-6
 """Relative error of complementarity at which a solution is taken: what lies between two rows is known to some 1e-4."""

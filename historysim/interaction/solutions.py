@@ -6,9 +6,9 @@ from typing import Self
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
 from historysim.basics.arguments import scalar
+from historysim.basics.array_types import Floats, Integers
 from historysim.basics.notices import Teller, silent
 from historysim.basics.progress import progress_bar
 from historysim.basics.wording import counted
@@ -18,9 +18,6 @@ from historysim.interaction.few_points import FewPoints
 from historysim.interaction.half_space import HalfSpace
 from historysim.interaction.patches import patches_of
 from historysim.surfaces.heights import Surface
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 LIGHTEST = 1e-3
 """Lightest load over the largest where more points than a few touch at once."""

@@ -8,10 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import checked
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError
 from historysim.loads.events import Event, FrictionChange, LoadEvent, TangentialDisplacement
 
-Floats = npt.NDArray[np.float64]
 Over = Literal["time", "distance"]
 
 

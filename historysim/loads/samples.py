@@ -4,12 +4,9 @@ from collections.abc import Sequence
 from typing import overload
 
 import attrs
-import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.array_types import Floats
 from historysim.loads.events import Event, NormalLoad, TangentialDisplacement
-
-Floats = npt.NDArray[np.float64]
 
 
 @attrs.frozen(eq=False)

@@ -10,15 +10,10 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
+from historysim.asperities.friction import FrictionGoal, coulomb
 from historysim.errors import InputError
-from historysim.loads.events import (
-    Event,
-    FrictionRamp,
-    LoadEvent,
-    NormalDisplacement,
-    TangentialDisplacement,
-    check_sequence,
-)
+from historysim.loads.event_sequence import check_sequence
+from historysim.loads.events import Event, FrictionRamp, LoadEvent, NormalDisplacement, TangentialDisplacement
 from historysim.loads.samples import SampledLoads
 from historysim.memory.binding import DISPLACED, LOAD
 from historysim.memory.paths import STILL, Goals, Paths, paths_to
@@ -31,10 +26,6 @@ Goal = tuple[int, float, float]
 
 Ramp = tuple[FrictionRamp, float]
 """Where friction is on its way to, and the fraction of the way left to go."""
-
-Other = Event
-"""Events of no load channel."""
-
 
 CHANNELS = ("normal", "tangential", "friction")
 AT_WAYPOINT, BEYOND_LAST = -1, -2
@@ -117,6 +108,10 @@ class Segment:
     ramp_part: float = 1.0
     cursor: Cursor | None = None
     share: float = 1.0
+
+    def friction_goal(self, count: int) -> FrictionGoal | None:
+        """Return where the coefficients of so many asperities go on the path, if they do."""
+        return None if self.ramp is None else FrictionGoal(coulomb(self.ramp.friction, count), self.ramp_part)
 
 
 def segments(
@@ -306,9 +301,9 @@ def _first(present: list[tuple[int, Event]], channel: str) -> tuple[int, Event] 
     return None
 
 
-def _joint(rest: list[tuple[int, Event]]) -> list[tuple[int, Other | dict[str, LoadEvent]]]:
+def _joint(rest: list[tuple[int, Event]]) -> list[tuple[int, Event | dict[str, LoadEvent]]]:
     """Gather events at one time into joint paths: a channel's second event starts another."""
-    groups: list[tuple[int, Other | dict[str, LoadEvent]]] = []
+    groups: list[tuple[int, Event | dict[str, LoadEvent]]] = []
     for number, event in rest:
         last = groups[-1][1] if groups else None
         if not isinstance(event, LoadEvent):
@@ -326,7 +321,7 @@ def _inner_times(previous: float | None, time: float, substeps: int) -> list[flo
     return [previous + (time - previous) * k / substeps for k in range(1, substeps)]
 
 
-def _change(number: int, group: Other | dict[str, LoadEvent]) -> tuple[Event | None, int]:
+def _change(number: int, group: Event | dict[str, LoadEvent]) -> tuple[Event | None, int]:
     """Return the change that ends a segment, and its number; None where the next path starts another one only."""
     return (None, -1) if isinstance(group, dict | FrictionRamp) else (group, number)
 

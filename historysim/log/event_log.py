@@ -16,6 +16,7 @@ from historysim.basics.notices import Teller, silent
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.loads import schedule
+from historysim.loads.event_sequence import events_text, over_text, time_text
 from historysim.loads.events import (
     Event,
     FrictionRamp,
@@ -24,9 +25,6 @@ from historysim.loads.events import (
     NormalLoad,
     TangentialDisplacement,
     TangentialLoad,
-    events_text,
-    over_text,
-    time_text,
 )
 from historysim.log.file import Content, LogFile
 from historysim.log.header import LogHeader

@@ -26,7 +26,8 @@ from historysim.basics.file_kinds import is_log, told_kind
 from historysim.basics.files import check_replaceable, sync_folder
 from historysim.basics.lock import WriterLock
 from historysim.errors import InputError, MissingPackageError
-from historysim.loads.events import Event, check_sequence, time_text
+from historysim.loads.event_sequence import check_sequence, time_text
+from historysim.loads.events import Event
 from historysim.log import canonical
 from historysim.log.header import LogHeader, head_from
 from historysim.log.snapshot import Snapshot, snapshot_from

@@ -14,8 +14,8 @@ from historysim.asperities.curves import NormalCurves
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import Instrument
 from historysim.asperities.laws import law_from
-from historysim.asperities.wear import wear_law_from
-from historysim.asperities.yielding import yielding_law_from
+from historysim.asperities.wear import WearLaw
+from historysim.asperities.yielding import YieldingLaw
 from historysim.basics.arguments import workable
 from historysim.basics.array_types import Array
 from historysim.basics.limits import at_most, most
@@ -179,9 +179,9 @@ class LogHeader:
             nominal_area=self.settings.get("nominal_area"),
             tolerance=self.settings["tolerance"],
             curves=curves,
-            wear=wear_law_from(self.settings["wear"]) if "wear" in self.settings else None,
+            wear=WearLaw.from_settings(self.settings["wear"]) if "wear" in self.settings else None,
             follow_sliding=self.settings.get("follow_sliding", False),
-            yielding=yielding_law_from(self.settings["yielding"]) if "yielding" in self.settings else None,
+            yielding=YieldingLaw.from_settings(self.settings["yielding"]) if "yielding" in self.settings else None,
         )
 
     @property

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 from historysim.basics.notices import Teller, silent
 from historysim.errors import InputError
 from historysim.loads import schedule
-from historysim.loads.events import time_text
+from historysim.loads.event_sequence import time_text
 from historysim.loads.schedule import Start
 from historysim.log.file import Content, LogFile
 from historysim.log.snapshot import Snapshot, program, unpacked

@@ -11,7 +11,7 @@ from historysim.basics.files import replacing
 from historysim.basics.hdf5 import check_contained
 from historysim.basics.notices import Teller, silent
 from historysim.errors import InputError, LoadError
-from historysim.loads.events import time_text
+from historysim.loads.event_sequence import time_text
 from historysim.loads.schedule import Cursor, Start
 from historysim.log import embedded_log
 from historysim.log.file import ENDING, Content, LogFile

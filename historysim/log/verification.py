@@ -14,7 +14,8 @@ from historysim.basics.file_kinds import is_log, is_netcdf, told_kind
 from historysim.basics.hdf5 import check_named
 from historysim.basics.notices import Teller, silent
 from historysim.errors import InputError
-from historysim.loads.events import Event, time_text
+from historysim.loads.event_sequence import time_text
+from historysim.loads.events import Event
 from historysim.loads.schedule import Start
 from historysim.log import embedded_log
 from historysim.log.file import LogFile

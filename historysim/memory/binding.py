@@ -4,14 +4,10 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.array_types import Array, Floats, Integers
 from historysim.basics.library import ffi, lib, pointer
 from historysim.errors import FrictionLimitError, InputError
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
-Array = npt.NDArray[Any]
 
 LOAD: int = lib.HS_LOAD
 DISPLACED: int = lib.HS_DISPLACED

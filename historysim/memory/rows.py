@@ -6,10 +6,9 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
+from historysim.basics.array_types import Array
 from historysim.basics.library import ffi, pointer
 from historysim.memory.binding import TOTALS
-
-Array = npt.NDArray[Any]
 
 PROJECTED = ("normal_load", "tangential_load", "contact_radius", "stick_radius", "slip_state")
 """What is recorded of each asperity together."""

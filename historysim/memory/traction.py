@@ -7,11 +7,10 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
+from historysim.basics.array_types import Floats
 from historysim.basics.library import lib
 from historysim.memory.binding import TIE, check, owned, view
 from historysim.memory.rows import Rows, blank_rows
-
-Floats = npt.NDArray[np.float64]
 
 THE_ONE = np.zeros(1, dtype=np.int64)
 

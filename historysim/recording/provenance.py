@@ -10,10 +10,10 @@ import numpy as np
 from historysim._version import __version__
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import Instrument
-from historysim.asperities.laws.friction_law import told_of
 from historysim.basics import findings
 from historysim.basics.wording import counted
-from historysim.loads.events import Event, digest
+from historysim.loads.event_sequence import digest
+from historysim.loads.events import Event
 from historysim.recording import recorded_validity
 from historysim.recording.recorder import largest_approach
 
@@ -49,12 +49,8 @@ def friction_text(ensemble: Ensemble) -> str:
 
 def _of_other_packages(ensemble: Ensemble) -> dict[str, str]:
     """Return the packages of others that computed, and their laws, whole: name, package and version, numbers."""
-    laws = {
-        "friction_law_settings": ensemble.law,
-        "wear_law_settings": ensemble.wear,
-        "yielding_law_settings": ensemble.yielding,
-    }
-    told = {name: told_of(law) for name, law in laws.items() if law is not None}
+    laws = {"friction_law": ensemble.law, "wear_law": ensemble.wear, "yielding_law": ensemble.yielding}
+    told = {f"{name}_settings": law.told for name, law in laws.items() if law is not None}
     packages = {"packages": ", ".join(ensemble.packages)} if ensemble.packages else {}
     return packages | {name: json.dumps(each) for name, each in told.items() if "package" in each}
 

@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
 from historysim.asperities.asperity import SlipState
+from historysim.basics.array_types import Booleans, Floats, Integers
 from historysim.loads import schedule
 from historysim.loads.events import FrictionChange, LoadEvent
 from historysim.loads.samples import SampledLoads
@@ -39,10 +39,6 @@ if TYPE_CHECKING:
     from historysim.asperities.state import EnsembleState
     from historysim.replaying import Replay
     from historysim.results.origin import Traceable
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
-Flags = Flags
 
 PIECES, PIECES_HELD = 8, 64
 """Pieces of a path of a tangential load, in each of which the displacement goes one way; and where the load may be held
@@ -310,7 +306,7 @@ class _Sliding:
 
     def _slides(
         self, which: Integers, approach: float, displacement: float, state: "Callable[[], EnsembleState]"
-    ) -> tuple[Flags, Flags]:
+    ) -> tuple[Booleans, Booleans]:
         """Return which of those in contact slide where a piece ends, and of which the state there has to say so."""
         moved = np.abs(displacement - self.anchor[which])
         held = self._reach(which) * (approach - self.touch[which])
@@ -348,7 +344,7 @@ class _Way:
         share = _root(lambda share, h: self.at(piece, share)[0] - h, start, piece.end, touch)
         return share, self.at(piece, share)[1]
 
-    def slid(self, piece: _Piece, shares: Floats, labels: Integers) -> Flags:
+    def slid(self, piece: _Piece, shares: Floats, labels: Integers) -> Booleans:
         """Return which asperities slide, or are lost, at ascending shares of the path of a piece (share, asperity)."""
         whole = self.paths[piece.path : piece.path + 1]
         if whole["normal_control"][0] != LOAD or piece.straight:
@@ -423,7 +419,7 @@ class _Way:
         return job.ensemble.walk(self.here, paths, saturate=job.saturate, instrument=job.instrument, **given)
 
 
-def _slid(job: "Replay", state: "EnsembleState", labels: Integers) -> Flags:
+def _slid(job: "Replay", state: "EnsembleState", labels: Integers) -> Booleans:
     """Return which asperities slide in a state, or are lost."""
     asperities = (job.ensemble.asperity(int(label), state) for label in labels)
     return np.array([asperity.slip_state in LOST for asperity in asperities], dtype=np.bool_)

@@ -13,12 +13,11 @@ import numpy.typing as npt
 from scipy.special import ndtri
 
 from historysim.basics.arguments import checked, scalar
+from historysim.basics.array_types import Floats
 from historysim.basics.frozen_arrays import FrozenArrays
 from historysim.errors import InputError
 from historysim.surfaces.seeds import generator
 from historysim.surfaces.summits import Summits
-
-Floats = npt.NDArray[np.float64]
 
 MOST_SUMMITS = 50_000_000
 """The most summits that are made at once; with their positions they take some gigabytes."""

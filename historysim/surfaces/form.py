@@ -7,9 +7,8 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError
-
-Floats = npt.NDArray[np.float64]
 
 _DEGREE: Mapping[str, int] = {"mean": 0, "plane": 1, "quadratic": 2}
 FORMS = (*_DEGREE, "sphere", "polynomial")

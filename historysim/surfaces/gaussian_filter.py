@@ -4,12 +4,10 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-import numpy.typing as npt
 
 from historysim.basics.arguments import scalar
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError
-
-Floats = npt.NDArray[np.float64]
 
 ALPHA = math.sqrt(math.log(2) / math.pi)
 """α of the weight exp(-π (x/(α λ))²), with which a wave as long as the cut-off λ passes with half its amplitude."""

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import checked, per_axis, scalar
+from historysim.basics.array_types import Floats
 from historysim.basics.display import html_table
 from historysim.basics.frozen_arrays import FrozenArrays
 from historysim.basics.units import quantity_text, range_text
@@ -26,7 +27,6 @@ from historysim.surfaces.statistics import (
 )
 from historysim.surfaces.summits import Summits, find_summits
 
-Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
 
 ROUNDING = 32 * np.finfo(np.float64).eps

@@ -18,11 +18,9 @@ from typing import Final
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError
-
-Floats = npt.NDArray[np.float64]
 
 MOST_KURTOSIS: Final = 100.0
 # bounded heights of a larger 1/δ are two levels with hardly a slope between

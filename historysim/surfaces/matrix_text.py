@@ -7,13 +7,11 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError
 from historysim.tables.from_text import plain_numbers
 from historysim.tables.lines import brief, decimal_hint, number, split
-
-Floats = npt.NDArray[np.float64]
 
 COORDINATES = "name it .xyz if its columns are x and z, or x, y and z; save it as .npy if it is a narrow map"
 

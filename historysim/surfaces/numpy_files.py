@@ -6,8 +6,9 @@ from typing import IO
 
 import numpy as np
 
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError
-from historysim.surfaces.raw_map import Floats, MapReader, RawMap, blamed, check_size, refuse_channel
+from historysim.surfaces.raw_map import MapReader, RawMap, blamed, check_size, refuse_channel
 from historysim.tables.readers import READERS
 
 

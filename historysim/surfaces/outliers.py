@@ -3,7 +3,8 @@
 import numpy as np
 import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from historysim.basics.array_types import Floats
+
 Bools = npt.NDArray[np.bool_]
 
 AROUND = 2

@@ -1,11 +1,9 @@
 """How far each summit rises above the saddle to a higher one: its prominence, by which minor ones are pruned."""
 
 import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.array_types import Floats
 from historysim.basics.library import lib, pointer
-
-Floats = npt.NDArray[np.float64]
 
 
 def prominences(heights: Floats, offsets: tuple[tuple[int, int], ...], *, periodic: bool = False) -> Floats:

@@ -10,13 +10,12 @@ import numpy.typing as npt
 import scipy.fft
 
 from historysim.basics.arguments import checked, per_axis, scalar
+from historysim.basics.array_types import Floats
 from historysim.basics.units import as_float, quantity_text, warn_unlikely
 from historysim.errors import InputError
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.johnson import Translation, translation
 from historysim.surfaces.seeds import generator
-
-Floats = npt.NDArray[np.float64]
 
 AUTOCORRELATIONS: Final = ("exponential", "gaussian")
 LEAST_PIXELS: Final = 4

@@ -8,13 +8,10 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import attrs
-import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError
 from historysim.tables.readers import Reader
-
-Floats = npt.NDArray[np.float64]
 
 MOST_POINTS = 2**28
 """The most points of a map that are read."""

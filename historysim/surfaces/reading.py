@@ -14,13 +14,14 @@ from typing import Any
 import numpy as np
 
 from historysim.basics.arguments import per_axis
+from historysim.basics.array_types import Floats
 from historysim.basics.files import what_is_there
 from historysim.basics.units import conversion_factor, quantity
 from historysim.errors import InputError
 from historysim.surfaces import numpy_files  # noqa: F401 - registers its readers
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.matrix_text import foreign_header, read_matrix
-from historysim.surfaces.raw_map import Floats, MapReader, RawMap, check_size, refuse_channel
+from historysim.surfaces.raw_map import MapReader, RawMap, check_size, refuse_channel
 from historysim.surfaces.topography import read_topography
 from historysim.tables.readers import TEXT_ENDINGS, reader_of
 

@@ -7,11 +7,11 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import checked, scalar
+from historysim.basics.array_types import Floats
 from historysim.basics.wording import nearest
 from historysim.errors import InputError
 from historysim.surfaces.interpolation import by_splines, by_waves
 
-Floats = npt.NDArray[np.float64]
 Interpolation = Literal["spline", "fourier", "none"]
 
 COINCIDENT = 1e-9

@@ -1,21 +1,18 @@
 """Summits: the peaks of a height map, which become asperities."""
 
 from collections.abc import Mapping
-from typing import Any, Self
+from typing import Self
 
 import attrs
 import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import one_per, scalar
+from historysim.basics.array_types import Array, Floats, Integers
 from historysim.basics.frozen_arrays import FrozenArrays
 from historysim.basics.units import range_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
-
-Array = npt.NDArray[Any]
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 
 @attrs.frozen(eq=False, init=False, getstate_setstate=False)

@@ -18,13 +18,12 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import checked, per_axis, scalar
+from historysim.basics.array_types import Floats
 from historysim.contact import hertz
 from historysim.errors import InputError
 from historysim.surfaces.distribution import MOST_SUMMITS
 from historysim.surfaces.seeds import generator
 from historysim.surfaces.summits import Summits
-
-Floats = npt.NDArray[np.float64]
 
 LAWS: Final[Mapping[str, float]] = MappingProxyType({"self-similar": -0.5, "curvature-invariant": 0.0})
 """The scaling laws by name: the power of n to which the radius of each asperity goes."""

@@ -5,7 +5,7 @@ import pytest
 
 import historysim as hs
 from historysim.asperities.laws import DrawnFriction, PowerLaw, ShearStrength, ShiftedLoad, SlidFriction, law_from
-from historysim.asperities.wear import ArchardWear, EnergyWear, wear_law_from
+from historysim.asperities.wear import ArchardWear, EnergyWear, WearLaw
 
 GLASS = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
@@ -276,7 +276,7 @@ def test_what_is_slid_is_followed_on_request_and_changes_nothing():
         (lambda: DrawnFriction(0.1, 0.2, 1, "uniform"), "lognormal"),
         (lambda: DrawnFriction(0.1, 0.2, -1), "seed is -1"),
         (lambda: law_from({"law": "powre"}), "power"),
-        (lambda: wear_law_from({"law": "archrad"}), "archard"),
+        (lambda: WearLaw.from_settings({"law": "archrad"}), "archard"),
         (lambda: ArchardWear(coefficient=1.0, hardness=0.0), "hardness is 0.0"),
         (lambda: EnergyWear(volume_per_energy=1.0, shape="round"), "'truncated' or 'blunted'"),
         (lambda: hs.Ensemble(PAIR, 0.0, 1.0, 0.2, wear="archard"), "expected a WearLaw"),

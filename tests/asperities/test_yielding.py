@@ -17,7 +17,6 @@ from historysim.asperities.yielding import (
     KogutEtsion,
     Thornton,
     YieldingLaw,
-    yielding_law_from,
 )
 from historysim.contact import hertz
 from historysim.errors import FrictionLimitError, InputError
@@ -137,8 +136,7 @@ def test_numbers_come_from_the_softer_material():
     known = hs.MaterialPair.from_moduli(contact_modulus=1e9, shear_modulus=1e9, yield_stress=1e8)
     assert Thornton().of(known).hardness == pytest.approx(2.8e8)
     for law in YIELDING_LAWS.values():
-        assert yielding_law_from(law(hardness=1e9).settings) == law(hardness=1e9)
-        assert law.kind in law(hardness=1e9).settings["law"]
+        assert YieldingLaw.from_settings(law(hardness=1e9).settings) == law(hardness=1e9)
 
 
 @pytest.mark.parametrize(
@@ -146,7 +144,7 @@ def test_numbers_come_from_the_softer_material():
     [
         (lambda: KogutEtsion(hardness=-1.0), "KogutEtsion: hardness is -1.0; expected a number above 0"),
         (lambda: KogutEtsion(poissons_ratio=0.7), "poissons_ratio is 0.7; expected a number from 0 to 0.5"),
-        (lambda: yielding_law_from({"law": "kogut"}), "'kogut'; expected one of"),
+        (lambda: YieldingLaw.from_settings({"law": "kogut"}), "'kogut'; expected one of"),
         (lambda: rough(2, 0, yielding=1.0), "yielding is 1.0; expected a YieldingLaw"),
         (lambda: rough(2, 0, yielding=LAW, wear=ArchardWear(coefficient=1e-4, hardness=1e9)), "both wear and yield"),
         (
@@ -196,6 +194,11 @@ def test_a_law_of_the_users_own():
     own, built_in = (hs.replay(rough(3, 1, yielding=law), events) for law in (Softer(), LAW))
     for name in ("total_tangential_load", "separation", "total_yielding_energy", "tangential_displacement"):
         np.testing.assert_allclose(own[name], built_in[name], rtol=1e-9, atol=1e-30)
+    assert __name__ in own.attrs["packages"]
+    assert "packages" not in built_in.attrs
+    assert '"law": "softer"' in own.attrs["yielding_law_settings"]
+    with pytest.raises(InputError, match="cannot be written down: Softer is not known by that name"):
+        _ = Softer().settings
     for word, told in (("falls", "does not rise"), ("jumps", "at the onset")):
         with pytest.raises(InputError, match=told):
             rough(3, 1, yielding=Softer(word))

@@ -6,8 +6,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 import historysim as hs
+from historysim.loads.event_sequence import digest
 from historysim.loads.event_table import read_events, write_events
-from historysim.loads.events import digest
 from historysim.tables import Format
 
 

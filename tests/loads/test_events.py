@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.loads.events import EVENT_KINDS, LOAD_KINDS, LoadEvent, check_sequence, digest, events_text
+from historysim.loads.event_sequence import check_sequence, digest, events_text
+from historysim.loads.events import EVENT_KINDS, LOAD_KINDS, LoadEvent
 
 LOADS = (hs.NormalLoad, hs.NormalDisplacement, hs.TangentialLoad, hs.TangentialDisplacement)
 EVENTS = (*LOADS, hs.FrictionChange)

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.loads.events import LOAD_KINDS, digest
+from historysim.loads.event_sequence import digest
+from historysim.loads.events import LOAD_KINDS
 from historysim.log.canonical import columns_of
 
 EVENTS = [
@@ -31,7 +32,7 @@ def test_the_canonical_form_stays_as_it_is():
 @pytest.mark.parametrize("seed", ["0", "1"])
 def test_other_processes_find_the_same_digest(seed):
     events = ", ".join(f"hs.{event!r}" for event in EVENTS)
-    code = f"import historysim as hs; from historysim.loads.events import LOAD_KINDS, digest; print(digest([{events}]))"
+    code = f"import historysim as hs; from historysim.loads.event_sequence import digest; print(digest([{events}]))"
     environment = {**os.environ, "PYTHONHASHSEED": seed}
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == DIGEST

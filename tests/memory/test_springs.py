@@ -8,7 +8,7 @@ from histories import TABLE, follow, histories, random_contact, random_moves, to
 from hypothesis import given, settings
 from springs import Contact, SpringRow
 
-from historysim.loads.events import check_sequence
+from historysim.loads.event_sequence import check_sequence
 
 UNIT = Contact.build(contact_modulus=1.0, shear_modulus=0.25, summit_height=0.0, summit_radius=1.0, friction=0.5)
 LOAD = 0.01

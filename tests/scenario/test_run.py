@@ -11,7 +11,7 @@ import pytest
 import tqdm
 
 import historysim as hs
-from historysim.loads.events import digest
+from historysim.loads.event_sequence import digest
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 HEIGHTS = [-0.03, 0.0, -0.5, -0.01, -0.04]

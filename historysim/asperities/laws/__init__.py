@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from historysim.asperities.laws.drawn import DrawnFriction
-from historysim.asperities.laws.friction_law import LAWS, FrictionLaw, Loaded, made_from
+from historysim.asperities.laws.friction_law import LAWS, FrictionLaw, Loaded
 from historysim.asperities.laws.power import PowerLaw
 from historysim.asperities.laws.shear_strength import ShearStrength
 from historysim.asperities.laws.shifted import ShiftedLoad
@@ -38,4 +38,4 @@ def law_from(settings: Mapping[str, Any]) -> FrictionLaw:
     InputError
         A name that no law has, a law of a package that is not there, or numbers that it cannot have.
     """
-    return made_from(settings, LAWS)
+    return FrictionLaw.from_settings(settings)

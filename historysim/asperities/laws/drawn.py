@@ -3,7 +3,8 @@
 import attrs
 import numpy as np
 
-from historysim.asperities.laws.friction_law import LAWS, Floats, FrictionLaw, Loaded
+from historysim.asperities.laws.friction_law import LAWS, FrictionLaw, Loaded
+from historysim.basics.array_types import Floats
 from historysim.basics.fields import Number, at_least, one_of
 from historysim.basics.units import as_float, is_number
 from historysim.errors import InputError

@@ -1,22 +1,16 @@
 """What every friction law is: a value that tells each asperity's coefficient from how it is loaded."""
 
-import abc
-from collections.abc import Mapping
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
+from historysim.asperities.law import Law
+from historysim.basics.array_types import Floats
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.registry import Registry
 from historysim.contact.materials import MaterialPair
-from historysim.errors import InputError, MissingPackageError
 from historysim.memory.binding import check, fill
-
-Floats = npt.NDArray[np.float64]
-Law = TypeVar("Law")
-
 
 LAWS: Registry[type["FrictionLaw"]] = Registry(
     "historysim.laws",
@@ -25,60 +19,6 @@ LAWS: Registry[type["FrictionLaw"]] = Registry(
     "historysim.asperities.laws",
 )
 """The laws by their names in scenarios and logs."""
-
-
-def told_of(law: Any) -> dict[str, Any]:
-    """Return the name of a law as ``law``, its numbers, and of a foreign one the package that it comes from."""
-    numbers = attrs.asdict(law, filter=lambda _, number: number is not None) if attrs.has(type(law)) else {}
-    origin = law.registry.provider(type(law))
-    return {
-        "law": law.kind,
-        **({} if origin is None else {"package": [origin.package, origin.version]}),
-        **{key: list(value) if isinstance(value, tuple) else value for key, value in numbers.items()},
-    }
-
-
-def written(law: Any) -> dict[str, Any]:
-    """Return what `told_of` does of a law that can be read again.
-
-    Raises
-    ------
-    InputError
-        Its name is not known, so that what is written could not be read again.
-    """
-    laws: Registry[Any] = law.registry
-    if laws.get(law.kind) is not type(law) or not attrs.has(type(law)):
-        raise InputError(
-            f"the {laws.noun} {law.kind!r} cannot be written down: {type(law).__name__} is not known by that name; "
-            f"expected a class below @register and @attrs.frozen, or one that its package declares in {laws.group}"
-        )
-    return told_of(law)
-
-
-def made_from(settings: Mapping[str, Any], laws: Registry[type[Law]]) -> Law:
-    """Return the law that `written` told.
-
-    Raises
-    ------
-    InputError
-        A name that no law has, a law of a package that is not there, or numbers that it cannot have.
-    """
-    given = dict(settings)
-    kind, package = given.pop("law", None), " ".join(map(str, given.pop("package", ()))).rstrip()
-    if package and kind not in laws:
-        raise MissingPackageError(
-            f"the {laws.noun} {kind!r} is of {package}, which is not there; install that package, or where it is a "
-            "module of your own, import it first"
-        )
-    law = laws.named(kind)
-    try:
-        return law(**given)
-    except TypeError as error:
-        here = laws.provider(law)
-        raise InputError(
-            f"the {laws.noun} {kind!r} of {here or 'historysim'} cannot be made of what was written"
-            f"{f' with {package}' if package else ''} ({error}); expected the version that has written it"
-        ) from error
 
 
 @attrs.frozen(eq=False)
@@ -113,7 +53,7 @@ _DEPENDENCE = {
 }
 
 
-class FrictionLaw(abc.ABC):
+class FrictionLaw(Law):
     """A friction law.
 
     The cone of Coulomb's law |τ| ≤ μ p then has the coefficient that the law gives the asperity as a whole at its
@@ -122,8 +62,6 @@ class FrictionLaw(abc.ABC):
     """
 
     registry: ClassVar[Registry[Any]] = LAWS
-    kind: ClassVar[str]
-    """Its name in scenarios and logs."""
     depends_on: ClassVar[str]
     """What it depends on: "nothing", "total" (the total load), "own" (the asperity's load), "slid" (what it slid)."""
 
@@ -164,13 +102,3 @@ class FrictionLaw(abc.ABC):
     def steepest_rise(self) -> float:
         """Return by how much friction rises with the distance slid where it rises most [1/m]; 0 where it does not."""
         return 0.0
-
-    @property
-    @abc.abstractmethod
-    def text(self) -> str:
-        """Say in a line what it is, what is chosen, and where it comes from."""
-
-    @property
-    def settings(self) -> dict[str, Any]:
-        """Its name as ``law``, and its numbers, as `law_from` takes them."""
-        return written(self)

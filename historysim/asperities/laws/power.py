@@ -5,7 +5,8 @@ from typing import Any
 import attrs
 import numpy as np
 
-from historysim.asperities.laws.friction_law import LAWS, Floats, FrictionLaw
+from historysim.asperities.laws.friction_law import LAWS, FrictionLaw
+from historysim.basics.array_types import Floats
 from historysim.basics.fields import Force, Number, at_least, one_of
 from historysim.basics.units import as_float, newtons, quantity_text
 

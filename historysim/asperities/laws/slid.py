@@ -6,8 +6,9 @@ from typing import Annotated, Any
 import attrs
 import numpy as np
 
-from historysim.asperities.laws.friction_law import LAWS, Floats, FrictionLaw
+from historysim.asperities.laws.friction_law import LAWS, FrictionLaw
 from historysim.basics.arguments import checked
+from historysim.basics.array_types import Floats
 from historysim.basics.fields import Quantity
 from historysim.errors import InputError
 

@@ -4,9 +4,9 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import per_axis
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError
 
-Floats = npt.NDArray[np.float64]
 Curve = tuple[Floats, Floats]
 
 

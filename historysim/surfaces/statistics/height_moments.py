@@ -6,7 +6,8 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.surfaces.statistics.centred_map import Floats, centred, checked_map
+from historysim.basics.array_types import Floats
+from historysim.surfaces.statistics.centred_map import centred, checked_map
 from historysim.surfaces.statistics.spectral_moments import SpectralMoments, ratio
 
 

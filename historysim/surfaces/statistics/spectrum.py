@@ -8,10 +8,11 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import checked
+from historysim.basics.array_types import Floats
 from historysim.basics.frozen_arrays import FrozenArrays
 from historysim.errors import InputError
 from historysim.surfaces.form import fit_form
-from historysim.surfaces.statistics.centred_map import Curve, Floats, centred, checked_map, frozen, ring_means, square
+from historysim.surfaces.statistics.centred_map import Curve, centred, checked_map, frozen, ring_means, square
 
 
 @attrs.frozen(eq=False, getstate_setstate=False)
