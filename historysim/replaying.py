@@ -7,11 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import attrs
-import numpy as np
-import numpy.typing as npt
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
+from historysim.basics.array_types import Integers
 from historysim.basics.display import FieldsAsHtml
 from historysim.basics.processors import threads_of
 from historysim.basics.progress import progress_bar
@@ -67,7 +66,7 @@ class Replay(FieldsAsHtml):
     threads: int = attrs.field(default=None, kw_only=True, converter=threads_of, repr=False)
 
     @cached_property
-    def asperities(self) -> npt.NDArray[np.int64] | None:
+    def asperities(self) -> Integers | None:
         """Indices of the asperities that are recorded, ascending; None for totals alone."""
         return chosen_asperities(self.ensemble, self.events, self.record)
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.basics.arguments import scalar
-from historysim.basics.array_types import Floats
+from historysim.basics.array_types import Floats, Integers
 from historysim.contact import adhesion, hertz
 from historysim.errors import InputError
 
@@ -47,7 +47,7 @@ class AdheringAsperities:
         z0 [m].
     """
 
-    asperity: npt.NDArray[np.int64]
+    asperity: Integers
     normal_load: Floats
     load_parameter: Floats
     maugis_parameter: Floats

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import checked
+from historysim.basics.array_types import Floats
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.contact.hertz import half_chord
@@ -149,7 +150,7 @@ class Asperity:
         points.radius, points.displacement = radius, displacement
         return points
 
-    def traction(self, radius: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    def traction(self, radius: npt.ArrayLike) -> Floats:
         """Return the tangential traction τ(r) [Pa].
 
         The superposition of Hertz pressures that belongs to the polyline: Σ_j Δm_j p(r; c_j) (Jäger;
@@ -171,10 +172,10 @@ class Asperity:
             total += weight * self._pressure(distance, vertex_radius)
         return total
 
-    def pressure(self, radius: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    def pressure(self, radius: npt.ArrayLike) -> Floats:
         """Return the normal pressure p(r) [Pa] (Hertz); shapes as in `traction`."""
         return self._pressure(np.abs(checked("radius", radius)), self.contact_radius)
 
-    def _pressure(self, distance: npt.NDArray[np.float64], contact_radius: float) -> npt.NDArray[np.float64]:
+    def _pressure(self, distance: Floats, contact_radius: float) -> Floats:
         peak = 2.0 * self.pair.contact_modulus / (math.pi * self.summit_radius)
         return peak * half_chord(distance, contact_radius)

@@ -18,7 +18,7 @@ from historysim.asperities.curve_fitting import (
     through,
 )
 from historysim.basics.arguments import checked
-from historysim.basics.array_types import Array, Floats
+from historysim.basics.array_types import Array, Floats, Integers
 from historysim.basics.library import ffi, lib, pointer
 from historysim.errors import CurveEndError, InputError
 from historysim.memory.binding import LOAD, check
@@ -192,7 +192,7 @@ class NormalCurves:
         inner: Floats = np.clip(elements.totals["approach"], 0.0, None) * part**2
         return inner
 
-    def project(self, elements: Rows, friction: float, patches: npt.NDArray[np.int64], rows: Rows) -> None:
+    def project(self, elements: Rows, friction: float, patches: Integers, rows: Rows) -> None:
         """Fill in rows of patches from rows of all elements.
 
         Parameters

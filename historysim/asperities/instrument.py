@@ -10,10 +10,9 @@ from historysim.basics.units import is_number, metres, newtons, newtons_per_metr
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
+    from historysim.basics.array_types import Floats
 
-Values = TypeVar("Values", float, "npt.NDArray[np.float64]")
+Values = TypeVar("Values", float, "Floats")
 
 SOFTEST = 1e-100
 """Smallest lateral stiffness [N/m]; with it no float overflows."""

@@ -5,13 +5,12 @@ from typing import NamedTuple
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.wear import WearLaw
 from historysim.asperities.yielding import YieldingLaw
 from historysim.basics.arguments import scalar
-from historysim.basics.array_types import Floats
+from historysim.basics.array_types import Floats, Integers
 from historysim.basics.wording import nearest
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
@@ -73,7 +72,7 @@ class PassRecord(NamedTuple):
     real_contact_area: float
     rms_height: float
     summits: Summits
-    touching: npt.NDArray[np.int64]
+    touching: Integers
     removed_volume: float
 
 

@@ -4,10 +4,9 @@ from pathlib import Path
 from typing import Any, NamedTuple, Self
 
 import attrs
-import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.array_types import Floats
+from historysim.basics.array_types import Booleans, Floats, Integers
 from historysim.basics.files import replacing
 from historysim.basics.library import lib
 from historysim.basics.units import quantity_text
@@ -46,7 +45,7 @@ class Evolved(NamedTuple):
     worn_volume: Floats
     waiting_volume: Floats
     shaped_volume: Floats
-    given: npt.NDArray[np.bool_]
+    given: Booleans
     slid_together: float
     erased_memories: float
     erased_energy: float
@@ -188,7 +187,7 @@ class EnsembleState:
         return friction_of_each(self.memory)
 
     @property
-    def group(self) -> npt.NDArray[np.int64]:
+    def group(self) -> Integers:
         """Number of the group of each asperity (asperity); those of one group share what they remember."""
         return group_of_each(self.memory)
 

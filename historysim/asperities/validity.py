@@ -9,13 +9,12 @@ from collections.abc import Iterator
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
 from historysim.asperities.curves import NormalCurves
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.asperities.yielding import HARDNESS_OF_YIELD
-from historysim.basics.array_types import Floats
+from historysim.basics.array_types import Booleans, Floats, Integers
 from historysim.basics.findings import Finding
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
@@ -57,19 +56,19 @@ class _Touching:
     Where they have yielded R and δ are those of the summit that is left, and its radius before is the virgin one.
     """
 
-    index: npt.NDArray[np.int64]
+    index: Integers
     summit_radius: Floats
     approach: Floats
     contact_radius: Floats
     normal_load: Floats
     virgin_radius: Floats
-    yielded: npt.NDArray[np.bool_]
+    yielded: Booleans
 
     @property
     def area(self) -> float:
         return float(np.pi * (self.contact_radius**2).sum())
 
-    def share(self, which: npt.NDArray[np.bool_]) -> float:
+    def share(self, which: Booleans) -> float:
         """Return the share of the normal load that stands on some of them."""
         return float(self.normal_load[which].sum() / self.normal_load.sum())
 
@@ -337,7 +336,7 @@ def _overlapping(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:
         )
 
 
-def overlapping(place: Floats, radius: Floats) -> npt.NDArray[np.bool_]:
+def overlapping(place: Floats, radius: Floats) -> Booleans:
     """Return which circles overlap another one.
 
     Parameters
@@ -359,7 +358,7 @@ def overlapping(place: Floats, radius: Floats) -> npt.NDArray[np.bool_]:
     return result
 
 
-def _near(place: Floats, radius: Floats) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+def _near(place: Floats, radius: Floats) -> tuple[Integers, Integers]:
     """Return pairs of circles, among which are all that overlap."""
     if radius.size <= FEW:
         one, other = np.indices((radius.size, radius.size)).reshape(2, -1)

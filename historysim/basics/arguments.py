@@ -8,17 +8,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from historysim.basics.array_types import Floats
 from historysim.basics.units import UNIT_OF, has_unit, in_si
 from historysim.basics.wording import counted
 from historysim.errors import InputError
-
-Values = npt.NDArray[np.float64]
 
 NUMBERS = "iufO"
 """Kinds of arrays that may hold numbers; of objects, fractions and the like."""
 
 
-def checked(name: str, values: npt.ArrayLike, *, above: float = -math.inf, least: float = -math.inf) -> Values:
+def checked(name: str, values: npt.ArrayLike, *, above: float = -math.inf, least: float = -math.inf) -> Floats:
     """Return an argument as floats.
 
     Parameters
@@ -93,7 +92,7 @@ def per_axis(name: str, values: npt.ArrayLike) -> tuple[float, float]:
 
 def one_per(
     one: str, several: str, name: str, values: npt.ArrayLike, count: int | None = None, *, above: float = -math.inf
-) -> Values:
+) -> Floats:
     """Return an argument that has one value for each of several things, as an array of its own that cannot be changed.
 
     Parameters

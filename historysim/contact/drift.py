@@ -6,17 +6,16 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import checked
+from historysim.basics.array_types import Floats
 from historysim.contact import hertz, mindlin
 
 if TYPE_CHECKING:
     from historysim.contact.materials import MaterialPair
 
-Values = npt.NDArray[np.float64]
-
 
 def preliminary_displacement(
     pair: "MaterialPair", *, normal_load: npt.ArrayLike, summit_radius: npt.ArrayLike, friction: npt.ArrayLike
-) -> Values:
+) -> Floats:
     """Return the displacement at which one virgin contact slides, θ μ δ [m], with the approach δ ∝ N^(2/3) R^(-1/3).
 
     Parameters
@@ -40,7 +39,7 @@ def drift(
     normal_load: tuple[npt.ArrayLike, npt.ArrayLike],
     summit_radius: npt.ArrayLike,
     friction: tuple[npt.ArrayLike, npt.ArrayLike],
-) -> Values:
+) -> Floats:
     """Return the drift between two states of one contact, |δ_t,max,2 - δ_t,max,1| [m].
 
     Parameters
@@ -65,7 +64,7 @@ def branch_drift(
     normal_load: tuple[npt.ArrayLike, npt.ArrayLike],
     summit_radius: npt.ArrayLike,
     friction: tuple[npt.ArrayLike, npt.ArrayLike],
-) -> Values:
+) -> Floats:
     """Return the branch drift of one contact [m]: the backward branch less the 2 δ1 that it should take, without sign.
 
     The contact slides forward at the first load, the load changes at a fixed displacement, and the contact comes back
@@ -87,7 +86,7 @@ def branch_drift(
     return np.abs(backward_branch(first, second) - 2 * first)
 
 
-def backward_branch(first: Values, second: Values) -> Values:
+def backward_branch(first: Floats, second: Floats) -> Floats:
     """Return the displacement of a backward branch [m]: the strain that is left of the forward one, and as far again.
 
     Parameters
@@ -105,7 +104,7 @@ def positioning_error(
     normal_load: npt.ArrayLike,
     summit_radius: npt.ArrayLike,
     friction: npt.ArrayLike,
-) -> Values:
+) -> Floats:
     """Return the displacement that is left when the tangential load of one contact goes there and back to 0 [m].
 
     From the virgin state at a constant normal load; .26 δ_t,max after a load at the friction limit, (2^(1/3) - 1).
@@ -139,7 +138,7 @@ def _before_and_after(
     normal_load: tuple[npt.ArrayLike, npt.ArrayLike],
     summit_radius: npt.ArrayLike,
     friction: tuple[npt.ArrayLike, npt.ArrayLike],
-) -> tuple[Values, Values]:
+) -> tuple[Floats, Floats]:
     first, second = (
         preliminary_displacement(pair, normal_load=load, summit_radius=summit_radius, friction=coefficient)
         for load, coefficient in zip(normal_load, friction, strict=True)

@@ -14,7 +14,8 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import Values, checked, scalar
+from historysim.basics.arguments import checked, scalar
+from historysim.basics.array_types import Floats
 from historysim.contact import hertz
 from historysim.contact.height_integral import height_integral, log_height_integral
 from historysim.errors import InputError
@@ -105,7 +106,7 @@ class GreenwoodWilliamson:
             mean_height=float(np.mean(summits.height)),
         )
 
-    def contact_count(self, separation: npt.ArrayLike) -> Values:
+    def contact_count(self, separation: npt.ArrayLike) -> Floats:
         """Return the expected number of summits in contact [1]: A0 D F_0(h), h = (d - mean height)/σ.
 
         Parameters
@@ -120,25 +121,25 @@ class GreenwoodWilliamson:
         """
         return self._summits * self._integral(0, separation)
 
-    def contact_area(self, separation: npt.ArrayLike) -> Values:
+    def contact_area(self, separation: npt.ArrayLike) -> Floats:
         """Return the real contact area [m²]: A0 π σ R D F_1(h). Parameters and errors as in `contact_count`."""
         return math.pi * self.height_deviation * self.summit_radius * self._summits * self._integral(1, separation)
 
-    def normal_load(self, separation: npt.ArrayLike) -> Values:
+    def normal_load(self, separation: npt.ArrayLike) -> Floats:
         """Return the normal load N [N]: A0 (4/3) E* √R σ^(3/2) D F_(3/2)(h).
 
         Parameters and errors as in `contact_count`.
         """
         return self._load * self._integral(1.5, separation)
 
-    def normal_stiffness(self, separation: npt.ArrayLike) -> Values:
+    def normal_stiffness(self, separation: npt.ArrayLike) -> Floats:
         """Return the normal stiffness -dN/dd [N/m]: A0 2 E* √R σ^(1/2) D F_(1/2)(h).
 
         Parameters and errors as in `contact_count`.
         """
         return 1.5 * self._load / self.height_deviation * self._integral(0.5, separation)
 
-    def separation_at(self, normal_load: npt.ArrayLike) -> Values:
+    def separation_at(self, normal_load: npt.ArrayLike) -> Floats:
         """Return the separation d over the datum of the heights [m] under a normal load.
 
         Parameters
@@ -175,7 +176,7 @@ class GreenwoodWilliamson:
         )
         return self._summits * float(one)
 
-    def _integral(self, order: float, separation: npt.ArrayLike) -> Values:
+    def _integral(self, order: float, separation: npt.ArrayLike) -> Floats:
         over_mean = checked("separation", separation) - self.mean_height
         return height_integral(order, over_mean / self.height_deviation)
 
@@ -196,10 +197,10 @@ class SummitContact:
         -dN/dd = Σ 2 E* √(R δ) [N/m].
     """
 
-    contact_count: Values
-    contact_area: Values
-    normal_load: Values
-    normal_stiffness: Values
+    contact_count: Floats
+    contact_area: Floats
+    normal_load: Floats
+    normal_stiffness: Floats
 
 
 def summit_contact(
@@ -245,7 +246,7 @@ def summit_contact(
     return SummitContact(count[()], area[()], load[()], stiffness[()])
 
 
-def _carried(approach: Values, summit_radius: Values, contact_modulus: float) -> tuple[float, float, float, float]:
+def _carried(approach: Floats, summit_radius: Floats, contact_modulus: float) -> tuple[float, float, float, float]:
     """Return count, area [m²], load [N] and stiffness [N/m] of summits that touch, by Hertz."""
     radius = hertz.contact_radius(approach, summit_radius=summit_radius)
     load = hertz.normal_load(approach, summit_radius=summit_radius, contact_modulus=contact_modulus)

@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import gamma, hyp1f1
 
-from historysim.basics.arguments import Values, checked, scalar
+from historysim.basics.arguments import checked, scalar
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError
 
 HIGHEST_ORDER = 10
@@ -18,7 +19,7 @@ HIGHEST_ORDER = 10
 _WHOLE_CURVE = -1e8
 
 
-def height_integral(order: float, separation: npt.ArrayLike) -> Values:
+def height_integral(order: float, separation: npt.ArrayLike) -> Floats:
     """Return the height integral F_n(h) = ∫_h^∞ (x - h)^n φ(x) dx [1], with φ the standard normal density.
 
     Parameters
@@ -46,7 +47,7 @@ def height_integral(order: float, separation: npt.ArrayLike) -> Values:
         return np.exp(log_height_integral(power, checked("separation", separation)))
 
 
-def _nodes() -> tuple[Values, Values]:
+def _nodes() -> tuple[Floats, Floats]:
     """Return nodes x and weights of ∫_0^∞ f(x) dx for f that decays as exp(-x): the double exponential rule.
 
     Takahasi and Mori, *Publ. RIMS Kyoto Univ.* 9 (1974) 721-741, with x = exp(y - exp(-y)) and a step of 0.1 in y.
@@ -61,12 +62,12 @@ def _nodes() -> tuple[Values, Values]:
 _NODES, _WEIGHTS = _nodes()
 
 
-def log_height_integral(order: float, h: Values) -> Values:
+def log_height_integral(order: float, h: Floats) -> Floats:
     """Return ln F_n(h), which stays finite where F_n itself is smaller than any float."""
     return np.where(h > 0, _log_above_mean(order, np.maximum(h, 0)), _log_below_mean(order, np.minimum(h, 0)))
 
 
-def _log_above_mean(order: float, h: Values) -> Values:
+def _log_above_mean(order: float, h: Floats) -> Floats:
     """Return ln F_n(h) for h ≥ 0, by quadrature of F_n(h) = φ(h) ∫_0^∞ t^n exp(-t²/2 - h t) dt with t = x/(1 + h)."""
     scale = 1 / (1 + h)
     total = np.zeros_like(h)
@@ -77,7 +78,7 @@ def _log_above_mean(order: float, h: Values) -> Values:
         return np.log(total) + (order + 1) * np.log(scale) - h**2 / 2 - math.log(2 * math.pi) / 2
 
 
-def _log_below_mean(order: float, h: Values) -> Values:
+def _log_below_mean(order: float, h: Floats) -> Floats:
     """Return ln F_n(h) for h ≤ 0, by Kummer's functions, all terms positive.
 
     F_n(h) = Γ(n+1) exp(-h²/4)/√(2π) · D_(-n-1)(h), with Abramowitz and Stegun, *Handbook*, 19.3 and 19.12 for the
@@ -88,5 +89,5 @@ def _log_below_mean(order: float, h: Values) -> Values:
     argument = -np.maximum(near**2 / 2, 1e-30)
     even = gamma((order + 1) / 2) * hyp1f1(-order / 2, 0.5, argument)
     odd = math.sqrt(2) * -near * gamma(order / 2 + 1) * hyp1f1((1 - order) / 2, 1.5, argument)
-    whole: Values = np.log(2 ** (order / 2 - 1) / math.sqrt(math.pi) * (even + odd))
+    whole: Floats = np.log(2 ** (order / 2 - 1) / math.sqrt(math.pi) * (even + odd))
     return whole + order * np.log(np.maximum(h / _WHOLE_CURVE, 1))

@@ -10,14 +10,15 @@ Hertz, *J. reine angew. Math.* 92 (1882) 156-171; Johnson, *Contact Mechanics* (
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import Values, checked
+from historysim.basics.arguments import checked
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError
 
 CLOSE = 1e-15
 """Change of an approach, over itself, from which on it is taken as found."""
 
 
-def effective_radius(first: npt.ArrayLike, second: npt.ArrayLike) -> Values:
+def effective_radius(first: npt.ArrayLike, second: npt.ArrayLike) -> Floats:
     """Return the radius R [m] of the sphere on a flat that is equivalent to two spheres: 1/R = 1/R1 + 1/R2.
 
     Parameters
@@ -41,7 +42,7 @@ def effective_radius(first: npt.ArrayLike, second: npt.ArrayLike) -> Values:
     return 1 / curvature
 
 
-def contact_radius(approach: npt.ArrayLike, *, summit_radius: npt.ArrayLike) -> Values:
+def contact_radius(approach: npt.ArrayLike, *, summit_radius: npt.ArrayLike) -> Floats:
     """Return the contact radius a [m]: a² = R δ, and 0 where the surfaces are apart.
 
     Parameters
@@ -59,7 +60,7 @@ def contact_radius(approach: npt.ArrayLike, *, summit_radius: npt.ArrayLike) -> 
     return np.sqrt(checked("summit_radius", summit_radius, above=0) * _depth(approach))
 
 
-def normal_load(approach: npt.ArrayLike, *, summit_radius: npt.ArrayLike, contact_modulus: npt.ArrayLike) -> Values:
+def normal_load(approach: npt.ArrayLike, *, summit_radius: npt.ArrayLike, contact_modulus: npt.ArrayLike) -> Floats:
     """Return the normal load N [N]: N = (4/3) E* √R δ^(3/2), and 0 where the surfaces are apart.
 
     Parameters
@@ -80,7 +81,7 @@ def normal_load(approach: npt.ArrayLike, *, summit_radius: npt.ArrayLike, contac
     return 2 / 3 * normal_stiffness(radius, contact_modulus=contact_modulus) * _depth(approach)
 
 
-def approach(normal_load: npt.ArrayLike, *, summit_radius: npt.ArrayLike, contact_modulus: npt.ArrayLike) -> Values:
+def approach(normal_load: npt.ArrayLike, *, summit_radius: npt.ArrayLike, contact_modulus: npt.ArrayLike) -> Floats:
     """Return the approach δ [m] under a normal load: δ = (3 N / (4 E* √R))^(2/3).
 
     Parameters
@@ -103,7 +104,7 @@ def approach(normal_load: npt.ArrayLike, *, summit_radius: npt.ArrayLike, contac
     return np.cbrt(0.75 * load / (modulus * np.sqrt(radius))) ** 2
 
 
-def mean_pressure(normal_load: npt.ArrayLike, *, contact_radius: npt.ArrayLike) -> Values:
+def mean_pressure(normal_load: npt.ArrayLike, *, contact_radius: npt.ArrayLike) -> Floats:
     """Return the mean pressure [Pa]: N / (π a²), and 0 where nothing touches (N = a = 0).
 
     Parameters
@@ -122,12 +123,12 @@ def mean_pressure(normal_load: npt.ArrayLike, *, contact_radius: npt.ArrayLike) 
     return load / (np.pi * radius**2)
 
 
-def peak_pressure(normal_load: npt.ArrayLike, *, contact_radius: npt.ArrayLike) -> Values:
+def peak_pressure(normal_load: npt.ArrayLike, *, contact_radius: npt.ArrayLike) -> Floats:
     """Return the pressure in the centre [Pa]: 3 N / (2 π a²). Arguments and errors as in `mean_pressure`."""
     return 1.5 * mean_pressure(normal_load, contact_radius=contact_radius)
 
 
-def pressure_profile(r: npt.ArrayLike, *, normal_load: npt.ArrayLike, contact_radius: npt.ArrayLike) -> Values:
+def pressure_profile(r: npt.ArrayLike, *, normal_load: npt.ArrayLike, contact_radius: npt.ArrayLike) -> Floats:
     """Return the pressure p(r) [Pa]: 3 N / (2 π a²) · √(1 - r²/a²), and 0 outside the contact.
 
     Parameters
@@ -148,7 +149,7 @@ def pressure_profile(r: npt.ArrayLike, *, normal_load: npt.ArrayLike, contact_ra
     return 1.5 * load / (np.pi * radius**3) * half_chord(np.abs(checked("r", r)), radius)
 
 
-def normal_stiffness(contact_radius: npt.ArrayLike, *, contact_modulus: npt.ArrayLike) -> Values:
+def normal_stiffness(contact_radius: npt.ArrayLike, *, contact_modulus: npt.ArrayLike) -> Floats:
     """Return the normal stiffness dN/dδ [N/m]: 2 E* a.
 
     Parameters
@@ -167,7 +168,7 @@ def normal_stiffness(contact_radius: npt.ArrayLike, *, contact_modulus: npt.Arra
     return 2 * checked("contact_modulus", contact_modulus, above=0) * radius
 
 
-def loaded_contact(normal_load: npt.ArrayLike, contact_radius: npt.ArrayLike) -> tuple[Values, Values]:
+def loaded_contact(normal_load: npt.ArrayLike, contact_radius: npt.ArrayLike) -> tuple[Floats, Floats]:
     """Return normal load [N] and contact radius [m] as floats, with a radius of 1 m where nothing touches.
 
     There the load is 0 and the contact radius cannot be divided by; any other radius gives the right pressure, 0.
@@ -184,11 +185,11 @@ def loaded_contact(normal_load: npt.ArrayLike, contact_radius: npt.ArrayLike) ->
     return load, radius + (radius == 0)
 
 
-def half_chord(r: Values, radius: npt.ArrayLike) -> Values:
+def half_chord(r: Floats, radius: npt.ArrayLike) -> Floats:
     """Return √(radius² - r²) for r ≥ 0, and 0 for r ≥ radius, without loss of digits at the edge."""
-    square: Values = np.maximum(np.subtract(radius, r), 0) * np.add(radius, r)
+    square: Floats = np.maximum(np.subtract(radius, r), 0) * np.add(radius, r)
     return np.sqrt(square)
 
 
-def _depth(approach: npt.ArrayLike) -> Values:
+def _depth(approach: npt.ArrayLike) -> Floats:
     return np.maximum(checked("approach", approach), 0)

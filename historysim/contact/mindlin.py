@@ -20,7 +20,8 @@ follows Winogrodzka, *Pre-sliding behaviour of multi asperity ceramic contacts*,
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import Values, checked
+from historysim.basics.arguments import checked
+from historysim.basics.array_types import Floats
 from historysim.contact.hertz import half_chord, loaded_contact
 from historysim.errors import InputError
 
@@ -31,7 +32,7 @@ def stick_radius(
     normal_load: npt.ArrayLike,
     contact_radius: npt.ArrayLike,
     friction: npt.ArrayLike,
-) -> Values:
+) -> Floats:
     """Return the stick radius c [m] on virgin loading: c = a (1 - |T|/(μN))^(1/3).
 
     It is a at T = 0 and 0 in full slip; also 0 where the limit μN is 0.
@@ -63,7 +64,7 @@ def counter_slip_radius(
     normal_load: npt.ArrayLike,
     contact_radius: npt.ArrayLike,
     friction: npt.ArrayLike,
-) -> Values:
+) -> Floats:
     """Return the radius b [m] that slip has reached after a reversal: b = a (1 - |T* - T|/(2μN))^(1/3).
 
     Parameters
@@ -91,7 +92,7 @@ def preliminary_displacement(
     contact_radius: npt.ArrayLike,
     shear_modulus: npt.ArrayLike,
     friction: npt.ArrayLike,
-) -> Values:
+) -> Floats:
     """Return the displacement at which full slip begins [m]: δ_t,max = 3 μN / (16 a G*).
 
     It equals θ μ δ, with the approach δ and the displacement ratio θ = E*/(4 G*) of the pair.
@@ -119,7 +120,7 @@ def tangential_displacement(
     contact_radius: npt.ArrayLike,
     shear_modulus: npt.ArrayLike,
     friction: npt.ArrayLike,
-) -> Values:
+) -> Floats:
     """Return the tangential displacement on virgin loading [m], odd in T.
 
     δ_t = (3μN)/(16 a G*) · [1 - (1 - T/(μN))^(2/3)] for T ≥ 0, evaluated as
@@ -152,7 +153,7 @@ def displacement_after_reversal(
     contact_radius: npt.ArrayLike,
     shear_modulus: npt.ArrayLike,
     friction: npt.ArrayLike,
-) -> Values:
+) -> Floats:
     """Return the tangential displacement after the load has turned back at T* [m].
 
     For T* > 0 this is unloading, δ = (3μN)/(16 a G*) · [2 (1 - (T* - T)/(2μN))^(2/3) - (1 - T*/(μN))^(2/3) - 1];
@@ -177,7 +178,7 @@ def displacement_after_reversal(
     """
     turned, half = _since_reversal(tangential_load, reversal_load)
 
-    def virgin(load: Values) -> Values:
+    def virgin(load: Floats) -> Floats:
         return tangential_displacement(
             load,
             normal_load=normal_load,
@@ -189,7 +190,7 @@ def displacement_after_reversal(
     return virgin(turned) + 2 * virgin(half)
 
 
-def tangential_stiffness(radius: npt.ArrayLike, *, shear_modulus: npt.ArrayLike) -> Values:
+def tangential_stiffness(radius: npt.ArrayLike, *, shear_modulus: npt.ArrayLike) -> Floats:
     """Return the tangential stiffness dT/dδ_t [N/m]: 8 G* times the radius of the circle that sticks.
 
     For the whole contact, k_t = 8 G* a (Winogrodzka, Eq. 4.3).
@@ -218,7 +219,7 @@ def traction(
     normal_load: npt.ArrayLike,
     contact_radius: npt.ArrayLike,
     friction: npt.ArrayLike,
-) -> Values:
+) -> Floats:
     """Return the traction τ(r) on virgin loading [Pa], odd in T, and 0 outside the contact.
 
     τ(r) = (3μN)/(2πa³) · [√(a² - r²) - √(c² - r²)] for T ≥ 0, the second root only for r < c. Its integral over the
@@ -256,7 +257,7 @@ def traction_after_reversal(
     normal_load: npt.ArrayLike,
     contact_radius: npt.ArrayLike,
     friction: npt.ArrayLike,
-) -> Values:
+) -> Floats:
     """Return the traction τ(r) after the load has turned back at T* [Pa], and 0 outside the contact.
 
     For T* > 0, τ(r) = -(3μN)/(2πa³) · [√(a² - r²) - 2√(b² - r²) + √(c² - r²)], each root only inside its radius, with
@@ -279,7 +280,7 @@ def traction_after_reversal(
     """
     turned, half = _since_reversal(tangential_load, reversal_load)
 
-    def virgin(load: Values) -> Values:
+    def virgin(load: Floats) -> Floats:
         return traction(
             r, tangential_load=load, normal_load=normal_load, contact_radius=contact_radius, friction=friction
         )
@@ -294,7 +295,7 @@ def dissipated_energy_per_loop(
     contact_radius: npt.ArrayLike,
     shear_modulus: npt.ArrayLike,
     friction: npt.ArrayLike,
-) -> Values:
+) -> Floats:
     """Return the energy dissipated in one closed loop between T* and -T* [J], ≥ 0.
 
     ΔW = 9μ²N²/(10 a G*) · {1 - (1-f)^(5/3) - (5f/6)[1 + (1-f)^(2/3)]} with f = T*/(μN), evaluated as
@@ -323,7 +324,7 @@ def dissipated_energy_per_loop(
 
 def _utilisation(
     tangential_load: npt.ArrayLike, normal_load: npt.ArrayLike, friction: npt.ArrayLike, name: str = "tangential_load"
-) -> tuple[Values, Values, Values, Values]:
+) -> tuple[Floats, Floats, Floats, Floats]:
     """Return T, μN, f = |T|/(μN) and q = (1 - f)^(1/3); f = q = 0 where μN = 0: such a contact slides freely."""
     load = checked(name, tangential_load)
     limit = checked("friction", friction, least=0) * checked("normal_load", normal_load, least=0)
@@ -335,7 +336,7 @@ def _utilisation(
     return load, limit, size / divisor, np.cbrt((limit - size) / divisor)
 
 
-def _since_reversal(tangential_load: npt.ArrayLike, reversal_load: npt.ArrayLike) -> tuple[Values, Values]:
+def _since_reversal(tangential_load: npt.ArrayLike, reversal_load: npt.ArrayLike) -> tuple[Floats, Floats]:
     """Return T* and (T - T*)/2."""
     turned = checked("reversal_load", reversal_load)
     load = checked("tangential_load", tangential_load)
@@ -344,20 +345,20 @@ def _since_reversal(tangential_load: npt.ArrayLike, reversal_load: npt.ArrayLike
     return turned, (load - turned) / 2
 
 
-def _within(name: str, values: Values, limit: Values, limit_name: str, advice: str) -> Values:
+def _within(name: str, values: Floats, limit: Floats, limit_name: str, advice: str) -> Floats:
     """Return |values|, no larger than the limit, which a few roundings may have moved."""
     size, bound = np.broadcast_arrays(np.abs(values), limit)
     beyond = size > bound * (1 + 8 * np.finfo(np.float64).eps)
     if beyond.any():
         raise InputError(f"{name} of {size[beyond][0]:.9g} N exceeds {limit_name} = {bound[beyond][0]:.9g} N; {advice}")
-    within: Values = np.minimum(size, bound)
+    within: Floats = np.minimum(size, bound)
     return within
 
 
-def _one_less_square(f: Values, q: Values) -> Values:
+def _one_less_square(f: Floats, q: Floats) -> Floats:
     """Return 1 - q² = f (1 + q) / (1 + q + q²)."""
     return f * (1 + q) / (1 + q + q**2)
 
 
-def _modulus(shear_modulus: npt.ArrayLike) -> Values:
+def _modulus(shear_modulus: npt.ArrayLike) -> Floats:
     return checked("shear_modulus", shear_modulus, above=0)

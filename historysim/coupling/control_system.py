@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.arguments import scalar
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
@@ -113,12 +114,12 @@ class _SampledContact:
         self.ensemble, self.inputs, self.outputs, self.given = ensemble, inputs, outputs, given
         self.states = {0: state}
 
-    def output(self, _time: float, x: npt.ArrayLike, u: npt.ArrayLike, _params: object) -> npt.NDArray[np.float64]:
+    def output(self, _time: float, x: npt.ArrayLike, u: npt.ArrayLike, _params: object) -> Floats:
         """Return the outputs of a trial from the state at the beginning of the sample."""
         moved = self._moved(self._number(x), u)
         return np.array([float(getattr(moved, name)) for name in self.outputs])
 
-    def update(self, _time: float, x: npt.ArrayLike, u: npt.ArrayLike, _params: object) -> npt.NDArray[np.float64]:
+    def update(self, _time: float, x: npt.ArrayLike, u: npt.ArrayLike, _params: object) -> Floats:
         """Commit what the inputs of a sample do, and return the number of the next one."""
         number = self._number(x)
         after = self._moved(number, u)

@@ -9,9 +9,8 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from historysim.basics.array_types import Floats, Integers
+from historysim.basics.array_types import Booleans, Floats, Integers
 
 MOST_POINTS = 200
 """Points in contact beyond which there are too many."""
@@ -75,7 +74,7 @@ class FewPoints:
                 yield row
             approach = target
 
-    def _solved(self, approach: float, touching: npt.NDArray[np.bool_]) -> tuple[Floats, Floats, float]:
+    def _solved(self, approach: float, touching: Booleans) -> tuple[Floats, Floats, float]:
         """Return the pressures at an approach if these points touch, how they grow, and where the next one touches."""
         from scipy.linalg import cho_factor, cho_solve
 
@@ -88,9 +87,7 @@ class FewPoints:
             ahead = np.where(closing > 0, gap / closing, np.inf)
         return pressure, growth, approach + max(float(ahead.min(initial=np.inf)), 0.0)
 
-    def _settled(
-        self, approach: float, touching: npt.NDArray[np.bool_]
-    ) -> tuple[Row, npt.NDArray[np.bool_], float] | None:
+    def _settled(self, approach: float, touching: Booleans) -> tuple[Row, Booleans, float] | None:
         """Return the solution at an approach, the points that touch just beyond it, and where the next one touches.
 
         None where points come and leave in turn, which conjugate gradients do not mind.

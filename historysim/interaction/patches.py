@@ -1,10 +1,11 @@
 """Patches: the connected parts of a contact."""
 
 import numpy as np
-import numpy.typing as npt
+
+from historysim.basics.array_types import Booleans, Integers
 
 
-def patches_of(touching: npt.NDArray[np.bool_], *, periodic: bool = False) -> npt.NDArray[np.int64]:
+def patches_of(touching: Booleans, *, periodic: bool = False) -> Integers:
     """Return the number of the patch of each point (nx, ny), -1 where nothing touches; the largest patch is 0.
 
     Parameters

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
 from historysim.asperities.friction import FrictionGoal, coulomb
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError
 from historysim.loads.event_sequence import check_sequence
 from historysim.loads.events import Event, FrictionRamp, LoadEvent, NormalDisplacement, TangentialDisplacement
@@ -101,7 +101,7 @@ class Segment:
 
     paths: Paths
     event: Sequence[int]
-    row_time: npt.NDArray[np.float64]
+    row_time: Floats
     change: Event | None = None
     change_event: int = -1
     ramp: FrictionRamp | None = None

@@ -4,9 +4,8 @@ from typing import Any, Self
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
-from historysim.basics.array_types import Array
+from historysim.basics.array_types import Array, Integers
 from historysim.basics.library import ffi, pointer
 from historysim.memory.binding import TOTALS
 
@@ -40,7 +39,7 @@ class Rows:
         except KeyError:
             raise AttributeError(name) from None
 
-    def handed(self, asperities: npt.NDArray[np.int64]) -> Any:
+    def handed(self, asperities: Integers) -> Any:
         """Return the rows of asperities (column) as the library takes them; all of it has to outlive the call."""
         found = ffi.new("hs_rows *")
         found.columns, found.asperity = asperities.size, pointer(asperities)

@@ -1,10 +1,10 @@
 """Drift and positioning: how far the preliminary displacement, and the position, move along histories."""
 
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
 
 from historysim.asperities.positioning import disturbance_at_rest
+from historysim.basics.array_types import Floats
 from historysim.contact import drift as one_contact
 from historysim.errors import InputError
 from historysim.measured.definitions import DEFAULT, Definitions
@@ -25,8 +25,6 @@ __all__ = [
 def __dir__() -> list[str]:
     return sorted(__all__)
 
-
-Floats = npt.NDArray[np.float64]
 
 STILL = 1e-9
 """Part of its range by which a channel may move and be taken to be at rest."""

@@ -3,9 +3,9 @@
 from collections.abc import Hashable
 
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
 
+from historysim.basics.array_types import Booleans, Floats
 from historysim.basics.units import quantity_text
 from historysim.measured.loops import OF_SLIP
 from historysim.measured.statistics import LoopStatistics
@@ -39,12 +39,12 @@ def summary(loops: xr.Dataset) -> list[tuple[str, str]]:
     ]
 
 
-def of_mean(loops: xr.Dataset, quantity: Hashable) -> npt.NDArray[np.float64]:
+def of_mean(loops: xr.Dataset, quantity: Hashable) -> Floats:
     """Return what a mean of a quantity is of (loop, …): large loops, and NaN where it is a lower bound."""
     values = loops[quantity]
     if quantity in OF_SLIP and "lower_bound" in loops:
         values = values.where(loops["lower_bound"] == 0)
-    kept: npt.NDArray[np.float64] = values.values[_large(loops)]
+    kept: Floats = values.values[_large(loops)]
     return kept
 
 
@@ -58,7 +58,7 @@ def _text(loops: xr.Dataset, quantity: Hashable, count: int) -> str:
     return f"≥ {bound.text(unit, count)}" if bound.count else bound.text(unit, count)
 
 
-def _large(loops: xr.Dataset) -> npt.NDArray[np.bool_]:
+def _large(loops: xr.Dataset) -> Booleans:
     """Return which loops count in means, as `Loops.large` does; all of a file of a version that had no amplitudes."""
     if "amplitude" not in loops:
         return np.ones(loops.sizes["loop"], dtype=np.bool_)

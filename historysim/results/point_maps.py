@@ -10,11 +10,11 @@ import numpy.typing as npt
 import xarray as xr
 
 from historysim.asperities.state import EnsembleState
+from historysim.basics.array_types import Floats
 from historysim.basics.files import replacing
 from historysim.errors import InputError
 from historysim.results.origin import Origin, ask_origin
 
-Floats = npt.NDArray[np.float64]
 Answer = TypeVar("Answer")
 
 SEPARATED, STICKS, SLIPS = 0, 1, 2

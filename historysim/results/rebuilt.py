@@ -10,7 +10,6 @@ from collections.abc import Sequence
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
 
 from historysim.asperities.asperity import Asperity
@@ -22,8 +21,6 @@ from historysim.memory.paths import Goals, paths_to
 from historysim.memory.rows import blank_rows
 from historysim.results.analysis.recorded import check_recorded, column_of, position_of
 from historysim.results.origin import ask_origin
-
-Floats = npt.NDArray[np.float64]
 
 AGREEMENT = 1e-6
 """Difference of loads, over the greatest ones, up to which a memory that was walked again is that of the history."""

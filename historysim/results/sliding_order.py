@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
+import numpy.typing as npt
 
 from historysim.asperities.asperity import SlipState
 from historysim.basics.array_types import Booleans, Floats, Integers

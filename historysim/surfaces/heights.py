@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import checked, per_axis, scalar
-from historysim.basics.array_types import Floats
+from historysim.basics.array_types import Booleans, Floats
 from historysim.basics.display import html_table
 from historysim.basics.frozen_arrays import FrozenArrays
 from historysim.basics.units import quantity_text, range_text
@@ -26,8 +26,6 @@ from historysim.surfaces.statistics import (
     power_spectral_density,
 )
 from historysim.surfaces.summits import Summits, find_summits
-
-Bools = npt.NDArray[np.bool_]
 
 ROUNDING = 32 * np.finfo(np.float64).eps
 """Share of the largest height up to which the heights that are left without the form are taken for rounding."""
@@ -136,7 +134,7 @@ class Surface(FrozenArrays):
         return self.size[0] * self.size[1]
 
     @property
-    def missing(self) -> Bools:
+    def missing(self) -> Booleans:
         """Where heights are missing (nx, ny)."""
         return np.isnan(self.heights)
 
@@ -207,7 +205,7 @@ class Surface(FrozenArrays):
             heights = np.take(heights, np.arange(self.shape[axis])[where], axis)
         return type(self)(heights, self.pixel_size, self.periodic and x is None and y is None)
 
-    def without(self, points: Bools) -> Self:
+    def without(self, points: Booleans) -> Self:
         """Return the surface with these points (nx, ny) missing.
 
         Raises

@@ -1,9 +1,8 @@
 """Heights between the points of a map: by cubic splines, or by its Fourier series."""
 
 import numpy as np
-import numpy.typing as npt
 
-from historysim.basics.array_types import Floats
+from historysim.basics.array_types import Booleans, Floats
 
 MARGIN = 28
 """Points that a map is continued by beyond its border: a spline forgets by √3 - 2 = -0.27 a point, here to rounding."""
@@ -85,7 +84,7 @@ def _waves(index: Floats, count: int) -> Floats:
     return result
 
 
-def _filled(heights: Floats, missing: npt.NDArray[np.bool_], periodic: bool) -> Floats:
+def _filled(heights: Floats, missing: Booleans, periodic: bool) -> Floats:
     """Return the map with each missing point at the mean of its neighbours, so that a slope goes on beside a gap."""
     from scipy import sparse
 

@@ -1,11 +1,8 @@
 """Points that are no heights of the surface: spikes of the instrument, dirt, and the edges of scratches."""
 
 import numpy as np
-import numpy.typing as npt
 
-from historysim.basics.array_types import Floats
-
-Bools = npt.NDArray[np.bool_]
+from historysim.basics.array_types import Booleans, Floats
 
 AROUND = 2
 """How many points far the neighbours of a point reach: 24 of them."""
@@ -14,7 +11,7 @@ GAUSSIAN = 1.4826
 """Standard deviation over median absolute deviation, of Gaussian values."""
 
 
-def spikes(heights: Floats, threshold: float) -> Bools:
+def spikes(heights: Floats, threshold: float) -> Booleans:
     """Return which points are spikes: those that stand off the median of the points around them.
 
     Parameters
@@ -31,11 +28,11 @@ def spikes(heights: Floats, threshold: float) -> Bools:
     off = heights - _median_around(heights)
     present = np.isfinite(off)
     scale = _robust_deviation(off[present])
-    result: Bools = present & (np.abs(off) > threshold * scale)
+    result: Booleans = present & (np.abs(off) > threshold * scale)
     return result
 
 
-def outliers(heights: Floats, threshold: float) -> Bools:
+def outliers(heights: Floats, threshold: float) -> Booleans:
     """Return which points are farther from the median height than so many robust standard deviations.
 
     Parameters
@@ -50,7 +47,7 @@ def outliers(heights: Floats, threshold: float) -> Bools:
     """
     off = heights - np.nanmedian(heights)
     present = np.isfinite(off)
-    result: Bools = present & (np.abs(off) > threshold * _robust_deviation(off[present]))
+    result: Booleans = present & (np.abs(off) > threshold * _robust_deviation(off[present]))
     return result
 
 

@@ -17,9 +17,7 @@ from historysim.tables.readers import TableReader, reader_of
 from historysim.tables.settled import fitting, overridden, settled
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
+    from historysim.basics.array_types import Floats
     from historysim.tables.arrays import Contents
     from historysim.tables.from_text import Opened
     from historysim.tables.heading import Heading
@@ -293,7 +291,7 @@ def _settled(path: Path, key: str, column: Column, found: Found, wanted: Sequenc
         return settled(column.unit, found.units, wanted, f"{path.name}: {name}")
 
 
-def _scaled(column: Found, factor: float, table: Table) -> "npt.NDArray[np.float64]":
+def _scaled(column: Found, factor: float, table: Table) -> "Floats":
     import numpy as np
 
     with np.errstate(over="ignore", invalid="ignore"):

@@ -9,8 +9,7 @@ from historysim.basics.wording import shown
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
+    from historysim.basics.array_types import Floats, Integers
 
 
 def _check_name(_: object, attribute: "attrs.Attribute[str | int]", value: str | int) -> None:
@@ -198,7 +197,7 @@ class Piece:
 
     found: "dict[str, Found]"
     part: Part
-    lines: "npt.NDArray[np.int64] | None" = None
+    lines: "Integers | None" = None
 
 
 @attrs.frozen(eq=False)
@@ -219,9 +218,9 @@ class Table:
         What a user has to know of how the file was read.
     """
 
-    columns: "dict[str, npt.NDArray[np.float64]]"
+    columns: "dict[str, Floats]"
     units: dict[str, str]
-    lines: "npt.NDArray[np.int64] | None" = None
+    lines: "Integers | None" = None
     parts: tuple[Part, ...] = ()
     notices: tuple[str, ...] = ()
 
@@ -255,5 +254,5 @@ class Found:
     """
 
     name: str
-    values: "npt.NDArray[np.float64]"
+    values: "Floats"
     units: tuple[str, ...] = ()

@@ -10,24 +10,24 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import Values
+from historysim.basics.array_types import Floats
 from historysim.contact.adhesion.parameters import elastic
 
 
 class State(NamedTuple):
     """A, P and Δ."""
 
-    radius: Values
-    load: Values
-    approach: Values
+    radius: Floats
+    load: Floats
+    approach: Floats
 
 
 class Units(NamedTuple):
     """The units of A, P and Δ in SI."""
 
-    length: Values
-    load: Values
-    approach: Values
+    length: Floats
+    load: Floats
+    approach: Floats
 
 
 def units(summit_radius: npt.ArrayLike, contact_modulus: npt.ArrayLike, work_of_adhesion: npt.ArrayLike) -> Units:

@@ -6,7 +6,8 @@ Derjaguin, Muller and Toporov, *J. Colloid Interface Sci.* 53 (1975) 314-326.
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import Values, checked
+from historysim.basics.arguments import checked
+from historysim.basics.array_types import Floats
 from historysim.contact import hertz
 from historysim.contact.adhesion.contact_units import State
 from historysim.contact.adhesion.parameters import elastic
@@ -19,7 +20,7 @@ def dmt_contact_radius(
     summit_radius: npt.ArrayLike,
     contact_modulus: npt.ArrayLike,
     work_of_adhesion: npt.ArrayLike,
-) -> Values:
+) -> Floats:
     """Return the contact radius a [m] of DMT: Hertz under N + 2πWR.
 
     Parameters
@@ -48,14 +49,14 @@ def dmt_normal_load(
     summit_radius: npt.ArrayLike,
     contact_modulus: npt.ArrayLike,
     work_of_adhesion: npt.ArrayLike,
-) -> Values:
+) -> Floats:
     """Return the normal load N [N] of DMT: 4E*a³/(3R) - 2πWR. Arguments and errors as in `jkr_normal_load`."""
     radius, modulus, work = elastic(summit_radius, contact_modulus, work_of_adhesion, may_be_zero=True)
     a = checked("contact_radius", contact_radius, least=0)
     return 4 / 3 * modulus * a**3 / radius - 2 * np.pi * work * radius
 
 
-def dmt_approach(contact_radius: npt.ArrayLike, *, summit_radius: npt.ArrayLike) -> Values:
+def dmt_approach(contact_radius: npt.ArrayLike, *, summit_radius: npt.ArrayLike) -> Floats:
     """Return the approach δ [m] of DMT, which is that of Hertz: a²/R.
 
     Parameters
@@ -73,7 +74,7 @@ def dmt_approach(contact_radius: npt.ArrayLike, *, summit_radius: npt.ArrayLike)
     return checked("contact_radius", contact_radius, least=0) ** 2 / checked("summit_radius", summit_radius, above=0)
 
 
-def dmt_pull_off_load(*, summit_radius: npt.ArrayLike, work_of_adhesion: npt.ArrayLike) -> Values:
+def dmt_pull_off_load(*, summit_radius: npt.ArrayLike, work_of_adhesion: npt.ArrayLike) -> Floats:
     """Return the normal load N [N], ≤ 0, at which a DMT contact comes apart: -2πWR.
 
     Parameters
@@ -92,7 +93,7 @@ def dmt_pull_off_load(*, summit_radius: npt.ArrayLike, work_of_adhesion: npt.Arr
     return -2 * np.pi * work * checked("summit_radius", summit_radius, above=0)
 
 
-def curve(top: Values, steps: Values) -> State:
+def curve(top: Floats, steps: Floats) -> State:
     """Return the equilibria up to a load P, at these shares of the greatest contact radius."""
     radius = np.cbrt(top + 2) * steps
     return State(radius, radius**3 - 2, radius**2)

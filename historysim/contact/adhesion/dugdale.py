@@ -17,7 +17,8 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import Values, checked
+from historysim.basics.arguments import checked
+from historysim.basics.array_types import Floats
 from historysim.contact.adhesion.contact_units import State
 from historysim.errors import InputError
 
@@ -28,7 +29,7 @@ POINT = 1e-60
 """A contact radius A so small for every λ allowed that a smaller one has the same load and approach in all digits."""
 
 
-def solvable(maugis_parameter: npt.ArrayLike) -> Values:
+def solvable(maugis_parameter: npt.ArrayLike) -> Floats:
     """Return λ as floats, within the range that is solved for.
 
     Raises
@@ -46,36 +47,36 @@ def solvable(maugis_parameter: npt.ArrayLike) -> Values:
     return parameter
 
 
-def radius_at(t: Values, parameter: Values) -> Values:
+def radius_at(t: Floats, parameter: Floats) -> Floats:
     """Return A, the positive root of the first equation, which is quadratic in A."""
     bending, neck = _brackets(t)
     half = 4 / 3 * parameter**2 * neck
     return 2 / (half + np.sqrt(half**2 + 2 * parameter * bending))
 
 
-def state_at(t: Values, parameter: Values) -> State:
+def state_at(t: Floats, parameter: Floats) -> State:
     """Return A, P and Δ."""
     radius = radius_at(t, parameter)
     pull = parameter * radius**2 * (t + (1 + t**2) * np.arctan(t))
     return State(radius, radius**3 - pull, radius**2 - 4 / 3 * parameter * radius * t)
 
 
-def t_at(radius: Values, parameter: Values) -> Values:
+def t_at(radius: Floats, parameter: Floats) -> Floats:
     """Return t at a contact radius A."""
     return crossing(lambda t: radius_at(t, parameter) - radius, 1 / (parameter * radius**1.5))
 
 
-def load_turn(parameter: Values) -> Values:
+def load_turn(parameter: Floats) -> Floats:
     """Return t at the least load."""
     return crossing(lambda t: _slopes(t, parameter)[0], 1 / parameter + parameter**-1.5)
 
 
-def approach_turn(parameter: Values) -> Values:
+def approach_turn(parameter: Floats) -> Floats:
     """Return t at the least approach, where this is reached in contact."""
     return crossing(lambda t: _slopes(t, parameter)[1], 1 / parameter)
 
 
-def crossing(falling: Callable[[Values], Values], start: Values) -> Values:
+def crossing(falling: Callable[[Floats], Floats], start: Floats) -> Floats:
     """Return the t > 0 at which a falling function passes 0, element by element, to all digits."""
     low = np.asarray(start)
     high = low
@@ -87,11 +88,11 @@ def crossing(falling: Callable[[Values], Values], start: Values) -> Values:
         middle = (low + high) / 2
         positive = falling(middle) > 0
         low, high = np.where(positive, middle, low), np.where(positive, high, middle)
-    result: Values = (low + high) / 2
+    result: Floats = (low + high) / 2
     return result
 
 
-def gap_at(zone: Values, parameter: Values) -> tuple[Values, Values]:
+def gap_at(zone: Floats, parameter: Floats) -> tuple[Floats, Floats]:
     """Return P and Δ of surfaces that attract each other across a gap, over a circle of radius c.
 
     The radius is in units of the contact, as A is.
@@ -100,18 +101,18 @@ def gap_at(zone: Values, parameter: Values) -> tuple[Values, Values]:
     return load, zone**2 / 2 - 8 / (3 * np.pi) * parameter * zone - 2 / (np.pi * parameter)
 
 
-def gap_fold(parameter: Values) -> Values:
+def gap_fold(parameter: Floats) -> Floats:
     """Return the radius in `gap_at` at which the approach is least."""
     return 8 / (3 * np.pi) * parameter
 
 
-def first_touch(parameter: Values) -> Values:
+def first_touch(parameter: Floats) -> Floats:
     """Return the radius in `gap_at` at which the gap closes in the middle: Maugis's c for a → 0."""
     half = 4 / 3 * parameter**2 * (np.pi / 2 - 1)
     return 2 / (half + np.sqrt(half**2 + np.pi * parameter))
 
 
-def curve(parameter: Values, top: Values, steps: Values) -> State:
+def curve(parameter: Floats, top: Floats, steps: Floats) -> State:
     """Return all equilibria of one λ up to a load P, at these shares of the greatest contact radius."""
     touch, fold, turn = first_touch(parameter), gap_fold(parameter), load_turn(parameter)
     folds_in_gap = fold < touch
@@ -128,14 +129,14 @@ def curve(parameter: Values, top: Values, steps: Values) -> State:
     )
 
 
-def _brackets(t: Values) -> tuple[Values, Values]:
+def _brackets(t: Floats) -> tuple[Floats, Floats]:
     """Return t + (t² - 1) arctan t and t arctan t - m + 1, the brackets of the first equation."""
     # where t is small and digits of t - arctan t are lost, the second bracket or the Hertz load outweighs it
     angle = np.arctan(t)
     return t - angle + t**2 * angle, t * angle - t**2 / (1 + np.hypot(1, t))
 
 
-def _slopes(t: Values, parameter: Values) -> tuple[Values, Values]:
+def _slopes(t: Floats, parameter: Floats) -> tuple[Floats, Floats]:
     """Return dP/dA and dΔ/dA along the curve.
 
     They follow from the total differentials of the equations. The differences of large numbers in them cancel in

@@ -4,7 +4,8 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import Values, checked
+from historysim.basics.arguments import checked
+from historysim.basics.array_types import Booleans, Floats
 from historysim.basics.frozen_arrays import FrozenArrays
 from historysim.contact.adhesion import dmt, dugdale, jkr
 from historysim.contact.adhesion.contact_units import State, units
@@ -32,7 +33,7 @@ class Point:
     contact_radius: float
 
 
-def _read_only(values: Values) -> Values:
+def _read_only(values: Floats) -> Floats:
     copy = np.array(values, dtype=np.float64)
     copy.flags.writeable = False
     return copy
@@ -55,17 +56,17 @@ class Branch(FrozenArrays):
     """
 
     model: Regime
-    approach: Values = attrs.field(converter=_read_only)
-    normal_load: Values = attrs.field(converter=_read_only)
-    contact_radius: Values = attrs.field(converter=_read_only)
+    approach: Floats = attrs.field(converter=_read_only)
+    normal_load: Floats = attrs.field(converter=_read_only)
+    contact_radius: Floats = attrs.field(converter=_read_only)
 
     @property
-    def stable_under_load(self) -> npt.NDArray[np.bool_]:
+    def stable_under_load(self) -> Booleans:
         """Which points are stable where the load is controlled; the pull-off point is the first."""
         return np.arange(self.normal_load.size) >= self.normal_load.argmin()
 
     @property
-    def stable_under_displacement(self) -> npt.NDArray[np.bool_]:
+    def stable_under_displacement(self) -> Booleans:
         """Which points are stable where the displacement is controlled; the pull-off point is the first."""
         return np.arange(self.approach.size) >= self.approach.argmin()
 
@@ -152,7 +153,7 @@ def branch(
     return Branch(theory, curve.approach * unit.approach, curve.load * unit.load, curve.radius * unit.length)
 
 
-def _hertz_curve(top: Values, steps: Values) -> State:
+def _hertz_curve(top: Floats, steps: Floats) -> State:
     radius = np.cbrt(top) * steps
     return State(radius, radius**3, radius**2)
 
@@ -171,7 +172,7 @@ def _model(model: Regime | str) -> Regime:
     return theory
 
 
-def _single(name: str, value: npt.ArrayLike) -> Values:
+def _single(name: str, value: npt.ArrayLike) -> Floats:
     number = checked(name, value, above=0)
     if number.ndim:
         raise InputError(f"{name} is an array; expected one number: a branch is that of one contact")

@@ -6,7 +6,8 @@ Johnson, Kendall and Roberts, *Proc. R. Soc. A* 324 (1971) 301-313.
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import Values, checked
+from historysim.basics.arguments import checked
+from historysim.basics.array_types import Floats
 from historysim.contact.adhesion.contact_units import State
 from historysim.contact.adhesion.parameters import elastic
 from historysim.contact.adhesion.pull_off import Control, carried, is_load
@@ -18,7 +19,7 @@ def jkr_contact_radius(
     summit_radius: npt.ArrayLike,
     contact_modulus: npt.ArrayLike,
     work_of_adhesion: npt.ArrayLike,
-) -> Values:
+) -> Floats:
     """Return the contact radius a [m] of JKR that is stable under a load.
 
     a³ = (3R/(4E*)) (N + 3πWR + √(6πWRN + (3πWR)²)).
@@ -54,7 +55,7 @@ def jkr_normal_load(
     summit_radius: npt.ArrayLike,
     contact_modulus: npt.ArrayLike,
     work_of_adhesion: npt.ArrayLike,
-) -> Values:
+) -> Floats:
     """Return the normal load N [N] of JKR: 4E*a³/(3R) - √(8πWE*a³), on the unstable part too.
 
     Parameters
@@ -80,7 +81,7 @@ def jkr_approach(
     summit_radius: npt.ArrayLike,
     contact_modulus: npt.ArrayLike,
     work_of_adhesion: npt.ArrayLike,
-) -> Values:
+) -> Floats:
     """Return the approach δ [m] of JKR: a²/R - √(2πWa/E*). Arguments and errors as in `jkr_normal_load`."""
     radius, modulus, work = elastic(summit_radius, contact_modulus, work_of_adhesion, may_be_zero=True)
     a = checked("contact_radius", contact_radius, least=0)
@@ -89,7 +90,7 @@ def jkr_approach(
 
 def jkr_pull_off_load(
     *, summit_radius: npt.ArrayLike, work_of_adhesion: npt.ArrayLike, control: Control = "load"
-) -> Values:
+) -> Floats:
     """Return the normal load N [N], ≤ 0, at which a JKR contact that is pulled apart becomes unstable.
 
     -(3/2) πWR where the load is controlled; -(5/6) πWR, further down the curve, where the displacement is.
@@ -113,7 +114,7 @@ def jkr_pull_off_load(
     return -share * np.pi * work * checked("summit_radius", summit_radius, above=0)
 
 
-def curve(top: Values, steps: Values) -> State:
+def curve(top: Floats, steps: Floats) -> State:
     """Return the equilibria up to a load P: at these shares of the greatest contact radius, and at both turns."""
     radius = np.cbrt(top + 3 + np.sqrt(6 * top + 9)) * steps
     radius = np.union1d(radius, np.cbrt([1 / 6, 3 / 2]))

@@ -10,7 +10,8 @@ Maugis, *J. Colloid Interface Sci.* 150 (1992) 243-269; Johnson and Greenwood, *
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import Values, checked
+from historysim.basics.arguments import checked
+from historysim.basics.array_types import Floats
 from historysim.contact.adhesion import dugdale
 from historysim.contact.adhesion.contact_units import Units, units
 from historysim.contact.adhesion.parameters import maugis_parameter
@@ -24,7 +25,7 @@ def maugis_contact_radius(
     contact_modulus: npt.ArrayLike,
     work_of_adhesion: npt.ArrayLike,
     equilibrium_separation: npt.ArrayLike,
-) -> Values:
+) -> Floats:
     """Return the contact radius a [m] of Maugis that is stable under a load.
 
     Parameters
@@ -58,7 +59,7 @@ def maugis_normal_load(
     contact_modulus: npt.ArrayLike,
     work_of_adhesion: npt.ArrayLike,
     equilibrium_separation: npt.ArrayLike,
-) -> Values:
+) -> Floats:
     """Return the normal load N [N] of Maugis, on the unstable part too.
 
     Parameters
@@ -84,7 +85,7 @@ def maugis_approach(
     contact_modulus: npt.ArrayLike,
     work_of_adhesion: npt.ArrayLike,
     equilibrium_separation: npt.ArrayLike,
-) -> Values:
+) -> Floats:
     """Return the approach δ [m] of Maugis, on the unstable part too. Arguments and errors as in `maugis_normal_load`.
 
     δ = a²/R - 2σ0√(c² - a²)/E*, with the radius c of the adhesive zone.
@@ -100,7 +101,7 @@ def maugis_adhesive_zone_radius(
     contact_modulus: npt.ArrayLike,
     work_of_adhesion: npt.ArrayLike,
     equilibrium_separation: npt.ArrayLike,
-) -> Values:
+) -> Floats:
     """Return the outer radius c [m] of Maugis's adhesive zone, > a. Arguments and errors as in `maugis_normal_load`."""
     unit, parameter = _units_and_parameter(summit_radius, contact_modulus, work_of_adhesion, equilibrium_separation)
     t = _t_at(contact_radius, unit, parameter)
@@ -114,7 +115,7 @@ def maugis_pull_off_load(
     work_of_adhesion: npt.ArrayLike,
     equilibrium_separation: npt.ArrayLike,
     control: Control = "load",
-) -> Values:
+) -> Floats:
     """Return the normal load N [N], < 0, at which a Maugis contact that is pulled apart becomes unstable.
 
     Where the load is controlled it is the least load of the curve, between -2πWR (λ → 0) and -1.5πWR (λ → ∞).
@@ -151,7 +152,7 @@ def _units_and_parameter(
     contact_modulus: npt.ArrayLike,
     work_of_adhesion: npt.ArrayLike,
     equilibrium_separation: npt.ArrayLike,
-) -> tuple[Units, Values]:
+) -> tuple[Units, Floats]:
     """Return the units of A, P and Δ, and λ."""
     parameter = maugis_parameter(
         summit_radius=summit_radius,
@@ -162,7 +163,7 @@ def _units_and_parameter(
     return units(summit_radius, contact_modulus, work_of_adhesion), dugdale.solvable(parameter)
 
 
-def _t_at(contact_radius: npt.ArrayLike, unit: Units, parameter: Values) -> Values:
+def _t_at(contact_radius: npt.ArrayLike, unit: Units, parameter: Floats) -> Floats:
     """Return t at a contact radius [m]."""
     radius = checked("contact_radius", contact_radius, least=0) / unit.length
     return dugdale.t_at(np.maximum(radius, dugdale.POINT), parameter)

@@ -8,14 +8,15 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import Values, checked
+from historysim.basics.arguments import checked
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError
 
 MAUGIS_OVER_TABOR: float = 16 / (9 * math.sqrt(3)) * (9 / (2 * math.pi)) ** (1 / 3)
 """λ/μ_T = 1.1570…: from σ0 = 16 W/(9√3 z0) and λ = σ0 (9R/(2πWE*²))^(1/3)."""
 
 
-def work_of_adhesion(first: npt.ArrayLike, second: npt.ArrayLike, interfacial: npt.ArrayLike | None = None) -> Values:
+def work_of_adhesion(first: npt.ArrayLike, second: npt.ArrayLike, interfacial: npt.ArrayLike | None = None) -> Floats:
     """Return the work of adhesion W [J/m²] of two surfaces: W = γ1 + γ2 - γ12, or 2√(γ1 γ2).
 
     Parameters
@@ -51,7 +52,7 @@ def tabor_parameter(
     contact_modulus: npt.ArrayLike,
     work_of_adhesion: npt.ArrayLike,
     equilibrium_separation: npt.ArrayLike,
-) -> Values:
+) -> Floats:
     """Return the Tabor parameter μ_T [1]: (R W²/(E*² z0³))^(1/3), the elastic neck over the range of the attraction.
 
     Parameters
@@ -81,7 +82,7 @@ def maugis_parameter(
     contact_modulus: npt.ArrayLike,
     work_of_adhesion: npt.ArrayLike,
     equilibrium_separation: npt.ArrayLike,
-) -> Values:
+) -> Floats:
     """Return the Maugis parameter λ [1]: σ0 (9R/(2πWE*²))^(1/3) with σ0 = 16 W/(9√3 z0), which is 1.157 μ_T.
 
     Arguments and errors as in `tabor_parameter`.
@@ -96,7 +97,7 @@ def maugis_parameter(
 
 def load_parameter(
     normal_load: npt.ArrayLike, *, summit_radius: npt.ArrayLike, work_of_adhesion: npt.ArrayLike
-) -> Values:
+) -> Floats:
     """Return the load parameter [1]: N/(πWR).
 
     Parameters
@@ -123,7 +124,7 @@ def elastic(
     work_of_adhesion: npt.ArrayLike,
     *,
     may_be_zero: bool = False,
-) -> tuple[Values, Values, Values]:
+) -> tuple[Floats, Floats, Floats]:
     """Return R, E* and W as floats.
 
     Raises

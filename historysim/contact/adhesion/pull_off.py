@@ -5,7 +5,8 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import Values, checked
+from historysim.basics.arguments import checked
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError, LoadError
 
 Control = Literal["load", "displacement"]
@@ -25,7 +26,7 @@ def is_load(control: Control) -> bool:
     return control == "load"
 
 
-def carried(name: str, load: npt.ArrayLike, pull_off: Values, unit: str) -> Values:
+def carried(name: str, load: npt.ArrayLike, pull_off: Floats, unit: str) -> Floats:
     """Return a load as floats; one that is below the pull-off load by a few roundings is put on it.
 
     Parameters
@@ -49,5 +50,5 @@ def carried(name: str, load: npt.ArrayLike, pull_off: Values, unit: str) -> Valu
             f"{name} of {asked[beyond][0]:.9g} {unit} pulls harder than the contact can carry, so there is no "
             f"equilibrium; expected no less than the pull-off load of {limit[beyond][0]:.9g} {unit}"
         )
-    carried: Values = np.maximum(asked, limit)
+    carried: Floats = np.maximum(asked, limit)
     return carried

@@ -9,7 +9,8 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import Values, checked
+from historysim.basics.arguments import checked
+from historysim.basics.array_types import Floats
 from historysim.contact.adhesion import dugdale
 from historysim.contact.adhesion.pull_off import carried
 
@@ -90,7 +91,7 @@ def regime(maugis_parameter: npt.ArrayLike, load_parameter: npt.ArrayLike) -> Re
     return found
 
 
-def hertz_boundary(maugis_parameter: npt.ArrayLike) -> Values:
+def hertz_boundary(maugis_parameter: npt.ArrayLike) -> Floats:
     """Return the load parameter N/(πWR) [1] from which on adhesion is at most 5 % of the load.
 
     Adhesion is the Hertz load 4E*a³/(3R) at the contact radius, less N. The boundary, found with Maugis, is 40 for
@@ -108,14 +109,14 @@ def hertz_boundary(maugis_parameter: npt.ArrayLike) -> Values:
     """
     parameter = dugdale.solvable(maugis_parameter)
 
-    def excess(t: Values) -> Values:
+    def excess(t: Floats) -> Floats:
         state = dugdale.state_at(t, parameter)
         return (1 + NEGLIGIBLE) * state.load - state.radius**3
 
     return dugdale.state_at(dugdale.crossing(excess, dugdale.load_turn(parameter)), parameter).load
 
 
-def rigid_boundary(maugis_parameter: npt.ArrayLike) -> Values:
+def rigid_boundary(maugis_parameter: npt.ArrayLike) -> Floats:
     """Return the load parameter N/(πWR) [1] below which the elastic compression is less than 5 % of z0.
 
     The compression is the Hertz approach under N + 2πWR, with Bradley's attraction of rigid spheres. Over z0 it is

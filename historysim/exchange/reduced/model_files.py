@@ -6,11 +6,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from historysim._version import __version__
+from historysim.basics.array_types import Floats
 from historysim.basics.files import replacing
 from historysim.basics.targets import Output, check_outputs, check_place, marked
 from historysim.basics.wording import listed
 from historysim.errors import InputError
-from historysim.exchange.reduced.springs import Floats, Springs
+from historysim.exchange.reduced.springs import Springs
 
 
 class ProgramForm(NamedTuple):

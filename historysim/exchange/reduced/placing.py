@@ -19,11 +19,9 @@ stiffness is the chord's. Nodes are placed for the least sum of these.
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.array_types import Floats
 from historysim.exchange.reduced.virgin import VirginCurve
-
-Floats = npt.NDArray[np.float64]
 
 TABLE = 2048
 """Points of the curve on which nodes are placed; the bound is then computed on the curve itself."""

@@ -2,10 +2,10 @@
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.basics.arguments import scalar
+from historysim.basics.array_types import Floats
 from historysim.basics.notices import Teller, silent
 from historysim.errors import InputError
 from historysim.exchange.exported import Exportable, exported
@@ -14,8 +14,6 @@ from historysim.exchange.reduced.reduced_model import ReducedModel
 from historysim.exchange.reduced.springs import Scaling
 from historysim.exchange.reduced.virgin import VirginCurve
 from historysim.replaying import Replay
-
-Floats = npt.NDArray[np.float64]
 
 MOST_ELEMENTS = 1000
 ROWS = 33

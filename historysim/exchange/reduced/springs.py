@@ -7,12 +7,11 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import checked
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Floats = npt.NDArray[np.float64]
 
 
 @attrs.frozen(eq=False)

@@ -8,9 +8,8 @@ import numpy.typing as npt
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.state import EnsembleState
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError
-
-Floats = npt.NDArray[np.float64]
 
 STEEPER = 1e-9
 """By how much, relatively, rounding may have a slope rise."""

@@ -7,12 +7,11 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
-Floats = npt.NDArray[np.float64]
+from historysim.basics.array_types import Floats
 
 
 class _Derived(BackendArray):

@@ -3,18 +3,15 @@
 from contextlib import suppress
 
 import numpy as np
-import numpy.typing as npt
 
 from historysim.basics import findings
+from historysim.basics.array_types import Floats, Integers
 from historysim.basics.findings import Finding
 from historysim.basics.units import duration_text, quantity_text
 from historysim.errors import InputError
 from historysim.results.analysis.preliminary import capacity, friction_of
 from historysim.results.analysis.recorded import CHANGING_HEIGHT, Recorded, is_complete, present_friction
 from historysim.results.analysis.slips import NEVER, first_steps, order_of_sliding
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 MOST_COEFFICIENTS = 4
 """Friction coefficients that a summary names."""
@@ -38,7 +35,7 @@ def validity(history: Recorded) -> tuple[Finding, ...]:
     return findings.read(history.attrs.get("validity", "[]"))
 
 
-def summary(history: Recorded, slide_times: npt.NDArray[np.float64] | None = None) -> list[tuple[str, str]]:
+def summary(history: Recorded, slide_times: Floats | None = None) -> list[tuple[str, str]]:
     """Return in a few lines what happened.
 
     Parameters
@@ -156,7 +153,7 @@ def _touched(history: Recorded) -> str:
     return f"{touched:,}{total}" + (f", {most:,} at one time" if most < touched else "")
 
 
-def _first_to_slide(history: Recorded, times: npt.NDArray[np.float64] | None) -> str:
+def _first_to_slide(history: Recorded, times: Floats | None) -> str:
     steps = first_steps(history, times)["slide"]
     order = order_of_sliding(history, steps, times)
     recorded = "" if is_complete(history) else " recorded"

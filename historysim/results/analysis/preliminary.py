@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.array_types import Floats, Integers
 from historysim.results.analysis.recorded import (
     CHANGING_HEIGHT,
     Friction,
@@ -19,8 +19,6 @@ from historysim.results.analysis.step_blocks import parts
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Floats = npt.NDArray[np.float64]
 
 
 def preliminary_displacement(history: "xr.Dataset") -> "xr.DataArray":
@@ -111,7 +109,7 @@ def drift(history: "xr.Dataset", first: int, second: int) -> float:
     return float(abs(greatest[second] - greatest[first]))
 
 
-def capacity(history: Recorded) -> tuple[Floats, npt.NDArray[np.int64]]:
+def capacity(history: Recorded) -> tuple[Floats, Integers]:
     """Return the greatest θ μ_i δ_i of each step, and the asperity that has it."""
     check_all_recorded(history)
     friction = present_friction(history)
@@ -119,7 +117,7 @@ def capacity(history: Recorded) -> tuple[Floats, npt.NDArray[np.int64]]:
     return _changing_capacity(history, friction) if changes else _steady_capacity(history, friction.of(0))
 
 
-def friction_of(history: Recorded, label: npt.NDArray[np.int64]) -> Floats:
+def friction_of(history: Recorded, label: Integers) -> Floats:
     """Return the friction coefficient of one asperity at each step [1], of which there is a label each."""
     friction = present_friction(history)
     position = {int(name): place for place, name in enumerate(history["asperity"].values)}
@@ -131,7 +129,7 @@ def friction_of(history: Recorded, label: npt.NDArray[np.int64]) -> Floats:
     return found
 
 
-def _steady_capacity(history: Recorded, friction: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
+def _steady_capacity(history: Recorded, friction: Floats) -> tuple[Floats, Integers]:
     separation, height = history["separation"].values, history["summit_height"].values
     # no asperity is the last to slide that never touches, or where another one is as high or higher and has more
     # friction; few are left
@@ -149,7 +147,7 @@ def _steady_capacity(history: Recorded, friction: Floats) -> tuple[Floats, npt.N
     return greatest, label
 
 
-def _changing_capacity(history: Recorded, friction: Friction) -> tuple[Floats, npt.NDArray[np.int64]]:
+def _changing_capacity(history: Recorded, friction: Friction) -> tuple[Floats, Integers]:
     separation = history["separation"].values
     greatest, label = np.zeros(separation.size), np.full(separation.size, -1)
     if not history.sizes["asperity"]:

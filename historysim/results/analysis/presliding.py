@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
 from historysim.basics.arguments import scalar
+from historysim.basics.array_types import Floats
 from historysim.results.analysis.recorded import (
     CHANGING_HEIGHT,
     check_all_recorded,
@@ -24,7 +24,6 @@ from historysim.results.analysis.recorded import (
 if TYPE_CHECKING:
     import xarray as xr
 
-Floats = npt.NDArray[np.float64]
 
 DISPLACEMENTS = {
     "virgin": "from rest until the last asperity slides",

@@ -4,16 +4,15 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from historysim.basics.arguments import scalar
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError
 from historysim.results.analysis.recorded import check_recorded
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Floats = npt.NDArray[np.float64]
 
 PEAK_OVER_MEAN = 1.5
 """Of the pressure of a Hertz contact."""

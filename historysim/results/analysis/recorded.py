@@ -7,9 +7,8 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError
-
-Floats = npt.NDArray[np.float64]
 
 
 class VariableView(Protocol):

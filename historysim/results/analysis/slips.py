@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from historysim.basics.array_types import Floats, Integers
 from historysim.results.analysis.recorded import (
     GROSS_SLIP,
     PARTIAL_SLIP,
@@ -18,8 +19,6 @@ from historysim.results.analysis.step_blocks import parts
 if TYPE_CHECKING:
     import xarray as xr
 
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 NEVER = -1
 BEGINNINGS = {"slip": ("first slips", PARTIAL_SLIP), "slide": ("first slides", GROSS_SLIP)}

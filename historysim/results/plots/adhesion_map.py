@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.transforms import BboxBase
 
-Floats = npt.NDArray[np.float64]
 Contacts = Mapping[str, tuple[float, float]]
 
 PARAMETERS = 1e-3, 1e2

@@ -6,14 +6,14 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
+
+from historysim.basics.array_types import Floats, Integers
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.collections import LineCollection
 
-Floats = npt.NDArray[np.float64]
 
 MOST_POINTS = 100_000
 COLOURS = 256
@@ -25,7 +25,7 @@ def thinned(history: xr.Dataset) -> xr.Dataset:
     return totals.isel(step=kept_steps(history.sizes["step"]))
 
 
-def kept_steps(steps: int) -> npt.NDArray[np.int64]:
+def kept_steps(steps: int) -> Integers:
     """Return every n-th of a number of steps and the last one: no more than a page can show."""
     return np.union1d(np.arange(0, steps, -(-steps // MOST_POINTS)), steps - 1)
 

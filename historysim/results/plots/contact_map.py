@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.state import EnsembleState
+from historysim.basics.array_types import Floats
 from historysim.basics.units import prefixed, quantity_text
 from historysim.errors import InputError
 from historysim.log.event_log import EventLog
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.patches import Patch
 
-Floats = npt.NDArray[np.float64]
 
 Extent = tuple[float, float, float, float]
 NO_CONTACT = "#d9d9d6"

@@ -4,9 +4,9 @@ from typing import TYPE_CHECKING, Unpack
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
 
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError
 from historysim.results.analysis.recorded import check_recorded
 from historysim.results.analysis.shares import slip_shares
@@ -18,7 +18,6 @@ from historysim.results.plots.style import FAINT, scaled
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Floats = npt.NDArray[np.float64]
 
 TOLD = {"time": "time (s)", "slip": "slipping share of the contact area"}
 PIECES = 2_000

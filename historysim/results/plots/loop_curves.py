@@ -4,7 +4,6 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
 from historysim.basics.units import prefixed, quantity_text
 from historysim.basics.wording import counted
@@ -20,8 +19,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.gridspec import SubplotSpec
 
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
+    from historysim.basics.array_types import Integers
+
 
 MOST_POINTS = 100_000
 FAR = 2.0

@@ -3,7 +3,6 @@
 from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
 
 from historysim.basics.units import prefixed, quantity_text
@@ -15,7 +14,6 @@ from historysim.results.plots.style import FAINT, INK, STATE_COLOURS
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Floats = npt.NDArray[np.float64]
 
 LOWEST = 85.0
 """Height from which on there are two rows [mm]."""

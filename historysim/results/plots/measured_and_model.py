@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.array_types import Integers
 from historysim.basics.units import prefixed
 from historysim.measured.comparison import Comparison
 from historysim.measured.correction import contact_displacement
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.gridspec import SubplotSpec
 
-Floats = npt.NDArray[np.float64]
 
 MOST_POINTS = 50_000
 MEASURED, CORRECTED, MODEL = "#d1603d", "#e0b73c", "#12355b"
@@ -69,7 +68,7 @@ def _places(page: Page) -> "list[SubplotSpec]":
     return [page.figure.add_gridspec(1, 1)[0, 0]]
 
 
-def _thin(comparison: Comparison) -> npt.NDArray[np.int64]:
+def _thin(comparison: Comparison) -> Integers:
     """Return the samples to draw: all turning points, and of the rest no more than a page can show."""
     observation = comparison.observation
     stride = -(-observation.time.size // MOST_POINTS)

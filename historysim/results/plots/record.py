@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.array_types import Floats, Integers
 from historysim.basics.units import prefixed
 from historysim.errors import InputError
 from historysim.loads.events import LOAD_KINDS
@@ -17,7 +17,6 @@ from historysim.results.plots.style import FAINT, MARK
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Floats = npt.NDArray[np.float64]
 
 MOST_POINTS = 20_000
 DETAIL = 200
@@ -90,9 +89,7 @@ def plot_record(measurement: Measurement, *, title: str = "", **place: Unpack[Pl
     return page.drawn
 
 
-def _draw(
-    axes: "Axes", time: Floats, values: Floats, read: Floats | None, shown: npt.NDArray[np.int64], factor: float
-) -> None:
+def _draw(axes: "Axes", time: Floats, values: Floats, read: Floats | None, shown: Integers, factor: float) -> None:
     line: dict[str, Any] = {"rasterized": True, "solid_joinstyle": "round"}
     if read is not None:
         axes.plot(time[shown], read[shown] * factor, color=FAINT, linewidth=0.7, label="as read", **line)
@@ -100,7 +97,7 @@ def _draw(
     axes.margins(x=0.01)
 
 
-def _detail(values: Floats) -> npt.NDArray[np.int64]:
+def _detail(values: Floats) -> Integers:
     """Return samples around the last greatest value, where a channel turns or slides."""
     count = min(DETAIL, values.size)
     start = int(np.clip(int(values.argmax()) - count // 2, 0, values.size - count))

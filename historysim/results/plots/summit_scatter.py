@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.array_types import Floats
 from historysim.basics.units import prefixed
 from historysim.basics.wording import counted
 from historysim.errors import InputError
@@ -18,7 +18,6 @@ from historysim.surfaces.summits import Summits
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Floats = npt.NDArray[np.float64]
 
 HIGHEST = 99.8
 """Percentile of the radii up to which the axis reaches: a few flat summits would leave all others at its foot."""

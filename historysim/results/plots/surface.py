@@ -9,6 +9,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from historysim.basics.arguments import representable
+from historysim.basics.array_types import Floats, Integers
 from historysim.basics.units import prefixed, quantity_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
-Floats = npt.NDArray[np.float64]
 States = npt.NDArray[np.int8]
 
 MOST_MARKS = 20_000
@@ -258,7 +258,7 @@ def caption_at(history: xr.Dataset, step: int) -> str:
     )
 
 
-def _places(surface: xr.Dataset, row: xr.Dataset) -> npt.NDArray[np.int64]:
+def _places(surface: xr.Dataset, row: xr.Dataset) -> Integers:
     """Return where the recorded asperities stand among the summits."""
     labels = surface.get("summit", np.arange(surface.sizes["summit"]))
     asperities = row["asperity"].values

@@ -4,9 +4,9 @@ from collections.abc import Hashable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
 
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError
 from historysim.results.plots.line_styles import LINES
 from historysim.results.plots.paper import COLUMN, Drawn, Page, Place, paper
@@ -17,7 +17,6 @@ from historysim.results.plots.words import member_text, name_of, readable
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Floats = npt.NDArray[np.float64]
 
 SPREADS = ("deviation", "quantiles", "none")
 FITS = ("straight", "power")

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
 
+from historysim.basics.array_types import Floats
 from historysim.basics.units import prefixed, quantity_text
 from historysim.errors import InputError
 from historysim.recording.named_states import named_states, state_label, step_of
@@ -21,7 +21,6 @@ from historysim.results.plots.swept_cells import Cell, cells_of
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Floats = npt.NDArray[np.float64]
 
 LOOP = ("total_tangential_load", "tangential_displacement")
 """What a loop is drawn of."""

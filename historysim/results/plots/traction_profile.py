@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from historysim.basics.array_types import Floats
 from historysim.basics.units import prefixed, quantity_text
 from historysim.errors import InputError
 from historysim.recording.named_states import named_states, state_label, step_of
@@ -22,7 +23,6 @@ from historysim.results.plots.style import FAINT, STATE_COLOURS
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Floats = npt.NDArray[np.float64]
 
 STATES_IN_ONE, MOST_IN_ONE = 5, 10
 LINES, MOST_LINES = 24, 200

@@ -4,9 +4,9 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
 
+from historysim.basics.array_types import Floats
 from historysim.errors import InputError
 from historysim.results.analysis.recorded import shape_of
 from historysim.results.plots.along_path import kept_steps
@@ -108,8 +108,8 @@ def _draw_summits(axes: "Axes", history: xr.Dataset) -> None:
     axes.set_title("○ before  □ after", loc="right", color=FAINT, fontsize=7, fontweight="normal")
 
 
-def _summits(history: xr.Dataset, name: str, step: int) -> npt.NDArray[np.float64]:
-    found: npt.NDArray[np.float64] = shape_of(history, f"summit_{name}", step)
+def _summits(history: xr.Dataset, name: str, step: int) -> Floats:
+    found: Floats = shape_of(history, f"summit_{name}", step)
     return found
 
 

@@ -12,15 +12,13 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from historysim.basics.array_types import Floats, Integers
 from historysim.basics.units import prefixed
 from historysim.errors import InputError
 from historysim.results import rebuilt
 from historysim.results.analysis.recorded import CHANGING_HEIGHT, check_any, present_friction
 from historysim.results.analysis.shares import telling_step
 from historysim.results.plots.style import FAINT, INK, MARK, STATE_COLOURS, STATES
-
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 
 MOST_STEPS, MOST_ASPERITIES, MOST_POINTS, MOST_GROUPS = 300, 200, 4000, 12
 """Steps of the slider, asperities on the map, points of the loop, and friction coefficients with tractions."""

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.array_types import Booleans, Floats, Integers
 from historysim.basics.places import at, misfit
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
@@ -31,9 +31,6 @@ from historysim.tables import Column, MissingValueError, Table
 from historysim.tables.clock import one_clock
 from historysim.tables.settled import fitting
 
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
 MOST_SAMPLES = 10_000_000
 MOST_TOLD = 12
 _RUN = " run"
@@ -96,10 +93,10 @@ class _Clocked:
     time: Floats
     values: Mapping[tuple[str, str], Floats]
     row: Integers | None
-    inside: Mask
+    inside: Booleans
     run: Floats
 
-    def at(self, kept: Mask) -> "_Clocked":
+    def at(self, kept: Booleans) -> "_Clocked":
         values = {key: array[kept] for key, array in self.values.items()}
         row = None if self.row is None else self.row[kept]
         return _Clocked(self.time[kept], values, row, self.inside[kept], self.run[kept])

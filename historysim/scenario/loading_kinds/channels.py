@@ -17,8 +17,7 @@ from historysim.scenario.schema import given
 from historysim.tables import Column
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
+    from historysim.basics.array_types import Floats
 
 # ways to make one channel of several columns
 COMBINED = ("sum", "mean", "difference")
@@ -140,7 +139,7 @@ class Channel:
         columns = self.sum or self.mean or self.difference or ()
         return tuple(column if column.unit else attrs.evolve(column, unit=self.unit) for column in columns)
 
-    def combined(self, values: "Sequence[npt.NDArray[np.float64]]") -> "npt.NDArray[np.float64]":
+    def combined(self, values: "Sequence[Floats]") -> "Floats":
         """Return what its columns make together, (row,)."""
         first, *others = values
         if self.difference:
