@@ -110,6 +110,16 @@ def test_all_of_it_runs_from_the_scenario_to_the_report(path):
         assert np.isfinite(sweep.preliminary_displacement.values).all()
 
 
+def test_a_kind_of_file_is_shown_and_reported(path):
+    path.with_name("a.stamp").write_text("12.5", encoding="utf-8")
+    assert "12.5 s" in called("show", "a.stamp")
+    called("report", "a.stamp", "-o", "stamp.html")
+    assert "<p>12.5 s</p>" in Path("stamp.html").read_text(encoding="utf-8")
+    assert (
+        CliRunner().invoke(main, ["plot", "a.stamp", "-o", "a.png"]).output.startswith("Error: a.stamp has no picture")
+    )
+
+
 def test_numbers_are_those_of_the_law(path):
     history = hs.load(path).replay().dataset()
     assert history.summit_height.values == pytest.approx(-20e-9 * np.arange(3), abs=1e-20)
@@ -211,7 +221,8 @@ def test_help_lists_it(path):
         *["μ0/(1", "+", "N/N0).", "[stranger", "1.2]"],
     ]
     assert [line.split() for line in lines[1:]] == [["cold", "≥", "0"], ["half_load", "[N]", ">", "0"]]
-    assert set(registries()) == {"laws", "wear", "yielding", "events", "surfaces", "loadings", "readers", "plots"}
+    groups = {"laws", "wear", "yielding", "events", "surfaces", "loadings", "readers", "files", "plots"}
+    assert set(registries()) == groups
     assert "gaps" in called("plot", "--help")
 
 

@@ -109,7 +109,6 @@ def reduce(
 
     source = source_of(scenario, values)
     from historysim.exchange.reduced.model_files import form_of, output_of
-    from historysim.exchange.reduced.reduced_summary import summary
     from historysim.exchange.reduced.reducing import reduce as carry_out
 
     forms = {path: form_of(path, form if path.suffix.lower() == ".py" else None) for path in outputs}
@@ -123,9 +122,9 @@ def reduce(
     if picture is not None:
         from historysim.exchange.reduced.reduced_picture import plot_reduced
 
-        save(plot_reduced(source, model), picture)
+        save(plot_reduced(model), picture)
     files = [*outputs, *([] if picture is None else [picture])]
-    tell(Answer(summary(model), files=files, data=model.dataset), as_json=as_json)
+    tell(Answer(model.summary(), files=files, data=model.dataset), as_json=as_json)
 
 
 COMMANDS = (fmu, reduce)

@@ -1,15 +1,17 @@
 """What a file is, and the program's own netCDF files, opened."""
 
+import abc
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Literal
+from typing import Any, ClassVar
 
 import xarray as xr
 
 from historysim.basics.file_kinds import is_log, is_netcdf
 from historysim.basics.files import what_is_there
 from historysim.basics.hdf5 import check_named
+from historysim.basics.registry import Registry
 from historysim.errors import InputError
 from historysim.measured.loop_table import CONTENT_OF_TABLE
 from historysim.measured.loops import CONTENT
@@ -21,9 +23,7 @@ from historysim.results.recorded_file import damage_told
 from historysim.results.sweeps import CONTENT as SWEEP
 from historysim.results.written_table import is_table
 
-Kind = Literal["scenario", "log", "result", "loops", "sliding", "sweep", "table", "height map"]
-
-KINDS: Mapping[str, Kind] = {
+KINDS: Mapping[str, str] = {
     CONTENT: "loops",
     CONTENT_OF_TABLE: "loops",
     CONTENT_OF_COURSE: "sliding",
@@ -31,9 +31,9 @@ KINDS: Mapping[str, Kind] = {
     TABLE: "table",
     TIME_SERIES: "table",
 }
-"""What a file is, by its attribute ``content``."""
+"""What a netCDF file is, by its attribute ``content``."""
 
-CALLED: Mapping[Kind, str] = {
+CALLED: Mapping[str, str] = {
     "scenario": "a scenario",
     "log": "a log",
     "result": "a result of historysim run",
@@ -46,12 +46,53 @@ CALLED: Mapping[Kind, str] = {
 
 READABLE = (
     "expected a scenario, a result of historysim run, its log, friction loops, friction over time or distance, a "
-    "sweep, a table, or a height map"
+    "sweep, a table, a reduced model, or a height map"
 )
 
 
-def kind_of(path: Path) -> Kind:
+class FileKind(abc.ABC):
+    """Another kind of file that `show`, `plot` and `report` read.
+
+    What it holds has a method ``summary``, and `figure_of` and `page_of` know its type.
+    """
+
+    kind: ClassVar[str]
+    """What it is called, also in messages."""
+
+    @classmethod
+    @abc.abstractmethod
+    def is_one(cls, path: Path) -> bool:
+        """Return whether a file, which is there, is of this kind."""
+
+    @classmethod
+    @abc.abstractmethod
+    def read(cls, path: Path) -> Any:
+        """Return what a file holds.
+
+        Raises
+        ------
+        InputError
+            It is damaged.
+        """
+
+
+FILES: Registry[type[FileKind]] = Registry(
+    "historysim.files",
+    "historysim.results.result_files:FileKind",
+    "kind of file",
+    # by its name: what makes these files stands further down, and is imported where a file may be one
+    "historysim.exchange.reduced.reduced_model",
+)
+"""The kinds of files beside those of `CALLED`, by their names."""
+
+
+def kind_of(path: Path) -> str:
     """Return what a file is: a scenario by its ending, the program's own files by their content, else a height map.
+
+    Returns
+    -------
+    str
+        A key of `CALLED`, or a name in `FILES`.
 
     Raises
     ------
@@ -63,8 +104,14 @@ def kind_of(path: Path) -> Kind:
     _check_there(path, READABLE)
     if is_log(path):
         return "log"
-    if not is_netcdf(path):
-        return "table" if is_table(path) else "height map"
+    if is_netcdf(path):
+        return _kind_of_netcdf(path)
+    if is_table(path):
+        return "table"
+    return next((name for name, kind in FILES.items() if kind.is_one(path)), "height map")
+
+
+def _kind_of_netcdf(path: Path) -> str:
     import netCDF4
 
     check_named(path)

@@ -16,13 +16,14 @@ def registries() -> Mapping[str, Registry[Any]]:
     from historysim.asperities.yielding import YIELDING_LAWS
     from historysim.loads.events import EVENTS
     from historysim.results.plots.pictures import PICTURES
+    from historysim.results.result_files import FILES
     from historysim.scenario.loading_kinds import LOADINGS
     from historysim.scenario.picture_kinds import Pictures  # noqa: F401 - registers those of scenarios
     from historysim.scenario.surface_kinds import SURFACES
     from historysim.surfaces.reading import read_surface  # noqa: F401 - registers those of height maps
     from historysim.tables.readers import READERS
 
-    every = (LAWS, WEAR_LAWS, YIELDING_LAWS, EVENTS, SURFACES, LOADINGS, READERS, PICTURES)
+    every = (LAWS, WEAR_LAWS, YIELDING_LAWS, EVENTS, SURFACES, LOADINGS, READERS, FILES, PICTURES)
     return {each.group.rpartition(".")[2]: each for each in every}
 
 

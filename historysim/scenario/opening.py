@@ -43,15 +43,16 @@ def opened(
 
     Yields
     ------
-    Scenario, EventLog, xarray.Dataset, Sliding, WrittenTable or Surface
-        Of results, of friction loops, of sweeps and of tables, a Dataset; of a table in CSV a `WrittenTable`.
+    Scenario, EventLog, xarray.Dataset, Sliding, WrittenTable, ReducedModel or Surface
+        Of results, of friction loops, of sweeps and of tables, a Dataset; of a table in CSV a `WrittenTable`; of a
+        reduced model a `ReducedModel`.
 
     Raises
     ------
     InputError
         There is no such file, it cannot be used, or it is no height map and something is said of its reading.
     """
-    from historysim.results.result_files import CALLED, kind_of, open_result, read_table
+    from historysim.results.result_files import CALLED, FILES, kind_of, open_result, read_table
 
     path = Path(path)
     kind = kind_of(path)
@@ -59,7 +60,9 @@ def opened(
         yield _height_map(path, form or "plane", **reading)
         return
     if unused := ([] if form is None else ["form"]) + list(reading):
-        raise InputError(f"{', '.join(unused)}: {path} is {CALLED[kind]}; expected a height map, to be read so")
+        raise InputError(
+            f"{', '.join(unused)}: {path} is {CALLED.get(kind, f'a {kind}')}; expected a height map, to be read so"
+        )
     if kind == "scenario":
         from historysim.scenario.scenario import load
 
@@ -79,9 +82,11 @@ def opened(
         yield Sliding.from_dataset(read_table(path))
     elif kind in {"loops", "sweep", "table"}:
         yield read_table(path)
-    else:
+    elif kind == "result":
         with open_result(path) as history:
             yield history
+    else:
+        yield FILES[kind].read(path)
 
 
 def open(  # noqa: A001 - as users of xarray and of files call it
@@ -93,7 +98,7 @@ def open(  # noqa: A001 - as users of xarray and of files call it
     ----------
     path : path
         A scenario, a log, a result, friction loops, friction over time or distance, a sweep, a table of a question,
-        or a height map.
+        a reduced model (JSON), or a height map.
     form : str, optional
         What is taken off a height map, as by `Surface.detrended`; by default a plane.
     **reading
@@ -101,7 +106,7 @@ def open(  # noqa: A001 - as users of xarray and of files call it
 
     Returns
     -------
-    Scenario, EventLog, xarray.Dataset, Sliding, WrittenTable or Surface
+    Scenario, EventLog, xarray.Dataset, Sliding, WrittenTable, ReducedModel or Surface
         A result is read lazily; it and a log are closed by their ``close()`` or at the end of a ``with`` block.
 
     Raises

@@ -28,7 +28,7 @@ SCENARIO, SCRIPT = ".toml", ".py"
 EXAMPLE = "# historysim gallery: example"
 """The line of a script that says that it may be carried out."""
 CALCULATED = "calculated"
-"""The function of a script that returns a Dataset to be drawn."""
+"""The function of a script that returns what is drawn."""
 DRAWN, ROWS = "drawn", "rows"
 """Functions of a script that take it, and return a figure or several, and the rows of a table."""
 
@@ -73,9 +73,9 @@ def gallery(
         ``if __name__ == "__main__":`` around what it does.
     scripts : bool
         Also carry out the scripts beside them that hold the line ``# historysim gallery: example``: their function
-        ``calculated`` returns a Dataset, of which every quantity is drawn, or what their function ``drawn`` makes of
-        it, a figure or several; what their function ``rows`` makes of it, if there is one, is a table, its first row
-        the heading. A script may do whatever its user may.
+        ``calculated`` returns a Dataset, of which every quantity is drawn, or something else that `plot` draws. Where
+        they have a function ``drawn``, it makes a figure or several of that; what their function ``rows`` makes of it,
+        if there is one, is a table, its first row the heading. A script may do whatever its user may.
     progress : bool
         Show a progress bar on standard error where that is a terminal.
     tell : callable, optional
@@ -167,20 +167,23 @@ def _shown(task: tuple[Path, Path]) -> Entry:
 
 def _script(path: Path) -> tuple[str, list[str], list[str]]:
     """Return title, text and pictures of a script."""
+    import xarray as xr
+
     from historysim.results.report.others import sweep_pictures
     from historysim.results.report.page import picture, table
+    from historysim.scenario.plot import plot
 
     text = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or path.name
     title, *texts = _paragraphs(text.splitlines())
     functions = runpy.run_path(str(path))
     if functions.get(CALCULATED) is None:
-        raise InputError(f"has no function {CALCULATED}; expected one that returns a Dataset")
+        raise InputError(f"has no function {CALCULATED}; expected one that returns what is drawn")
     found = functions[CALCULATED]()
-    if DRAWN in functions:
-        made = functions[DRAWN](found)
-        parts = [picture(each, title) for each in (made if isinstance(made, list | tuple) else [made])]
-    else:
+    if DRAWN not in functions and isinstance(found, xr.Dataset):
         parts = sweep_pictures(found)
+    else:
+        made = functions.get(DRAWN, plot)(found)
+        parts = [picture(each, title) for each in (made if isinstance(made, list | tuple) else [made])]
     if ROWS in functions:
         heading, *rows = functions[ROWS](found)
         parts.append(table(rows, heading))

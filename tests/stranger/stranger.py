@@ -1,4 +1,4 @@
-"""A package of somebody else: three laws, an event, a surface, a loading, a reader and a picture."""
+"""A package of somebody else: three laws, an event, a surface, a loading, a reader, a kind of file and a picture."""
 
 import attrs
 import numpy as np
@@ -9,6 +9,8 @@ from historysim.asperities.yielding import YieldingLaw
 from historysim.basics.fields import Force, Length, Number, Time, at_least
 from historysim.loads.events import Event, NormalLoad, TangentialDisplacement
 from historysim.results.plots.pictures import Picture
+from historysim.results.report.page import Section, page, page_of, paragraph
+from historysim.results.result_files import FileKind
 from historysim.scenario.loading_kinds import Loading
 from historysim.scenario.surface_kinds import BuiltSurface, SurfaceKind
 from historysim.surfaces.raw_map import MapReader, RawMap
@@ -140,3 +142,32 @@ class Gaps(Picture):
         axes = page.axes()
         axes.plot(what["time"], what["separation"], color=self.colour)
         axes.set(xlabel="time (s)", ylabel="separation (m)")
+
+
+@attrs.frozen
+class Stamp:
+    """A time that was written down."""
+
+    time: float
+
+    def summary(self):
+        return [("stamped", f"{self.time:g} s")]
+
+
+class StampFile(FileKind):
+    """A file with a time in it."""
+
+    kind = "stamped time"
+
+    @classmethod
+    def is_one(cls, path):
+        return path.suffix == ".stamp"
+
+    @classmethod
+    def read(cls, path):
+        return Stamp(float(path.read_text(encoding="utf-8")))
+
+
+@page_of.register(Stamp)
+def _page(stamp):
+    return page("A stamp", [Section("Time", (paragraph(f"{stamp.time:g} s"),))])

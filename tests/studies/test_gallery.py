@@ -165,3 +165,21 @@ def test_pictures_and_tables_of_their_own(tmp_path):
     assert [body.count("data:image/webp;base64,") for body in found.values()] == [2, 1, 1]
     assert re.search(r"<th[^>]*>length</th>", found["1_script.py"])
     assert "4.0" in found["1_script.py"]
+
+
+MAP = '''"""A surface."""
+
+# historysim gallery: example
+
+import historysim as hs
+
+
+def calculated():
+    return hs.Surface([[0.0, 1e-9], [2e-9, 0.0]], 1e-6)
+'''
+
+
+def test_a_script_may_return_whatever_has_a_picture(tmp_path):
+    (tmp_path / "1_script.py").write_text(MAP, encoding="utf-8")
+    found = sections(hs.gallery(tmp_path, scripts=True))
+    assert found["1_script.py"].count("data:image/webp;base64,") == 1

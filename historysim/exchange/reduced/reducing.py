@@ -20,6 +20,8 @@ ROWS = 33
 """Normal loads of the table of a model whose normal load varies, beside 0."""
 LEAST_PART = 1e-3
 """The smallest of them, over the largest."""
+POINTS = 161
+"""Points of the virgin curve that a model keeps."""
 RANDOM_HISTORIES, RANDOM_STEPS = 10, 100
 SEED = 1
 SAME = 1e-9
@@ -77,12 +79,16 @@ def reduce(
     curve.check()
     node, at_node, bound, energy_bound = placed(curve, elements)
     stiffness, limit = _springs(node, at_node)
+    # denser where the curve is steep and bends
+    points = curve.end * np.linspace(0.0, 1.0, POINTS) ** 2
     model = ReducedModel(
         normal_load=load,
         stiffness=stiffness,
         limit=limit,
         bound=bound / float(at_node[-1]),
         energy_bound=energy_bound,
+        virgin_displacement=points,
+        virgin_load=curve.at(points)[0],
         title=found.title or found.name,
     )
     # the first row is reached by one joint path from where nothing touches

@@ -1,17 +1,24 @@
 """`Springs`: springs that slide, in parallel, with the bound of their error."""
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Self
 
 import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import checked
+from historysim.basics.arguments import checked, scalar
 from historysim.basics.array_types import Floats
+from historysim.basics.units import quantity_text
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
     import xarray as xr
+
+FORMAT = "historysim reduced model 2"
+"""What the key ``format`` of its JSON says."""
+SCALED = ("normal_load_N", "stiffness_N_per_m", "limit_N")
+"""The columns of `Scaling` in its JSON."""
 
 
 @attrs.frozen(eq=False)
@@ -57,6 +64,8 @@ class Springs:
         Largest error of the tangential load, over the friction limit, of any history at that normal load.
     energy_bound : float
         Largest error of the energy that a closed loop takes [J], at that normal load.
+    virgin_displacement, virgin_load : array (point)
+        Points on the virgin curve of the contact itself, from 0 to where all of it slides [m], [N].
     title : str
     scaling : Scaling, optional
         How the springs change with the normal load, where it varies.
@@ -69,6 +78,8 @@ class Springs:
     limit: Floats = attrs.field(repr=False)
     bound: float
     energy_bound: float
+    virgin_displacement: Floats = attrs.field(repr=False)
+    virgin_load: Floats = attrs.field(repr=False)
     title: str = ""
     scaling: Scaling | None = attrs.field(default=None, repr=False)
     errors: dict[str, float] = attrs.field(factory=dict)
@@ -149,10 +160,31 @@ class Springs:
             },
         )
 
+    def summary(self) -> list[tuple[str, str]]:
+        """Return lines of (label, text): the springs, and how far they may be from the contact."""
+        limit = self.friction_limit
+        bound = f"{self.bound:.3g} of the friction limit ({quantity_text(self.bound * limit, 'N')})"
+        lines = [
+            ("springs", str(len(self))),
+            ("normal load", quantity_text(self.normal_load, "N")),
+            ("friction limit", quantity_text(limit, "N")),
+            ("stiffness at rest", quantity_text(float(self.stiffness.sum()), "N/m")),
+            ("slides as a whole from", quantity_text(float(self.slip_displacement[-1]), "m")),
+            ("bound of the tangential load", f"{bound}, for every history at that normal load"),
+            ("bound of the energy of a loop", quantity_text(self.energy_bound, "J")),
+            *(
+                (f"found on {name}", f"{value:.3g} of the largest friction limit")
+                for name, value in self.errors.items()
+            ),
+        ]
+        if self.scaling is not None:
+            lines.append(("normal load varies", "springs go with it by a table; the errors found there are no bounds"))
+        return lines
+
     def as_dict(self) -> dict[str, Any]:
         """Return all of it as plain lists and numbers, with units in the names."""
         found: dict[str, Any] = {
-            "format": "historysim reduced model 1",
+            "format": FORMAT,
             "title": self.title,
             "law": "T = sum of F_i; each step F_i goes by stiffness_i times the displacement, and stays within limit_i",
             "normal_load_N": self.normal_load,
@@ -163,11 +195,48 @@ class Springs:
             "errors_found_over_friction_limit": self.errors,
             "stiffness_N_per_m": self.stiffness.tolist(),
             "limit_N": self.limit.tolist(),
+            "virgin_curve_of_the_contact": {
+                "displacement_m": self.virgin_displacement.tolist(),
+                "tangential_load_N": self.virgin_load.tolist(),
+            },
         }
         if self.scaling is not None:
-            found["with_normal_load"] = {
-                "normal_load_N": self.scaling.normal_load.tolist(),
-                "stiffness_N_per_m": self.scaling.stiffness.tolist(),
-                "limit_N": self.scaling.limit.tolist(),
-            }
+            columns = attrs.astuple(self.scaling, recurse=False)
+            found["with_normal_load"] = {name: each.tolist() for name, each in zip(SCALED, columns, strict=True)}
+        return found
+
+    @classmethod
+    def from_dict(cls, told: Mapping[str, Any]) -> Self:
+        """Return the springs of what `as_dict` gave.
+
+        Raises
+        ------
+        InputError
+            Something is missing, or is no number, or lists are not equally long.
+        """
+        try:
+            if told["format"] != FORMAT:
+                raise InputError(f"is {told['format']!r}; expected {FORMAT!r}: make it again")
+            curve, table = told["virgin_curve_of_the_contact"], told.get("with_normal_load")
+            found = cls(
+                normal_load=scalar("normal_load_N", told["normal_load_N"], above=0.0),
+                stiffness=checked("stiffness_N_per_m", told["stiffness_N_per_m"], above=0.0),
+                limit=checked("limit_N", told["limit_N"], above=0.0),
+                bound=scalar("bound", told["bound_of_load_over_friction_limit"], least=0.0),
+                energy_bound=scalar("energy bound", told["bound_of_energy_of_a_closed_loop_J"], least=0.0),
+                virgin_displacement=checked("displacement_m", curve["displacement_m"], least=0.0),
+                virgin_load=checked("tangential_load_N", curve["tangential_load_N"], least=0.0),
+                title=str(told["title"]),
+                scaling=table and Scaling(*(checked(name, table[name], least=0.0) for name in SCALED)),
+                errors={name: scalar(name, value) for name, value in told["errors_found_over_friction_limit"].items()},
+            )
+        except (KeyError, TypeError, AttributeError) as error:
+            raise InputError(f"no reduced model as this version writes it ({error}); make it again") from error
+        row = found.stiffness.shape
+        pairs = [(found.limit, row), (found.virgin_load, found.virgin_displacement.shape)]
+        if found.scaling is not None:
+            rows = found.scaling.normal_load.shape + row
+            pairs += [(found.scaling.stiffness, rows), (found.scaling.limit, rows)]
+        if not found.stiffness.size or any(column.shape != shape for column, shape in pairs):
+            raise InputError("lists are empty or of unequal lengths; make it again")
         return found

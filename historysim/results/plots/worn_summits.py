@@ -119,6 +119,13 @@ class WearPicture(Picture):
     """The volume that asperities lose, and their summits before and after."""
 
     kind = "wear"
+    caption = "The volume that the asperities lose, and their summits before and after."
+    place = 8
+
+    @classmethod
+    def reported(cls, history: xr.Dataset) -> bool:
+        """Return whether a report shows it: a history of asperities that wear."""
+        return super().reported(history) and "worn_volume" in history
 
     def drawn(self, what: xr.Dataset, **place: Unpack[Place]) -> Drawn:
         """Return a figure of it alone."""

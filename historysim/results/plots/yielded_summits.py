@@ -91,6 +91,13 @@ class YieldingPicture(Picture):
     """The curve of first loading and unloading, and the summits that yielded, before and after."""
 
     kind = "yielding"
+    caption = "First loading and unloading, and the summits that yielded, before and after."
+    place = 7
+
+    @classmethod
+    def reported(cls, history: xr.Dataset) -> bool:
+        """Return whether a report shows it: a history of summits that may yield."""
+        return super().reported(history) and "yielded_depth" in history
 
     def drawn(self, what: xr.Dataset, **place: Unpack[Place]) -> Drawn:
         """Return a figure of it alone."""

@@ -108,8 +108,8 @@ def page(title: str, sections: Iterable[Section], *, head: str = "") -> str:
 
 
 EXPECTED = (
-    "expected a result of historysim run, a sweep, friction loops, friction over time or distance, a fit, or a "
-    "scenario whose loading is measured"
+    "expected a result of historysim run, a sweep, friction loops, friction over time or distance, a fit, a reduced "
+    "model (JSON), or a scenario whose loading is measured"
 )
 
 

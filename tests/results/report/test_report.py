@@ -5,6 +5,7 @@ import sys
 from html import unescape
 
 import pytest
+from c_core import ROOT
 
 import historysim as hs
 from historysim.results.report.history_report import validity_section
@@ -72,3 +73,14 @@ def test_totals_alone_have_a_page_without_asperities():
     text = hs.report(replayed(record="totals"))
     assert "there are no asperities to show" in text
     assert text.count("data:image/webp;base64,") == 2
+
+
+@pytest.mark.usefixtures("without_bokeh")
+@pytest.mark.parametrize(
+    ("name", "caption"), [("26_running_in", "the summits that yielded"), ("25_wear", "The volume that the asperities")]
+)
+def test_what_summits_lose_has_its_picture(name, caption):
+    with_it = hs.report(hs.run(ROOT / "scenarios" / f"{name}.toml"))
+    assert caption in with_it
+    assert caption not in hs.report(replayed())
+    assert "No picture" not in with_it

@@ -1,0 +1,114 @@
+"""Reduced models as files that show, plot and report read, and their picture."""
+
+import json
+import re
+from html import unescape
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from reduced_contacts import CONTACTS, LOAD, ball, job, rough
+
+import historysim as hs
+from historysim.cli import main
+from historysim.exchange.reduced.virgin import VirginCurve
+
+
+@pytest.fixture
+def path(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    hs.reduce(job(rough(), varies=True), elements=6).write("reduced.json")
+    return tmp_path / "reduced.json"
+
+
+@pytest.mark.parametrize("varies", [False, True])
+def test_a_model_comes_back_from_its_file(tmp_path, varies):
+    model = hs.reduce(job(rough(), varies=varies), elements=6)
+    model.write(tmp_path / "reduced.json")
+    found = hs.open(tmp_path / "reduced.json")
+    assert type(found) is type(model)
+    assert found.as_dict() == model.as_dict()
+    way, loads = LOAD * np.array([1e-9, -1e-8, 3e-8]), np.array([LOAD, 0.5 * LOAD, LOAD])
+    asked = (way, loads) if varies else (way,)
+    assert found.force(*asked).tolist() == model.force(*asked).tolist()
+    found.write(tmp_path / "again.json")
+    assert (tmp_path / "again.json").read_bytes() == (tmp_path / "reduced.json").read_bytes()
+
+
+def test_show_plot_and_report_take_the_file(path):
+    for words in (["show"], ["plot", "-o", "r.png"], ["report", "-o", "r.html"]):
+        done = CliRunner().invoke(main, [words[0], path.name, *words[1:]])
+        assert done.exit_code == 0, done.output
+    page = (path.parent / "r.html").read_text(encoding="utf-8")
+    plain = unescape(re.sub("<[^>]*>", " ", page))
+    model = hs.open(path)
+    for label, told in model.summary():
+        assert label in plain
+        assert told in plain
+    assert "Where the normal load varies no bound is known" in plain
+    assert page.count("data:image/webp;base64,") == 1
+    assert page.count("<tr>") == len(model.summary()) + 1 + len(model)
+    assert hs.report(model) == page
+    assert "<td" in model._repr_html_()
+
+
+@pytest.mark.parametrize("kind", CONTACTS)
+def test_the_picture_shows_the_contact_as_it_moves(kind):
+    ensemble = CONTACTS[kind]()
+    model = hs.reduce(job(ensemble), elements=6)
+    loop, spectrum = hs.plot(model, figure=plt.figure()).axes
+    lines = {line.get_label(): line.get_xydata() for line in loop.get_lines()}
+    contact, springs = lines["contact"], lines["6 springs"]
+    curve = VirginCurve(ensemble, LOAD)
+    unit = contact[:, 0].max() / (0.8 * curve.end)
+    power = 10 ** np.round(np.log10(unit))
+    _, exact = ensemble.advance_many(curve.rest, tangential_displacement=contact[:, 0] / power)
+    part = contact[:, 1] / contact[:, 1].max()
+    assert part == pytest.approx(exact.tangential_load / exact.tangential_load.max(), abs=1e-7)
+    assert (abs(springs[:, 1] - contact[:, 1]) <= model.bound * contact[:, 1].max() * 1.5).all()
+    assert spectrum.get_lines()[0].get_ydata().size == 6
+
+
+def without(key):
+    return lambda told: {name: value for name, value in told.items() if name != key}
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (without("limit_N"), "'limit_N'"),
+        (without("virgin_curve_of_the_contact"), "'virgin_curve_of_the_contact'"),
+        (lambda told: told | {"limit_N": told["limit_N"][1:]}, "unequal lengths"),
+        (lambda told: told | {"limit_N": [], "stiffness_N_per_m": []}, "empty"),
+        (lambda told: told | {"stiffness_N_per_m": ["a"] * 6}, "stiffness_N_per_m is"),
+        (lambda told: told | {"normal_load_N": -1}, "normal_load_N is -1; expected a finite number greater than 0"),
+        (lambda told: told | {"with_normal_load": {"normal_load_N": [0, 1]}}, "'stiffness_N_per_m'"),
+        (lambda told: told | {"errors_found_over_friction_limit": 3}, "make it again"),
+        (lambda told: told | {"format": "historysim reduced model 1"}, "make it again"),
+    ],
+)
+def test_damaged_files_are_told(path, change, said):
+    path.write_text(json.dumps(change(json.loads(path.read_text(encoding="utf-8")))), encoding="utf-8")
+    with pytest.raises(hs.InputError, match=re.escape(said)) as told:
+        hs.report(path)
+    assert str(told.value).startswith(f"{path}: ")
+
+
+def test_half_a_file_is_told(path):
+    path.write_bytes(path.read_bytes()[:800])
+    with pytest.raises(hs.InputError, match=r"reduced.json: "):
+        hs.open(path)
+
+
+def test_other_json_is_no_model(tmp_path):
+    (tmp_path / "a.json").write_text('{"format": "mine"}', encoding="utf-8")
+    with pytest.raises(hs.InputError, match="read as a height map"):
+        hs.show(tmp_path / "a.json")
+
+
+def test_a_small_picture_says_what_it_leaves_out():
+    figure = hs.plot(hs.reduce(job(ball()), elements=4), size=(90, 70))
+    figure.draw_without_rendering()
+    assert len(figure.axes) == 1
+    assert any("left out at 90 × 70 mm: springs" in text.get_text() for text in figure.texts)
