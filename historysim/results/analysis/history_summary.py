@@ -183,6 +183,7 @@ UNITS = {
     "hardness": "Pa",
     "yield_stress": "Pa",
     "work_of_adhesion": "J/m²",
+    "nominal_area": "m²",
     "lateral_stiffness": "N/m",
     "displacement_resolution": "m",
     "load_resolution": "N",

@@ -47,7 +47,10 @@ pre { background: var(--code); padding: .8rem; overflow-x: auto; font-size: 13px
 summary { cursor: pointer; }
 :focus-visible { outline: 2px solid var(--link); outline-offset: 2px; }
 figure.column { display: inline-block; width: 48%; margin: 1rem 1% 1rem 0; vertical-align: top; }
-@media (max-width: 46rem) { figure.column { width: 100%; } }
+@media screen and (max-width: 46rem) {
+  figure.column { width: 100%; margin-right: 0; }
+  figure:not(.column) img { max-width: none; width: 42rem; } /* its letters stay legible; it is moved sideways */
+}
 .thumbnails { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(46%, 11rem), 1fr)); gap: .8rem;
   padding: 0; list-style: none; font-size: 13px; }
 .thumbnails img { width: 100%; height: 7rem; object-fit: contain; border: 1px solid var(--line); }
@@ -67,7 +70,8 @@ figure.column { display: inline-block; width: 48%; margin: 1rem 1% 1rem 0; verti
   * { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
   body { margin: 0; max-width: none; font-size: 10.5pt; }
   .controls { display: none; } .explorer > div { zoom: .65; } pre { white-space: pre-wrap; }
-  p { orphans: 3; widows: 3; }
+  figure:not(.column) img { max-width: 88%; }
+  p { orphans: 3; widows: 3; } .note { break-after: avoid; }
   tr, .warning, .explorer { break-inside: avoid; }
 }
 """
@@ -164,7 +168,8 @@ def folded(label: str, text: str) -> str:
 def picture(figure: "Figure", caption: str) -> str:
     """Return a figure, embedded without loss, with a caption below it."""
     kind = ' class="column"' if figure.get_figwidth() <= WIDEST_COLUMN else ""
-    return f"<figure{kind}>{image(figure, caption)}<figcaption>{escape(caption)}</figcaption></figure>"
+    drawn = f'<div class="wide">{image(figure, caption)}</div>'
+    return f"<figure{kind}>{drawn}<figcaption>{escape(caption)}</figcaption></figure>"
 
 
 def image(figure: "Figure", text: str) -> str:
