@@ -149,6 +149,8 @@ def limited(field: "attrs.Attribute[Any]") -> str:
 
 
 def _unit(text: str) -> str:
+    if text == "Pa m0.5":
+        return "Pa √m"
     powers = {"-1": "⁻¹", "-2": "⁻²", "2": "²", "3": "³"}
     words = []
     for word in text.split():
@@ -227,7 +229,8 @@ def variants(kind: type) -> "Iterator[tuple[str, type]]":
 
 
 def _below(kind: type) -> "Iterator[type]":
-    for each in kind.__subclasses__():
+    # attrs leaves the class behind from which it has made the one with slots, until its memory is freed
+    for each in filter(attrs.has, kind.__subclasses__()):
         yield each
         yield from _below(each)
 

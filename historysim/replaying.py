@@ -14,6 +14,7 @@ from historysim.basics.array_types import Integers
 from historysim.basics.display import FieldsAsHtml
 from historysim.basics.processors import threads_of
 from historysim.basics.progress import progress_bar
+from historysim.basics.units import seconds
 from historysim.errors import CurveEndError, FrictionLimitError, InputError, LoadError
 from historysim.loads import schedule
 from historysim.loads.event_sequence import as_events, events_text, time_text
@@ -77,7 +78,7 @@ class Replay(FieldsAsHtml):
 
     def steps(self, until: float = math.inf) -> int:
         """Return the number of rows that are recorded up to a time [s]."""
-        return schedule.row_count(self.events, self.substeps, until)
+        return schedule.row_count(self.events, self.substeps, seconds(until))
 
     def attributes(self) -> dict[str, Any]:
         """Return the attributes that say where the history comes from."""
@@ -137,7 +138,7 @@ class Replay(FieldsAsHtml):
         start = start or schedule.Start(self.ensemble.initial_state())
         state, columns = start.state, () if target.asperities is None else target.asperities
         at_once = min(most_rows or target.rows_at_once, target.rows_at_once)
-        plan = schedule.segments(self.events, self.substeps, at_once, start=start.cursor, until=until)
+        plan = schedule.segments(self.events, self.substeps, at_once, start=start.cursor, until=seconds(until))
         bar = progress_bar(progress, "step", target.steps, initial=start.rows, delay=2)
         with bar as done:
             for segment in plan:

@@ -16,6 +16,7 @@ _KINDS = {
     "s": ("a time", "ms"),
     "Hz": ("a frequency", "kHz"),
     "Pa": ("a pressure or modulus", "GPa"),
+    "Pa m0.5": ("a fracture toughness", "MPa √m"),
     "J m-2": ("an energy per area", "mJ m-2"),
     "N m-1": ("a stiffness", "mN/µm"),
     "rad": ("an angle", "degree"),
@@ -27,18 +28,19 @@ _KINDS = {
 }
 
 _NAMES = {
-    "N": "normal_load tangential_load reversal_load",
+    "N": "normal_load tangential_load reversal_load load noise",
     "m": (
         "summit_height summit_radius radius contact_radius approach normal_displacement tangential_displacement "
         "displacement pixel_size rms_height autocorrelation_length highest_summit sliding_distance largest_approach "
-        "height x y r pitch cutoff height_deviation"
+        "height x y r pitch cutoff height_deviation mean_height height_scatter separation shift distance dead_band"
     ),
-    "s": "sample_time duration dt until at",
+    "s": "sample_time duration dt until at t_span",
     "Pa": "contact_modulus shear_modulus",
     "J m-2": "work_of_adhesion",
-    "m2": "nominal_area",
+    "m2": "nominal_area area",
     "m-2": "summit_density",
     "kg": "mass",
+    "rad": "rotation",
 }
 UNIT_OF = {name: unit for unit, names in _NAMES.items() for name in names.split()}
 """The SI unit of arguments of functions, which take texts with units, too: a name means one thing in all of them."""
@@ -155,6 +157,11 @@ def pascals(value: float | str | PhysicalQuantity) -> float:
 def newtons_per_metre(value: float | str | PhysicalQuantity) -> float:
     """Return a stiffness in N/m, as `newtons`."""
     return as_float(in_si(value, "N m-1"))
+
+
+def pascals_root_metre(value: float | str | PhysicalQuantity) -> float:
+    """Return a fracture toughness in Pa √m, as `newtons`."""
+    return as_float(in_si(value, "Pa m0.5"))
 
 
 def joules_per_area(value: float | str | PhysicalQuantity) -> float:
@@ -275,6 +282,12 @@ def conversion_factor(unit_text: str, unit: str) -> float:
     kind, sample = _kind(unit)
     if not (isinstance(unit_text, str) and unit_text.strip() and unit_text.isprintable()):
         raise InputError(f"{_shown(unit_text)} is not a unit; expected a unit such as {sample}")
+    if unit == "Pa m0.5":
+        # UDUNITS-2 knows no roots
+        pressure, root, _ = unit_text.strip().rpartition("√m")
+        if not root:
+            raise InputError(f"{_shown(unit_text)} is not a unit of {kind}; expected a unit such as {sample}")
+        return conversion_factor(pressure.rstrip(" *·"), "Pa")
     import cf_units
 
     with cf_units.suppress_errors():

@@ -44,7 +44,7 @@ def height_integral(order: float, separation: npt.ArrayLike) -> Floats:
     if power > HIGHEST_ORDER:
         raise InputError(f"order is {power:g}; expected 0 to {HIGHEST_ORDER}, where the quadrature is accurate")
     with np.errstate(over="ignore"):
-        return np.exp(log_height_integral(power, checked("separation", separation)))
+        return np.exp(log_height_integral(power, checked("separation over deviation", separation)))
 
 
 def _nodes() -> tuple[Floats, Floats]:

@@ -16,6 +16,7 @@ from historysim.basics.units import (
     metres,
     newtons,
     pascals,
+    pascals_root_metre,
     quantity_text,
     warn_unlikely,
 )
@@ -146,7 +147,7 @@ class Material:
     source: str = attrs.field(default="", validator=_text, eq=False, repr=False)
     hardness: float | None = _optional("Pa", pascals)
     yield_stress: float | None = _optional("Pa", pascals)
-    fracture_toughness: float | None = _optional("Pa √m", as_float)
+    fracture_toughness: float | None = _optional("Pa √m", pascals_root_metre)
 
     @property
     def cracking_load(self) -> float | None:

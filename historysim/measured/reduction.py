@@ -362,7 +362,7 @@ def resample(
         raise InputError(f"values is of shape {samples.shape}; expected {times.shape}, one for each time")
     longest = math.inf if max_gap == math.inf else scalar("max_gap", max_gap, above=0)
     wanted = checked("onto", onto)
-    own = times + scalar("shift", shift)
+    own = times + scalar("clock shift", shift)
     result = np.interp(wanted, own, samples, left=math.nan, right=math.nan)
     before = np.clip(np.searchsorted(own, wanted, side="right") - 1, 0, own.size - 1)
     after = np.minimum(before + 1, own.size - 1)

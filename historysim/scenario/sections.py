@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import attrs
 
 from historysim.asperities.instrument import RIGID, Instrument
-from historysim.basics.fields import Force, Length, Number, Pressure, Stiffness, SurfaceEnergy
+from historysim.basics.fields import Force, FractureToughness, Length, Number, Pressure, Stiffness, SurfaceEnergy
 from historysim.basics.places import at, misfit
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
@@ -41,7 +41,7 @@ class MaterialTable:
     yield_stress
         Yield stress, for the same.
     fracture_toughness
-        K_Ic in Pa √m, a plain number; for the warning that asperities crack.
+        K_Ic, as ``"0.75 MPa √m"``; for the warning that asperities crack.
 
     Examples
     --------
@@ -55,7 +55,7 @@ class MaterialTable:
     surface_energy: SurfaceEnergy | None = None
     hardness: Pressure | None = None
     yield_stress: Pressure | None = None
-    fracture_toughness: Number | None = None
+    fracture_toughness: FractureToughness | None = None
 
 
 MaterialEntry = str | MaterialTable

@@ -239,7 +239,7 @@ def drawn_summits(
     random = generator(seed)
     # 0 stands for a strip of 2^-53, and the middle of that strip has a finite height in any distribution
     probability = np.maximum(random.random(count), 2.0**-54)
-    x, y = math.sqrt(nominal_area) * random.random((2, count))
+    x, y = math.sqrt(scalar("nominal_area", nominal_area)) * random.random((2, count))
     return Summits(distribution.quantile(probability), radius, x, y, nominal_area=nominal_area)
 
 

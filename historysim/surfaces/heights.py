@@ -11,7 +11,7 @@ from historysim.basics.arguments import checked, per_axis, scalar
 from historysim.basics.array_types import Booleans, Floats
 from historysim.basics.display import html_table
 from historysim.basics.frozen_arrays import FrozenArrays
-from historysim.basics.units import quantity_text, range_text
+from historysim.basics.units import in_si, quantity_text, range_text
 from historysim.errors import InputError
 from historysim.surfaces.form import Form, fit_form
 from historysim.surfaces.gaussian_filter import gaussian_mean
@@ -32,6 +32,7 @@ ROUNDING = 32 * np.finfo(np.float64).eps
 
 
 def _heights(values: "npt.ArrayLike") -> Floats:
+    values = in_si(values, "m")
     try:
         # numpy drops the masks of arrays in a list
         masked: Any = (

@@ -178,7 +178,7 @@ def test_a_million_summits_carry_the_load_of_the_integral():
         (lambda: height_integral(-0.5, 1), "order is -0.5; expected a finite number of 0 or more"),
         (lambda: height_integral(11, 1), "order is 11; expected 0 to 10"),
         (lambda: height_integral([1, 2], 1), r"order is a list of shape \(2,\); expected one number"),
-        (lambda: height_integral(1, [0, math.inf]), r"separation\[1\] is inf"),
+        (lambda: height_integral(1, [0, math.inf]), r"separation over deviation\[1\] is inf"),
         (lambda: GreenwoodWilliamson(1, 1, 0, 1, 1), "height_deviation is 0; expected a finite number greater than 0"),
         (lambda: GreenwoodWilliamson(1, 1, 1, -1, 1), "summit_density is -1"),
         (lambda: GreenwoodWilliamson(0, 1, 1, 1, 1), "contact_modulus is 0"),

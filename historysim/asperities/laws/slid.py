@@ -13,10 +13,14 @@ from historysim.basics.fields import Quantity
 from historysim.errors import InputError
 
 
-def _numbers(given: Any) -> tuple[float, ...]:
+def _numbers(given: Any, name: str = "coefficient") -> tuple[float, ...]:
     if not isinstance(given, Iterable) or isinstance(given, str):
         raise InputError(f"{given!r} is no column of a table; expected a list of numbers")
-    return tuple(checked("number", list(given)).tolist())
+    return tuple(checked(name, list(given)).tolist())
+
+
+def _lengths(given: Any) -> tuple[float, ...]:
+    return _numbers(given, "distance")
 
 
 @LAWS.register
@@ -44,7 +48,7 @@ class SlidFriction(FrictionLaw):
     coefficient = [0.2, 0.1]
     """
 
-    distance: Annotated[tuple[float, ...], Quantity("m")] = attrs.field(converter=_numbers)
+    distance: Annotated[tuple[float, ...], Quantity("m")] = attrs.field(converter=_lengths)
     coefficient: Annotated[tuple[float, ...], Quantity("1")] = attrs.field(converter=_numbers)
 
     kind = "slid distance"

@@ -5,6 +5,7 @@ from historysim.exchange.reduced.reduced_picture import plot_reduced
 from historysim.exchange.reduced.springs import Springs
 from historysim.results.report.page import Section, page, paragraph, picture, table
 
+UNITS = ("N/m", "N", "m")
 NO_BREAK = "\u00a0"
 CAPTION = (
     "The virgin curve and a loop of the contact and of its springs at the normal load of the model, the band in which "
@@ -15,7 +16,7 @@ CAPTION = (
 def reduced_page(model: Springs) -> str:
     """Return a reduced model as one HTML page that fetches nothing."""
     rows = [
-        (str(number), *(quantity_text(value, unit).replace(" ", NO_BREAK) for value, unit in zip(row, ("N/m", "N", "m"), strict=True)))
+        (str(number), *(quantity_text(*each).replace(" ", NO_BREAK) for each in zip(row, UNITS, strict=True)))
         for number, row in enumerate(zip(model.stiffness, model.limit, model.slip_displacement, strict=True), start=1)
     ]
     told = "At a constant normal load the bounds hold for every history, nested reversals and all."

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from historysim.basics.array_types import Floats
-from historysim.basics.units import prefixed, quantity_text
+from historysim.basics.units import newtons, prefixed, quantity_text
 from historysim.errors import InputError
 from historysim.recording.named_states import named_states, state_label, step_of
 from historysim.results.analysis.presliding import first_loading
@@ -25,6 +25,10 @@ if TYPE_CHECKING:
 LOOP = ("total_tangential_load", "tangential_displacement")
 """What a loop is drawn of."""
 MARK: dict[str, Any] = {"marker": "o", "ms": 3.6, "mfc": "white", "mew": 0.9, "linestyle": "", "zorder": 5}
+
+
+def _newtons(loads: Sequence[float]) -> tuple[float, ...]:
+    return tuple(map(newtons, loads))
 
 
 @attrs.frozen(kw_only=True)
@@ -48,7 +52,7 @@ class LoopMarks:
     """
 
     steps: Sequence[str | int] | None = None
-    first_loading: Sequence[float] = ()
+    first_loading: Sequence[float] = attrs.field(default=(), converter=_newtons)
     work: bool = False
     drift: bool = False
     drive: bool = False
