@@ -61,6 +61,14 @@ SWEPT = """
 """
 
 
+INTERACTING = (
+    ROUGH.replace("seed = 1", 'seed = 1\ninteraction = "full"')
+    .replace("[96, 96]", "[48, 48]")
+    .replace("substeps = 20", "substeps = 4")
+)
+YIELDING = ROUGH.replace('rms_height = "30 nm"', 'rms_height = "300 nm"\nyielding = "kogut-etsion"')
+
+
 @cache
 def folder():
     return Path(mkdtemp(prefix="pictures-"))
@@ -174,6 +182,21 @@ def sweep():
     return hs.sweep(written("sweep", ROUGH.replace("[96, 96]", "[32, 32]") + SWEPT))
 
 
+@cache
+def interacting():
+    return hs.run(written("interacting", INTERACTING), folder() / "interacting.nc")
+
+
+@cache
+def yielded():
+    return hs.run(written("yielded", YIELDING))
+
+
+@cache
+def reduced():
+    return hs.reduce(written("reduced", ROUGH), elements=12)
+
+
 PICTURES = {
     "history": lambda **p: hs.plot(rough(), picture="history", **p),
     "history-totals": lambda **p: hs.plot_history(totals(), **p),
@@ -183,12 +206,15 @@ PICTURES = {
     "loops-states": lambda **p: hs.plot(rough(), picture="loops", **p),
     "slip-map": lambda **p: hs.plot(rough(), picture="slip-map", **p),
     "contact-map": lambda **p: hs.plot(rough(), picture="contact-map", **p),
+    "full-interaction": lambda **p: hs.plot(interacting(), picture="contact-map", **p),
     "distribution": lambda **p: hs.plot(rough(), picture="distribution", **p),
     "traction": lambda **p: hs.plot(rough(), picture="traction", **p),
     "traction-friction": lambda **p: hs.plot(friction_changes(), picture="traction", **p),
     "slip-fronts": lambda **p: hs.plot(rough(), picture="slip-fronts", **p),
     "stiffness": lambda **p: hs.plot(rough(), picture="stiffness", **p),
     "wear": lambda **p: hs.plot_wear(worn(), **p),
+    "yielding": lambda **p: hs.plot(yielded(), picture="yielding", **p),
+    "reduced": lambda **p: hs.plot(reduced(), **p),
     "surface": lambda **p: hs.plot_surface(height_map(), title=TITLE, **p),
     "profile": lambda **p: hs.plot_surface(hs.Surface(height_map().heights[:, :1], (1e-6, 1e-6)), **p),
     "heights": lambda **p: hs.plot_heights(height_map(), title=TITLE, **p),

@@ -27,8 +27,6 @@ def reduced_page(model: Springs) -> str:
             Section("Summary", (table(model.summary()),)),
             Section("Validity", (paragraph(told), *([] if model.scaling is None else [paragraph(warned, "warning")]))),
             Section("Picture", (picture(plot_reduced(model), CAPTION),)),
-            Section(
-                "Springs", (table(rows, ("spring", "stiffness", "slides at a force of", "and a displacement of")),)
-            ),
+            Section("Springs", (table(rows, ("spring", "stiffness", "limit", "slip displacement")),)),
         ],
     )

@@ -79,6 +79,6 @@ def _draw_springs(axes: "Axes", model: Springs) -> None:
     force, force_unit = scaled(model.limit, "N")
     axes.vlines(slip, 0, force, color=SPRINGS, linewidth=0.8)
     axes.plot(slip, force, "o", color=SPRINGS, markersize=2)
-    axes.set(xlabel=f"displacement at which a spring slides ({slip_unit})", ylabel=f"its force there ({force_unit})")
+    axes.set(xlabel=f"slip displacement of a spring ({slip_unit})", ylabel=f"its limit ({force_unit})")
     axes.set_ylim(bottom=0)
     axes.set_xlim(left=0)

@@ -13,7 +13,7 @@ from historysim.errors import InputError
 from historysim.results.analysis.cycles import friction_loops
 from historysim.results.analysis.recorded import check_recorded, position_of
 from historysim.results.plots.along_path import thinned
-from historysim.results.plots.contact_map import draw_zones, zone_handles, zones_at
+from historysim.results.plots.contact_map import draw_zones, zone_handles, zone_shares, zones_at
 from historysim.results.plots.paper import PAGE, Page, Size, in_style, new_figure
 from historysim.results.plots.printed import MADE_BY
 from historysim.results.plots.style import FAINT, INK, STATE_COLOURS
@@ -97,12 +97,16 @@ def animate_contact_map(
         else:
             page.legend(handles=zone_handles())
 
+    captions = [caption_at(history, step) for step in frames]
+    if zones is not None:
+        captions = [f"{each}, {zone_shares(zone)}" for each, zone in zip(captions, zones.maps, strict=True)]
+
     def show(frame: int) -> None:
         with in_style():
             contacts.clear()
             if zones is not None:
-                draw_zones(contacts, zones.maps[frame], zones.extent, "Contact map")
-                contacts.set(xlabel=f"$x$ ({zones.unit})", ylabel=f"$y$ ({zones.unit})")
+                draw_zones(contacts, zones.maps[frame], zones.extent)
+                contacts.set(title="Contact map", xlabel=f"$x$ ({zones.unit})", ylabel=f"$y$ ({zones.unit})")
             elif placed:
                 contact = contact_at(surface, history, frames[frame])
                 draw_map(contacts, surface, contact.state)
@@ -110,13 +114,14 @@ def animate_contact_map(
                 contact = contact_at(surface, history, frames[frame])
                 draw_distribution(contacts, surface, contact.state, contact)
             dot.set_data([x[frame]], [y[frame]])
-            page.heading("", caption_at(history, frames[frame]))
+            page.heading("", captions[frame])
             # ticks are made when they are first drawn, and that is to be in this style
             figure.draw_without_rendering()
 
-    # the layout of the first frame is that of all: otherwise the axes would tremble
-    show(0)
+    # one layout is that of all frames, with room for the longest heading: otherwise the axes would tremble
+    show(max(range(len(frames)), key=lambda frame: len(captions[frame])))
     figure.set_layout_engine("none")
+    show(0)
     return FuncAnimation(figure, show, frames=len(frames), interval=1000 / FRAMES_PER_SECOND, init_func=lambda: None)
 
 

@@ -131,6 +131,8 @@ def _extent(origin: Origin) -> tuple[Extent, str]:
 
 
 DEFAULT = PAGE, 163.0
+TWO_ROWS = 85.0
+"""Height from which on there is room for two rows of maps [mm]."""
 
 
 def _draw(page: Page, origin: Origin, state: EnsembleState, at: float, title: str) -> None:
@@ -139,10 +141,12 @@ def _draw(page: Page, origin: Origin, state: EnsembleState, at: float, title: st
     maps = maps_of(origin, state)
     nothing = maps.pressure == 0
     extent, unit = _extent(origin)
-    rows = 2 if page.height >= 0.6 * page.width else 1
+    rows = 2 if page.height >= max(TWO_ROWS, 0.6 * page.width) else 1
     axes: Any = page.several(4).subplots(rows, 2, sharex=True, sharey=True, squeeze=False)
-    draw_zones(axes[0, 0], _touching(maps.contact_state.astype(np.float64)), extent, "whole map")
-    draw_zones(axes[0, 1], _independent(origin, at, shape, pixel), extent, "independent summits")
+    whole, independent = _touching(maps.contact_state.astype(np.float64)), _independent(origin, at, shape, pixel)
+    for axis, zone, name in zip(axes[0], (whole, independent), ("whole map", "independent summits"), strict=True):
+        draw_zones(axis, zone, extent)
+        axis.set_title(f"{name}\n{zone_shares(zone)}")
     if rows == 2:
         _draw_field(axes[1, 0], _touching(maps.pressure), extent, "pressure", signed=False)
         _draw_field(axes[1, 1], np.where(nothing, np.nan, maps.traction), extent, "traction", signed=True)
@@ -190,14 +194,18 @@ def _independent(origin: Origin, at: float, shape: tuple[int, int], pixel: tuple
     return found
 
 
-def draw_zones(axes: "Axes", zone: Floats, extent: Extent, name: str) -> None:
-    """Draw what sticks and what slips, and their shares of the map."""
+def draw_zones(axes: "Axes", zone: Floats, extent: Extent) -> None:
+    """Draw what sticks and what slips."""
     from matplotlib.colors import ListedColormap
 
     colours = ListedColormap([STATE_COLOURS[1], STATE_COLOURS[3]])
     axes.imshow(zone.T, origin="lower", extent=extent, cmap=colours, vmin=0.5, vmax=2.5, interpolation="nearest")
+
+
+def zone_shares(zone: Floats) -> str:
+    """Return which shares of the map touch and stick, as a text."""
     shares = [float((zone == kind).mean()) for kind in (STICKS, SLIPS)]
-    axes.set_title(f"{name}\n{sum(shares):.2%} touches, {shares[0]:.2%} sticks")
+    return f"{sum(shares):.2%} touches, {shares[0]:.2%} sticks"
 
 
 def _draw_field(axes: "Axes", values: Floats, extent: Extent, name: str, *, signed: bool) -> None:

@@ -154,8 +154,9 @@ def _fit_titles(axes: "Axes", room: float) -> bool:
     for each in (title, middle):
         if not each.get_text() or each.get_window_extent().width <= room + APART * point:
             continue
-        lines = broken(each.get_text(), room / point, each.get_fontsize(), bold=each.get_fontweight() == "bold")
-        if len(lines) > each.get_text().count("\n") + 1:
+        size, bold, before = each.get_fontsize(), each.get_fontweight() == "bold", each.get_text().split("\n")
+        lines = [part for line in before for part in broken(line, room / point, size, bold=bold)]
+        if len(lines) > len(before):
             each.set_text("\n".join(lines))
             return True
         if each.get_fontsize() > SMALL:

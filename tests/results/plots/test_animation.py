@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from matplotlib.animation import writers
+from overlapping import on_top_of_each_other
+from pictured import interacting
 from PIL import Image
 
 import historysim as hs
@@ -51,6 +53,34 @@ def test_loop_and_map_move_together(places, tmp_path):
         assert picture.n_frames == 3
         assert picture.size == pytest.approx((120 / 25.4 * 110, 60 / 25.4 * 110), abs=1)
     assert [path.name for path in tmp_path.iterdir()] == ["m.gif"]
+
+
+def labels(axes):
+    return [axes.get_xlabel(), axes.get_ylabel()]
+
+
+@pytest.mark.parametrize("size", [(120, 60), (90, 120)])
+@pytest.mark.parametrize("kind", ["placed", "heights", "interacting"])
+def test_every_frame_has_its_labels_and_its_place(kind, size):
+    history = interacting() if kind == "interacting" else replayed(**(PLACES if kind == "placed" else {}))
+    moving = hs.animate_contact_map(history, [9, 11, -1], size=size)
+    moving._draw_was_started = True
+    figure, places = moving._fig, []
+    for frame in range(3):
+        moving._func(frame)
+        loop, contacts = figure.axes[:2]
+        assert on_top_of_each_other(figure) == []
+        assert [text.split(" (")[0].replace("\n", " ") for text in labels(loop)] == [
+            "tangential displacement $U$",
+            "tangential load $T$",
+        ]
+        named = ["summit height", "summit radius"] if kind == "heights" else ["$x$", "$y$"]
+        assert [text.replace("\n", " ").startswith(name) for text, name in zip(labels(contacts), named, strict=True)]
+        legend = [text.get_text() for text in figure.legends[0].get_texts()]
+        assert {"sticks", "slips"} <= set(legend) if kind == "interacting" else "partial slip" in legend
+        places.append([axes.get_position(original=True).bounds for axes in (loop, contacts)])
+    # nothing trembles
+    assert places[0] == places[1] == places[2]
 
 
 def test_by_itself_it_shows_the_last_loop():

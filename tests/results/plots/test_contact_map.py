@@ -1,3 +1,5 @@
+import re
+
 import h5py
 import pytest
 import xarray as xr
@@ -39,7 +41,11 @@ def result(tmp_path, monkeypatch):
 
 def shares(axes):
     """Shares that touch and stick, as the title of a map says them."""
-    return [float(part.split("%")[0]) for part in axes.get_title(loc="left").splitlines()[1].split(", ")]
+    return percentages(axes.get_title(loc="left"))
+
+
+def percentages(text):
+    return [float(number) for number in re.findall(r"([\d.]+)%", text)]
 
 
 def test_zones_are_those_of_the_recorded_areas(result):
@@ -74,7 +80,7 @@ def test_it_moves_with_the_zones_of_each_step(result):
             moving._func(frame)
             row = history.isel(step=frame)
             touches, sticks = (float(row[name].sum()) / 32e-6**2 for name in ("contact_area", "stick_area"))
-            assert shares(figure.axes[1]) == pytest.approx([100 * touches, 100 * sticks], abs=0.2)
+            assert percentages(figure.get_suptitle()) == pytest.approx([100 * touches, 100 * sticks], abs=0.2)
             assert f"step {frame}," in figure.get_suptitle()
 
 
