@@ -8,6 +8,9 @@ from historysim.replaying import Replay
 from historysim.scenario import sources
 from historysim.scenario.scenario import Scenario
 
+EVOLVES = "friction or summits change (a law of friction, wear, summits that yield, or events)"
+CONSTANT = "expected constant coefficients and summits"
+
 Exportable = Scenario | sources.Source | Replay | str | Path
 """A scenario or its file, a log, a result, or a replay."""
 

@@ -96,7 +96,7 @@ def test_wrong_arguments_are_told(tmp_path, options, message):
 
 def test_asperities_that_evolve_are_refused(tmp_path):
     ensemble = hs.Ensemble(PAIR, 0.0, 1e-4, 0.2, follow_sliding=True)
-    with pytest.raises(hs.InputError, match="the asperities evolve"):
+    with pytest.raises(hs.InputError, match="friction or summits change"):
         hs.write_fmu(hs.Replay(ensemble, EVENTS), tmp_path / "a.fmu")
     assert not list(tmp_path.iterdir())
 

@@ -154,6 +154,9 @@ def test_contacts_that_cannot_be_reduced_are_told():
         hs.reduce(hs.Replay(ball(), [hs.NormalLoad(0.0, LOAD)]))
     with pytest.raises(hs.InputError, match="friction or summits change"):
         hs.reduce(hs.Replay(ball(), [*job(ball()).events, hs.FrictionChange(9.0, 0.1)]))
+    for name in ("25_wear", "26_running_in"):
+        with pytest.raises(hs.InputError, match="friction or summits change"):
+            hs.reduce(ROOT / "scenarios" / f"{name}.toml")
     model = hs.reduce(job(ball()), elements=4)
     with pytest.raises(hs.InputError, match="single normal load"):
         model.force([1e-9], [LOAD])

@@ -25,7 +25,7 @@ from historysim.basics.progress import progress_bar
 from historysim.basics.targets import Output, check_outputs, marked
 from historysim.basics.wording import listed
 from historysim.errors import InputError, InstallationError
-from historysim.exchange.exported import Exportable, Exported, exported
+from historysim.exchange.exported import CONSTANT, EVOLVES, Exportable, Exported, exported
 from historysim.exchange.fmu.unit_description import Unit, build_description, model_description
 from historysim.exchange.fmu.unit_variables import OUTPUTS, variables
 from historysim.memory import get_include
@@ -162,10 +162,7 @@ def unit_files(
     job = source.replay
     state = job.ensemble.initial_state() if at is None else job.state(until=scalar("at", at))
     if state.memory.evolved:
-        raise InputError(
-            "the asperities evolve (a law of friction, wear, or other summits), which a unit of co-simulation does not "
-            "follow; expected constant coefficients and summits"
-        )
+        raise InputError(f"{EVOLVES}, which a unit of co-simulation does not follow; {CONSTANT}")
     curves = job.ensemble.curves
     resources = {"contact.bin": state.to_bytes()}
     if curves is not None:

@@ -8,7 +8,7 @@ from historysim.basics.arguments import scalar
 from historysim.basics.array_types import Floats
 from historysim.basics.notices import Teller, silent
 from historysim.errors import InputError
-from historysim.exchange.exported import Exportable, exported
+from historysim.exchange.exported import CONSTANT, EVOLVES, Exportable, exported
 from historysim.exchange.reduced.placing import placed
 from historysim.exchange.reduced.reduced_model import ReducedModel
 from historysim.exchange.reduced.springs import Scaling
@@ -61,11 +61,8 @@ def reduce(
     found = exported(source, tell)
     ensemble = found.replay.ensemble
     changes = found.replay.changes
-    if changes.friction or changes.sliding or changes.wear or changes.geometry:
-        raise InputError(
-            "friction or summits change (a law of friction, wear, or events), which springs of a fixed limit do not "
-            "follow; expected constant coefficients and summits"
-        )
+    if ensemble.evolves or changes.friction or changes.sliding or changes.wear or changes.geometry:
+        raise InputError(f"{EVOLVES}, which springs of a fixed limit do not follow; {CONSTANT}")
     loads, displacement, forces = _own_history(found.replay)
     moved = loads[np.append(False, np.diff(displacement) != 0.0)]
     moved = moved[moved > 0.0]
