@@ -150,13 +150,6 @@ def _ramp_loads(deflection, lost, drop, slope, weight, approaches, loads):
     return displacement
 
 
-def _walk(deflection, lost, drop, slope, start, end, shift, substeps):
-    for k in range(substeps):
-        here = start + (end - start) * (k / substeps)
-        there = end if k == substeps - 1 else start + (end - start) * ((k + 1) / substeps)
-        _advance(deflection, lost, drop, slope, here, there, shift / substeps)
-
-
 def _kinks(profile):
     """Σ|second difference| of profiles over x: even about the axis, zero beyond the grid."""
     padded = np.concatenate([profile[:, :1], profile, np.zeros_like(profile[:, :1])], axis=1)
@@ -199,8 +192,9 @@ class SpringRow:
     def apply(self, normal, tangential, substeps=400):
         """Move from the present state to a target; each channel is ("load" | "displacement", value).
 
-        Two loads: straight in (N, T), equal sub-steps. Otherwise straight in (approach, U): a normal load is
-        turned into its approach first, and for a tangential load the end U is sought whose straight path ends at it.
+        Two loads: straight in (N, T), equal sub-steps. Otherwise straight in (approach, U), which one step does
+        exactly: a normal load is turned into its approach first, and for a tangential load the end U is sought whose
+        straight path ends at it.
         Without contact at the end of a tangential-load path U stays where it was; at the end of a ramp of two loads it
         is the limit for a vanishing load.
         """
@@ -213,8 +207,8 @@ class SpringRow:
         if tangential_kind == "displacement":
             shift = tangential_value - self.tangential_displacement
         else:
-            shift = self._path_to_load(end, tangential_value, substeps)
-        _walk(self._deflection, self._lost, self._drop, self._slope, self.approach, end, shift, substeps)
+            shift = self._path_to_load(end, tangential_value)
+        _advance(self._deflection, self._lost, self._drop, self._slope, self.approach, end, shift)
         self.approach = end
         self.tangential_displacement += shift
 
@@ -360,7 +354,7 @@ class SpringRow:
         )
         self.approach = approaches[-1]
 
-    def _path_to_load(self, end, tangential_load, substeps):
+    def _path_to_load(self, end, tangential_load):
         self._check_limit(tangential_load, self.contact.limit(end))
         limit = _spring_limit(self._drop, self._slope, self._weight, end)
         if limit == 0:
@@ -368,9 +362,7 @@ class SpringRow:
         target = min(max(tangential_load, -limit), limit)
 
         def excess(shift):
-            deflection = self._deflection.copy()
-            _walk(deflection, self._lost.copy(), self._drop, self._slope, self.approach, end, shift, substeps)
-            return self._weight @ deflection.sum(axis=1) - target
+            return _pull(self._deflection, self._drop, self._slope, self._weight, self.approach, end, shift)[0] - target
 
         # saturates every spring: those in contact at the start, and those that touch on the way
         reach = 1.001 * self._slope.max() * (2 * max(self.approach, end) + abs(end - self.approach))
