@@ -173,7 +173,8 @@ ALSO = [each for each in COMMANDS if each not in {"sliding", "plot moving", "log
 
 
 @pytest.mark.parametrize("command", ALSO)
-def test_an_older_output_of_its_own_is_replaced(folder, command):
+def test_an_older_output_of_its_own_is_replaced(folder, command, monkeypatch):
+    monkeypatch.setenv("CFLAGS", "-O0")
     arguments, ending = COMMANDS[command]
     target = folder / f"again{ending}"
     for _ in range(2):
