@@ -100,23 +100,27 @@ def _advance(deflection, lost, drop, slope, start, end, shift):
 
 
 def _pull(deflection, drop, slope, weight, start, end, shift):
-    """Return the tangential load and stiffness that a sub-step would lead to."""
-    moved, _, share = _springs(deflection, start - drop, end - drop, shift, slope[:, np.newaxis])
+    """Return the tangential load and stiffness that a sub-step would lead to, the deflections and the losses."""
+    moved, lost, share = _springs(deflection, start - drop, end - drop, shift, slope[:, np.newaxis])
     touching = drop < end
-    return weight @ np.where(touching, moved, 0.0).sum(axis=1), weight @ np.where(touching, share, 0.0).sum(axis=1)
+    load = weight @ np.where(touching, moved, 0.0).sum(axis=1)
+    return load, weight @ np.where(touching, share, 0.0).sum(axis=1), moved, lost
 
 
 def _spring_limit(drop, slope, weight, approach):
     return (weight * slope) @ np.maximum(approach - drop, 0.0).sum(axis=1)
 
 
-def _shift_to_load(deflection, drop, slope, weight, start, end, target, limit):
-    """Return the displacement of a sub-step that ends at a tangential load: Newton inside a bracket."""
+def _step_to_load(deflection, drop, slope, weight, start, end, target, limit, shift):
+    """Return the displacement of a sub-step that ends at a tangential load, the deflections there and the losses.
+
+    Newton inside a bracket, from a guess of the displacement on.
+    """
     high = slope.max() * (2 * max(start, end, 0.0) + abs(end - start)) * 1.001
     low = -high
-    shift = 0.0
+    shift = min(max(shift, low), high)
     for _ in range(200):
-        load, stiffness = _pull(deflection, drop, slope, weight, start, end, shift)
+        load, stiffness, moved, lost = _pull(deflection, drop, slope, weight, start, end, shift)
         excess = load - target
         if abs(excess) <= 1e-13 * limit:
             break
@@ -129,23 +133,26 @@ def _shift_to_load(deflection, drop, slope, weight, start, end, target, limit):
         if following == shift:
             break
         shift = following
-    return shift
+    return shift, moved, lost
 
 
 def _ramp_loads(deflection, lost, drop, slope, weight, approaches, loads):
     """Follow a ramp of both loads; return the displacement that it takes."""
-    displacement = 0.0
+    displacement = shift = 0.0
     top = np.argmin(drop[:, 0])
     for k in range(1, approaches.size):
         start, end = approaches[k - 1], approaches[k]
         limit = _spring_limit(drop, slope, weight, end)
         if limit > 0:
             target = min(max(loads[k], -limit), limit)
-            shift = _shift_to_load(deflection, drop, slope, weight, start, end, target, limit)
+            shift, deflection[...], loss = _step_to_load(
+                deflection, drop, slope, weight, start, end, target, limit, shift
+            )
+            lost += loss
         else:
             # the limit of vanishing load: the last spring, which does not slide, leaves undeflected
             shift = -deflection[top, 0]
-        _advance(deflection, lost, drop, slope, start, end, shift)
+            _advance(deflection, lost, drop, slope, start, end, shift)
         displacement += shift
     return displacement
 
