@@ -104,13 +104,14 @@ def history_pictures(history: xr.Dataset, names: Sequence[str] | None = None) ->
     ----------
     history : xarray.Dataset
     names : sequence of str, optional
-        Of `PICTURES`; by default two: loop, loads and slip states, and the contact where about half of it slips, or of
-        one asperity, whose map is a point, its traction.
+        Of `PICTURES`; by default loop, loads and slip states, and the contact where about half of it slips, or of one
+        asperity, whose map is a point, its traction; yielding and wear, where there are any.
     """
     if names is None:
         names = ["history"]
         if "slip_state" in history:
             names.append("traction" if history.sizes["asperity"] == 1 else "contact-map")
+            names += [name for name in ("yielding", "wear") if PICTURES[name].reported(history)]
     drawn = []
     for name in names:
         try:
