@@ -32,7 +32,10 @@ ROUNDING = 32 * np.finfo(np.float64).eps
 
 
 def _heights(values: "npt.ArrayLike") -> Floats:
-    values = in_si(values, "m")
+    try:
+        values = in_si(values, "m")
+    except InputError as error:
+        raise InputError(f"heights: {error}") from None
     try:
         # numpy drops the masks of arrays in a list
         masked: Any = (

@@ -117,8 +117,8 @@ def test_a_list_of_masked_profiles_keeps_their_masks_or_is_refused():
     [
         ([[1, 2], [3]], r"heights are lists of different lengths; expected an array \(nx, ny\) in m"),
         ([[True, False]], "heights are of type bool; expected an array"),
-        ([["1 nm", "2 nm"]], "heights are of type <U4"),
-        ("heights.txt", "heights are of type <U11"),
+        ([["1 nm", "2 K"]], r"heights: .* .K. is not a unit of a length"),
+        ("heights.txt", "heights: .heights.txt. is not one number and its unit"),
         ([[1, None]], "heights are of type object"),
         (None, "heights are of type object"),
         ([[1 + 0j]], "heights are of type complex128"),
