@@ -12,7 +12,17 @@ from historysim.basics.file_kinds import is_log, is_netcdf
 from historysim.basics.files import is_file, what_is_there
 from historysim.basics.places import at
 from historysim.errors import InputError
-from historysim.tables.columns import Column, Format, Found, Listing, MissingValueError, Part, Piece, Table
+from historysim.tables.columns import (
+    REFUSE_OR_DROP,
+    Column,
+    Format,
+    Found,
+    Listing,
+    MissingValueError,
+    Part,
+    Piece,
+    Table,
+)
 from historysim.tables.readers import TableReader, reader_of
 from historysim.tables.settled import fitting, overridden, settled
 
@@ -24,6 +34,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "MOST_ROWS",
+    "REFUSE_OR_DROP",
     "Column",
     "Format",
     "Listing",

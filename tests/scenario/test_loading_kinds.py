@@ -341,9 +341,9 @@ def test_a_wrong_channel(folder, channel, said):
 @pytest.mark.parametrize(
     ("keys", "said"),
     [
-        ("backlash = -1", "backlash: -1; expected 0 or more"),
-        ("free_play = -1", "free_play: -1; expected 0 or more"),
-        ("free_play = 1, closing_load = -1", "closing_load: -1; expected 0 or more"),
+        ("backlash = -1", "backlash: -1 m; expected 0 m or more"),
+        ("free_play = -1", "free_play: -1 m; expected 0 m or more"),
+        ("free_play = 1, closing_load = -1", "closing_load: -1 N; expected 0 N or more"),
         ("closing_load = 1", "closing_load: goes with free_play"),
         ("free_play = 1", "free_play: needs the tangential load"),
         ("area = 1", "area: unknown key"),
@@ -385,7 +385,7 @@ def test_a_wrong_response(folder, response, said):
         ("interval = -1", "interval: -1 s; expected more than 0 s"),
         ("interval = 1e-320", "interval: 9.99989e-321 s makes more than 10,000,000 samples"),
         ("interval = 1e-9", "interval: 1e-09 s makes more than 10,000,000 samples out of 14 s"),
-        ('missing = "skip"', "missing: 'skip'; expected 'refuse' or 'drop'"),
+        ('missing = "skip"', "missing: the text 'skip'; expected 'refuse' or 'drop'"),
         ("reduce = 1", "reduce: 1; expected true or false"),
         ("dead_bnd = 1", "dead_bnd: unknown key; did you mean 'dead_band'?"),
     ],
@@ -399,7 +399,7 @@ def test_a_wrong_key_of_loading(folder, keys, said):
 @pytest.mark.parametrize(
     ("band", "said"),
     [
-        ({"tangential_displacement": -1}, "tangential_displacement: -1; expected 0 or more"),
+        ({"tangential_displacement": -1}, "tangential_displacement: -1 m; expected 0 m or more"),
         ({"tangential_displacement": '"1 N"'}, "tangential_displacement: '1 N': 'N' is not a unit of a length"),
         ({"displacement": 1}, "displacement: unknown key; did you mean"),
         ({"tangential_load": 1}, "tangential_load: has no effect, since neither columns nor response has this channel"),

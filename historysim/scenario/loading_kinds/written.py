@@ -8,7 +8,7 @@ import attrs
 from cattrs import Converter
 from cattrs.errors import AttributeValidationNote
 
-from historysim.basics.fields import Force, Length, Lengths, Numbers, Quantity, Time
+from historysim.basics.fields import NOT_NEGATIVE, Force, Length, Lengths, Numbers, Quantity, Time
 from historysim.basics.notices import Teller, silent
 from historysim.basics.places import at, misfit
 from historysim.basics.units import quantity_text
@@ -81,7 +81,7 @@ class Waypoint:
     """
 
     time: Time | None = None
-    after: Time | None = None
+    after: Time | None = attrs.field(default=None, validator=NOT_NEGATIVE)
     normal_load: Force | None = None
     normal_displacement: Length | None = None
     tangential_load: Force | None = None
@@ -98,8 +98,6 @@ class Waypoint:
         if (self.time is None) == (self.after is None):
             given = "neither time nor after" if self.time is None else "both time and after"
             raise InputError(f"{given}; expected either the time itself, or the time after the waypoint before it")
-        if self.after is not None and self.after < 0:
-            raise misfit(f"{self.after:g} s; expected 0 s or more", "after")
         one_of_each(self)
         if self.asperities is not None and self.friction is None:
             raise misfit("without friction; expected both, or asperities in geometry", "asperities")
@@ -294,7 +292,7 @@ class Each:
         Coefficients.
     """
 
-    after: Time
+    after: Time = attrs.field(validator=NOT_NEGATIVE)
     normal_load: Annotated[tuple[float, ...], Quantity("N")] | None = None
     normal_displacement: Annotated[tuple[float, ...], Quantity("m")] | None = None
     tangential_load: Annotated[tuple[float, ...], Quantity("N")] | None = None
@@ -303,8 +301,6 @@ class Each:
 
     def __attrs_post_init__(self) -> None:
         """Check that there are values, as many of one as of the other."""
-        if self.after < 0:
-            raise misfit(f"{self.after:g} s; expected 0 s or more", "after")
         one_of_each(self)
         lengths = {key: len(value) for key in IN_TURN if (value := getattr(self, key)) is not None}
         if not lengths or 0 in lengths.values() or len(set(lengths.values())) > 1:
