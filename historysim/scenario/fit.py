@@ -23,7 +23,7 @@ from historysim.scenario.compare import sticking_stiffness
 from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import reported
 from historysim.scenario.sections import FitSection
-from historysim.scenario.surface_kinds.scaled import Scaled
+from historysim.scenario.surface_kinds import ChangedSurface
 
 if TYPE_CHECKING:
     from historysim.measured.comparison import Comparison
@@ -222,8 +222,8 @@ def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: P
             _put(document["instrument"], "lateral_stiffness", parameter)
         elif parameter.name == "height_scale":
             surface = scenario.sections.surface
-            scaled_by = surface.height_scale if isinstance(surface, Scaled) else 1.0
-            _put(document["surface"], "height_scale", parameter, scaled_by)
+            scale = surface.height_scale if isinstance(surface, ChangedSurface) else None
+            _put(document["surface"], "height_scale", parameter, scale or 1.0)
         else:
             _put_moduli(document, scenario, parameter)
     if "run" in document["loading"]:

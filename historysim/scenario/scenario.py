@@ -29,8 +29,7 @@ from historysim.scenario.loading_kinds import MeasuredLoading
 from historysim.scenario.overriding import with_values
 from historysim.scenario.schema import given, reported
 from historysim.scenario.sections import Sections
-from historysim.scenario.surface_kinds import BuiltSurface
-from historysim.scenario.surface_kinds.map_kinds import HeightMap
+from historysim.scenario.surface_kinds import BuiltSurface, ChangedSurface, HeightMap
 
 if TYPE_CHECKING:
     from historysim.asperities.ensemble import Ensemble
@@ -156,10 +155,8 @@ class Scenario:
         InputError
             As for `surface`.
         """
-        kind: Any = self.sections.surface
-        # a map may be scaled, or interact
-        while not isinstance(kind, HeightMap) and hasattr(kind, "of"):
-            kind = kind.of
+        kind = self.sections.surface
+        kind = kind.of if isinstance(kind, ChangedSurface) else kind
         plain = kind.unprepared() if isinstance(kind, HeightMap) else None
         with reported(self.path.name), at("surface"):
             return plain.build(self.path.parent) if plain else None

@@ -166,7 +166,7 @@ def unit_of(sections: Sections, key: str) -> str:
         if isinstance(step, int):
             here = here[step]
             continue
-        # a surface may be scaled, or interact, and friction may be a law
+        # a surface may have keys that change it, and friction may be a law
         while step not in _fields(here) and "of" in _fields(here):
             here = here.of
         if step not in _fields(here):

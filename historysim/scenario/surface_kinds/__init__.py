@@ -1,7 +1,5 @@
 """The kinds of ``[surface]`` in a scenario: the keys of each, and the summits that it gives."""
 
-from typing import Any
-
 import attrs
 from cattrs import Converter
 
@@ -9,18 +7,15 @@ from historysim.basics.fields import Number
 from historysim.basics.places import misfit
 from historysim.basics.wording import shown
 from historysim.errors import InputError
-from historysim.scenario.law_sections import YieldingSection
 from historysim.scenario.schema import kind_from_toml, table
-from historysim.scenario.surface_kinds.interacting import Interacting
+from historysim.scenario.surface_kinds.any_surface import ChangedSurface, SurfaceKeys
 from historysim.scenario.surface_kinds.map_kinds import HeightMap
-from historysim.scenario.surface_kinds.run_in_surface import PassesSection, RunIn
-from historysim.scenario.surface_kinds.scaled import Scaled
 from historysim.scenario.surface_kinds.surface_kind import SURFACES, BuiltSurface, SurfaceKind
-from historysim.scenario.surface_kinds.yielding_surface import Yielding
 
 __all__ = [
     "SURFACES",
     "BuiltSurface",
+    "ChangedSurface",
     "HeightMap",
     "SurfaceKind",
     "channel_from_toml",
@@ -31,14 +26,6 @@ __all__ = [
 
 DEEPEST = 20
 """Sums within sums that are followed."""
-
-
-@attrs.frozen
-class _Plastic:
-    """Keys that any surface may have: how its summits yield, and how it is run in."""
-
-    yielding: YieldingSection | None = None
-    passes: PassesSection | None = None
 
 
 def surface_from_toml(converter: Converter, value: object, _: object) -> SurfaceKind:
@@ -55,17 +42,10 @@ def surface_from_toml(converter: Converter, value: object, _: object) -> Surface
         if depth > DEEPEST:
             raise InputError(f"sums within sums, more than {DEEPEST} deep; expected fewer")
     entry = dict(table(value))
-    scale = converter.structure(entry.pop("height_scale"), Number) if "height_scale" in entry else None
-    interaction = entry.pop("interaction", None)
-    beside = {key: entry.pop(key) for key in ("yielding", "passes") if key in entry}
-    plastic = converter.structure(beside, _Plastic)
+    changes = {key: entry.pop(key) for key in attrs.fields_dict(SurfaceKeys) if key in entry}
+    keys = converter.structure(changes, SurfaceKeys)
     surface: SurfaceKind = kind_from_toml(converter, entry, SURFACES)
-    scaled = surface if scale is None else Scaled(surface, scale)
-    whole: Any = scaled if interaction is None else Interacting(scaled, interaction)
-    whole = whole if plastic.yielding is None else Yielding(whole, plastic.yielding)
-    whole = whole if plastic.passes is None else RunIn(whole, plastic.passes)
-    found: SurfaceKind = whole
-    return found
+    return ChangedSurface(of=surface, **attrs.asdict(keys, recurse=False)) if changes else surface
 
 
 def map_from_toml(converter: Converter, value: object, _: object) -> HeightMap:
