@@ -137,7 +137,7 @@ def loops(
     from historysim.measured.definitions import DEFAULT, Definitions
     from historysim.results.plots.loop_curves import plot_loops
     from historysim.results.plots.loop_levels import plot_loop_levels
-    from historysim.scenario.loop_search import loops as find_loops
+    from historysim.scenario.record_search import loops as find_loops
     from historysim.scenario.scenario import load
 
     definitions = Definitions(
@@ -207,8 +207,8 @@ def sliding(
     Static peak, running-in and steady value. FILE is a result, or a scenario with a measured record.
     """
     from historysim.results.plots.friction_trace import plot_sliding
+    from historysim.scenario.record_search import sliding as find_sliding
     from historysim.scenario.scenario import load
-    from historysim.scenario.sliding_search import sliding as find_sliding
 
     measured = file.suffix == ".toml"
     record = load(file, values) if measured else scenario_or_file(file, values)
