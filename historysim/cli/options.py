@@ -40,7 +40,9 @@ path_type = PathType(path_type=Path)
 
 
 force_option = click.option(
-    "--force", is_flag=True, help="Replace files that are no earlier outputs of this kind, too; never one that is read."
+    "--force",
+    is_flag=True,
+    help="Also replace files that are not earlier outputs of this kind; never a file that is read.",
 )
 
 
@@ -82,7 +84,7 @@ def set_option(command: Callable[..., None]) -> Callable[..., None]:
         "settings",
         multiple=True,
         metavar="KEY=VALUE",
-        help="Another value for a key of the scenario, as friction.coefficient=0.3; may come several times.",
+        help="Another value for a key of the scenario, such as friction.coefficient=0.3; may be given several times.",
     )(with_values)
 
 
@@ -97,10 +99,10 @@ def _setting(text: str) -> tuple[str, Any]:
             f'--set {text!r}: expected KEY=VALUE, such as friction.coefficient=0.3 or "surface.radius=2 mm"'
         )
     try:
-        found = tomllib.loads(f"value = {value}")
+        table = tomllib.loads(f"value = {value}")
     except (ValueError, RecursionError):
         return key, value
-    return key, found["value"] if set(found) == {"value"} else value
+    return key, table["value"] if set(table) == {"value"} else value
 
 
 def scenario_or_file(file: Path, values: dict[str, Any]) -> "Scenario | Path":
@@ -133,7 +135,7 @@ def text_options(command: Callable[..., None]) -> Callable[..., None]:
         click.option("--encoding", help="The encoding of a text.  [default: found]"),
         click.option("--header", type=int, help="The line of a text that names the columns. [default: found]"),
         click.option("--decimal", default=".", show_default=True, help="The decimal sign of a text."),
-        click.option("--delimiter", help="What stands between two values of a text. [default: found]"),
+        click.option("--delimiter", help="The sign between two values of a text. [default: found]"),
     ):
         with_layout = option(with_layout)
     return with_layout

@@ -112,14 +112,14 @@ def tell(answer: Answer, *, as_json: bool = False) -> None:
 def _json(answer: Answer) -> str:
     import json
 
-    found: dict[str, Any] = {
+    document: dict[str, Any] = {
         "lines": [_line(label, text) for label, text in (*answer.lines, *answer.below) if label],
         "tables": [{"columns": rows[0], "rows": rows[1:]} for rows in answer.tables if rows],
         "files": [str(path) for path in answer.files],
     }
     if answer.data is not None:
-        found["data"] = answer.data().to_dict()
-    return json.dumps(_plain(found), ensure_ascii=False, indent=1)
+        document["data"] = answer.data().to_dict()
+    return json.dumps(_plain(document), ensure_ascii=False, indent=1)
 
 
 def _line(label: str, text: str) -> dict[str, Any]:

@@ -185,15 +185,15 @@ def report(file: Path, output: Path | None, force: bool) -> None:
 @click.option(
     "--scripts",
     is_flag=True,
-    help="Also carry out the Python scripts in FOLDER that say that they are examples: run code of people you trust.",
+    help="Also run the Python scripts in FOLDER that are marked as examples. Run only code of people you trust.",
 )
 @force_option
 def gallery(folder: Path, output: Path, workers: int | None, scripts: bool, force: bool) -> None:
     """Run all scenarios in FOLDER and draw them on one HTML page.
 
     Scenarios with [sweep] are swept; hidden files and folders are left out. FOLDER is "scenarios" where none is named,
-    as in the repository. Scripts are carried out with --scripts only, and only those that hold a line
-    "# historysim gallery: example".
+    as in the repository. Scripts are run with --scripts only, and only those that hold the line "# historysim gallery:
+    example".
     """
     from historysim.studies.gallery import files_of_gallery
     from historysim.studies.gallery import gallery as written
@@ -215,10 +215,10 @@ def _animate(file: Path, output: Path, size: tuple[float, float] | None) -> None
 
 def _listed(option: str, text: str) -> list[str]:
     """Return what stands between commas."""
-    found = [part.strip() for part in text.split(",")]
-    if not all(found):
+    parts = [part.strip() for part in text.split(",")]
+    if not all(parts):
         raise InputError(f"{option} {text!r}: expected texts with a comma between each two")
-    return found
+    return parts
 
 
 def _millimetres(text: str) -> tuple[float, float]:

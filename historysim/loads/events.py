@@ -271,8 +271,8 @@ class FrictionChange(Event):
     @classmethod
     def from_cell(cls, time: float, text: str, number: Number) -> Self:
         """Return the event that `cell` told."""
-        chosen, told = chosen_in(text)
-        return cls(time, coefficients_in(told, number), chosen)
+        chosen, coefficients = chosen_in(text)
+        return cls(time, coefficients_in(coefficients, number), chosen)
 
     def misfit(self, count: int) -> str:
         """Return what does not fit so many asperities."""
@@ -386,8 +386,8 @@ class GeometryChange(Event):
     @classmethod
     def from_cell(cls, time: float, text: str, number: Number) -> Self:
         """Return the event that `cell` told."""
-        chosen, told = chosen_in(text)
-        heights, _, radii = told.partition("|")
+        chosen, lengths = chosen_in(text)
+        heights, _, radii = lengths.partition("|")
         height, radius = (tuple(map(number, each.split())) or None for each in (heights, radii))
         return cls(time, height, radius, chosen)
 

@@ -285,10 +285,7 @@ def _check(events: Sequence[Event], substeps: int) -> None:
 def check_substeps(substeps: int) -> None:
     """Check a number of rows per interval.
 
-    Raises
-    ------
-    InputError
-        It is no whole number of 1 or more.
+    Raises InputError: no whole number of 1 or more.
     """
     if isinstance(substeps, bool) or not isinstance(substeps, int) or substeps < 1:
         raise InputError(f"substeps is {substeps!r}; expected a whole number of 1 or more")
@@ -330,14 +327,14 @@ def _channels(
     events: Sequence[Event], start: Cursor | None = None, *, done: int | None = None
 ) -> tuple["_Channel", "_Channel", "_Channel"]:
     """Return the channels with their waypoints, in the order of `CHANNELS`."""
-    found: dict[str, tuple[list[int], list[Any]]] = {name: ([], []) for name in CHANNELS}
+    by_channel: dict[str, tuple[list[int], list[Any]]] = {name: ([], []) for name in CHANNELS}
     for number, event in enumerate(events):
         channel = getattr(event, "channel", None)
         if channel is not None:
-            numbers, waypoints = found[channel]
+            numbers, waypoints = by_channel[channel]
             numbers.append(number)
             waypoints.append(event)
-    normal, tangential, friction = (_Channel(name, *own, start, done) for name, own in found.items())
+    normal, tangential, friction = (_Channel(name, *own, start, done) for name, own in by_channel.items())
     return normal, tangential, friction
 
 

@@ -133,15 +133,12 @@ class LogHeader:
     def check(self) -> None:
         """Check that settings are of their types, and that ensemble and instrument can be made of them.
 
-        Raises
-        ------
-        InputError
-            A setting of another type, or numbers that no ensemble has.
+        Raises InputError: a setting of another type, or numbers that no ensemble has.
         """
         for name, kinds in OF_SETTINGS.items():
             value = self.settings.get(name)
             if (value is None and name not in self.settings) or not isinstance(value, kinds):
-                raise InputError(f"is damaged: its setting {name} is {shown(value)}, which it cannot be")
+                raise InputError(f"is damaged: its setting {name} is {shown(value)}, which is no value for it")
         metadata = self.settings.get("metadata", {})
         if not isinstance(metadata, dict) or not all(isinstance(each, str) for each in metadata.values()):
             raise InputError("is damaged: its metadata are no texts")
@@ -213,8 +210,8 @@ class LogHeader:
     @property
     def attributes(self) -> dict[str, Any]:
         """Attributes of a result that the scenario adds to those of its replay."""
-        told = {name: self.settings[name] for name in ("scenario", "title", "seed")}
-        known = {name: value for name, value in told.items() if value not in (None, "")}
+        named = {name: self.settings[name] for name in ("scenario", "title", "seed")}
+        known = {name: value for name, value in named.items() if value not in (None, "")}
         return {**known, **self.settings.get("metadata", {})}
 
     @property

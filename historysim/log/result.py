@@ -14,7 +14,8 @@ from historysim.errors import InputError, LoadError
 from historysim.loads.event_sequence import time_text
 from historysim.loads.schedule import Cursor, Start
 from historysim.log import embedded_log
-from historysim.log.file import ENDING, Content, LogFile
+from historysim.log.database import ENDING
+from historysim.log.file import Content, LogFile
 from historysim.log.header import LogHeader
 from historysim.log.replay_start import start_before
 from historysim.log.snapshot import Snapshot
@@ -40,10 +41,7 @@ SNAPSHOT_CELLS, MOST_SNAPSHOT_ROWS = 1 << 26, 1 << 16
 def log_beside(output: Path) -> Path:
     """Return the place of the log that belongs to a result.
 
-    Raises
-    ------
-    InputError
-        It would be the result itself, or there is no name.
+    Raises InputError: it would be the result itself, or there is no name.
     """
     if not output.name:
         raise InputError(f"{output}: is a folder; expected the name of a file to write")
@@ -201,7 +199,7 @@ def _is_result_of(output: Path, tip: bytes) -> bool:
     try:
         check_contained(output)
         with netCDF4.Dataset(output) as file:
-            told = {name: file.getncattr(name) for name in ("log_digest", "complete") if name in file.ncattrs()}
+            attributes = {name: file.getncattr(name) for name in ("log_digest", "complete") if name in file.ncattrs()}
     except (OSError, RuntimeError, AttributeError, InputError):
         return False
-    return told.get("log_digest") == digest_attribute(tip)["log_digest"] and bool(told.get("complete"))
+    return attributes.get("log_digest") == digest_attribute(tip)["log_digest"] and bool(attributes.get("complete"))

@@ -70,9 +70,9 @@ class Snapshot:
 
 def snapshot_from(text: str, link: bytes, state: bytes) -> Snapshot:
     """Take a snapshot from a file."""
-    told: dict[str, Any] = json.loads(text)
-    batches, made_by, written = told.pop("batches"), told.pop("program"), bytes.fromhex(told.pop("written", ""))
-    cursor: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in told.items()}
+    fields: dict[str, Any] = json.loads(text)
+    batches, made_by, written = fields.pop("batches"), fields.pop("program"), bytes.fromhex(fields.pop("written", ""))
+    cursor: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in fields.items()}
     return Snapshot(Cursor(**cursor), batches, link, made_by, state, written)
 
 

@@ -125,16 +125,16 @@ class Comparison:
         """Tell a record that is much softer than the model."""
         if self.measured is None or not self.contact_stiffness > 0:
             return []
-        found, told = self.measured.statistics("tangential_stiffness").mean, self.instrument.lateral_stiffness
-        whole = self.contact_stiffness if self.instrument.rigid else 1 / (1 / self.contact_stiffness + 1 / told)
-        if not 0 < found < SOFTER * whole:
+        measured, in_series = self.measured.statistics("tangential_stiffness").mean, self.instrument.lateral_stiffness
+        whole = self.contact_stiffness if self.instrument.rigid else 1 / (1 / self.contact_stiffness + 1 / in_series)
+        if not 0 < measured < SOFTER * whole:
             return []
-        series = quantity_text(1 / (1 / found - 1 / self.contact_stiffness), "N/m", 3)
+        series = quantity_text(1 / (1 / measured - 1 / self.contact_stiffness), "N/m", 3)
         mend = "fit lateral_stiffness" + (
             f', with [instrument] lateral_stiffness = "{series}" to start from' if self.instrument.rigid else ""
         )
         note = (
-            f"the record is softer at reversals than the model, {quantity_text(found, 'N/m', 3)} against "
+            f"the record is softer at reversals than the model, {quantity_text(measured, 'N/m', 3)} against "
             f"{quantity_text(whole, 'N/m', 3)}: looks like a compliance in series of {series}; {mend}"
         )
         return [note]

@@ -44,9 +44,9 @@ from historysim.basics.units import quantity_text, scaled
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.measured.definitions import Definitions
-from historysim.measured.looks import Strokes, what_it_looks_like
+from historysim.measured.instrument_faults import instrument_faults
+from historysim.measured.loop_notes import loop_notes
 from historysim.measured.loop_table import Along, LoopQuantity, LoopTable, same_amplitude, same_load
-from historysim.measured.noise import REVERSAL
 from historysim.measured.power_law import CONFIDENCE
 from historysim.measured.preliminary_readings import reversal_factor, zero_load_factor
 from historysim.measured.range_pairs import range_pairs
@@ -88,14 +88,6 @@ LOOP_QUANTITIES = {
 
 CONTENT = "friction loops"
 """What the attribute ``content`` of a file of loops says, by which such a file is known."""
-
-LEAST_DRIFT = 1e-3
-"""Rise along a record over the mean up to which a drift is not worth a line."""
-STROKE_OVER_NOISE = 40.0
-"""Stroke over the noise of the displacement up to which a note tells that noise decides."""
-NARROW = 0.05
-"""Energy of a loop over the rectangle around it, 4TU, below which it is a spring's: .2 where a sphere just slides, by
-Cattaneo and Mindlin (8 times the area under 1 - (1 - u)^(3/2), less 4), and more beyond."""
 
 
 class NoLoopError(InputError):
@@ -259,8 +251,8 @@ class Loops:
             "stepped_branches",
             "rising_branches",
         ]
-        told = f"the first {counted(count, 'loop is', 'loops are')} left out at each load, {(~kept).sum():,} in all"
-        return attrs.evolve(self, **{name: getattr(self, name)[kept] for name in per_loop}, told=(*self.told, told))
+        note = f"the first {counted(count, 'loop is', 'loops are')} left out at each load, {(~kept).sum():,} in all"
+        return attrs.evolve(self, **{name: getattr(self, name)[kept] for name in per_loop}, told=(*self.told, note))
 
     def by_load(self) -> LoopTable:
         """Return statistics of the large loops, a row for each normal load; empty where that was not measured."""
@@ -331,62 +323,12 @@ class Loops:
     @property
     def notes(self) -> tuple[str, ...]:
         """What was left out, and what the samples are too few to tell, with the mend."""
-        told = (
-            *self._noise_notes(),
-            *self.faults,
-            *self._drift_notes(),
-            *self.told,
-            *self._rising_notes(),
-            *self._narrow_notes(),
-        )
-        unknown = int(
-            (np.isnan(self.tangential_stiffness) & ~self.left_out_branches & ~self.stepped_branches).any(axis=1).sum()
-        )
-        if not unknown:
-            return told
-        missing = f"{unknown:,} of {counted(len(self), 'loop', 'loops')} without a stiffness at reversal"
-        needed = f"the first part of a branch, {self.definitions.initial}, needs two samples or more that rise"
-        mend = "record more often (substeps of a simulation), or take a longer first part"
-        return (*told, f"{missing}: {needed}; {mend}")
+        return loop_notes(self)
 
     @property
     def faults(self) -> tuple[str, ...]:
         """What the record looks like, where something of the instrument changes what is read off; with the mend."""
-        if not self.displacement_noise:
-            return ()
-        chosen = self.large & ~self.left_out_branches.any(axis=1)
-        trace = self.trace
-        return tuple(
-            what_it_looks_like(
-                Strokes(
-                    trace.time,
-                    trace.displacement,
-                    trace.tangential_load,
-                    self.ends[chosen],
-                    self.friction_force[chosen],
-                    self.displacement_noise,
-                )
-            )
-        )
-
-    def _noise_notes(self) -> list[str]:
-        noise = self.displacement_noise
-        stroke = 2 * float(np.median(self.amplitude[self.large]))
-        if not noise or (stroke > STROKE_OVER_NOISE * noise and self.dead_band >= REVERSAL * noise):
-            return []
-        of = quantity_text(noise, "m", 2)
-        if self.dead_band < REVERSAL * noise:
-            told = (
-                f"the dead band is {self.dead_band / noise:.2g} deviations of the noise of the displacement, {of}: "
-                "noise may be taken for reversals"
-            )
-            return [f"{told}; six of them, {quantity_text(REVERSAL * noise, 'm', 2)}, or more are safe"]
-        told = (
-            f"strokes of {quantity_text(stroke, 'm', 3)} are {stroke / noise:.2g} deviations of the noise of the "
-            f"displacement, {of}: noise decides where branches begin and end, and what is read off near reversals; "
-            "low_pass or median at this channel take noise off, and longer strokes stand above it"
-        )
-        return [told]
+        return tuple(instrument_faults(self))
 
     def wander(self, quantity: str) -> Wander | None:
         """Return how the mean of a quantity over the large loops wanders, with its interval of 95 % and its drift.
@@ -406,63 +348,6 @@ class Loops:
         factor, symbol = scaled(mean, unit)
         low, high = (factor * (mean + sign * wander.reach) for sign in (-1, 1))
         return f" (95 %: {low:.4g} to {high:.4g}{symbol})"
-
-    def _drift_notes(self) -> list[str]:
-        """Return what drifts from loop to loop, where all of them are at one load."""
-        if len(self.by_load()) > 1:
-            return []
-        quantity = "friction_coefficient" if np.isfinite(self.friction_coefficient).any() else "friction_force"
-        wander, mean = self.wander(quantity), self.statistics(quantity).mean
-        if wander is None or not wander.drifts or abs(wander.rise) < LEAST_DRIFT * abs(mean):
-            return []
-        label, unit = BRANCH_QUANTITIES[quantity]
-        start, end, low, high = (
-            quantity_text(value, unit)
-            for value in (
-                mean - wander.rise / 2,
-                mean + wander.rise / 2,
-                wander.rise - wander.rise_reach,
-                wander.rise + wander.rise_reach,
-            )
-        )
-        told = (
-            f"the {label} drifts, from {start} at the start to {end} at the end of the record, by {low} to {high} "
-            "(95 %); its mean and the interval of it are those of the middle"
-        )
-        return [told]
-
-    def _rising_notes(self) -> list[str]:
-        rising = self.rising_branches & self.large[:, None]
-        if not rising.any():
-            return []
-        many = int((np.isfinite(self.friction_force) & self.large[:, None]).sum())
-        coefficient = self.friction_coefficient[rising]
-        bound = (
-            f"coefficients of {coefficient.min():.4g} to {coefficient.max():.4g}"
-            if np.isfinite(coefficient).all()
-            else f"forces of {quantity_text(float(self.friction_force[rising].min()), 'N')} and more"
-        )
-        few, share = f"{int(rising.sum()):,} of {counted(many, 'branch', 'branches')}", self.definitions.still_rising
-        told = (
-            f"{few} did not come to slide: the load still rises where it should be level, by over {100 * share:.3g} %"
-        )
-        return [f"{told}; the {bound} there are lower bounds and not in the means; longer strokes slide"]
-
-    def _narrow_notes(self) -> list[str]:
-        force = self.friction_force.mean(axis=1)
-        around = 4 * force * (self.amplitude - force / self.lateral_stiffness)
-        slid = self.large & (around > 0) & ~self.rising_branches.any(axis=1)
-        narrow = slid & (self.dissipated_energy < NARROW * around)
-        if not narrow.any():
-            return []
-        share = float((self.dissipated_energy / around)[narrow].max())
-        told = f"{int(narrow.sum()):,} of {counted(int(slid.sum()), 'loop', 'loops')} are closed to a line"
-        area = f"{100 * max(share, 0.0):.2g} % or less of the area of 4TU around them"
-        mend = (
-            "see whether the displacement is that of a soft drive (say its stiffness in [instrument]), and the load "
-            "measured and not computed"
-        )
-        return [f"{told}, with {area}: that is a spring, and a sphere that just comes to slide has 20 %; {mend}"]
 
     def _preliminary_texts(self) -> list[tuple[str, str]]:
         """Return what each reading of the preliminary displacement is."""
@@ -570,9 +455,9 @@ class Loops:
 
     def text(self, quantity: str, unit: str, direction: Direction = "both") -> str:
         """Return mean ± standard deviation of a quantity as a text; parameters and errors as in `statistics`."""
-        count, found = int(self.large.sum()), self.statistics(quantity, direction)
-        if found.count or quantity not in OF_SLIP:
-            return found.text(unit, count)
+        count, statistics = int(self.large.sum()), self.statistics(quantity, direction)
+        if statistics.count or quantity not in OF_SLIP:
+            return statistics.text(unit, count)
         # nothing slid: what there is, is a lower bound
         bound = self._statistics(getattr(self, quantity), direction)
         return f"≥ {bound.text(unit, count)}" if bound.count else bound.text(unit, count)

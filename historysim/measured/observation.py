@@ -240,13 +240,13 @@ def passed(
 
 def _stiffest(displacement: Floats, stiffness: Floats, reach: float) -> Floats:
     """Return the greatest stiffness at each sample, the one before it, and those before it within reach."""
-    found = stiffness.copy()
+    greatest = stiffness.copy()
     for back in range(1, min(displacement.size, MOST_BACK)):
         near = np.abs(displacement[back:] - displacement[:-back]) <= (math.inf if back == 1 else reach)
         if not near.any():
             break
-        found[back:] = np.maximum(found[back:], np.where(near, stiffness[:-back], 0.0))
-    return found
+        greatest[back:] = np.maximum(greatest[back:], np.where(near, stiffness[:-back], 0.0))
+    return greatest
 
 
 def _half_step(displacement: Floats) -> Floats:

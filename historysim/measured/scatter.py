@@ -167,9 +167,9 @@ class TrendLine:
         if too_little(_MOST_CORRELATED) <= 0:
             return _MOST_CORRELATED
         none = too_little(0.0)
-        found = -none if none >= 0 else float(brentq(too_little, 0, _MOST_CORRELATED, xtol=1e-3))
-        error = math.sqrt(max(1 - found**2, 0.0) / moves.size)
-        return min(max(found + error, 0.0), _MOST_CORRELATED)
+        estimate = -none if none >= 0 else float(brentq(too_little, 0, _MOST_CORRELATED, xtol=1e-3))
+        error = math.sqrt(max(1 - estimate**2, 0.0) / moves.size)
+        return min(max(estimate + error, 0.0), _MOST_CORRELATED)
 
     def critical_value(self, of: Floats, correlation: float, confidence: float) -> float:
         """Return how many √V the interval of a sum of the moves, each times a number (piece), reaches on both sides."""

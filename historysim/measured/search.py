@@ -171,16 +171,16 @@ class Search:
 
     def ended(self, walked: Callable[[], object] = lambda: None) -> SearchResult:
         """Return where the search ends; `walked` is called after each walk along the observation."""
-        told = attrs.evolve(self, model=_telling(self.model, walked))
-        observation = told.observation.thinned(max(ENOUGH_SAMPLES, 20 * self.free))
-        thin = attrs.evolve(told, observation=observation, compared=_compared(observation))
+        reporting = attrs.evolve(self, model=_telling(self.model, walked))
+        observation = reporting.observation.thinned(max(ENOUGH_SAMPLES, 20 * self.free))
+        thin = attrs.evolve(reporting, observation=observation, compared=_compared(observation))
         # first with the nodes as they were measured: far from the end they would stand in for the parameters
         fixed = attrs.evolve(thin, free=0)
         start = fixed.best_start()
         unknowns = np.append(fixed.least(start, fixed.scales(start), rough=True).x, np.zeros(self.free))
         if observation is not self.observation:
             unknowns = thin.least(unknowns, thin.scales(unknowns), rough=True).x
-        return told.settled(unknowns)
+        return reporting.settled(unknowns)
 
     def best_start(self) -> Floats:
         """Return the best of the start and its neighbours a factor of ten away."""
@@ -239,8 +239,8 @@ class Search:
         count = len(self.names)
         for _ in range(_MOST_ROUNDS):
             scale = self.scales(unknowns)
-            found = self.least(unknowns, scale)
-            moved, unknowns = np.abs(found.x - unknowns)[:count], found.x
+            minimum = self.least(unknowns, scale)
+            moved, unknowns = np.abs(minimum.x - unknowns)[:count], minimum.x
             slopes = self.slopes(unknowns, scale)
             moves = np.abs(unknowns[count:]) < FARTHEST_NODE * (1 - _AT_BOUND)
             freed, added = slopes.freed(moves)
@@ -261,7 +261,7 @@ class Search:
             int((~moves).sum()),
             scale,
             self.noises(unknowns),
-            near and found.status > 0,
+            near and minimum.status > 0,
         )
 
     def noises(self, unknowns: Floats) -> Floats:
@@ -379,8 +379,8 @@ def _compared(observation: Observation) -> Integers:
 
 
 def _telling(model: Model, walked: Callable[[], object]) -> Model:
-    def told(values: Mapping[str, float]) -> tuple[Ensemble, Instrument]:
+    def reporting(values: Mapping[str, float]) -> tuple[Ensemble, Instrument]:
         walked()
         return model(values)
 
-    return told
+    return reporting

@@ -93,7 +93,7 @@ class FileRecorder(Recorder):
 
         Of the numbers in `known`, with what `flush` has returned there, those up to which nothing has changed.
         """
-        found: dict[int, bytes] = {}
+        kept: dict[int, bytes] = {}
         begun, sums = 0, [0] * len(self._sums)
         # what cannot be read does not stand
         with contextlib.suppress(OSError):
@@ -104,8 +104,8 @@ class FileRecorder(Recorder):
                 begun, written = rows, _digest(sums)
                 if written not in known[rows]:
                     break
-                found[rows] = written
-        return found
+                kept[rows] = written
+        return kept
 
     def go_on(self, rows: int, written: bytes) -> None:
         """Go on after so many rows, one of the numbers that `rows_kept` has given, with what it has given for it."""
@@ -209,10 +209,7 @@ def _reported() -> Iterator[None]:
 def recording(path: Path, recorder_of: Callable[[int], FileRecorder]) -> Iterator[FileRecorder]:
     """Record into a netCDF file with a recorder made for its handle; it replaces another one when all rows are there.
 
-    Raises
-    ------
-    OSError
-        The folder cannot be written to, or the disk is full.
+    Raises OSError: the folder cannot be written to, or the disk is full.
     """
     with replacing(path) as unfinished, opened(unfinished) as handle, recorder_of(handle) as target:
         target.check_room(path.parent)

@@ -57,15 +57,15 @@ class Variable:
     def values(self, rows: Rows, ensemble: Ensemble, instrument: Instrument) -> Array:
         """Return what it is in recorded rows (row) or (row, column)."""
         if self.derived is not None:
-            found = self.derived(rows, ensemble, instrument)
+            values = self.derived(rows, ensemble, instrument)
         else:
-            found = rows.totals[self.source] if self.dimensions == _STEP else rows.each[self.source]
-        return np.ascontiguousarray(found, dtype=self.dtype)
+            values = rows.totals[self.source] if self.dimensions == _STEP else rows.each[self.source]
+        return np.ascontiguousarray(values, dtype=self.dtype)
 
 
 def _separation(rows: Rows, ensemble: Ensemble, _instrument: Instrument) -> Array:
-    found: Array = ensemble.highest_summit - rows.totals["approach"]
-    return found
+    separation: Array = ensemble.highest_summit - rows.totals["approach"]
+    return separation
 
 
 def _drive(rows: Rows, _ensemble: Ensemble, instrument: Instrument) -> Array:

@@ -82,13 +82,7 @@ def _of_file(table: Table, file: str) -> Table:
 
 
 def column_from_toml(value: object, _: object = Column) -> Column:
-    """Return the column that is ``"name"`` or ``{ column = "name", unit = "mN" }``.
-
-    Raises
-    ------
-    InputError
-        Anything else.
-    """
+    """Return the column that is ``"name"`` or ``{ column = "name", unit = "mN" }``; anything else is an InputError."""
     if not isinstance(value, dict):
         return Column(text(value))
     known = [field.name for field in attrs.fields(Column)]

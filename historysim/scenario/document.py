@@ -66,14 +66,11 @@ def read_sections(path: Path, values: Mapping[str, Any] | None = None) -> tuple[
 def parsed(source: str) -> dict[str, Any]:
     """Return what a text holds.
 
-    Raises
-    ------
-    InputError
-        It is not TOML, or is nested too deeply.
+    Raises InputError: what is not TOML, or nested too deeply.
     """
     parts = most("KEY_PARTS")
-    if found := re.search(rf"(?<!{_PART})(?:{_PART}++\s*+\.\s*+){{{parts}}}", source):
-        line = source.count("\n", 0, found.start()) + 1
+    if match := re.search(rf"(?<!{_PART})(?:{_PART}++\s*+\.\s*+){{{parts}}}", source):
+        line = source.count("\n", 0, match.start()) + 1
         raise InputError(f"line {line}: a key of more than {parts} parts; {at_most('KEY_PARTS')}")
     try:
         document = tomllib.loads(source)

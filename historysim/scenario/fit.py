@@ -36,10 +36,7 @@ Model = Callable[[Mapping[str, float]], tuple[Ensemble, Instrument]]
 def model_of(scenario: Scenario) -> tuple[FitSection, Model, dict[str, float]]:
     """Return ``[fit]``, the model as a function of the parameters that are fitted, and where these start.
 
-    Raises
-    ------
-    InputError
-        A scenario without ``[fit]``, or with parameters that it does not have.
+    Raises InputError: a scenario without ``[fit]``, or with parameters that it does not have.
     """
     ensemble, instrument = scenario.ensemble(), scenario.instrument
     section = scenario.sections.fit
@@ -204,10 +201,10 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
         )
         # how many walks it takes is not known before
         with progress_bar(progress, " walks", desc="fitting", delay=2) as walked:
-            found = fit_parameters(model, start, observation, walked=walked)
-    ensemble, instrument = model(found.values)
+            estimates = fit_parameters(model, start, observation, walked=walked)
+    ensemble, instrument = model(estimates.values)
     stiffness = sticking_stiffness(ensemble, observation)
-    return Fit(scenario, found, Comparison.of(observation, found.response, instrument, stiffness))
+    return Fit(scenario, estimates, Comparison.of(observation, estimates.response, instrument, stiffness))
 
 
 def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: Path) -> str:

@@ -50,9 +50,9 @@ class SummitsPicture(Panel):
         """Draw on a page."""
         from historysim.results.plots.summit_scatter import draw_summit_scatter
 
-        found = _summits(what)
-        labels = self.labels or tuple(found)
-        draw_summit_scatter(page, list(found.values()), labels, apart=self.apart, title=self.title)
+        summits = _summits(what)
+        labels = self.labels or tuple(summits)
+        draw_summit_scatter(page, list(summits.values()), labels, apart=self.apart, title=self.title)
 
 
 @PICTURES.register
@@ -92,15 +92,12 @@ Pictures = tuple[Picture, ...]
 def pictures_from_toml(converter: Converter, value: object, _: object) -> Pictures:
     """Return the pictures that ``[picture]``, or each ``[[picture]]``, says.
 
-    Raises
-    ------
-    InputError
-        An unknown kind, or keys that do not fit it.
+    Raises InputError: an unknown kind, or keys that do not fit it.
     """
 
     def structured(each: object) -> Picture:
-        found: Picture = kind_from_toml(converter, each, PICTURES)
-        return found
+        picture: Picture = kind_from_toml(converter, each, PICTURES)
+        return picture
 
     pictures = array_of(value, structured) if isinstance(value, list) else (structured(value),)
     for index, each in enumerate(pictures):
@@ -113,13 +110,13 @@ def _summits(scenario: Any) -> "dict[str, Summits]":
     """Return the summits of the surface, or of those of the sweep, by what each is called."""
     section = scenario.sections.sweep
     points: list[Mapping[str, Any]] = [{}] if section is None else list(section.grid().points())
-    found: dict[str, Summits] = {}
+    by_name: dict[str, Summits] = {}
     for point in points:
         summits = scenario.at(point).surface().summits
         if summits is None:
             raise InputError(f"{scenario.path.name}: picture: the surface has no summits; expected one that has")
-        found[", ".join(_said(key, value) for key, value in point.items()) or "summits"] = summits
-    return found
+        by_name[", ".join(_said(key, value) for key, value in point.items()) or "summits"] = summits
+    return by_name
 
 
 def _said(key: str, value: Any) -> str:

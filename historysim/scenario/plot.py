@@ -117,8 +117,8 @@ def plot(
     if isinstance(what, list | tuple) and what and all(_is_result(each) for each in what):
         return _several(what, options)
     if isinstance(what, str | Path):
-        with opened(what, form=form, **reading) as found:
-            return _drawn(found, str(what), Path(what).name, options)
+        with opened(what, form=form, **reading) as content:
+            return _drawn(content, str(what), Path(what).name, options)
     if form is not None or reading:
         raise InputError("form, pixel_size, …: expected with the path of a height map alone, which is read with them")
     return _drawn(what, f"this {type(what).__name__}", "", options)
@@ -160,14 +160,14 @@ def _several(what: "Sequence[Any]", chosen: _Options) -> "Drawn":
     if given := [name for name, value in unused.items() if value is not None]:
         raise InputError(f"{given[0]}: belongs to one file; expected pictures of several: loops or traction")
     with ExitStack() as open_files:
-        found = []
+        histories = []
         for each in what:
             history = each if isinstance(each, xr.Dataset) else open_files.enter_context(opened(each))
             if not isinstance(history, xr.Dataset) or "total_normal_load" not in history:
                 raise InputError(f"{each}: is no result of historysim run; expected results alone, or one other file")
-            found.append(history)
+            histories.append(history)
         options = chosen.lines() | ({} if chosen.asperity is None else {"asperity": chosen.asperity})
-        return draw(found, chosen.picture or LOOPS, chosen.place, **options)
+        return draw(histories, chosen.picture or LOOPS, chosen.place, **options)
 
 
 def _drawn(what: Any, name: str, title: str, chosen: _Options) -> "Drawn":

@@ -380,10 +380,10 @@ def _packages(section: Any) -> Iterator[str]:
 
 def _seeds(section: Any) -> list[int]:
     """Return the seeds of a section, and of those within it."""
-    found: list[int] = []
+    seeds: list[int] = []
     for key, value in given(section).items():
         if key == "seed":
-            found.append(value)
+            seeds.append(value)
         elif attrs.has(type(value)):
-            found += _seeds(value)
-    return found
+            seeds += _seeds(value)
+    return seeds

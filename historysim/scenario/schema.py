@@ -36,10 +36,7 @@ MOST_PROBLEMS = 10
 def reported(source: str) -> Iterator[None]:
     """Turn what was raised inside into one message with the path to each field.
 
-    Raises
-    ------
-    InputError
-        One line ``source: path: problem`` for each problem.
+    Raises InputError: one line ``source: path: problem`` for each problem.
     """
     try:
         yield
@@ -126,10 +123,7 @@ def kind_from_toml(
 
     Of ``kinds`` those ``among`` the subclasses of a class.
 
-    Raises
-    ------
-    InputError
-        No table, no such kind, or one of a package that cannot be used.
+    Raises InputError: no table, no such kind, or one of a package that cannot be used.
     """
     entry = dict(table(value))
     if key not in entry:
@@ -145,26 +139,14 @@ def given(section: Any) -> dict[str, Any]:
 
 
 def table(value: object) -> dict[str, Any]:
-    """Return a value that is a TOML table.
-
-    Raises
-    ------
-    InputError
-        Anything else.
-    """
+    """Return a value that is a TOML table; anything else is an InputError."""
     if not isinstance(value, dict):
         raise InputError(f"{shown(value)}; expected a table")
     return value
 
 
 def text(value: object, _: object = str) -> str:
-    """Return a value that is a text and not blank.
-
-    Raises
-    ------
-    InputError
-        Anything else.
-    """
+    """Return a value that is a text and not blank; anything else is an InputError."""
     if not isinstance(value, str) or not value.strip():
         raise InputError(f"{shown(value)}; expected a text" + (" that is not blank" if isinstance(value, str) else ""))
     return value

@@ -416,10 +416,10 @@ class DesignSection:
         """Check the ends, and that there is a grid where one is asked for."""
         if len(self.between) != 2:
             raise misfit(f"{len(self.between)} values; expected two, the least and the greatest", "between")
-        told = [name for name in ("target", "below", "above") if getattr(self, name) is not None]
-        if len(told) != 1:
-            raise InputError(f"{' and '.join(told) or 'no target'}; expected one of target, below and above")
-        if self.quantile is not None and (told == ["target"] or not 0.5 <= self.quantile < 1):
+        goals = [name for name in ("target", "below", "above") if getattr(self, name) is not None]
+        if len(goals) != 1:
+            raise InputError(f"{' and '.join(goals) or 'no target'}; expected one of target, below and above")
+        if self.quantile is not None and (goals == ["target"] or not 0.5 <= self.quantile < 1):
             raise misfit("expected a share from 0.5 to below 1, with below or above", "quantile")
         self.grid()
 

@@ -52,7 +52,7 @@ def cell(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str] = 
     outputs = chosen_outputs(outputs)
     loaded = scenario.at(point)
     history = _history(loaded, each=asks_for_each(outputs))
-    told: dict[str, Any] = {}
+    summaries: dict[str, Any] = {}
     rows = []
     for name in outputs:
         if name in SUMMARIES:
@@ -62,14 +62,14 @@ def cell(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str] = 
                     f"{name}: not all summits are recorded beside rows of each asperity; expected "
                     'record.asperities = "all", or it in a sweep without these rows'
                 )
-            told[name] = xr.Variable((), float(summary.of(history)), _attributes(summary.units, summary.long_name))
+            summaries[name] = xr.Variable((), float(summary.of(history)), _attributes(summary.units, summary.long_name))
         elif name in history:
             rows.append(name)
         else:
             raise InputError(f"{name}: this scenario has none; {_where(name)}")
-    found = history[rows].assign(told)
-    found.attrs = {"validity": history.attrs["validity"]}
-    return found
+    dataset = history[rows].assign(summaries)
+    dataset.attrs = {"validity": history.attrs["validity"]}
+    return dataset
 
 
 def _where(name: str) -> str:

@@ -148,14 +148,14 @@ def survey(lines: Iterable[str], layout: Format) -> Survey:
     delimiter = layout.delimiter
     while window := text.peek(SEARCHED):
         known = attrs.evolve(layout, delimiter=delimiter, header=layout.header if layout.header == 0 else None)
-        found = _next_table(window, known, text.passed)
-        if found is None:
+        next_table = _next_table(window, known, text.passed)
+        if next_table is None:
             if len(window) < SEARCHED:
                 below += [line.strip() for line in text.take(len(window)) if line.strip()]
                 break
             below += [line.strip() for line in text.take(SEARCHED // 2) if line.strip()]
             continue
-        heading, look, row = found
+        heading, look, row = next_table
         delimiter = look.delimiter
         preamble = [line.strip() for line in text.take(heading.above - text.passed) if line.strip()]
         preamble = [*below, *preamble]
@@ -196,10 +196,10 @@ def _next_table(window: list[str], layout: Format, passed: int) -> tuple[Heading
         head = Head.of(window, layout, passed)
     except InputError:
         return None
-    found = head.first_table()
-    if found is None:
+    table = head.first_table()
+    if table is None:
         return None
-    heading, row = found
+    heading, row = table
     numeric = tuple(place for place, field in enumerate(row) if place < heading.width and like_a_number(field))
     return heading, _Look(heading.delimiter, heading.width, numeric, layout.comment), tuple(row[: heading.width])
 

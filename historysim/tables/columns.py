@@ -184,7 +184,7 @@ class MissingValueError(InputError):
 class Piece:
     """Columns of one table of a file, as they stand there, which table, and the lines of its rows as in `Table`."""
 
-    found: "dict[str, Found]"
+    columns: "dict[str, FileColumn]"
     part: Part
     lines: "Integers | None" = None
 
@@ -229,7 +229,7 @@ class Listing:
 
 
 @attrs.frozen(eq=False)
-class Found:
+class FileColumn:
     """A column as it stands in the file.
 
     Attributes

@@ -24,8 +24,8 @@ def units_in_line(fields: Sequence[str]) -> list[str]:
     filled = [field for field in fields if field]
     if filled and all(map(BRACKETED.fullmatch, filled)):
         return list(fields)
-    told = [field for field in filled if field not in _NONE and not BRACKETED.fullmatch(field)]
-    if not told or any(map(like_a_number, told)) or 2 * sum(map(_is_measured_in, told)) < len(told):
+    bare = [field for field in filled if field not in _NONE and not BRACKETED.fullmatch(field)]
+    if not bare or any(map(like_a_number, bare)) or 2 * sum(map(_is_measured_in, bare)) < len(bare):
         return []
     return [
         field if not field or BRACKETED.fullmatch(field) else "" if field in _NONE else f"[{field}]" for field in fields

@@ -156,7 +156,7 @@ def test_a_sweep_is_carried_out_and_goes_on(folder):
     validated = call("validate", "ball.toml", "--set", radii)
     assert "6 cells: 3 of friction.coefficient × 2 of surface.radius" in validated.output
     for nonsense, said in (
-        ('sweep.over."friction.coefficient"=[1]', "sweep.over: friction.coefficient stands twice, in quotes"),
+        ('sweep.over."friction.coefficient"=[1]', "sweep.over: friction.coefficient appears twice, with quotes"),
         ('sweep.over."surface.radios"=[1]', "surface.radios: unknown key; did you mean 'radius'"),
         ('sweep.over."surface.radius=[1]', "expected KEY=VALUE"),
         ('sweep.over."a=b".c=[1]', "a=b"),

@@ -299,7 +299,7 @@ def test_loops_that_a_spring_would_give_are_told():
     turns = np.tile(np.concatenate([np.linspace(-1, 1, 200), np.linspace(1, -1, 200)[1:-1]]), 4)
     load = np.tanh(6 * turns) + 1e-3 * np.gradient(turns)
     spring = loops_of_channels(np.arange(turns.size), 1e-6 * turns, load)
-    assert any("4 of 4 loops are closed to a line" in note for note in spring.notes)
+    assert any("4 of 4 loops are almost lines" in note for note in spring.notes)
     # a sphere that just comes to slide: 0.2 of the rectangle, by the closed form
     just = analysis.friction_loops(swung(1.001 * SLIDE))
     assert not any("closed to a line" in note for note in just.notes)

@@ -82,7 +82,11 @@ def test_values_are_lists_and_ranges(given, values):
         ({"a": [1], "b": [2, 3]}, [["a", "b"]], r"together\[0\]: 1 of a, 2 of b; expected as many"),
         ({"a": [1], "b": [2], "c": [3]}, [["a", "b"], ["b", "c"]], r"together\[1\]: 'b' stands in another group"),
         ({"a.b": [1], "a_b": [2]}, [], "over: two keys would be called a_b"),
-        ({"a": {"b": [1]}, "a.b": [2]}, [], "over: a.b stands twice, in quotes and without; expected its values once"),
+        (
+            {"a": {"b": [1]}, "a.b": [2]},
+            [],
+            "over: a.b appears twice, with quotes and without; expected",
+        ),
         ({"a": range(2000), "b": range(2000)}, [], "over: 4,000,000 points; expected 1,000,000 at most"),
     ],
 )

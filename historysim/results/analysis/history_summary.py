@@ -101,15 +101,15 @@ def _preliminary(history: Recorded, normal: Floats, displacement: Floats, asperi
     coefficients = friction[np.sort(first)]
     if coefficients.size > MOST_COEFFICIENTS:
         coefficients = coefficients[[0, -1]]
-    told = []
+    lines = []
     for coefficient in coefficients:
         of_it = np.flatnonzero(friction == coefficient)
         at = of_it[normal[of_it].argmax()]
         where = f" at μ = {coefficient:.4g}" if coefficients.size > 1 else ""
-        told.append(
+        lines.append(
             f"{quantity_text(float(displacement[at]), 'm')}{where} under {quantity_text(float(normal[at]), 'N')}"
         )
-    return f"{', '.join(told)}, loaded from rest"
+    return f"{', '.join(lines)}, loaded from rest"
 
 
 def _evolved(history: Recorded) -> list[tuple[str, str]]:

@@ -43,10 +43,7 @@ Remarks = list[tuple[str, str]]
 def assembled(folder: Path, section: MeasuredFile) -> Measurement:
     """Return the measurement of a file, made ready as a scenario's ``[loading]`` says.
 
-    Raises
-    ------
-    InputError
-        See `MeasuredLoading.measurement`.
+    Raises InputError: see `MeasuredLoading.measurement`.
     """
     remarks: Remarks = []
     channels = dict(_channels(section))
@@ -153,8 +150,8 @@ def _on_one_clock(
         )
         for clock in dict.fromkeys([None, *(channel.time for channel in measured.values())])
     }
-    told = dict.fromkeys(notice for table in tables.values() for notice in table.notices)
-    remarks += [(FILE_REMARK, notice) for notice in told]
+    notices = dict.fromkeys(notice for table in tables.values() for notice in table.notices)
+    remarks += [(FILE_REMARK, notice) for notice in notices]
     if section.columns.time is None:
         remarks.append(("clock", "no column for time: the number of the row, from 0 s"))
     main = tables[None]
@@ -195,8 +192,8 @@ def _read(folder: Path, section: MeasuredFile, clock: Column | None, channels: M
         return attrs.evolve(table, columns={**table.columns, "time": np.arange(rows, dtype=np.float64)})
     if len(table.parts) == 1:
         return table
-    time, told = one_clock(table.columns["time"], table.parts)
-    return attrs.evolve(table, columns={**table.columns, "time": time}, notices=(*table.notices, *told))
+    time, clock_notices = one_clock(table.columns["time"], table.parts)
+    return attrs.evolve(table, columns={**table.columns, "time": time}, notices=(*table.notices, *clock_notices))
 
 
 def _onto(time: Floats, own: Table, column: Floats, shift: float, max_gap: float | None) -> Floats:
@@ -262,10 +259,7 @@ def _without_missing(section: MeasuredFile, clocked: _Clocked, remarks: Remarks)
 def runs_of(folder: Path, section: MeasuredFile) -> dict[int, int]:
     """Return the runs of a file, in their order, and how many samples each has.
 
-    Raises
-    ------
-    InputError
-        See `MeasuredLoading.measurement`.
+    Raises InputError: see `MeasuredLoading.measurement`.
     """
     run = _on_one_clock(folder, section, dict(_channels(section)), []).run
     known = run[~np.isnan(run)]
@@ -309,8 +303,8 @@ def _check_one_run(clocked: _Clocked) -> None:
     except InputError as error:
         starts = int((np.diff(clocked.time) < 0).sum())
         raise InputError(
-            f"{error}; where these are {starts + 1:,} runs, run = 1 to {starts + 1} in [loading] takes one, and "
-            'run = "each" all, for loops, sliding and fit'
+            f"{error}; if these are {starts + 1:,} runs, run = 1 to {starts + 1} in [loading] takes one of them, "
+            'and run = "each" all, for loops, sliding and fit'
         ) from error
 
 
@@ -373,14 +367,12 @@ def _tell_hum(channel: Channel, key: str, time: Floats, values: Floats, digit: f
         return
     unit = "m" if isinstance(channel, LengthChannel) else "N"
     size = float(np.ptp(values)) if unit == "m" else float(np.abs(values).max())
-    found = [
-        hum for hum in conditioning.find_hum(time, values, dead_band=HUM_DEAD_BAND * size) if hum.amplitude > digit
-    ]
-    if found:
-        lines = ", ".join(f"{quantity_text(hum.amplitude, unit, 3)} at {hum.frequency:.4g} Hz" for hum in found[:3])
-        notches = ", ".join(f"{hum.frequency:.4g}" for hum in found[:3])
-        share = f"{100 * found[0].amplitude / np.ptp(values):.2g} % of its range"
-        mend = f"notch = {f'[{notches}]' if len(found) > 1 else notches} at this channel takes it off"
+    hums = [hum for hum in conditioning.find_hum(time, values, dead_band=HUM_DEAD_BAND * size) if hum.amplitude > digit]
+    if hums:
+        lines = ", ".join(f"{quantity_text(hum.amplitude, unit, 3)} at {hum.frequency:.4g} Hz" for hum in hums[:3])
+        notches = ", ".join(f"{hum.frequency:.4g}" for hum in hums[:3])
+        share = f"{100 * hums[0].amplitude / np.ptp(values):.2g} % of its range"
+        mend = f"notch = {f'[{notches}]' if len(hums) > 1 else notches} at this channel removes it"
         remarks.append((HUM_REMARK, f"{key.replace('_', ' ')}: {lines}, up to {share}; {mend}"))
 
 

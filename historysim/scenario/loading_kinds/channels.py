@@ -100,23 +100,23 @@ class Channel:
     def __attrs_post_init__(self) -> None:
         """Check that it is a column or a constant."""
         keys = given(self)
-        told = {key for key, value in keys.items() if value != attrs.fields_dict(type(self))[key].default}
-        ways = [way for way in ("column", *COMBINED, "constant") if way in told]
+        chosen = {key for key, value in keys.items() if value != attrs.fields_dict(type(self))[key].default}
+        ways = [way for way in ("column", *COMBINED, "constant") if way in chosen]
         if len(ways) != 1:
             raise InputError(
                 f"{' and '.join(ways)} together; expected one of them"
                 if ways
                 else "neither column nor constant; expected one of them, or several columns as sum, mean or difference"
             )
-        if "constant" in told and len(told) > 1:
-            raise misfit("goes with a column; a constant stands alone", min(told - {"constant"}))
+        if "constant" in chosen and len(chosen) > 1:
+            raise misfit("belongs to a column; a constant has no other keys", min(chosen - {"constant"}))
         if self.scale == 0:
             raise misfit("0; expected another number, since nothing would be left of the channel", "scale")
-        self._check_combined(ways[0], told)
+        self._check_combined(ways[0], chosen)
         # a name, position or index that cannot be one is refused here, where it is known which channel it is of
         _ = self.sources
 
-    def _check_combined(self, way: str, told: set[str]) -> None:
+    def _check_combined(self, way: str, chosen: set[str]) -> None:
         if way not in COMBINED:
             return
         count = len(getattr(self, way))
@@ -125,8 +125,8 @@ class Channel:
                 "two columns, of which the second is taken from the first" if way == "difference" else "two or more"
             )
             raise misfit(f"{count} given; expected {expected}", way)
-        if alone := told & {"occurrence", "index"}:
-            raise misfit(f"goes with one column; say it of one of those in {way}", min(alone))
+        if alone := chosen & {"occurrence", "index"}:
+            raise misfit(f"belongs to one column; give it to one of those in {way}", min(alone))
 
     @property
     def notches(self) -> tuple[float, ...]:
@@ -360,7 +360,9 @@ class MeasuredFile(NumbersFile):
         channels = given(self.columns)
         for key, channel in given(self.response).items():
             if key in channels:
-                raise misfit("is replayed, by columns; expected what was measured beside it", "response", key)
+                raise misfit(
+                    "is replayed already, by columns; expected a channel that was measured beside it", "response", key
+                )
             channels[key] = channel
         self._check_free_play(channels)
         self._check_clock(channels)

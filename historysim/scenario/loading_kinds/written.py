@@ -108,13 +108,13 @@ class Waypoint:
     def changes(self) -> dict[str, Any]:
         """What is reached, by the name of its key: what its event has beside the time, or of others the event."""
         named = {key: getattr(self, key) for key in EVENT_KINDS}
-        found: dict[str, Any] = {key: (value,) for key, value in named.items() if value is not None}
+        changes: dict[str, Any] = {key: (value,) for key, value in named.items() if value is not None}
         if self.friction is not None:
-            found["friction"] = (self.friction, self.asperities)
+            changes["friction"] = (self.friction, self.asperities)
         if self.geometry is not None:
             new = self.geometry
-            found["geometry"] = (new.asperities, new.summit_height, new.summit_radius)
-        return found | self.others
+            changes["geometry"] = (new.asperities, new.summit_height, new.summit_radius)
+        return changes | self.others
 
 
 def waypoint_hooks(converter: Converter) -> None:
@@ -125,16 +125,16 @@ def waypoint_hooks(converter: Converter) -> None:
         entry = dict(table(value))
         own = attrs.fields_dict(Waypoint)
         others = {key: entry.pop(key) for key in list(entry) if key not in own and key in EVENTS}
-        found = {}
-        for key, told in others.items():
+        events = {}
+        for key, fields in others.items():
             try:
-                found[key] = converter.structure({"time": 0.0, **table(told)}, EVENTS[key])
+                events[key] = converter.structure({"time": 0.0, **table(fields)}, EVENTS[key])
             except Exception as error:
                 error.add_note(AttributeValidationNote("", key, None))
                 raise
         if "others" in entry:
             raise misfit("unknown key; expected events by their names", "others")
-        return table_of({**entry, "others": found}, cls)
+        return table_of({**entry, "others": events}, cls)
 
     converter.register_structure_hook(Waypoint, structure)
 
@@ -164,9 +164,13 @@ class _Timeline:
     drifts: list[tuple[Place, LoadEvent, LoadEvent]] = attrs.Factory(list)
 
     def reach(self, time: float, changes: Mapping[str, Any], *place: str | int) -> None:
-        for key, told in changes.items():
+        for key, change in changes.items():
             with at(key):
-                event = told.of(time, told.contents()) if isinstance(told, Event) else EVENT_KINDS[key].of(time, told)
+                event = (
+                    change.of(time, change.contents())
+                    if isinstance(change, Event)
+                    else EVENT_KINDS[key].of(time, change)
+                )
             self.events.append(event)
             if isinstance(event, LoadEvent):
                 self._look_back(event)
@@ -201,8 +205,8 @@ class _Timeline:
         place, before, after = self.drifts[0]
         more = f", and so in {counted(len(self.drifts) - 1, 'other place', 'other places')}" if self.drifts[1:] else ""
         tell(
-            f"{path_text(place)}: {before.name} is not named here, and runs on from {_reached(before)} to "
-            f"{_reached(after)}{more}; set loading.hold = true to hold it, or hold = false where this is meant"
+            f"{path_text(place)}: {before.name} is not named here, and goes on from {_reached(before)} to "
+            f"{_reached(after)}{more}; set loading.hold = true to hold it, or hold = false if this is meant"
         )
 
 
@@ -249,12 +253,12 @@ class Waypoints(Written):
     @property
     def names(self) -> dict[str, float]:
         """The times [s] of waypoints that have a name."""
-        time, found = 0.0, dict[str, float]()
+        time, times = 0.0, dict[str, float]()
         for waypoint in self.waypoints:
             time = time + (waypoint.after or 0.0) if waypoint.time is None else waypoint.time
             if waypoint.name is not None:
-                found[waypoint.name] = time
-        return found
+                times[waypoint.name] = time
+        return times
 
     def events(self, folder: Path, tell: Teller = silent) -> list[Event]:  # noqa: ARG002 - they are in the scenario
         """Return the events, and tell where a channel runs on unnamed."""

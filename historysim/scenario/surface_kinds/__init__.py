@@ -31,10 +31,7 @@ DEEPEST = 20
 def surface_from_toml(converter: Converter, value: object, _: object) -> SurfaceKind:
     """Return the surface that ``[surface]`` says.
 
-    Raises
-    ------
-    InputError
-        An unknown kind, keys that do not fit it, or sums within sums without end.
+    Raises InputError: an unknown kind, keys that do not fit it, or sums within sums without end.
     """
     level, depth = _parts(value), 0
     while level:
@@ -63,13 +60,7 @@ def _parts(entry: object) -> list[object]:
 
 
 def channel_from_toml(converter: Converter, value: object, _: object) -> int | str | None:
-    """Return the number or name of a channel.
-
-    Raises
-    ------
-    InputError
-        Anything else.
-    """
+    """Return the number or name of a channel; anything else is an InputError."""
     if isinstance(value, bool) or not isinstance(value, int | str | None):
         raise InputError(f"{shown(value)}; expected the number of a channel, from 0, or its name")
     return converter.structure(value, int) if isinstance(value, int) else value
@@ -78,10 +69,7 @@ def channel_from_toml(converter: Converter, value: object, _: object) -> int | s
 def prune_from_toml(converter: Converter, value: object, _: object) -> bool | float | None:
     """Return whether summits are pruned, or below which share of the height range.
 
-    Raises
-    ------
-    InputError
-        Anything but true, false, or a share from 0 to 1.
+    Raises InputError: anything but true, false, or a share from 0 to 1.
     """
     if value is None or isinstance(value, bool):
         return value

@@ -108,8 +108,8 @@ def _tabulated(height: Any, gap: Any, density: Any) -> "HeightDistribution":
 
 def _height_or_gap(self: "InlineDistribution | DensityColumns") -> None:
     if (self.height is None) == (self.gap is None):
-        told = "neither height nor gap" if self.height is None else "both height and gap"
-        raise InputError(f"{told}; expected one of them")
+        came = "neither height nor gap" if self.height is None else "both height and gap"
+        raise InputError(f"{came}; expected one of them")
 
 
 @attrs.frozen(kw_only=True)
@@ -187,8 +187,8 @@ class DistributionTable(NumbersFile, DistributedSummits):
     def distribution(self, folder: Path) -> "HeightDistribution":
         """Return the distribution of the heights, read from the file."""
         units = {"height": "m", "gap": "m", "density": "1"}
-        found = self.table(folder, given(self.columns), units).columns
+        columns = self.table(folder, given(self.columns), units).columns
         try:
-            return _tabulated(found.get("height"), found.get("gap"), found["density"])
+            return _tabulated(columns.get("height"), columns.get("gap"), columns["density"])
         except InputError as error:
             raise misfit(f"{self.name}: {error}", "file") from error

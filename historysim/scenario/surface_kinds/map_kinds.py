@@ -276,15 +276,15 @@ class MeasuredMap(HeightMap):
         coarse = quantisation_notice(measured) if self.s_filter is None else None
         notices = [f"{self.file}: {coarse}"] if coarse else []
         if self.spikes is not None:
-            found = spikes(measured.heights, self.spikes)
-            measured = measured.without(found)
-            notices.append(f"{self.file}: {counted(int(found.sum()), 'point', 'points')} taken off as spikes")
+            wrong = spikes(measured.heights, self.spikes)
+            measured = measured.without(wrong)
+            notices.append(f"{self.file}: {counted(int(wrong.sum()), 'point', 'points')} taken off as spikes")
         with at("form"):
             measured = measured.detrended(self.form, self.degree)
         if self.outliers is not None:
-            found = outliers(measured.heights, self.outliers)
-            measured = measured.without(found)
-            notices.append(f"{self.file}: {counted(int(found.sum()), 'point', 'points')} taken off as outliers")
+            wrong = outliers(measured.heights, self.outliers)
+            measured = measured.without(wrong)
+            notices.append(f"{self.file}: {counted(int(wrong.sum()), 'point', 'points')} taken off as outliers")
         measured = self.filtered(measured)
         if self.rms_height is not None:
             with at("rms_height"):

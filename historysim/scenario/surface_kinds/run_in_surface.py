@@ -68,10 +68,7 @@ class PassesSection:
     def done(self, built: BuiltSurface, pair: MaterialPair, friction: object) -> BuiltSurface:
         """Return a surface after the passes.
 
-        Raises
-        ------
-        InputError
-            See `run_in`, or more than one coefficient of friction.
+        Raises InputError: see `run_in`, or more than one coefficient of friction.
         """
         from historysim.asperities.running_in import Pass, run_in
 
@@ -96,9 +93,9 @@ class PassesSection:
                 find=built.find,
             )
         first, last = records[0], records[-1]
-        told = (
+        notice = (
             f"run in by {len(records)} passes: preliminary displacement {first.preliminary_displacement * 1e9:.4g} nm "
             f"in the first, {last.preliminary_displacement * 1e9:.4g} nm in the last; {first.contact_count} and "
             f"{last.contact_count} contacts; volume {self.volume}"
         )
-        return attrs.evolve(built, surface=surface, summits=built.find(surface), notices=(*built.notices, told))
+        return attrs.evolve(built, surface=surface, summits=built.find(surface), notices=(*built.notices, notice))
