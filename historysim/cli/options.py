@@ -12,6 +12,8 @@ import click
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
+    import os
+
     from historysim.scenario.scenario import Scenario
 
 _SETTING = re.compile(r"""((?:[^="']|"(?:[^"\\]|\\.)*"|'[^']*')*)=(.*)""", re.DOTALL)
@@ -21,7 +23,9 @@ _SETTING = re.compile(r"""((?:[^="']|"(?:[^"\\]|\\.)*"|'[^']*')*)=(.*)""", re.DO
 class PathType(click.Path):
     """The name of a file, in the encoding of the system: the libraries for SQLite and netCDF take no other."""
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+    def convert(
+        self, value: "str | os.PathLike[str]", param: click.Parameter | None, ctx: click.Context | None
+    ) -> "str | bytes | os.PathLike[str]":
         """Return the path."""
         path = super().convert(value, param, ctx)
         try:
@@ -76,7 +80,7 @@ def set_option(command: Callable[..., None]) -> Callable[..., None]:
     """Give a command the option that puts other values into a scenario; it takes them as ``values``, by key."""
 
     @functools.wraps(command)
-    def with_values(*, settings: tuple[str, ...], **others: Any) -> None:
+    def with_values(*, settings: tuple[str, ...], **others: object) -> None:
         command(values=dict(map(_setting, settings)), **others)
 
     return click.option(
@@ -121,7 +125,7 @@ def text_options(command: Callable[..., None]) -> Callable[..., None]:
 
     @functools.wraps(command)
     def with_layout(
-        *, delimiter: str | None, decimal: str, header: int | None, encoding: str | None, **others: Any
+        *, delimiter: str | None, decimal: str, header: int | None, encoding: str | None, **others: object
     ) -> None:
         from historysim.tables import Format
 

@@ -52,7 +52,7 @@ class Question(click.ParamType):  # type: ignore[type-arg]
 
     name = "question"
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> str:
         """Return the name, with hyphens."""
         question = str(value).replace("_", "-")
         if question not in QUESTIONS:

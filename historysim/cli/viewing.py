@@ -49,7 +49,7 @@ def height_map_options(command: Callable[..., None]) -> Callable[..., None]:
 @json_option
 @set_option
 @height_map_options
-def show(file: Path, as_json: bool, values: dict[str, Any], **height_map: Any) -> None:
+def show(file: Path, as_json: bool, values: dict[str, Any], **height_map: object) -> None:
     """Say in a few lines what FILE holds.
 
     A scenario, a result, a log, a sweep, a height map, or what `loops -o` and `sliding -o` have written.
@@ -94,7 +94,7 @@ def plot(
     adhesion: bool,
     force: bool,
     values: dict[str, Any],
-    **height_map: Any,
+    **height_map: object,
 ) -> None:
     """Draw FILE, or several results in one picture.
 
@@ -230,9 +230,9 @@ def _millimetres(text: str) -> tuple[float, float]:
     return width, height
 
 
-def _given(height_map: dict[str, Any]) -> dict[str, Any]:
+def _given(height_map: dict[str, object]) -> dict[str, Any]:
     """Return the options of a height map that were given, as `read_surface` takes them."""
-    given = {name: value for name, value in height_map.items() if value not in {None, ()}}
+    given: dict[str, Any] = {name: value for name, value in height_map.items() if value not in {None, ()}}
     if "pixel_size" in given:
         sizes = given["pixel_size"]
         if len(sizes) > 2:

@@ -83,7 +83,11 @@ def as_indices(value: int | Iterable[int] | None) -> tuple[int, ...] | None:
     return indices
 
 
-def valid_indices(event: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
+def valid_indices(
+    event: object,
+    attribute: "attrs.Attribute[Any]",
+    value: Any,  # noqa: ANN401 - whatever was given as indices
+) -> None:
     """Check indices of asperities, and make whole numbers of them."""
     if value is None:
         return
@@ -98,7 +102,7 @@ def valid_indices(event: object, attribute: "attrs.Attribute[Any]", value: Any) 
     object.__setattr__(event, attribute.name, tuple(int(index) for index in value))
 
 
-def numbers_text(numbers: Any) -> str:
+def numbers_text(numbers: float | tuple[float, ...] | None) -> str:
     """Return numbers as a cell has them, with as many digits as tell them from any other; one of a list in brackets."""
     if numbers is None:
         return ""

@@ -62,7 +62,7 @@ def check_sequence(events: Sequence[Event]) -> None:
         previous = event.time
 
 
-def _hex(value: Any) -> Any:
+def _hex(value: object) -> object:
     if isinstance(value, tuple):
         return [_hex(each) for each in value]
     return value.hex() if isinstance(value, float) else value

@@ -38,28 +38,20 @@ class Cursor:
     A channel on its way to a later waypoint is where that waypoint puts it, so what has been replayed may
     depend on an event that is still to come, and a channel beyond its last waypoint would have been elsewhere
     if it had one more. `heading` says so, and two schedules that stand alike have replayed the same.
-
-    Attributes
-    ----------
-    events, rows : int
-        Events that are done, and rows recorded so far.
-    time : float
-        The time at which it stands [s].
-    passed : tuple of int (channel)
-        Waypoints that each of `CHANNELS` has passed.
-    control : tuple of int (channel)
-        How the load channels are controlled, and 0 for friction.
-    heading : tuple of int (channel)
-        Index of the event that each is on its way to; ``AT_WAYPOINT`` where it stands at one of its waypoints or has
-        not begun, ``BEYOND_LAST`` where it is held after its last.
     """
 
     events: int
     rows: int
+    """events and rows: events that are done, and rows recorded so far."""
     time: float
+    """The time at which it stands [s]."""
     passed: tuple[int, ...]
+    """Waypoints that each of `CHANNELS` has passed."""
     control: tuple[int, ...]
+    """How the load channels are controlled, and 0 for friction."""
     heading: tuple[int, ...]
+    """Index of the event that each is on its way to; ``AT_WAYPOINT`` where it stands at one of its waypoints or has not
+    begun, ``BEYOND_LAST`` where it is held after its last."""
 
 
 @attrs.frozen(eq=False)
@@ -77,37 +69,25 @@ class Start:
 
 @attrs.frozen
 class Segment:
-    """Paths between changes of friction or geometry, and the change that ends them.
-
-    Attributes
-    ----------
-    paths : Paths
-        With targets in N and m.
-    event : sequence (path)
-        Index of an event that each path serves, the tangential one where there is one.
-    row_time : array (row)
-        Times of the rows that the paths record [s].
-    change : Event, optional
-        Acts at the end of the last path.
-    change_event : int
-        Its index.
-    ramp : FrictionRamp, optional
-        Where friction is on its way to on the one path, of which it goes the part ``ramp_part``.
-    cursor : Cursor, optional
-        Where the schedule stands at the end, unless that is in the midst of a time or between two.
-    share : float
-        How much of its one path is walked, where the schedule ends between two event times; otherwise 1.
-    """
+    """Paths between changes of friction or geometry, and the change that ends them."""
 
     paths: Paths
+    """With targets in N and m."""
     event: Sequence[int]
+    """Index of an event that each path serves, the tangential one where there is one."""
     row_time: Floats
+    """(row) Times of the rows that the paths record [s]."""
     change: Event | None = None
+    """Acts at the end of the last path."""
     change_event: int = -1
+    """Its index."""
     ramp: FrictionRamp | None = None
+    """Where friction is on its way to on the one path, of which it goes the part ``ramp_part``."""
     ramp_part: float = 1.0
     cursor: Cursor | None = None
+    """Where the schedule stands at the end, unless that is in the midst of a time or between two."""
     share: float = 1.0
+    """How much of its one path is walked, where the schedule ends between two event times; otherwise 1."""
 
     def friction_goal(self, count: int) -> FrictionGoal | None:
         """Return where the coefficients of so many asperities go on the path, if they do."""

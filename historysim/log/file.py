@@ -48,23 +48,15 @@ SHORTEST_LIMIT = 1_000_000
 
 @attrs.frozen
 class Content:
-    """What stands in a log, as far as the chain holds.
-
-    Attributes
-    ----------
-    events : list of events
-    links : list of bytes
-        Of the head, and after each batch.
-    ends : list of int
-        Number of events up to each link.
-    problem : str
-        What is wrong after these events; empty where nothing is.
-    """
+    """What stands in a log, as far as the chain holds."""
 
     events: list[Event] = attrs.field(repr=False)
     links: list[bytes] = attrs.field(repr=False)
+    """Of the head, and after each batch."""
     ends: list[int] = attrs.field(repr=False)
+    """Number of events up to each link."""
     problem: str = ""
+    """What is wrong after these events; empty where nothing is."""
 
     def batches_for(self, count: int) -> int:
         """Count the batches in which so many events stand."""

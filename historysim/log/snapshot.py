@@ -17,30 +17,20 @@ if TYPE_CHECKING:
 
 @attrs.frozen
 class Snapshot:
-    """A state and where in the log it stands.
-
-    Attributes
-    ----------
-    cursor : Cursor
-        Events that are done, rows that are recorded, and what the channels are on their way to.
-    batches : int
-        Batches of the log that the state depends on, the one with the events ahead included.
-    link : bytes
-        Link of the last of them.
-    program : str
-        Versions that computed the state.
-    state : bytes
-        See `EnsembleState.to_bytes`.
-    written : bytes
-        Digest of the rows before it, as `FileRecorder.flush` gives it; empty where none are written.
-    """
+    """A state and where in the log it stands."""
 
     cursor: Cursor
+    """Events that are done, rows that are recorded, and what the channels are on their way to."""
     batches: int
+    """Batches of the log that the state depends on, the one with the events ahead included."""
     link: bytes
+    """Link of the last of them."""
     program: str
+    """Versions that computed the state."""
     state: bytes = attrs.field(repr=False)
+    """See `EnsembleState.to_bytes`."""
     written: bytes = b""
+    """Digest of the rows before it, as `FileRecorder.flush` gives it; empty where none are written."""
 
     @classmethod
     def of(

@@ -63,22 +63,17 @@ _AT_BOUND = 1e-3
 
 @attrs.frozen(eq=False)
 class ResidualSlopes:
-    """Derivatives of the residuals, those of the samples and behind them those of the nodes' own places.
-
-    Attributes
-    ----------
-    by_parameter : array (residual, parameter)
-    by_node : sparse array (residual, node)
-    added : array (sample, parameter)
-        Derivatives of half of what noise of the displacement adds to the square of each sample's residual.
-    added_by_node : sparse array (sample, node)
-        The same by the nodes.
-    """
+    """Derivatives of the residuals, those of the samples and behind them those of the nodes' own places."""
 
     by_parameter: Floats
+    """(residual, parameter)"""
     by_node: "csr_array"
+    """(residual, node)"""
     added: Floats
+    """(sample, parameter) Derivatives of half of what noise of the displacement adds to the square of each sample's
+    residual."""
     added_by_node: "csr_array"
+    """(sample, node) The same by the nodes."""
 
     def freed(self, moves: Booleans) -> tuple[Floats, Floats]:
         """Return what is left of those by the parameters when nodes follow, those that still move; of `added`, too."""
@@ -95,61 +90,44 @@ class ResidualSlopes:
 
 @attrs.frozen(eq=False)
 class SearchResult:
-    """Where a search ends.
-
-    Attributes
-    ----------
-    unknowns : array (parameter and node)
-    response : ModelResponse
-        What the model does there.
-    residual : array (residual)
-        Misfits over their scales, and nodes over what is known of their places.
-    slopes : array (residual, parameter)
-        Derivatives of the residuals by the parameters, the nodes following that are not at their bounds.
-    pull : array (residual, parameter)
-        What each residual adds to the gradient of what is minimised; over all of them this is 0.
-    at_bounds : int
-        Nodes that are as far from where they were measured as they may be.
-    scale, noise : array (sample)
-        What each misfit was weighed by, and its noise [N].
-    settled : bool
-        Whether a minimum was found, and the weights are those at this minimum.
-    """
+    """Where a search ends."""
 
     unknowns: Floats
+    """(parameter and node)"""
     response: ModelResponse
+    """What the model does there."""
     residual: Floats
+    """(residual) Misfits over their scales, and nodes over what is known of their places."""
     slopes: Floats
+    """(residual, parameter) Derivatives of the residuals by the parameters, the nodes following that are not at their
+    bounds."""
     pull: Floats
+    """(residual, parameter) What each residual adds to the gradient of what is minimised; over all of them this is
+    0."""
     at_bounds: int
+    """Nodes that are as far from where they were measured as they may be."""
     scale: Floats
     noise: Floats
+    """scale and noise: (sample) What each misfit was weighed by, and its noise [N]."""
     settled: bool
+    """Whether a minimum was found, and the weights are those at this minimum."""
 
 
 @attrs.frozen(eq=False)
 class Search:
-    """The least squares of a model and an observation.
-
-    Attributes
-    ----------
-    start : array (parameter)
-        Logarithms of the parameters to start from.
-    free : int
-        Nodes whose places are unknowns.
-    compared : array of int
-        The samples that are compared.
-    load_noise : float
-        [N], > 0.
-    """
+    """The least squares of a model and an observation."""
 
     model: Model
     names: tuple[str, ...]
     start: Floats
+    """(parameter) Logarithms of the parameters to start from."""
     observation: Observation
     free: int
+    """Nodes whose places are unknowns."""
     compared: Integers
+    """The samples that are compared."""
     load_noise: float
+    """[N], > 0."""
 
     @classmethod
     def of(cls, model: Model, start: Mapping[str, float], observation: Observation) -> "Search":

@@ -18,7 +18,7 @@ class Timed(Protocol):
     def attrs(self) -> Mapping[Any, Any]:
         """Attributes."""
 
-    def __getitem__(self, name: str, /) -> Any:
+    def __getitem__(self, name: str, /) -> Any:  # noqa: ANN401 - a variable of xarray, which commands import late
         """Return a variable."""
 
 

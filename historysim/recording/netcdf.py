@@ -34,23 +34,16 @@ class FileRecorder(Recorder):
 
     Each byte is written once, to the place where readers will look for it; what makes a result of the rows is written
     at the end. Of the rows of each variable a checksum (CRC-32) goes along, by which is found out whether they stand.
-
-    Parameters
-    ----------
-    handle : int
-        Of a file that is open to read and write.
-    attributes : dict
-        Of the result.
-    beside : callable, optional
-        Writes further groups into the file.
-    writers : int
-        Threads that write.
     """
 
     handle: int
+    """Of a file that is open to read and write."""
     attributes: Mapping[str, Any]
+    """Of the result."""
     beside: "Callable[[h5netcdf.File], None] | None" = None
+    """Writes further groups into the file."""
     writers: int = 2
+    """Threads that write."""
     _layout: FileLayout = attrs.field(init=False)
     _sums: list[int] = attrs.field(init=False)
     _held: int = attrs.field(default=0, init=False)

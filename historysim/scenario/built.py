@@ -25,25 +25,16 @@ if TYPE_CHECKING:
 
 @attrs.frozen
 class BuiltScenario:
-    """What a scenario describes, checked and built once.
-
-    Attributes
-    ----------
-    sections : Sections
-    name : str
-        The file's, as messages call it.
-    surface : BuiltSurface
-        As it is loaded.
-    ensemble : Ensemble
-    events : list of Event
-        In time order; each fits the number of asperities.
-    """
+    """What a scenario describes, checked and built once."""
 
     sections: Sections = attrs.field(repr=False)
     name: str
+    """The file's, as messages call it."""
     surface: BuiltSurface
+    """As it is loaded."""
     ensemble: "Ensemble"
     events: list[Event]
+    """In time order; each fits the number of asperities."""
 
     @property
     def replay(self) -> "Replay":

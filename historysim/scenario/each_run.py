@@ -21,24 +21,16 @@ Rows = list[tuple[str, ...]]
 
 @attrs.frozen
 class Run(Generic[Result]):
-    """One run.
-
-    Attributes
-    ----------
-    number : int
-        From 1, or the value of its column.
-    scenario : Scenario
-        That of this run alone.
-    result : object or None
-        What is found in it; None where it cannot be used.
-    problem : str
-        Why it cannot.
-    """
+    """One run."""
 
     number: int
+    """From 1, or the value of its column."""
     scenario: Scenario
+    """That of this run alone."""
     result: Result | None
+    """What is found in it; None where it cannot be used."""
     problem: str = ""
+    """Why it cannot."""
 
 
 def each_run(scenario: Scenario, find: Callable[[Scenario], Result]) -> "list[Run[Result]]":

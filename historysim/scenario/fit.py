@@ -1,7 +1,7 @@
 """``[fit]``: parameters of a scenario fitted to what was measured, and the scenario with what was found."""
 
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, MutableMapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -231,7 +231,7 @@ def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: P
     return tomlkit.dumps(document)
 
 
-def _put(table: Any, key: str, parameter: "Parameter", unit: float = 1.0) -> None:
+def _put(table: MutableMapping[str, Any], key: str, parameter: "Parameter", unit: float = 1.0) -> None:
     """Write a fitted value in its place, in front of the comment that stands there."""
     import tomlkit
 
@@ -241,7 +241,7 @@ def _put(table: Any, key: str, parameter: "Parameter", unit: float = 1.0) -> Non
     table[key] = value
 
 
-def _put_moduli(document: Any, scenario: Scenario, parameter: "Parameter") -> None:
+def _put_moduli(document: MutableMapping[str, Any], scenario: Scenario, parameter: "Parameter") -> None:
     """Write a fitted shear modulus of the pair, which takes the place of the two materials."""
     import tomlkit
 
@@ -258,17 +258,17 @@ def _put_moduli(document: Any, scenario: Scenario, parameter: "Parameter") -> No
     _put(document["materials"], "shear_modulus", parameter)
 
 
-def _move_files(table: Any, before: Path, after: Path) -> None:
+def _move_files(table: MutableMapping[str, Any], before: Path, after: Path) -> None:
     """Make every relative ``file`` of a table relative to another folder."""
     for key, value in table.items():
-        if isinstance(value, Mapping):
+        if isinstance(value, MutableMapping):
             _move_files(value, before, after)
         elif key == "file" and not Path(value).is_absolute():
             table[key] = Path(os.path.relpath(before / value, after)).as_posix()
 
 
 @figure_of.register(Fit)
-def _figure(fit: Fit, *, place: "Place", **_: Any) -> "Drawn":
+def _figure(fit: Fit, *, place: "Place", **_: object) -> "Drawn":
     from historysim.results.plots.measured_and_model import plot_comparison
 
     return plot_comparison(fit.comparison, fit.scenario.title, **place)

@@ -25,17 +25,11 @@ Point = dict[str, Any]
 
 @attrs.frozen
 class Axis:
-    """One dimension of a grid: a key with its values, or several keys that go through theirs together.
-
-    Attributes
-    ----------
-    keys : tuple of str
-    values : tuple of tuple
-        For each position the values of the keys, as a scenario would hold them.
-    """
+    """One dimension of a grid: a key with its values, or several keys that go through theirs together."""
 
     keys: tuple[str, ...]
     values: tuple[tuple[Any, ...], ...]
+    """For each position the values of the keys, as a scenario would hold them."""
 
     @property
     def name(self) -> str:
@@ -45,15 +39,10 @@ class Axis:
 
 @attrs.frozen
 class Grid:
-    """The points of a sweep: all combinations of positions on its axes.
-
-    Attributes
-    ----------
-    axes : tuple of Axis
-        The last one varies fastest.
-    """
+    """The points of a sweep: all combinations of positions on its axes."""
 
     axes: tuple[Axis, ...]
+    """The last one varies fastest."""
 
     def __len__(self) -> int:
         """Return the number of points."""
@@ -121,7 +110,7 @@ def grid_of(over: Mapping[str, Any], together: Sequence[Sequence[str]] = ()) -> 
     return grid
 
 
-def expand(value: Any) -> list[Any]:
+def expand(value: object) -> list[Any]:
     """Return the values of an array or of a range, as `grid_of` has them.
 
     Raises InputError: neither, or a range that is none.
@@ -201,7 +190,7 @@ def _range(entry: Mapping[str, Any]) -> list[Any]:
     return [f"{value!r} {unit}" if unit else value for value in numbers.tolist()]
 
 
-def _number(value: Any) -> tuple[float, str]:
+def _number(value: object) -> tuple[float, str]:
     """Return a number and its unit."""
     if isinstance(value, int | float) and not isinstance(value, bool):
         number, unit = float(value), ""

@@ -107,7 +107,7 @@ def _edited(text: str, values: Mapping[str, Any]) -> str:
     return tomlkit.dumps(document)
 
 
-def plain(value: Any) -> Any:
+def plain(value: Any) -> Any:  # noqa: ANN401 - what TOML may hold
     """Return a value as TOML has it: numbers and arrays of numpy, tuples and ranges become its own.
 
     Raises InputError: a value that a scenario cannot hold.

@@ -15,6 +15,7 @@ from historysim.scenario.schema import array_of, kind_from_toml
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from historysim.scenario.scenario import Scenario
     from historysim.surfaces.summits import Summits
 
 APART, TOGETHER = 90.0, 35.0
@@ -46,7 +47,7 @@ class SummitsPicture(Panel):
         """Width of several surfaces [mm]."""
         return APART if self.apart else TOGETHER
 
-    def draw(self, page: Page, what: Any) -> None:
+    def draw(self, page: Page, what: Any) -> None:  # noqa: ANN401 - a scenario, as `of` says
         """Draw on a page."""
         from historysim.results.plots.summit_scatter import draw_summit_scatter
 
@@ -62,7 +63,7 @@ class MapPicture(Panel):
 
     kind, of = "map", (SCENARIO,)
 
-    def draw(self, page: Page, what: Any) -> None:
+    def draw(self, page: Page, what: Any) -> None:  # noqa: ANN401 - a scenario, as `of` says
         """Draw on a page."""
         from historysim.results.plots.summit_scatter import draw_heights
 
@@ -79,7 +80,7 @@ class RecordPicture(Picture):
 
     kind, of = "record", (SCENARIO,)
 
-    def drawn(self, what: Any, **place: Unpack[Place]) -> Drawn:
+    def drawn(self, what: Any, **place: Unpack[Place]) -> Drawn:  # noqa: ANN401 - likewise
         """Return a figure of it alone."""
         from historysim.results.plots.record import plot_record
 
@@ -106,7 +107,7 @@ def pictures_from_toml(converter: Converter, value: object, _: object) -> Pictur
     return pictures
 
 
-def _summits(scenario: Any) -> "dict[str, Summits]":
+def _summits(scenario: "Scenario") -> "dict[str, Summits]":
     """Return the summits of the surface, or of those of the sweep, by what each is called."""
     section = scenario.sections.sweep
     points: list[Mapping[str, Any]] = [{}] if section is None else list(section.grid().points())
@@ -119,7 +120,7 @@ def _summits(scenario: Any) -> "dict[str, Summits]":
     return by_name
 
 
-def _said(key: str, value: Any) -> str:
+def _said(key: str, value: object) -> str:
     from historysim.results.plots.words import WORDS
 
     words, sign = WORDS.get(key.rsplit(".", 1)[-1], (key, ""))

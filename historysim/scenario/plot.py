@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     Drawable = str | Path | xr.Dataset | Scenario | Surface | Measured | Asperity | AdheringAsperities | Branch
 
 
-def plot(
+def plot(  # noqa: PLR0913 - one call for all that has a picture
     what: "Drawable | Sequence[str | Path | xr.Dataset]",
     *,
     picture: str | None = None,
@@ -170,7 +170,7 @@ def _several(what: "Sequence[Any]", chosen: _Options) -> "Drawn":
         return draw(histories, chosen.picture or LOOPS, chosen.place, **options)
 
 
-def _drawn(what: Any, name: str, title: str, chosen: _Options) -> "Drawn":
+def _drawn(what: object, name: str, title: str, chosen: _Options) -> "Drawn":
     import xarray as xr
 
     from historysim.results.plots.pictures import PICTURES, SCENARIO, draw, figure_of

@@ -155,13 +155,13 @@ def _evaluated(
     )
 
 
-def find_loops(*args: Any, **options: Any) -> "Loops":
+def find_loops(*args: Any, **options: Any) -> "Loops":  # noqa: ANN401 - what `loops` takes
     """Return what `loops` does, under its earlier name, and warn."""
     warnings.warn("hs.find_loops is called hs.loops now, as its command is", DeprecationWarning, stacklevel=2)
     return loops(*args, **options)
 
 
-def find_sliding(*args: Any, **options: Any) -> "Sliding":
+def find_sliding(*args: Any, **options: Any) -> "Sliding":  # noqa: ANN401 - what `sliding` takes
     """Return what `sliding` does, under its earlier name, and warn."""
     warnings.warn("hs.find_sliding is called hs.sliding now, as its command is", DeprecationWarning, stacklevel=2)
     return sliding(*args, **options)

@@ -2,7 +2,7 @@
 
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import attrs
 
@@ -121,7 +121,7 @@ def _check_apart(output: Path, reads: "Iterable[Path]") -> None:
     check_outputs([Output(output, (PAGE,))], reads, force=True)
 
 
-def _page(what: Any, name: str) -> str:
+def _page(what: object, name: str) -> str:
     import xarray as xr
 
     from historysim.log.event_log import EventLog

@@ -368,7 +368,7 @@ def as_scenario(scenario: Scenario | str | os.PathLike[str]) -> Scenario:
     return scenario if isinstance(scenario, Scenario) else load(scenario)
 
 
-def _packages(section: Any) -> Iterator[str]:
+def _packages(section: attrs.AttrsInstance) -> Iterator[str]:
     """Yield the packages of others that the classes of a section, and of those within it, come from."""
     registry = getattr(section, "registry", None)
     if registry is not None and (provider := registry.provider(type(section))) is not None:
@@ -378,7 +378,7 @@ def _packages(section: Any) -> Iterator[str]:
             yield from _packages(value)
 
 
-def _seeds(section: Any) -> list[int]:
+def _seeds(section: Any) -> list[int]:  # noqa: ANN401 - a section of any kind
     """Return the seeds of a section, and of those within it."""
     seeds: list[int] = []
     for key, value in given(section).items():

@@ -104,7 +104,11 @@ def _array_hook(kind: object, converter: Converter) -> Callable[[object, object]
     return lambda value, _: array_of(value, lambda item: converter.structure(item, of))
 
 
-def table_hook(cls: type, converter: Converter, **fields: Any) -> Callable[[object, object], object]:
+def table_hook(
+    cls: type,
+    converter: Converter,
+    **fields: Any,  # noqa: ANN401 - overrides of cattrs, which does not export their type
+) -> Callable[[object, object], object]:
     """Return what structures a TOML table as a class; fields take overrides of cattrs."""
     from_dict: Callable[[Any, Any], object] = make_dict_structure_fn(
         cls, converter, _cattrs_forbid_extra_keys=True, **fields
@@ -118,7 +122,7 @@ def table_hook(cls: type, converter: Converter, **fields: Any) -> Callable[[obje
 
 def kind_from_toml(
     converter: Converter, value: object, kinds: Registry[Any], key: str = "kind", among: type = object
-) -> Any:
+) -> Any:  # noqa: ANN401 - of the class that is named
     """Return what a TOML table says whose ``key`` names the class that its other keys belong to.
 
     Of ``kinds`` those ``among`` the subclasses of a class.
@@ -133,7 +137,7 @@ def kind_from_toml(
     return converter.structure(entry, kind.chosen(entry) if hasattr(kind, "chosen") else kind)
 
 
-def given(section: Any) -> dict[str, Any]:
+def given(section: attrs.AttrsInstance) -> dict[str, Any]:
     """Return the keys of a section that stand in the file, with their values."""
     return {key: value for key, value in attrs.asdict(section, recurse=False).items() if value is not None}
 

@@ -1,7 +1,7 @@
 """Whatever can be said of something in a few lines."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack, cast
+from typing import TYPE_CHECKING, Unpack, cast
 
 from historysim.basics.display import Lines
 from historysim.errors import InputError
@@ -61,7 +61,7 @@ def show(what: "Showable", *, form: str | None = None, **reading: Unpack[Reading
     return _lines(what)
 
 
-def _lines(what: Any) -> Lines:
+def _lines(what: object) -> Lines:
     import xarray as xr
 
     from historysim.surfaces.heights import Surface

@@ -35,17 +35,11 @@ DRAWN, ROWS = "drawn", "rows"
 
 @attrs.frozen
 class Entry:
-    """A file of the folder on the page.
-
-    Attributes
-    ----------
-    section : Section
-    failure : str
-        Why it has no picture; empty where it has.
-    """
+    """A file of the folder on the page."""
 
     section: "Section"
     failure: str = ""
+    """Why it has no picture; empty where it has."""
 
 
 def gallery(

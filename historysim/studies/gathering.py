@@ -178,7 +178,7 @@ def unit_of(sections: Sections, key: str) -> str:
     return unit
 
 
-def _fields(section: Any) -> Mapping[str, "attrs.Attribute[Any]"]:
+def _fields(section: Any) -> Mapping[str, "attrs.Attribute[Any]"]:  # noqa: ANN401 - a section, or a value
     return attrs.fields_dict(type(section)) if attrs.has(type(section)) else {}
 
 

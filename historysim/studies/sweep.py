@@ -140,24 +140,15 @@ def _told(point: Point) -> str:
 
 @attrs.frozen
 class Batch:
-    """Cells that a worker computes one after the other.
-
-    Attributes
-    ----------
-    scenario : Scenario
-    outputs : tuple of str
-    store : Path, optional
-    cells : tuple of (position, name, point)
-        The name is that in the store.
-    wait : bool
-        Wait for cells that another process is computing, instead of passing them over.
-    """
+    """Cells that a worker computes one after the other."""
 
     scenario: Scenario
     outputs: tuple[str, ...]
     store: Path | None
     cells: tuple[tuple[int, str, Point], ...]
+    """The name is that in the store."""
     wait: bool = False
+    """Wait for cells that another process is computing, instead of passing them over."""
 
 
 @attrs.frozen

@@ -25,25 +25,17 @@ MOST_LISTED = 100
 
 @attrs.frozen(eq=False)
 class Array:
-    """An array in a file.
-
-    Attributes
-    ----------
-    name : str
-        Its name; empty if it is all that the file holds.
-    shape : tuple of int
-        Its shape.
-    read : callable
-        Gives a part of it, selected as numpy does: an array of numpy, masked or not, or a list with None where
-        missing.
-    unit : str
-        The unit that the file gives it, or nothing.
-    """
+    """An array in a file."""
 
     name: str
+    """Its name; empty if it is all that the file holds."""
     shape: tuple[int, ...]
+    """Its shape."""
     read: Callable[[Selection], Any]
+    """Gives a part of it, selected as numpy does: an array of numpy, masked or not, or a list with None where
+    missing."""
     unit: str = ""
+    """The unit that the file gives it, or nothing."""
 
 
 @attrs.frozen

@@ -34,31 +34,21 @@ _TIME = re.compile(r"([+-]?\d+(?:[.,]\d*)?(?:e[+-]?\d+)?)\s*[\[(]?([a-zµ]*)[\])
 
 @attrs.frozen
 class Block:
-    """One table of a text.
-
-    Attributes
-    ----------
-    begin : int
-        The line at which what belongs to it begins, counted from 1: its preamble, header, or first row.
-    first, last : int
-        The lines of its first and last row.
-    rows : int
-        How many rows it has, broken ones among them.
-    preamble : tuple of str
-        What stands above its header, and the first lines of it alone where there is much.
-    heading : Heading
-        Its names and units, as far as they are found without being asked for.
-    row : tuple of str
-        The values of its first row.
-    """
+    """One table of a text."""
 
     begin: int
+    """The line at which what belongs to it begins, counted from 1: its preamble, header, or first row."""
     first: int
     last: int
+    """first and last: the lines of its first and last row."""
     rows: int
+    """How many rows it has, broken ones among them."""
     preamble: tuple[str, ...]
+    """What stands above its header, and the first lines of it alone where there is much."""
     heading: Heading
+    """Its names and units, as far as they are found without being asked for."""
     row: tuple[str, ...]
+    """The values of its first row."""
 
     @property
     def start(self) -> float | None:
@@ -69,18 +59,12 @@ class Block:
 
 @attrs.frozen
 class Survey:
-    """All tables of a text.
-
-    Attributes
-    ----------
-    blocks : tuple of Block
-        The tables, in order.
-    footer : tuple of str
-        What stands below the last one.
-    """
+    """All tables of a text."""
 
     blocks: tuple[Block, ...]
+    """The tables, in order."""
     footer: tuple[str, ...] = ()
+    """What stands below the last one."""
 
 
 class _Lines:

@@ -191,27 +191,18 @@ class Piece:
 
 @attrs.frozen(eq=False)
 class Table:
-    """Columns of SI numbers.
-
-    Attributes
-    ----------
-    columns : dict of str to numpy.ndarray (rows,)
-        The values in SI, NaN where missing.
-    units : dict of str to str
-        The SI unit of each.
-    lines : numpy.ndarray (rows,) of int, optional
-        The line that each row stands on, counted from 1, in a text.
-    parts : tuple of Part
-        The tables that were joined, in their order: one alone, mostly.
-    notices : tuple of str
-        What a user has to know of how the file was read.
-    """
+    """Columns of SI numbers."""
 
     columns: "dict[str, Floats]"
+    """(rows,) The values in SI, NaN where missing."""
     units: dict[str, str]
+    """The SI unit of each."""
     lines: "Integers | None" = None
+    """(rows,) The line that each row stands on, counted from 1, in a text."""
     parts: tuple[Part, ...] = ()
+    """The tables that were joined, in their order: one alone, mostly."""
     notices: tuple[str, ...] = ()
+    """What a user has to know of how the file was read."""
 
     def place(self, row: int) -> str:
         """Return where in the file a row, counted from 0, stands."""
@@ -230,18 +221,11 @@ class Listing:
 
 @attrs.frozen(eq=False)
 class FileColumn:
-    """A column as it stands in the file.
-
-    Attributes
-    ----------
-    name : str
-        What a message calls it.
-    values : numpy.ndarray (rows,)
-        Its values in the unit of the file, finite, or NaN where missing.
-    units : tuple of str
-        What the file says that its unit is: nothing, once, or in several places.
-    """
+    """A column as it stands in the file."""
 
     name: str
+    """What a message calls it."""
     values: "Floats"
+    """(rows,) Its values in the unit of the file, finite, or NaN where missing."""
     units: tuple[str, ...] = ()
+    """What the file says that its unit is: nothing, once, or in several places."""

@@ -321,25 +321,18 @@ class _MissingError(_BadRowError, MissingValueError):
 
 @frozen
 class _Wanted:
-    """The values that are wanted of the rows of a table.
-
-    Attributes
-    ----------
-    places : list of int
-        Where they stand.
-    guard : int
-        The place of the first number in the first row: where a word stands there, is no row. -1 where it is wanted, or
-        there is none.
-    clocks : set of int
-        Places of clocks.
-    """
+    """The values that are wanted of the rows of a table."""
 
     heading: Heading
     places: list[int]
+    """Where they stand."""
     decimal: str
     missing: bool
     guard: int
+    """The place of the first number in the first row: where a word stands there, is no row. -1 where it is wanted, or
+    there is none."""
     clocks: set[int]
+    """Places of clocks."""
 
     @classmethod
     def of(cls, first: Sequence[str], heading: Heading, places: list[int], decimal: str, *, missing: bool) -> Self:

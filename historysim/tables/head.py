@@ -26,24 +26,16 @@ _TWO_NUMBERS = re.compile(r"\d([;,\t| ])\s*(?=[+-]?[.\d])")
 
 @attrs.frozen
 class Head:
-    """The first lines of a text.
-
-    Attributes
-    ----------
-    physical : list of str
-        All of them.
-    lines : list of Line
-        Those that are not blank, without the mark of a comment.
-    layout : Format
-        What is known of the text.
-    before : int
-        How many lines of the text stand above them.
-    """
+    """The first lines of a text."""
 
     physical: list[str]
+    """All of them."""
     lines: list[Line]
+    """Those that are not blank, without the mark of a comment."""
     layout: Format
+    """What is known of the text."""
     before: int = 0
+    """How many lines of the text stand above them."""
 
     @classmethod
     def of(cls, stream: Iterable[str], layout: Format, before: int = 0) -> "Head":

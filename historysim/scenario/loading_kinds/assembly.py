@@ -64,9 +64,11 @@ def assembled(folder: Path, section: MeasuredFile) -> Measurement:
     for (group, key), channel in channels.items():
         with at(group, key), _named(name):
             dead_band = getattr(section.dead_band, key) or 0.0
-            values[group, key] = _in_si(channel, clocked, (group, key), dead_band, remarks, removed)
+            values[group, key] = _in_si(
+                channel, clocked, (group, key), dead_band=dead_band, remarks=remarks, removed=removed
+            )
             digit = _digit(clocked.values.get((group, key)), values[group, key])
-            _tell_hum(channel, key, clocked.time, values[group, key], digit, remarks)
+            _tell_hum(channel, key, clocked.time, values[group, key], digit=digit, remarks=remarks)
     _close_free_play(channels, values, remarks)
     measurement = Measurement(
         time=clocked.time,
@@ -361,7 +363,7 @@ def _digit(raw: Floats | None, values: Floats) -> float:
     return float(different.min() / np.ptp(raw) * np.ptp(values)) if different.size else 0.0
 
 
-def _tell_hum(channel: Channel, key: str, time: Floats, values: Floats, digit: float, remarks: Remarks) -> None:
+def _tell_hum(channel: Channel, key: str, time: Floats, values: Floats, *, digit: float, remarks: Remarks) -> None:
     """Tell the hum that is left in a channel, and what takes it off; what is within the last digit is rounding."""
     if not channel.sources:
         return
@@ -395,6 +397,7 @@ def _in_si(
     channel: Channel,
     clocked: _Clocked,
     key: tuple[str, str],
+    *,
     dead_band: float,
     remarks: Remarks,
     removed: dict[str, Floats],

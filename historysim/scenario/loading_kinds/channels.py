@@ -1,6 +1,6 @@
 """A measured record in a scenario: which column is which channel, and what is done to it before it is replayed."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 import attrs
@@ -401,7 +401,7 @@ def channel_hooks(converter: Converter) -> None:
     for kind in (ForceChannel, LengthChannel):
         table_of = converter.get_structure_hook(kind)
 
-        def structure(value: object, cls: Any, table_of: Any = table_of) -> Any:
+        def structure(value: object, cls: object, table_of: Callable[[object, object], object] = table_of) -> object:
             if isinstance(value, str):
                 value = {"column": value}
             if not isinstance(value, dict):

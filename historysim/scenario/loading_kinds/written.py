@@ -121,7 +121,7 @@ def waypoint_hooks(converter: Converter) -> None:
     """Teach a converter that a waypoint may have events of other packages, each a table under its name."""
     table_of = converter.get_structure_hook(Waypoint)
 
-    def structure(value: object, cls: Any) -> Any:
+    def structure(value: object, cls: object) -> object:
         entry = dict(table(value))
         own = attrs.fields_dict(Waypoint)
         others = {key: entry.pop(key) for key in list(entry) if key not in own and key in EVENTS}
@@ -144,24 +144,17 @@ Place = tuple[str | int, ...]
 
 @attrs.define
 class _Timeline:
-    """Events in time order; knows where each channel stands.
-
-    Attributes
-    ----------
-    holds : bool, optional
-        Whether a channel stays where it stands at each waypoint that does not name it; None where nothing is said.
-    passed : dict
-        By channel, when and where a waypoint came first since its own last one, that does not name it.
-    drifts : list
-        What was reached in this way: the place, the event before and the one after.
-    """
+    """Events in time order; knows where each channel stands."""
 
     holds: bool | None = None
+    """Whether a channel stays where it stands at each waypoint that does not name it; None where nothing is said."""
     now: float = 0.0
     events: list[Event] = attrs.Factory(list)
     standing: dict[str, LoadEvent] = attrs.Factory(dict)
     passed: dict[str, tuple[float, Place]] = attrs.Factory(dict)
+    """By channel, when and where a waypoint came first since its own last one, that does not name it."""
     drifts: list[tuple[Place, LoadEvent, LoadEvent]] = attrs.Factory(list)
+    """What was reached in this way: the place, the event before and the one after."""
 
     def reach(self, time: float, changes: Mapping[str, Any], *place: str | int) -> None:
         for key, change in changes.items():

@@ -16,6 +16,8 @@ from historysim.scenario.surface_kinds.surface_kind import SURFACES, BuiltSurfac
 from historysim.tables import Column
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from historysim.surfaces.distribution import HeightDistribution
 
 Area = Annotated[float, Quantity("m2")]
@@ -100,7 +102,11 @@ class GaussianHeights(DistributedSummits):
         return Gaussian(self.rms_height)
 
 
-def _tabulated(height: Any, gap: Any, density: Any) -> "HeightDistribution":
+def _tabulated(  # one of height and gap is None
+    height: Any,  # noqa: ANN401 - numbers in any form that numpy takes
+    gap: Any,  # noqa: ANN401 - likewise
+    density: "npt.ArrayLike",
+) -> "HeightDistribution":
     from historysim.surfaces.distribution import Tabulated
 
     return Tabulated(height, density) if gap is None else Tabulated.from_gaps(gap, density)
