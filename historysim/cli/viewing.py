@@ -122,40 +122,27 @@ def plot(
     one = scenario_or_file(file, values)
     check_outputs([Output(output, (PICTURE, MOVING))], [*files_read(one), *files], force=force)
     what = one if len(files) == 1 else list(files)
+    chosen: dict[str, Any] = {
+        "picture": picture,
+        "step": int(step) if step is not None and step.removeprefix("-").isdecimal() else step,
+        "asperity": asperity,
+        "panels": None if panels is None else panels.split(","),
+        "adhesion": adhesion or None,
+        "steps": None if steps is None else _listed("--steps", steps),
+        "across": across,
+        "labels": None if labels is None else _listed("--labels", labels),
+    }
+    chosen = {name: value for name, value in chosen.items() if value is not None}
     if output.suffix.lower() in MOVING.endings:
-        others = {
-            "picture": picture,
-            "step": step,
-            "asperity": asperity,
-            "panels": panels,
-            "adhesion": adhesion or None,
-            "steps": steps,
-            "across": across,
-            "labels": labels,
-        }
         if len(files) > 1:
             raise InputError(f"{output}: a moving picture is of one result; expected one FILE")
-        if unused := [f"--{name}" for name, value in others.items() if value is not None]:
+        if unused := [f"--{name}" for name in chosen]:
             raise InputError(f"{output}: a moving picture takes no {', '.join(unused)}; expected another ending")
         _animate(file, output, millimetres)
         return
     from historysim.scenario.plot import plot as drawn
 
-    number = int(step) if step is not None and step.removeprefix("-").isdecimal() else step
-    figure = drawn(
-        what,
-        picture=picture,
-        step=number,
-        steps=None if steps is None else _listed("--steps", steps),
-        across=across,
-        labels=() if labels is None else _listed("--labels", labels),
-        panels=None if panels is None else panels.split(","),
-        adhesion=adhesion,
-        asperity=asperity,
-        size=millimetres,
-        **_given(height_map),
-    )
-    save(figure, output)
+    save(drawn(what, size=millimetres, **chosen, **_given(height_map)), output)
     click.echo(output)
 
 

@@ -138,16 +138,12 @@ def segments(
     numbered_events = enumerate(itertools.islice(events, done, None), done)
     for time, numbered in itertools.groupby(numbered_events, key=lambda pair: pair[1].time):
         if time > until:
-            if previous is not None and until > previous:
-                if table.paths:
-                    yield table.segment(cursor=cursor or _cursor(done, rows, previous, channels))
-                    table = _Table()
-                table.ramp = friction.ramp(time, previous)
-                table.add(normal.arrive(time, previous), tangential.arrive(time, previous), done)
-                table.record(until)
-                yield attrs.evolve(table.segment(), share=(until - previous) / (time - previous))
-                return
-            break
+            if previous is None or until <= previous:
+                break
+            if table.paths:
+                yield table.segment(cursor=cursor or _cursor(done, rows, previous, channels))
+            yield _part_of_the_way(channels, previous, time, until, done)
+            return
         present = list(numbered)
         arriving = [_first(present, name) for name in arriving_channels]
         # changes act after all channels have arrived
@@ -180,6 +176,18 @@ def segments(
             table, broken_at = _Table(), rows
     if table.paths:
         yield table.segment(cursor=cursor or _cursor(done, rows, previous, channels))
+
+
+def _part_of_the_way(
+    channels: tuple["_Channel", "_Channel", "_Channel"], previous: float, time: float, until: float, event: int
+) -> Segment:
+    """Return the way from one event time to the next, of which a share is walked: up to a time between the two."""
+    normal, tangential, friction = channels
+    table = _Table()
+    table.ramp = friction.ramp(time, previous)
+    table.add(normal.arrive(time, previous), tangential.arrive(time, previous), event)
+    table.record(until)
+    return attrs.evolve(table.segment(), share=(until - previous) / (time - previous))
 
 
 def _cursor(done: int, rows: int, time: float | None, channels: Sequence["_Channel"]) -> Cursor | None:

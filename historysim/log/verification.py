@@ -148,10 +148,6 @@ def verify(
     tell : callable, optional
         Told where versions differ, and which snapshots are passed over.
 
-    Returns
-    -------
-    Verification
-
     Raises
     ------
     InputError

@@ -133,10 +133,6 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
     displacement_noise : float, optional
         Standard deviation of the noise of U [m], 0 for a simulated record; estimated by default.
 
-    Returns
-    -------
-    Loops
-
     Raises
     ------
     NoLoopError

@@ -172,10 +172,6 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
     progress : bool
         Count the walks along the record on standard error where that is a terminal and they take long.
 
-    Returns
-    -------
-    Fit
-
     Raises
     ------
     InputError

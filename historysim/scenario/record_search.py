@@ -49,10 +49,6 @@ def loops(
     definitions : Definitions, optional
         What is taken for sliding, for reached, and for the beginning of a branch.
 
-    Returns
-    -------
-    Loops
-
     Raises
     ------
     InputError

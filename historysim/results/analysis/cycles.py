@@ -30,10 +30,6 @@ def friction_loops(
     definitions : Definitions
         What is taken for sliding, for reached, and for the beginning of a branch.
 
-    Returns
-    -------
-    Loops
-
     Raises
     ------
     InputError
