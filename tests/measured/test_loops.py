@@ -564,7 +564,7 @@ def test_noise_is_not_counted_as_reversals(noise):
 
 def test_a_dead_band_within_the_noise_is_told():
     loops = hs.loops(noisy_strokes(3e-9), dead_band=10e-9)
-    assert "noise may be taken for reversals; six of them" in loops.notes[0]
+    assert "noise may be taken for reversals; use six deviations" in loops.notes[0]
 
 
 @pytest.mark.parametrize("find", [hs.loops, observe])
