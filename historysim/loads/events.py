@@ -5,7 +5,7 @@ time, and a channel runs straight between its own waypoints.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import attrs
 
@@ -30,11 +30,6 @@ from historysim.loads.event_contents import (
     valid_indices,
     valid_lengths,
 )
-
-if TYPE_CHECKING:
-    from historysim.asperities.ensemble import Ensemble
-    from historysim.asperities.instrument import Instrument
-    from historysim.asperities.state import EnsembleState
 
 __all__ = [
     "Event",
@@ -106,9 +101,7 @@ class Event:
         del count
         return ""
 
-    def act(
-        self, ensemble: "Ensemble", state: "EnsembleState", *, saturate: bool, instrument: "Instrument"
-    ) -> "EnsembleState":
+    def act(self, ensemble: Any, state: Any, *, saturate: bool, instrument: Any) -> Any:  # noqa: ANN401 - as it says
         """Return the `EnsembleState` of an `Ensemble` behind an `Instrument` after a change; of waypoints nothing acts.
 
         Facts do not import what they act on, so that whoever reads a log or a result needs no engine.
@@ -285,9 +278,7 @@ class FrictionChange(Event):
         """Return what does not fit so many asperities."""
         return lists_misfit(count, self.asperities, {"friction": self.friction}, "coefficient")
 
-    def act(
-        self, ensemble: "Ensemble", state: "EnsembleState", *, saturate: bool, instrument: "Instrument"
-    ) -> "EnsembleState":
+    def act(self, ensemble: Any, state: Any, *, saturate: bool, instrument: Any) -> Any:  # noqa: ANN401 - see `Event.act`
         """Return the state after it; errors as for `Ensemble.with_friction`."""
         del saturate
         return ensemble.with_friction(state, self.friction, asperities=self.asperities, instrument=instrument)
@@ -405,9 +396,7 @@ class GeometryChange(Event):
         lists = {"summit_height": self.summit_height, "summit_radius": self.summit_radius}
         return lists_misfit(count, self.asperities, lists, "length")
 
-    def act(
-        self, ensemble: "Ensemble", state: "EnsembleState", *, saturate: bool, instrument: "Instrument"
-    ) -> "EnsembleState":
+    def act(self, ensemble: Any, state: Any, *, saturate: bool, instrument: Any) -> Any:  # noqa: ANN401 - see `Event.act`
         """Return the state after it; errors as for `Ensemble.with_geometry`."""
         new: dict[str, Any] = {"summit_height": self.summit_height, "summit_radius": self.summit_radius}
         place: dict[str, Any] = {"asperities": self.asperities, "instrument": instrument}

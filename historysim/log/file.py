@@ -18,7 +18,6 @@ from typing import Self
 import attrs
 import numpy as np
 
-from historysim.basics.array_types import Floats
 from historysim.basics.file_kinds import is_log, told_kind
 from historysim.basics.files import check_replaceable, sync_folder
 from historysim.basics.lock import WriterLock
@@ -286,7 +285,10 @@ class LogFile:
                 raise InputError(f"{self.path}: is damaged: it has no head; restore it from a copy, or run again")
             try:
                 rows = connection.execute("SELECT name, shape, content FROM array")
-                arrays = {name: _array(shape, content) for name, shape, content in rows}
+                arrays = {
+                    name: np.frombuffer(content, dtype="<f8").reshape(json.loads(shape))
+                    for name, shape, content in rows
+                }
                 head = head_from(row[0], arrays)
                 whole = head.link == first[0]
                 if whole:
@@ -387,7 +389,3 @@ def _read(connection: sqlite3.Connection, head: LogHeader) -> Content:
     if len(chain) > len(content.links):
         return broken(f"{len(chain) - len(content.links)} of {len(chain) - 1} batches are missing at the end")
     return content
-
-
-def _array(shape: str, content: bytes) -> Floats:
-    return np.frombuffer(content, dtype="<f8").reshape(json.loads(shape))

@@ -23,7 +23,6 @@ from historysim.recording import surface_group
 from historysim.recording.compression import compress
 from historysim.recording.netcdf import FileRecorder
 from historysim.recording.unfinished import Unfinished
-from historysim.replaying import Replay
 
 if TYPE_CHECKING:
     import h5netcdf
@@ -92,9 +91,10 @@ def write_result(
     try:
         if resume and _is_result_of(output, tip):
             return
+        now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
         options: dict[str, Any] = {
             "handle": unfinished.handle,
-            "attributes": _attributes(head, job, tip),
+            "attributes": job.attributes() | head.attributes | digest_attribute(tip) | {"date_created": now},
             "beside": partial(_write_beside, head=head, content=content),
             "writers": job.threads,
         }
@@ -179,11 +179,6 @@ def _write_beside(file: "h5netcdf.File", head: LogHeader, content: Content) -> N
     if head.surface:
         surface_group.write(file, head.surface, head.settings["surface_attributes"])
     embedded_log.write(file, head, content)
-
-
-def _attributes(head: LogHeader, job: Replay, tip: bytes) -> dict[str, Any]:
-    now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
-    return job.attributes() | head.attributes | digest_attribute(tip) | {"date_created": now}
 
 
 def digest_attribute(link: bytes) -> dict[str, str]:

@@ -9,7 +9,8 @@ from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.array_types import Floats
 from historysim.basics.display import html_table
 from historysim.basics.units import quantity_text
-from historysim.measured.loops import BRANCH_QUANTITIES, LOOP_QUANTITIES, Loops, NoLoopError
+from historysim.measured.loop_values import BRANCH_QUANTITIES, LOOP_QUANTITIES, NoLoopError
+from historysim.measured.loops import Loops
 from historysim.measured.misfit import Residuals, what_is_left
 from historysim.measured.observation import ModelResponse, Observation
 from historysim.measured.splitting import loops_of_channels

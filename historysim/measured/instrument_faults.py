@@ -5,7 +5,6 @@ Each is told from the samples alone, and only where it stands clear of the noise
 
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,11 +12,9 @@ from historysim.basics.array_types import Floats, Integers
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.measured import scatter
+from historysim.measured.loop_values import LoopValues, Trace
 from historysim.measured.noise import FEWEST_SAMPLES, noise_of
 from historysim.measured.power_law import CONFIDENCE
-
-if TYPE_CHECKING:
-    from historysim.measured.loops import Loops, Trace
 
 CLIPPED_RUN, CLIPPED_SHARE = 5, 5e-3
 """Samples in a row, and share of all, that are the very extreme of a channel with noise, where it is clipped."""
@@ -33,7 +30,7 @@ DROP = 0.1
 DROPS = 2
 
 
-def instrument_faults(loops: "Loops") -> list[str]:
+def instrument_faults(loops: LoopValues) -> list[str]:
     """Return what the record of some loops looks like, a text for each fault.
 
     None for a record of few samples, or one whose displacement has no noise that is known.
@@ -66,7 +63,7 @@ def _clipped(load: Floats) -> Iterator[str]:
         )
 
 
-def _spikes(trace: "Trace") -> Iterator[str]:
+def _spikes(trace: Trace) -> Iterator[str]:
     channels = {"tangential load": trace.tangential_load, "displacement": trace.displacement}
     for name, values in channels.items():
         steps = np.diff(values)
@@ -106,7 +103,7 @@ def _of_the_zero(friction_force: Floats) -> Iterator[str]:
         )
 
 
-def _branches(trace: "Trace", all_ends: Integers) -> Iterator[tuple[Floats, Floats, Floats]]:
+def _branches(trace: Trace, all_ends: Integers) -> Iterator[tuple[Floats, Floats, Floats]]:
     """Yield time, displacement from the reversal and load of each branch, in its own direction."""
     moved, load = trace.displacement, trace.tangential_load
     for first, last in [branch for ends in all_ends for branch in pairwise(ends)]:
@@ -114,7 +111,7 @@ def _branches(trace: "Trace", all_ends: Integers) -> Iterator[tuple[Floats, Floa
         yield trace.time[part], sign * (moved[part] - moved[first]), sign * load[part]
 
 
-def _lost_motion(trace: "Trace", ends: Integers, noise: float) -> Iterator[str]:
+def _lost_motion(trace: Trace, ends: Integers, noise: float) -> Iterator[str]:
     """Tell displacement without load, at zero load or behind a reversal, from what the stiffness beside it takes."""
     ratios: dict[str, list[tuple[float, float, float]]] = {"zero": [], "reversal": []}
     for time, unsorted, loads in _branches(trace, ends):
@@ -155,7 +152,7 @@ def _lost_motion(trace: "Trace", ends: Integers, noise: float) -> Iterator[str]:
             )
 
 
-def _stick_slip(trace: "Trace", ends: Integers) -> Iterator[str]:
+def _stick_slip(trace: Trace, ends: Integers) -> Iterator[str]:
     drops, branches, largest = 0, 0, 0.0
     noise = noise_of(trace.tangential_load)
     for _, moved, load in _branches(trace, ends):

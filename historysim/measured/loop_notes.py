@@ -1,16 +1,14 @@
 """Notes on the loops of a record: what decides what is read off them, and what mends it."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
+from historysim.measured.instrument_faults import instrument_faults
+from historysim.measured.loop_values import LoopValues
 from historysim.measured.noise import REVERSAL
-
-if TYPE_CHECKING:
-    from historysim.measured.loops import Loops
 
 LEAST_DRIFT = 1e-3
 """Rise along a record over the mean up to which a drift is not worth a line."""
@@ -21,11 +19,11 @@ NARROW = 0.05
 Cattaneo and Mindlin (8 times the area under 1 - (1 - u)^(3/2), less 4), and more beyond."""
 
 
-def loop_notes(loops: "Loops") -> tuple[str, ...]:
+def loop_notes(loops: LoopValues) -> tuple[str, ...]:
     """Return what was left out of loops, and what the samples are too few to tell, with the mend."""
     return (
         *_noise(loops),
-        *loops.faults,
+        *instrument_faults(loops),
         *_drift(loops),
         *loops.told,
         *_still_rising(loops),
@@ -34,7 +32,7 @@ def loop_notes(loops: "Loops") -> tuple[str, ...]:
     )
 
 
-def _noise(loops: "Loops") -> Iterator[str]:
+def _noise(loops: LoopValues) -> Iterator[str]:
     noise = loops.displacement_noise
     if not noise:
         return
@@ -52,7 +50,7 @@ def _noise(loops: "Loops") -> Iterator[str]:
         )
 
 
-def _drift(loops: "Loops") -> Iterator[str]:
+def _drift(loops: LoopValues) -> Iterator[str]:
     """Yield what drifts from loop to loop, where all of them are at one load."""
     if len(loops.by_load()) > 1:
         return
@@ -71,7 +69,7 @@ def _drift(loops: "Loops") -> Iterator[str]:
     )
 
 
-def _still_rising(loops: "Loops") -> Iterator[str]:
+def _still_rising(loops: LoopValues) -> Iterator[str]:
     rising = loops.rising_branches & loops.large[:, None]
     if not rising.any():
         return
@@ -90,7 +88,7 @@ def _still_rising(loops: "Loops") -> Iterator[str]:
     )
 
 
-def _narrow(loops: "Loops") -> Iterator[str]:
+def _narrow(loops: LoopValues) -> Iterator[str]:
     force = loops.friction_force.mean(axis=1)
     around = 4 * force * (loops.amplitude - force / loops.lateral_stiffness)
     slid = loops.large & (around > 0) & ~loops.rising_branches.any(axis=1)
@@ -106,7 +104,7 @@ def _narrow(loops: "Loops") -> Iterator[str]:
     )
 
 
-def _unknown_stiffness(loops: "Loops") -> Iterator[str]:
+def _unknown_stiffness(loops: LoopValues) -> Iterator[str]:
     unknown = np.isnan(loops.tangential_stiffness) & ~loops.left_out_branches & ~loops.stepped_branches
     if not unknown.any():
         return

@@ -16,7 +16,8 @@ from historysim.asperities.instrument import Instrument
 from historysim.basics.array_types import Floats, Integers
 from historysim.errors import InputError
 from historysim.loads.samples import SampledLoads
-from historysim.measured.loops import Loops, NoLoopError
+from historysim.measured.loop_values import NoLoopError
+from historysim.measured.loops import Loops
 from historysim.measured.measurement import Measurement
 from historysim.measured.noise import noise_of
 from historysim.measured.reduction import check_moves, loop_dead_band, turning_points

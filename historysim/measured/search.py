@@ -166,7 +166,7 @@ class Search:
         tried = [
             self.start + step for step in itertools.product((0.0, -math.log(10), math.log(10)), repeat=len(self.names))
         ]
-        return min(tried, key=lambda x: float(np.sum(self._residuals(x, self.load_noise) ** 2)))
+        return min(tried, key=lambda x: float(np.sum(self._compare(self._walked(x), x, self.load_noise) ** 2)))
 
     def least(self, unknowns: Floats, scale: Floats, *, rough: bool = False) -> "OptimizeResult":
         """Return the minimum that is near some unknowns, at some weights of the samples.
@@ -285,9 +285,6 @@ class Search:
     def _compare(self, response: ModelResponse, x: Floats, scale: Floats | float) -> Floats:
         off = (response.tangential_load - self.observation.tangential_load)[self.compared]
         return np.concatenate([off / scale, x[len(self.names) :]])
-
-    def _residuals(self, x: Floats, scale: Floats | float) -> Floats:
-        return self._compare(self._walked(x), x, scale)
 
     def _added(self, response: ModelResponse, scale: Floats) -> float:
         """Return what noise of the displacement adds to the sum of squares."""

@@ -312,7 +312,7 @@ def sliding_of_channels(
         raise InputError(f"windows is {count:g}; expected a whole number, 1 or more")
     moved = None if displacement is None else channel("displacement", displacement, load.size)
     rests = moved is not None and over == "time" and _rests(moved)
-    sense = _sense(load) if moved is None or rests else _one_way(times, moved, dead_band)
+    sense = (1.0 if load.mean() >= 0 else -1.0) if moved is None or rests else _one_way(times, moved, dead_band)
     along = _place(over, times, moved, sense)
     pressed = normal > 0
     if not pressed.any():
@@ -326,10 +326,6 @@ def sliding_of_channels(
     origin = _start(along, friction, means[0]) if peak is None else peak.place
     approach = _approach(edges, means[0], origin)
     return Sliding(name, along, friction, middle, *means, peak, approach)
-
-
-def _sense(load: Floats) -> float:
-    return 1.0 if load.mean() >= 0 else -1.0
 
 
 def _rests(moved: Floats) -> bool:

@@ -118,7 +118,7 @@ def _converter() -> Converter:
         (Loading, loading_from_toml),
         (AnyCourse | None, course_from_toml),
         (str | tuple[int, ...], _record),
-        (dict[str, Any], _table),
+        (dict[str, Any], lambda _, value, __: table(value)),
         (Pictures, pictures_from_toml),
     ):
         converter.register_structure_hook_func(partial(eq, kind), partial(hook, converter))
@@ -130,10 +130,6 @@ def _converter() -> Converter:
 
 def _material_entry(converter: Converter, value: object, _: object) -> MaterialEntry:
     return converter.structure(value, MaterialTable) if isinstance(value, dict) else text(value)
-
-
-def _table(_: Converter, value: object, __: object) -> dict[str, Any]:
-    return table(value)
 
 
 def _record(converter: Converter, value: object, _: object) -> str | tuple[int, ...]:

@@ -7,7 +7,7 @@ import attrs
 
 from historysim.basics.units import quantity_text
 from historysim.errors import InputError
-from historysim.measured.loops import BRANCH_QUANTITIES, LOOP_QUANTITIES
+from historysim.measured.loop_values import BRANCH_QUANTITIES, LOOP_QUANTITIES
 from historysim.scenario.scenario import Scenario
 
 if TYPE_CHECKING:

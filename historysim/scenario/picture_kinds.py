@@ -15,7 +15,6 @@ from historysim.scenario.schema import array_of, kind_from_toml
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from historysim.scenario.scenario import Scenario
     from historysim.surfaces.summits import Summits
 
 APART, TOGETHER = 90.0, 35.0
@@ -107,7 +106,7 @@ def pictures_from_toml(converter: Converter, value: object, _: object) -> Pictur
     return pictures
 
 
-def _summits(scenario: "Scenario") -> "dict[str, Summits]":
+def _summits(scenario: Any) -> "dict[str, Summits]":  # noqa: ANN401 - a scenario, which knows its pictures
     """Return the summits of the surface, or of those of the sweep, by what each is called."""
     section = scenario.sections.sweep
     points: list[Mapping[str, Any]] = [{}] if section is None else list(section.grid().points())

@@ -170,17 +170,16 @@ def _boolean(value: object, _: object) -> bool:
     return value
 
 
-def _text_or_integer(value: object, kind: object) -> int | str:
-    return text(value) if isinstance(value, str) else _integer(value, kind)
-
-
 def schema_converter() -> Converter:
     """Return a converter that knows the types of this module and refuses everything else."""
     converter = Converter(forbid_extra_keys=True)
     converter.register_structure_hook(str, text)
     converter.register_structure_hook(int, _integer)
     converter.register_structure_hook(bool, _boolean)
-    converter.register_structure_hook_func(lambda kind: kind == (int | str), _text_or_integer)
+    converter.register_structure_hook_func(
+        lambda kind: kind == (int | str),
+        lambda value, kind: text(value) if isinstance(value, str) else _integer(value, kind),
+    )
     converter.register_structure_hook_factory(attrs.has, table_hook)
     converter.register_structure_hook_factory(_is_array, _array_hook)
     converter.register_structure_hook_factory(_is_quantity, _quantity_hook)

@@ -62,7 +62,9 @@ def cell(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str] = 
                     f"{name}: not all summits are recorded beside rows of each asperity; expected "
                     'record.asperities = "all", or it in a sweep without these rows'
                 )
-            summaries[name] = xr.Variable((), float(summary.of(history)), _attributes(summary.units, summary.long_name))
+            summaries[name] = xr.Variable(
+                (), float(summary.of(history)), {"long_name": summary.long_name, "units": summary.units}
+            )
         elif name in history:
             rows.append(name)
         else:
@@ -76,10 +78,6 @@ def _where(name: str) -> str:
     if name.endswith("slid_distance"):
         return "expected record.sliding = true, which follows it"
     return "it belongs to what evolves, to another kind of contact, or to an instrument"
-
-
-def _attributes(units: str, long_name: str) -> dict[str, str]:
-    return {"long_name": long_name, "units": units}
 
 
 def _history(loaded: Scenario, *, each: bool) -> "xr.Dataset":

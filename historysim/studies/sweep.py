@@ -115,7 +115,8 @@ def sweep(  # noqa: PLR0913 - the keys of [sweep], and how it is carried out
         if number == 10:
             tell(f"… and {len(plan.reasons) - 10:,} more cells have failed")
             break
-        tell(f"cell {index} ({_told(plan.points[index])}) failed: {reason}")
+        point = ", ".join(f"{key} = {value}" for key, value in plan.points[index].items())
+        tell(f"cell {index} ({point}) failed: {reason}")
     return gathered(scenario, grid, [plan.cells.get(index) for index in range(len(grid))], plan.reasons)
 
 
@@ -132,10 +133,6 @@ def sweep_of(scenario: Scenario, outputs: Sequence[str] = ()) -> tuple[Grid, tup
             grid, chosen = section.grid(), chosen_outputs(tuple(outputs) or section.outputs)
     swept_coordinates(scenario, grid)
     return grid, chosen
-
-
-def _told(point: Point) -> str:
-    return ", ".join(f"{key} = {value}" for key, value in point.items())
 
 
 @attrs.frozen

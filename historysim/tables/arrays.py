@@ -54,13 +54,10 @@ class Contents:
         beside = [array.name + ending for ending in _UNIT_ENDINGS] if name else []
         beside += [f"{above}{dot}{word}.{name}" for word in ("unit", "units")]
         alone = [word for word in (f"{above}{dot}unit", f"{above}{dot}units") if word in self.texts]
-        if alone and len(_long(array)) < 2 and len(self._beside(above)) == 1:
+        if alone and len(_long(array)) < 2 and sum(each.name.rpartition(".")[0] == above for each in self.arrays) == 1:
             beside += alone
         units = (array.unit, unit_in(array.name), *(self.texts.get(text) for text in beside))
         return tuple(unit.strip() for unit in units if unit and unit.strip())
-
-    def _beside(self, above: str) -> list[Array]:
-        return [array for array in self.arrays if array.name.rpartition(".")[0] == above]
 
 
 def _long(array: Array) -> list[int]:

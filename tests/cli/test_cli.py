@@ -486,7 +486,10 @@ def test_a_table_to_append_is_read_as_it_is_said(ran):
     assert call("append", "ball.history", "more.csv", "--decimal", ",").exit_code == 0
     with hs.EventLog("ball.history") as log:
         assert log.events()[-1] == hs.TangentialLoad(2.0, -6.5e-3)
-    assert "--delimiter: the text ';;'; expected one" in call("append", "ball.history", "more.csv", "--delimiter", ";;").output
+    assert (
+        "--delimiter: the text ';;'; expected one"
+        in call("append", "ball.history", "more.csv", "--delimiter", ";;").output
+    )
     for name, kind in (("ball.history", "the log of a run"), ("ball.nc", "a netCDF"), ("ball.toml", "a scenario")):
         done = call("append", "ball.history", name)
         assert done.exit_code == 2

@@ -17,7 +17,7 @@ import historysim as hs
 from historysim.contact import mindlin
 from historysim.errors import InputError
 from historysim.measured.definitions import Definitions, FirstDisplacement, FirstLoad, LastPart, Plateau
-from historysim.measured.loops import BRANCH_QUANTITIES, CONTENT, LOOP_QUANTITIES, NoLoopError
+from historysim.measured.loop_values import BRANCH_QUANTITIES, CONTENT, LOOP_QUANTITIES, NoLoopError
 from historysim.measured.measurement import Measurement
 from historysim.measured.observation import observe
 from historysim.measured.reduction import reversals

@@ -71,7 +71,7 @@ def test_values_are_lists_and_ranges(given, values):
         ({"a b": [1]}, [], "over: 'a b' is no key"),
         ({"a": {"from": 1, "cuont": 2}}, [], "over.a.cuont: unknown key; did you mean 'count'"),
         ({"a": {"from": 1, "count": 0}}, [], "over.a: expected a range with from and count"),
-        ({"a": {"from": 1.5, "count": 2}}, [], "over.a: without to, a range holds whole numbers"),
+        ({"a": {"from": 1.5, "count": 2}}, [], "over.a: a range without to counts whole numbers"),
         ({"a": {"from": 1, "to": 2, "count": 1}}, [], "over.a.count: 1; expected 2 or more"),
         ({"a": {"from": "1 nm", "to": "2 µm", "count": 2}}, [], "over.a.to: in µm, and from in nm; expected one unit"),
         ({"a": {"from": "..", "to": "2 µm", "count": 2}}, [], "over.a: the text '..'; expected a number"),
