@@ -12,6 +12,7 @@ from historysim.basics.file_kinds import is_log, is_netcdf
 from historysim.basics.files import is_file, what_is_there
 from historysim.basics.places import at
 from historysim.errors import InputError
+from historysim.tables.column_units import fitting, overridden, settled
 from historysim.tables.columns import (
     REFUSE_OR_DROP,
     Column,
@@ -24,7 +25,6 @@ from historysim.tables.columns import (
     Table,
 )
 from historysim.tables.readers import TableReader, reader_of
-from historysim.tables.settled import fitting, overridden, settled
 
 if TYPE_CHECKING:
     from historysim.basics.array_types import Floats

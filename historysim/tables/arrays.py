@@ -12,10 +12,10 @@ import numpy as np
 from historysim.basics.array_types import Floats
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
+from historysim.tables.column_units import unit_in
 from historysim.tables.columns import Column, FileColumn, Format, Listing, MissingValueError
 from historysim.tables.lines import MISSING
 from historysim.tables.names import places_of
-from historysim.tables.settled import unit_in
 
 Selection = tuple[slice | int, ...]
 

@@ -13,12 +13,12 @@ import attrs
 
 from historysim.basics.limits import at_most, most
 from historysim.errors import InputError
+from historysim.tables.column_units import factor_or_none
 from historysim.tables.columns import Format
 from historysim.tables.head import SEARCHED, Head
 from historysim.tables.heading import Heading
 from historysim.tables.lines import AT_ONCE, fields
 from historysim.tables.runs import like_a_number
-from historysim.tables.settled import factor_or_none
 
 # so many lines of what stands above a table are kept
 _KEPT = 30

@@ -8,12 +8,12 @@ import attrs
 
 from historysim.basics.wording import counted
 from historysim.errors import InputError
+from historysim.tables.column_units import split_unit
 from historysim.tables.columns import Column, Format
 from historysim.tables.heading import Heading, is_named, no_such_column
 from historysim.tables.lines import brief, number
 from historysim.tables.names import namings
 from historysim.tables.runs import Line, like_a_number, longest_run, numeric_places, runs, width_of, without_blank_end
-from historysim.tables.settled import split_unit
 from historysim.tables.units_line import units_in_line
 
 # the header is looked for in so many lines

@@ -7,9 +7,9 @@ import attrs
 
 from historysim.basics.wording import nearest
 from historysim.errors import InputError
+from historysim.tables.column_units import split_unit, unit_in
 from historysim.tables.columns import Column
 from historysim.tables.names import places_of
-from historysim.tables.settled import split_unit, unit_in
 
 
 @attrs.frozen

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Sequence
 
-from historysim.tables.settled import split_unit
+from historysim.tables.column_units import split_unit
 
 _WIDE = re.compile(r"\t+|\s{2,}")
 BRACKETED = re.compile(r"\(.*\)|\[.*\]")

@@ -4,9 +4,9 @@ import re
 from collections.abc import Sequence
 from functools import lru_cache
 
+from historysim.tables.column_units import factor_or_none
 from historysim.tables.names import BRACKETED
 from historysim.tables.runs import like_a_number
-from historysim.tables.settled import factor_or_none
 
 _LETTER = re.compile(r"[^\W\d_]|[%°]")
 _NONE = {"-", "--"}

@@ -29,7 +29,7 @@ from historysim.scenario.loading_kinds.channels import (
 from historysim.scenario.schema import given
 from historysim.tables import Column, MissingValueError, Table
 from historysim.tables.clock import one_clock
-from historysim.tables.settled import fitting
+from historysim.tables.column_units import fitting
 
 MOST_SAMPLES = 10_000_000
 MOST_TOLD = 12
