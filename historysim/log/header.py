@@ -57,22 +57,16 @@ RESOLUTIONS = ("displacement_resolution", "load_resolution")
 # slots would leave no room for what is computed once
 @attrs.frozen(eq=False, slots=False)
 class LogHeader:
-    """What a log begins with.
-
-    Attributes
-    ----------
-    settings : dict
-        Numbers and texts that can stand in JSON: versions, the scenario as TOML text with its title and seed (a list
-        of several; None where nothing is drawn by chance), the moduli [Pa], the tolerance of the ensemble, the lateral
-        stiffness of the instrument [N/m] (None where rigid), substeps, saturate, and what is recorded; as far as they
-        are known, the limits of the pair, the nominal area [m²], the resolutions of the instrument, and what the
-        scenario says of who made it and under which licence.
-    arrays : dict
-        Of the ensemble, and what the result shows of the surface under names that begin with ``surface.``.
-    """
+    """What a log begins with."""
 
     settings: Mapping[str, Any]
+    """Numbers and texts that can stand in JSON: versions, the scenario as TOML text with its title and seed (a list of
+    several; None where nothing is drawn by chance), the moduli [Pa], the tolerance of the ensemble, the lateral
+    stiffness of the instrument [N/m] (None where rigid), substeps, saturate, and what is recorded; as far as they are
+    known, the limits of the pair, the nominal area [m²], the resolutions of the instrument, and what the scenario says
+    of who made it and under which licence."""
     arrays: Mapping[str, Array] = attrs.field(repr=False)
+    """Of the ensemble, and what the result shows of the surface under names that begin with ``surface.``."""
 
     @classmethod
     def of(

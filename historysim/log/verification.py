@@ -38,32 +38,22 @@ ROUNDING = 1e-9
 
 @attrs.define
 class Difference:
-    """Where a variable of a result differs from the replay.
-
-    Attributes
-    ----------
-    name : str
-    count : int
-        Values that differ in any bit.
-    step, asperity : int
-        The first of them; the asperity is a column, -1 where the variable has none.
-    found, replayed : float
-        What stands there in the result, and what the replay gives.
-    largest : float
-        The largest difference, and `scale` the largest value of the replay, in the units of the variable.
-    real : bool
-        Whether the values are real numbers, and no flags or counts.
-    """
+    """Where a variable of a result differs from the replay."""
 
     name: str
     count: int = 0
+    """Values that differ in any bit."""
     step: int = -1
     asperity: int = -1
+    """step and asperity: the first of them; the asperity is a column, -1 where the variable has none."""
     found: float = 0.0
     replayed: float = 0.0
+    """found and replayed: what stands there in the result, and what the replay gives."""
     largest: float = 0.0
+    """The largest difference, and `scale` the largest value of the replay, in the units of the variable."""
     scale: float = 0.0
     real: bool = True
+    """Whether the values are real numbers, and no flags or counts."""
 
     def add(self, first: int, recorded: Array, replayed: Array) -> None:
         """Compare values, of which the first belong to a step."""

@@ -41,18 +41,12 @@ _ROUNDING = 1e-9
 
 @attrs.frozen
 class Hum:
-    """A line in the spectrum of a channel, between its turns.
-
-    Attributes
-    ----------
-    frequency : float
-        As the samples show it: beyond half of the sampling rate it is folded back below it [Hz].
-    amplitude : float
-        In the unit of the channel.
-    """
+    """A line in the spectrum of a channel, between its turns."""
 
     frequency: float
+    """As the samples show it: beyond half of the sampling rate it is folded back below it [Hz]."""
     amplitude: float
+    """In the unit of the channel."""
 
 
 def running_median(values: npt.ArrayLike, samples: int) -> Correction:

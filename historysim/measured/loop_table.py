@@ -33,20 +33,13 @@ CONTENT_OF_TABLE = "statistics of friction loops"
 
 @attrs.frozen
 class LoopQuantity:
-    """What one quantity is called, its unit, and its values.
-
-    Attributes
-    ----------
-    label : str
-    unit : str
-        SI.
-    values : array (loop) or (loop, direction)
-        NaN where there is none.
-    """
+    """What one quantity is called, its unit, and its values."""
 
     label: str
     unit: str
+    """SI."""
     values: Floats = attrs.field(eq=False)
+    """(loop) NaN where there is none."""
 
 
 @attrs.frozen(eq=False)

@@ -87,24 +87,16 @@ class NoLoopError(InputError):
 
 @attrs.frozen(eq=False)
 class Trace:
-    """The channels that loops are found in, over time; the normal load is None where it is not known.
-
-    Attributes
-    ----------
-    time : array (sample)
-        Times that do not decrease [s].
-    displacement : array (sample)
-        Tangential displacement U [m].
-    tangential_load : array (sample)
-        T [N], positive in the direction of U.
-    normal_load : array (sample) or None
-        N [N].
-    """
+    """The channels that loops are found in, over time; the normal load is None where it is not known."""
 
     time: Floats
+    """(sample) Times that do not decrease [s]."""
     displacement: Floats
+    """(sample) Tangential displacement U [m]."""
     tangential_load: Floats
+    """(sample) T [N], positive in the direction of U."""
     normal_load: Floats | None
+    """(sample) N [N]."""
 
 
 @attrs.frozen(eq=False)

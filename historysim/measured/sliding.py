@@ -49,21 +49,14 @@ CONTENT_OF_COURSE = "friction over time or distance"
 
 @attrs.frozen
 class StaticPeak:
-    """The greatest friction coefficient at the start of sliding.
-
-    Attributes
-    ----------
-    coefficient : float
-        T/N of one sample [1].
-    place : float
-        Where: a time [s] or a distance [m].
-    lifted : float
-        What noise adds to the greatest of as many samples, about [1].
-    """
+    """The greatest friction coefficient at the start of sliding."""
 
     coefficient: float
+    """T/N of one sample [1]."""
     place: float
+    """Where: a time [s] or a distance [m]."""
     lifted: float
+    """What noise adds to the greatest of as many samples, about [1]."""
 
 
 @attrs.frozen
