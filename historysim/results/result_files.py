@@ -14,7 +14,7 @@ from historysim.basics.hdf5 import check_named
 from historysim.basics.registry import Registry
 from historysim.errors import InputError
 from historysim.measured.loop_table import CONTENT_OF_TABLE
-from historysim.measured.loops import CONTENT
+from historysim.measured.loop_values import CONTENT
 from historysim.measured.sliding import CONTENT_OF_COURSE
 from historysim.results.analysis.time_series import CONTENT as TIME_SERIES
 from historysim.results.netcdf_table import CONTENT as TABLE
