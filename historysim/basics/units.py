@@ -35,6 +35,7 @@ _NAMES = {
     ),
     "s": "sample_time duration dt until at",
     "Pa": "contact_modulus shear_modulus",
+    "N m-1": "lateral_stiffness",
     "J m-2": "work_of_adhesion",
     "m2": "nominal_area",
     "m-2": "summit_density",

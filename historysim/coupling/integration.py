@@ -15,6 +15,7 @@ import numpy.typing as npt
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.arguments import checked
 from historysim.basics.array_types import Floats
+from historysim.coupling.control_system import INPUTS
 from historysim.errors import InputError, LoadError
 
 if TYPE_CHECKING:
@@ -134,6 +135,10 @@ def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
         raise InputError(
             f"place returned {where!r}; expected targets of the contact, such as {{'tangential_displacement': y[0]}}"
         )
+
+    unknown = sorted(set(where) - set(INPUTS))
+    if unknown:
+        raise InputError(f"place returned {', '.join(map(repr, unknown))}; expected {', '.join(INPUTS)}")
 
     def moved(contact: "EnsembleState", targets: Mapping[str, float]) -> "EnsembleState":
         chosen: dict[str, Any] = {**targets, **given}

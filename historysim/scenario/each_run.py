@@ -90,7 +90,7 @@ def fit_rows(runs: "Sequence[Run[Fit]]") -> Rows:
     names = next(list(run.found.values) for run in runs if run.found is not None)
 
     def row(found: "Fit") -> tuple[str, ...]:
-        values = tuple(f"{each.value:.6g} ({each.interval()})" for each in found.parameters)
+        values = tuple(each.text() for each in found.parameters)
         rms = quantity_text(found.comparison.left.rms, "N", 3)
         return (*values, f"{found.estimates.misfit:.3g}", rms)
 

@@ -212,8 +212,18 @@ def _drawn(what: Any, name: str, title: str, chosen: _Options) -> "Drawn":
 
 
 def _first_quantity(sweep: "xr.Dataset") -> str:
-    """Return what a sweep is mostly about, and of others, such as a design, the first number."""
-    return "preliminary_displacement" if "preliminary_displacement" in sweep else str(next(iter(sweep.data_vars)))
+    """Return what a sweep or its spread is mostly about, and of others, such as a design, the first number."""
+    known = (name for name in ("preliminary_displacement", "preliminary_displacement_mean") if name in sweep)
+    return next(known, str(next(iter(sweep.data_vars))))
+
+
+def _with_deviation(spread: "xr.Dataset", mean: str, deviation: str, place: "Place") -> "Drawn":
+    """Draw a mean that `historysim.spread` has given, with its standard deviation."""
+    from historysim.results.plots.swept import plot_swept
+
+    ends = {"lower": spread[mean] - spread[deviation], "upper": spread[mean] + spread[deviation]}
+    title = "mean ± standard deviation"
+    return plot_swept(spread.assign(ends), mean, ends={"y": ("lower", "upper")}, title=title, **place)
 
 
 LOOPS = "loops"
@@ -240,7 +250,11 @@ def _sweep(what: "xr.Dataset", chosen: _Options) -> "Drawn":
         raise InputError(f"{next(iter(chosen.lines()))}: belongs to the picture {LOOPS} of a sweep; expected it")
     from historysim.results.plots.swept import plot_swept
 
-    return plot_swept(what, picture or _first_quantity(what), **chosen.place)
+    quantity = picture or _first_quantity(what)
+    deviation = f"{quantity.removesuffix('_mean')}_standard_deviation"
+    if quantity.endswith("_mean") and deviation in what:
+        return _with_deviation(what, quantity, deviation, chosen.place)
+    return plot_swept(what, quantity, **chosen.place)
 
 
 def _dataset(what: "xr.Dataset", name: str, chosen: _Options) -> "Drawn":

@@ -205,7 +205,7 @@ def test_a_law_of_the_users_own():
     broken = Softer()
     ensemble = rough(3, 1, yielding=broken)
     broken.break_it = "raises"
-    with pytest.raises(RuntimeError, match="own"):
+    with pytest.raises(InputError, match=r"law 'softer' fails in test_yielding\.py, line .*: RuntimeError: of the"):
         ensemble.advance(ensemble.initial_state(), normal_load=1e-3)
 
 

@@ -107,5 +107,7 @@ def test_nonsense_is_refused():
         solve_ivp(free, 1.0, [0.0, SPEED], ENSEMBLE, place)
     with pytest.raises(hs.InputError, match=r"place returned 1\.0; expected targets of the contact"):
         solve_ivp(free, (0.0, 1e-3), [0.0, SPEED], ENSEMBLE, lambda _t, _y: 1.0)
+    with pytest.raises(hs.InputError, match="place returned 'displacement'; expected normal_load, normal_displacement"):
+        solve_ivp(free, (0.0, 1e-3), [0.0, SPEED], ENSEMBLE, lambda _t, y: {"displacement": y[0]})
     with pytest.raises(hs.FrictionLimitError):
         solve_ivp(free, (0.0, 1e-3), [0.0, SPEED], ENSEMBLE, lambda t, _y: {"tangential_load": 100 * t}, state=PRESSED)
