@@ -221,9 +221,16 @@ def _with_deviation(spread: "xr.Dataset", mean: str, deviation: str, place: "Pla
     """Draw a mean that `historysim.spread` has given, with its standard deviation."""
     from historysim.results.plots.swept import plot_swept
 
-    ends = {"lower": spread[mean] - spread[deviation], "upper": spread[mean] + spread[deviation]}
+    # under the name of what it is the mean of, which has words for its axis
+    name = mean.removesuffix("_mean")
+    text = str(spread[mean].attrs.get("long_name", name)).removeprefix("mean of: ")
+    drawn = {
+        name: spread[mean].assign_attrs(long_name=text),
+        "lower": spread[mean] - spread[deviation],
+        "upper": spread[mean] + spread[deviation],
+    }
     title = "mean ± standard deviation"
-    return plot_swept(spread.assign(ends), mean, ends={"y": ("lower", "upper")}, title=title, **place)
+    return plot_swept(spread.assign(drawn), name, ends={"y": ("lower", "upper")}, title=title, **place)
 
 
 LOOPS = "loops"
