@@ -1,5 +1,7 @@
 """A change of friction: a jump is what many small falls are, and how far the springs then are from Coulomb's law."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from polylines import Polylines
@@ -102,8 +104,7 @@ def test_round_contacts_of_a_normal_curve_tell_the_same(turns, factor, ratio, lo
     ends, largest = vertices["label"] * state.memory.contact.units.length, 0.0
     # below each vertex, where the largest are
     for place in np.concatenate([stiffness(end) * (1 - np.linspace(1e-4, 0.2, 20) ** 2) for end in ends[1:]]):
-        pairs = zip(ends[:-1], ends[1:], strict=True)
-        rises = np.array([rise_of_pressure(stiffness, touch(place), *pair, place) for pair in pairs])
+        rises = np.array([rise_of_pressure(stiffness, touch(place), *pair, place) for pair in pairwise(ends)])
         here = abs(vertices["slope"][1:] @ rises) / (factor * FRICTION * rises.sum())
         largest = max(largest, here)
     assert told == pytest.approx(largest, rel=2e-3)
