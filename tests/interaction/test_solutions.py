@@ -243,7 +243,8 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024, solutions._held
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is counted in other units")
 @pytest.mark.parametrize(("periodic", "load"), [(True, 2e-13), (False, 6e-14)])
 def test_the_memory_that_is_told_is_what_it_takes(periodic, load):
-    ran = subprocess.run([sys.executable, "-c", PEAK.format(periodic=periodic, load=load)], capture_output=True)
+    program = PEAK.format(periodic=periodic, load=load)
+    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True)
     peak, told = map(float, ran.stdout.split())
     assert 0.75 * told < peak < 1.15 * told
 
