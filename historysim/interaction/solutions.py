@@ -114,7 +114,7 @@ class NormalSolutions:
         Raises
         ------
         InputError
-            A map that cannot be solved, or not in this machine's memory, neither a load nor an approach, or the extra is
+            A map that cannot be solved, or not in the machine's memory, neither a load nor an approach, or the extra is
             not installed.
         """
         load, approach = scalar("largest_load", largest_load, least=0), scalar("largest_approach", largest_approach)
