@@ -2,6 +2,7 @@
 
 import ast
 import collections
+import functools
 import re
 from pathlib import Path
 
@@ -84,14 +85,20 @@ def at_top_level(tree):
             waiting.extend(ast.iter_child_nodes(node))
 
 
+@functools.cache
+def import_statements(source, *, top_level):
+    """All of a module's imports, or those that run when it is imported."""
+    tree = ast.parse(source)
+    nodes = at_top_level(tree) if top_level else ast.walk(tree)
+    return [node for node in nodes if isinstance(node, ast.Import | ast.ImportFrom)]
+
+
 def imports(root, *, top_level=False):
     """For each module: the modules of the package that it imports, and the other packages."""
     known = modules(root)
     found = {}
     for name, path in known.items():
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        nodes = at_top_level(tree) if top_level else ast.walk(tree)
-        statements = [node for node in nodes if isinstance(node, ast.Import | ast.ImportFrom)]
+        statements = import_statements(path.read_text(encoding="utf-8"), top_level=top_level)
         full = [target for node in statements for target in imported(node, name, path)]
         own = {inside(target, known) for target in full if target.split(".")[0] == "historysim"}
         found[name] = (own, {target.split(".")[0] for target in full} - {"historysim"})

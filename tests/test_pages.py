@@ -56,6 +56,7 @@ def test_a_page_runs_as_it_stands(page, after_the_readme, tmp_path, monkeypatch)
     shutil.copytree(after_the_readme, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("historysim.cli.simulations.processors", lambda: 1)
+    monkeypatch.setenv("CFLAGS", "-O0")
     pages.type_in(page.read_text(encoding="utf-8"))
 
 

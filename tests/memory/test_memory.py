@@ -877,7 +877,7 @@ CASES = list(itertools.product([False, True], [False, True]))
 
 @pytest.mark.parametrize("friction_changes", [False, True])
 @pytest.mark.parametrize(
-    "first_seed", [0, 40, 80, 120, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(160, 320, 40))]
+    "first_seed", [0, 40, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(80, 320, 40))]
 )
 def test_random_histories_of_one_asperity(friction_changes, first_seed):
     for seed in range(first_seed, first_seed + 40):
@@ -888,7 +888,7 @@ def test_random_histories_of_one_asperity(friction_changes, first_seed):
 
 @pytest.mark.parametrize(("several", "friction_changes"), CASES)
 def test_random_histories_of_fifty_asperities(several, friction_changes):
-    for seed in range(25):
+    for seed in range(12):
         contact = scattered(50, several, seed)
         moves = random_moves(np.random.default_rng(seed), contact, 1.0, friction_changes=friction_changes)
         assert_agrees_with_springs(contact, moves, 1.0, springs=150, substeps=20)

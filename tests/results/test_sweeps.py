@@ -88,6 +88,6 @@ def test_it_is_told_in_a_few_lines(found):
         "cells": "6",
         "first of the scenario": "a, b",
         "load of the scenario": "10 mN to 30 mN",
-        "drift": "1 nm to 5 nm",
+        "drift": "1 nm to 5 nm, 1 missing",
         "failed": "1 cell; the first: µ",
     }

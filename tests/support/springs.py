@@ -100,23 +100,27 @@ def _advance(deflection, lost, drop, slope, start, end, shift):
 
 
 def _pull(deflection, drop, slope, weight, start, end, shift):
-    """Return the tangential load and stiffness that a sub-step would lead to."""
-    moved, _, share = _springs(deflection, start - drop, end - drop, shift, slope[:, np.newaxis])
+    """Return the tangential load and stiffness that a sub-step would lead to, the deflections and the losses."""
+    moved, lost, share = _springs(deflection, start - drop, end - drop, shift, slope[:, np.newaxis])
     touching = drop < end
-    return weight @ np.where(touching, moved, 0.0).sum(axis=1), weight @ np.where(touching, share, 0.0).sum(axis=1)
+    load = weight @ np.where(touching, moved, 0.0).sum(axis=1)
+    return load, weight @ np.where(touching, share, 0.0).sum(axis=1), moved, lost
 
 
 def _spring_limit(drop, slope, weight, approach):
     return (weight * slope) @ np.maximum(approach - drop, 0.0).sum(axis=1)
 
 
-def _shift_to_load(deflection, drop, slope, weight, start, end, target, limit):
-    """Return the displacement of a sub-step that ends at a tangential load: Newton inside a bracket."""
+def _step_to_load(deflection, drop, slope, weight, start, end, target, limit, shift):
+    """Return the displacement of a sub-step that ends at a tangential load, the deflections there and the losses.
+
+    Newton inside a bracket, from a guess of the displacement on.
+    """
     high = slope.max() * (2 * max(start, end, 0.0) + abs(end - start)) * 1.001
     low = -high
-    shift = 0.0
+    shift = min(max(shift, low), high)
     for _ in range(200):
-        load, stiffness = _pull(deflection, drop, slope, weight, start, end, shift)
+        load, stiffness, moved, lost = _pull(deflection, drop, slope, weight, start, end, shift)
         excess = load - target
         if abs(excess) <= 1e-13 * limit:
             break
@@ -129,32 +133,28 @@ def _shift_to_load(deflection, drop, slope, weight, start, end, target, limit):
         if following == shift:
             break
         shift = following
-    return shift
+    return shift, moved, lost
 
 
 def _ramp_loads(deflection, lost, drop, slope, weight, approaches, loads):
     """Follow a ramp of both loads; return the displacement that it takes."""
-    displacement = 0.0
+    displacement = shift = 0.0
     top = np.argmin(drop[:, 0])
     for k in range(1, approaches.size):
         start, end = approaches[k - 1], approaches[k]
         limit = _spring_limit(drop, slope, weight, end)
         if limit > 0:
             target = min(max(loads[k], -limit), limit)
-            shift = _shift_to_load(deflection, drop, slope, weight, start, end, target, limit)
+            shift, deflection[...], loss = _step_to_load(
+                deflection, drop, slope, weight, start, end, target, limit, shift
+            )
+            lost += loss
         else:
             # the limit of vanishing load: the last spring, which does not slide, leaves undeflected
             shift = -deflection[top, 0]
-        _advance(deflection, lost, drop, slope, start, end, shift)
+            _advance(deflection, lost, drop, slope, start, end, shift)
         displacement += shift
     return displacement
-
-
-def _walk(deflection, lost, drop, slope, start, end, shift, substeps):
-    for k in range(substeps):
-        here = start + (end - start) * (k / substeps)
-        there = end if k == substeps - 1 else start + (end - start) * ((k + 1) / substeps)
-        _advance(deflection, lost, drop, slope, here, there, shift / substeps)
 
 
 def _kinks(profile):
@@ -199,8 +199,9 @@ class SpringRow:
     def apply(self, normal, tangential, substeps=400):
         """Move from the present state to a target; each channel is ("load" | "displacement", value).
 
-        Two loads: straight in (N, T), equal sub-steps. Otherwise straight in (approach, U): a normal load is
-        turned into its approach first, and for a tangential load the end U is sought whose straight path ends at it.
+        Two loads: straight in (N, T), equal sub-steps. Otherwise straight in (approach, U), which one step does
+        exactly: a normal load is turned into its approach first, and for a tangential load the end U is sought whose
+        straight path ends at it.
         Without contact at the end of a tangential-load path U stays where it was; at the end of a ramp of two loads it
         is the limit for a vanishing load.
         """
@@ -213,8 +214,8 @@ class SpringRow:
         if tangential_kind == "displacement":
             shift = tangential_value - self.tangential_displacement
         else:
-            shift = self._path_to_load(end, tangential_value, substeps)
-        _walk(self._deflection, self._lost, self._drop, self._slope, self.approach, end, shift, substeps)
+            shift = self._path_to_load(end, tangential_value)
+        _advance(self._deflection, self._lost, self._drop, self._slope, self.approach, end, shift)
         self.approach = end
         self.tangential_displacement += shift
 
@@ -360,7 +361,7 @@ class SpringRow:
         )
         self.approach = approaches[-1]
 
-    def _path_to_load(self, end, tangential_load, substeps):
+    def _path_to_load(self, end, tangential_load):
         self._check_limit(tangential_load, self.contact.limit(end))
         limit = _spring_limit(self._drop, self._slope, self._weight, end)
         if limit == 0:
@@ -368,9 +369,7 @@ class SpringRow:
         target = min(max(tangential_load, -limit), limit)
 
         def excess(shift):
-            deflection = self._deflection.copy()
-            _walk(deflection, self._lost.copy(), self._drop, self._slope, self.approach, end, shift, substeps)
-            return self._weight @ deflection.sum(axis=1) - target
+            return _pull(self._deflection, self._drop, self._slope, self._weight, self.approach, end, shift)[0] - target
 
         # saturates every spring: those in contact at the start, and those that touch on the way
         reach = 1.001 * self._slope.max() * (2 * max(self.approach, end) + abs(end - self.approach))

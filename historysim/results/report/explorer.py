@@ -152,13 +152,12 @@ def explorer(history: xr.Dataset) -> tuple[str, str, tuple[str, ...]]:
     InputError
         No asperity ever touches, or patches without areas.
     """
-    from bokeh.core.types import ID
     from bokeh.embed import json_item
     from bokeh.resources import Resources
 
     part = excerpt(history)
     layout, clock, place = _layout(history, part)
-    item = json.dumps(json_item(layout, ID(f"{TARGET}-panels"))).replace("</", "<\\/")
+    item = json.dumps(json_item(layout)).replace("</", "<\\/")
     carries_most = int(part.normal[part.first_shown].argmax())
     # what is shown first goes the way of all that is shown later, and what is typed that of what is clicked
     begin = f"""
@@ -170,7 +169,7 @@ control("asperity").addEventListener("input", (event) => {{ chosen.indices = [Nu
 chosen.indices = [{carries_most}];
 clock.data = {{ now: [{part.first_shown}] }};"""
     body = (
-        f"{_controls(history, part)}\n<script>\nBokeh.embed.embed_item({item}).then((views) => {{"
+        f"{_controls(history, part)}\n<script>\nBokeh.embed.embed_item({item}, '{TARGET}-panels').then((views) => {{"
         f"for (const view of views) {{ {begin} }} }});\n</script>"
     )
     # nothing is fetched: the library stands in the page

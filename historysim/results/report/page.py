@@ -177,7 +177,7 @@ def image(figure: "Figure", text: str) -> str:
     stream = io.BytesIO()
     figure.savefig(stream, format="png", dpi=DOTS_PER_INCH)
     with Image.open(stream) as drawn:
-        return _embedded(drawn.convert("RGB"), text, lossless=True, quality=100)
+        return _embedded(drawn.convert("RGB"), text, lossless=True)
 
 
 def thumbnail(parts: Iterable[str], text: str) -> str:
@@ -195,7 +195,7 @@ def thumbnail(parts: Iterable[str], text: str) -> str:
 
 def _embedded(drawn: "PILImage", text: str, **options: Any) -> str:
     stream = io.BytesIO()
-    drawn.save(stream, "WEBP", method=6, **options)
+    drawn.save(stream, "WEBP", **options)
     data = base64.b64encode(stream.getvalue()).decode("ascii")
     size = f'width="{drawn.width}" height="{drawn.height}"'
     return f'<img alt="{escape(text)}" {size} decoding="async" src="data:image/webp;base64,{data}">'

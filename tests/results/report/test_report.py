@@ -17,7 +17,6 @@ EVENTS = [hs.NormalLoad(0.0, 4e-3), hs.TangentialDisplacement(1.0, 5e-9), hs.Tan
 def without_bokeh(monkeypatch):
     monkeypatch.setitem(sys.modules, "bokeh", None)
     monkeypatch.setitem(sys.modules, "bokeh.embed", None)
-    monkeypatch.setitem(sys.modules, "bokeh.core.types", None)
 
 
 def replayed(**options):
