@@ -204,24 +204,16 @@ def test_a_contact_of_few_points_is_told():
     assert NormalSolutions.of(balls(0.0), largest_approach=1.0).notices == ()
 
 
-def test_how_long_it_takes_is_told_before(monkeypatch):
+def test_time_and_memory_are_told_before_and_too_much_is_refused(monkeypatch):
     from historysim.interaction import few_points, solutions
 
     monkeypatch.setattr(few_points, "MOST_POINTS", 8)
-    monkeypatch.setattr(solutions, "LONG", 0.0)
     told = []
-    NormalSolutions.of(rough(3, 32), largest_approach=0.3, tell=told.append)
+    for name, approach in (("LONG", 0.3), ("MUCH", 0.25)):
+        monkeypatch.setattr(solutions, name, 0.0)
+        NormalSolutions.of(rough(3, 32), largest_approach=approach, tell=told.append)
     assert "the normal contact of 32 × 32 points takes some 0 min for" in told[0]
-
-
-def test_a_map_beyond_the_memory_is_refused_and_much_of_it_is_told(monkeypatch):
-    from historysim.interaction import few_points, solutions
-
-    monkeypatch.setattr(few_points, "MOST_POINTS", 8)
-    monkeypatch.setattr(solutions, "MUCH", 0.0)
-    told = []
-    NormalSolutions.of(rough(3, 32), largest_approach=0.3, tell=told.append)
-    assert "takes some 0 min and 0.2 GiB of memory for" in told[0]
+    assert "takes some 0 min and 0.2 GiB of memory for" in told[1]
     monkeypatch.setitem(solutions.POINT_BYTES, True, 1e15)
     with pytest.raises(hs.InputError, match=r"32 × 32 points takes some .* GiB of memory, and this machine has .* GiB"):
         NormalSolutions.of(rough(3, 32), largest_approach=0.2)
