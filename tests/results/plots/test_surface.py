@@ -377,7 +377,7 @@ def test_every_kind_can_be_drawn_from_a_scenario_and_from_its_result(tmp_path, m
     write_files(tmp_path)
     loaded(tmp_path, entry, MOVED)
     monkeypatch.chdir(tmp_path)
-    for arguments in (["plot", "s.toml"], ["run", "s.toml", "-q"], ["plot", "s.nc", "--step", "1", "-o", "one.svg"]):
+    for arguments in (["plot", "s.toml"], ["run", "s.toml", "-q"]):
         done = CliRunner().invoke(main, arguments)
         assert done.exit_code == 0
         # a sum tells what its splines take away
