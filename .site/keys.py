@@ -23,7 +23,8 @@ from historysim.results.plots.panels import Panel
 from historysim.results.plots.pictures import PICTURES, Picture
 from historysim.scenario import friction_course_section, law_sections, sections
 from historysim.scenario.loading_kinds import LOADINGS, channels, written
-from historysim.scenario.surface_kinds import SURFACES, SurfaceKind, interacting, scaled
+from historysim.scenario.surface_kinds import SURFACES, SurfaceKind
+from historysim.scenario.surface_kinds.any_surface import SurfaceKeys
 from historysim.scenario.surface_kinds.run_in_surface import PassesSection
 from historysim.tables import Column, Format
 
@@ -54,7 +55,7 @@ SECTIONS: dict[str, tuple[str, Kinds]] = {
     "`[materials]`": ("", (sections.MaterialsSection,)),
     "`[surface]`": (
         "`kind` says which surface it is. [Surfaces](../historysim/surfaces/README.md) tells what they are for.",
-        (SURFACES, scaled.Scaled, interacting.Interacting, PassesSection),
+        (SURFACES, SurfaceKeys),
     ),
     "`yielding`": (
         "Of any `[surface]` with summits, how they yield: the name of a law, or a table of `law` with its keys.",
@@ -92,8 +93,7 @@ TITLES: dict[type, str] = {
     channels.LengthChannel: "A channel that is a displacement",
     Panel: "Of all pictures that can stand beside others",
     Column: "A column",
-    scaled.Scaled: "Of any surface with summits",
-    interacting.Interacting: "Of any height map",
+    SurfaceKeys: "Of any surface",
     PassesSection: "`passes` of any height map",
 }
 """Headings of classes whose keys' names do not say what they are."""
@@ -181,8 +181,6 @@ def keys(kind: type) -> "Iterator[attrs.Attribute[Any]]":
     elsewhere = {field.name for other in above for field in attrs.fields(other)}
     if kind is sections.Sections:
         elsewhere = {field.name for field in attrs.fields(kind)} - {"title"}
-    if kind in {scaled.Scaled, interacting.Interacting}:
-        elsewhere = {"of"}
     if kind is written.Waypoint:
         elsewhere = {"others"}
     yield from sorted(
@@ -217,7 +215,8 @@ def title_of(kind: type, registry: "Registry[Any]") -> str:
 def variants(kind: type) -> "Iterator[tuple[str, type]]":
     """Yield the other classes of a kind of surface, that it chooses by the keys, with the keys that choose them."""
     registered = {field.name for field in attrs.fields(kind)}
-    for other in _below(SurfaceKind):
+    # what slots have replaced may still be there
+    for other in filter(attrs.has, _below(SurfaceKind)):
         own = [field.name for field in keys(other) if field.name not in registered]
         if inspect.isabstract(other) or not own:
             continue
@@ -263,8 +262,9 @@ def with_tables(title: str, kind: type) -> "Iterator[tuple[str, type]]":
 
 
 def tables_in(kind: Any) -> "Iterator[type]":
-    """Yield the classes of tables in the type of a key; columns and wear have a section of their own."""
-    if isinstance(kind, type) and attrs.has(kind) and kind not in {Column, law_sections.WearSection, *SHARED}:
+    """Yield the classes of tables in the type of a key; columns and laws have a section of their own."""
+    apart = {Column, law_sections.WearSection, law_sections.YieldingSection, *SHARED}
+    if isinstance(kind, type) and attrs.has(kind) and kind not in apart:
         if not inspect.isabstract(kind):
             yield kind
         return

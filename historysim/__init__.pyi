@@ -41,15 +41,15 @@ from historysim.results.csv_table import write_csv as write_csv
 from historysim.results.netcdf_table import write_netcdf as write_netcdf
 from historysim.scenario.compare import compare as compare
 from historysim.scenario.fit import fit as fit
-from historysim.scenario.loop_search import loops as loops
 from historysim.scenario.opening import open as open  # noqa: A004 - called as that of xarray
 from historysim.scenario.plot import plot as plot
+from historysim.scenario.record_search import loops as loops
+from historysim.scenario.record_search import sliding as sliding
 from historysim.scenario.report import explore as explore
 from historysim.scenario.report import report as report
 from historysim.scenario.run import run as run
 from historysim.scenario.scenario import load as load
 from historysim.scenario.show import show as show
-from historysim.scenario.sliding_search import sliding as sliding
 from historysim.studies import design_studies as design_studies
 from historysim.studies.design import design as design
 from historysim.studies.gallery import gallery as gallery
@@ -92,8 +92,8 @@ from historysim.results.plots.together import plot_together as plot_together
 from historysim.results.plots.traction_profile import plot_slip_fronts as plot_slip_fronts
 from historysim.results.plots.traction_profile import plot_traction as plot_traction
 from historysim.results.plots.worn_summits import plot_wear as plot_wear
-from historysim.scenario.loop_search import find_loops as find_loops
-from historysim.scenario.sliding_search import find_sliding as find_sliding
+from historysim.scenario.record_search import find_loops as find_loops
+from historysim.scenario.record_search import find_sliding as find_sliding
 from historysim.surfaces.distribution import drawn_summits as drawn_summits
 from historysim.surfaces.distribution import quantile_summits as quantile_summits
 from historysim.surfaces.textured import textured_summits as textured_summits

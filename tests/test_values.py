@@ -25,7 +25,7 @@ from historysim.log.event_log import Verdict
 from historysim.log.header import LogHeader
 from historysim.log.snapshot import Snapshot
 from historysim.log.verification import Difference, Verification
-from historysim.measured import correction, loops, observation, sliding
+from historysim.measured import correction, loop_values, observation, sliding
 from historysim.measured.comparison import Comparison
 from historysim.recording.changes import Changes
 from historysim.recording.variables import PER_ASPERITY
@@ -109,7 +109,7 @@ ERRORS = {
     "MissingPackageError": lambda: errors.MissingPackageError("the friction law 'a' is of b, which is not there"),
     "CurveEndError": lambda: errors.CurveEndError("a load of 2 N", "1 N and 10 nm", 4),
     "MissingValueError": lambda: MissingValueError("line 3: misses a value"),
-    "NoLoopError": lambda: loops.NoLoopError("no whole loop"),
+    "NoLoopError": lambda: loop_values.NoLoopError("no whole loop"),
     "BrokenError": lambda: BrokenError(["under way"], ["waiting", "too"]),
 }
 VALUES = {

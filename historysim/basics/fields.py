@@ -2,13 +2,15 @@
 
 import inspect
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from types import NoneType
 from typing import Annotated, Any, get_args, get_origin
 
 import attrs
 
+from historysim.basics.places import misfit
 from historysim.basics.units import is_number
+from historysim.basics.wording import shown
 from historysim.errors import InputError
 
 
@@ -74,6 +76,40 @@ class OneOf:
     def text(self) -> str:
         """What it asks for, in brief."""
         return " or ".join(f'"{word}"' for word in self.words)
+
+
+@attrs.frozen
+class Key:
+    """Validator of a key of a scenario: its error belongs to the place of the key, and None is fine."""
+
+    fits: Callable[[Any], bool]
+    expected: str
+
+    def __call__(self, _: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
+        """Check a value."""
+        if value is not None and not self.fits(value):
+            came = f"{value:g}" if isinstance(value, float) else shown(value)
+            raise misfit(f"{came}; expected {self.expected}", attribute.name)
+
+
+@attrs.frozen
+class KeyLimit:
+    """Validator of a key that is one number, or several, of 0 or more, or above 0; None is fine."""
+
+    text: str
+
+    def __call__(self, _: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
+        """Check a value."""
+        unit = unit_in(attribute.type).replace("m2", "m²").removeprefix("1")
+        of_unit = f" {unit}" if unit else ""
+        above = self.text == "> 0"
+        for each in value if isinstance(value, tuple) else (value,):
+            if each is not None and not (each > 0 if above else each >= 0):
+                expected = f"more than 0{of_unit}" if above else f"0{of_unit} or more"
+                raise misfit(f"{each:g}{of_unit}; expected {expected}", attribute.name)
+
+
+NOT_NEGATIVE, POSITIVE = KeyLimit("≥ 0"), KeyLimit("> 0")
 
 
 def at_least(least: float, *, above: bool = False) -> AtLeast:

@@ -3,10 +3,9 @@
 import contextlib
 import os
 import signal
-from typing import Any
 
 
-def _end(*_: Any) -> None:
+def _end(*_: object) -> None:
     """End at once, with what a shell takes for an interrupt: nothing is open yet while modules are imported."""
     os.write(2, b"Error: interrupted\n")
     os._exit(130)

@@ -47,7 +47,7 @@ class Interrupted(click.ClickException):
 def _showing(others: Callable[..., None]) -> Callable[..., None]:
     """Return what shows a warning: one for the user as a note, without lines of the program."""
 
-    def show(message: Warning | str, category: type[Warning], *place: Any) -> None:
+    def show(message: Warning | str, category: type[Warning], *place: object) -> None:
         if issubclass(category, UnlikelyValueWarning):
             click.echo(f"Note: {printable(str(message))}", err=True)
         else:
@@ -59,14 +59,14 @@ def _showing(others: Callable[..., None]) -> Callable[..., None]:
 class Commands(click.Group):
     """Commands whose errors end as one message and an exit code."""
 
-    def main(self, *args: Any, **kwargs: Any) -> Any:
+    def main(self, *args: Any, **kwargs: Any) -> Any:  # noqa: ANN401 - as click has it
         """Run the program; a terminal that does not know a sign gets another in its place."""
         for stream in (sys.stdout, sys.stderr):
             if isinstance(stream, io.TextIOWrapper):
                 stream.reconfigure(errors=PLAIN)
         return super().main(*args, **kwargs)
 
-    def invoke(self, ctx: click.Context) -> Any:
+    def invoke(self, ctx: click.Context) -> Any:  # noqa: ANN401 - as click has it
         """Run a command."""
         try:
             with warnings.catch_warnings():

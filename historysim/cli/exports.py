@@ -14,8 +14,20 @@ from historysim.cli.output import Answer, notice, save, tell
 @click.argument("scenario", type=path_type)
 @click.option("-o", "--output", type=path_type, help="The unit (.fmu). [default: SCENARIO's name with .fmu, here]")
 @click.option("--at", "moment", help='Start from the state at this time, as "12.5 s". [default: nothing has touched]')
-@click.option("--normal", type=click.Choice(["load", "displacement"]), default="load", show_default=True)
-@click.option("--tangential", type=click.Choice(["load", "displacement"]), default="displacement", show_default=True)
+@click.option(
+    "--normal",
+    type=click.Choice(["load", "displacement"]),
+    default="load",
+    show_default=True,
+    help="The input that controls the normal direction.",
+)
+@click.option(
+    "--tangential",
+    type=click.Choice(["load", "displacement"]),
+    default="displacement",
+    show_default=True,
+    help="The input that controls the tangential direction.",
+)
 @click.option(
     "--saturate/--refuse",
     default=None,
@@ -25,7 +37,7 @@ from historysim.cli.output import Answer, notice, save, tell
 @click.option(
     "--platforms",
     metavar="NAME,NAME",
-    help="Platforms to compile for, as x86_64-linux,x86_64-windows,aarch64-linux; others than this one by ziglang. "
+    help="Platforms to compile for, such as x86_64-linux,x86_64-windows; those other than this one need ziglang. "
     "[default: this one]",
 )
 @json_option
@@ -73,19 +85,22 @@ def fmu(
 @click.option(
     "-e", "--elements", type=click.IntRange(1, 1000), default=32, show_default=True, help="Number of springs."
 )
-@click.option("--normal-load", "load", help='Where they are placed, as "50 mN". [default: the largest]')
+@click.option(
+    "--normal-load", "load", help='The normal load at which the springs are placed, as "50 mN". [default: the largest]'
+)
 @click.option(
     "-o",
     "--output",
     "outputs",
     type=path_type,
     multiple=True,
-    help="The model: .json, .csv, .mo (Modelica), .m (MATLAB), .tcl (OpenSees), .py (see --for); may come again.",
+    help="The model: .json, .csv, .mo (Modelica), .m (MATLAB), .tcl (OpenSees), .py (see --for); may be given several "
+    "times.",
 )
 @click.option(
     "--for",
     "form",
-    help="Whom a .py is for: openseespy, pyharm or tmdsimpy. [default: openseespy]",
+    help="The program that a .py is for: openseespy, pyharm or tmdsimpy. [default: openseespy]",
     type=click.Choice(["openseespy", "pyharm", "tmdsimpy"]),
 )
 @click.option("--picture", type=path_type, help="Draw model and contact to this file (PNG, PDF, SVG).")

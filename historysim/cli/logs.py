@@ -25,7 +25,7 @@ EVENTS = unmarked("a table that says who wrote it", ".csv")
 @click.command()
 @click.argument("file", type=path_type)
 @click.option("--log", type=path_type, help="The log of a result. [default: NAME.history beside it]")
-@click.option("-q", "--quiet", is_flag=True, help="Print nothing where all is well.")
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing if all is well.")
 @json_option
 def verify(file: Path, log: Path | None, quiet: bool, as_json: bool) -> None:
     """Check that a result is what its log makes, bit for bit.
@@ -34,17 +34,17 @@ def verify(file: Path, log: Path | None, quiet: bool, as_json: bool) -> None:
     """
     from historysim.log.verification import verify as check
 
-    found = check(file, log, progress=not quiet, tell=notice)
-    differences = "\n".join(f"  {difference.text}" for difference in found.differences)
-    if not found:
+    verification = check(file, log, progress=not quiet, tell=notice)
+    differences = "\n".join(f"  {difference.text}" for difference in verification.differences)
+    if not verification:
         raise NotPossible(f"{file}: is not what its log gives:\n{differences}")
     if is_log(file):
         lines = [
-            ("events", f"{found.events:,}, sound"),
-            ("snapshots", f"{found.snapshots:,}, as replayed"),
-            ("digest", found.digest),
+            ("events", f"{verification.events:,}, sound"),
+            ("snapshots", f"{verification.snapshots:,}, as replayed"),
+            ("digest", verification.digest),
         ]
-    elif found.differences:
+    elif verification.differences:
         lines = [(str(file), f"is what its log gives, up to rounding elsewhere:\n{differences}")]
     else:
         lines = [(str(file), "is what its log gives, bit for bit")]
@@ -55,12 +55,12 @@ def verify(file: Path, log: Path | None, quiet: bool, as_json: bool) -> None:
 @click.command()
 @click.argument("log", type=path_type)
 @click.option("--at", "moment", help='The time, as "12.5 s" or in s. [default: the end]')
-@click.option("--asperity", type=int, help="Look at this asperity: its state, its reversal points.")
+@click.option("--asperity", type=int, help="Show this asperity: its state, its reversal points.")
 @click.option("-o", "--output", type=path_type, help="Write all asperities (netCDF); with --asperity a picture.")
 @json_option
 @force_option
 def state(log: Path, moment: str | None, asperity: int | None, output: Path | None, as_json: bool, force: bool) -> None:
-    """Say what the state was at a time in LOG (NAME.history)."""
+    """Show the state at a time in LOG (NAME.history)."""
     if output is not None:
         check_outputs([Output(output, (RESULT if asperity is None else PICTURE,))], [log], force=force)
     from historysim.basics.units import quantity_text
@@ -68,12 +68,12 @@ def state(log: Path, moment: str | None, asperity: int | None, output: Path | No
 
     with EventLog(log) as events:
         time = float("inf") if moment is None else quantity_option("--at", moment, "s")
-        found = events.state(at=time, tell=notice)
+        ensemble_state = events.state(at=time, tell=notice)
         if asperity is not None:
             from historysim.asperities.asperity_summary import reversal_table, summary
             from historysim.results.plots.single_asperity import plot_asperity
 
-            one = events.ensemble.asperity(asperity, found)
+            one = events.ensemble.asperity(asperity, ensemble_state)
             if output is not None:
                 save(plot_asperity(one), output)
             answer = Answer(summary(one), [reversal_table(one)])
@@ -83,12 +83,12 @@ def state(log: Path, moment: str | None, asperity: int | None, output: Path | No
                     events.state_dataset(at=time).to_netcdf(unfinished)
             answer = Answer(
                 [
-                    ("normal load", quantity_text(found.normal_load, "N")),
-                    ("tangential load", quantity_text(found.tangential_load, "N")),
-                    ("approach", quantity_text(found.approach, "m")),
-                    ("tangential displacement", quantity_text(found.tangential_displacement, "m")),
-                    ("dissipated energy", quantity_text(found.dissipated_energy, "J")),
-                    ("stored energy", quantity_text(found.stored_energy, "J")),
+                    ("normal load", quantity_text(ensemble_state.normal_load, "N")),
+                    ("tangential load", quantity_text(ensemble_state.tangential_load, "N")),
+                    ("approach", quantity_text(ensemble_state.approach, "m")),
+                    ("tangential displacement", quantity_text(ensemble_state.tangential_displacement, "m")),
+                    ("dissipated energy", quantity_text(ensemble_state.dissipated_energy, "J")),
+                    ("stored energy", quantity_text(ensemble_state.stored_energy, "J")),
                 ],
                 data=lambda: events.state_dataset(at=time),
             )
@@ -134,7 +134,9 @@ def append(log: Path, table: Path, layout: "Format") -> None:
 
 @click.command("log")
 @click.argument("file", metavar="LOG", type=path_type)
-@click.option("--kind", multiple=True, help="Only events of this kind: normal_load, friction, …; may come twice.")
+@click.option(
+    "--kind", multiple=True, help="Only events of this kind: normal_load, friction, …; may be given several times."
+)
 @click.option("--from", "begin", help='Only from this time on, as "12.5 s" or in s.')
 @click.option("--to", "end", help="Only up to this time.")
 @click.option("--first", type=click.IntRange(0), help="Only so many, the first ones.")

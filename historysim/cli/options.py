@@ -12,6 +12,8 @@ import click
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
+    import os
+
     from historysim.scenario.scenario import Scenario
 
 _SETTING = re.compile(r"""((?:[^="']|"(?:[^"\\]|\\.)*"|'[^']*')*)=(.*)""", re.DOTALL)
@@ -21,7 +23,9 @@ _SETTING = re.compile(r"""((?:[^="']|"(?:[^"\\]|\\.)*"|'[^']*')*)=(.*)""", re.DO
 class PathType(click.Path):
     """The name of a file, in the encoding of the system: the libraries for SQLite and netCDF take no other."""
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+    def convert(
+        self, value: "str | os.PathLike[str]", param: click.Parameter | None, ctx: click.Context | None
+    ) -> "str | bytes | os.PathLike[str]":
         """Return the path."""
         path = super().convert(value, param, ctx)
         try:
@@ -40,7 +44,9 @@ path_type = PathType(path_type=Path)
 
 
 force_option = click.option(
-    "--force", is_flag=True, help="Replace files that are no earlier outputs of this kind, too; never one that is read."
+    "--force",
+    is_flag=True,
+    help="Also replace files that are not earlier outputs of this kind; never a file that is read.",
 )
 
 
@@ -74,7 +80,7 @@ def set_option(command: Callable[..., None]) -> Callable[..., None]:
     """Give a command the option that puts other values into a scenario; it takes them as ``values``, by key."""
 
     @functools.wraps(command)
-    def with_values(*, settings: tuple[str, ...], **others: Any) -> None:
+    def with_values(*, settings: tuple[str, ...], **others: object) -> None:
         command(values=dict(map(_setting, settings)), **others)
 
     return click.option(
@@ -82,7 +88,7 @@ def set_option(command: Callable[..., None]) -> Callable[..., None]:
         "settings",
         multiple=True,
         metavar="KEY=VALUE",
-        help="Another value for a key of the scenario, as friction.coefficient=0.3; may come several times.",
+        help="Another value for a key of the scenario, such as friction.coefficient=0.3; may be given several times.",
     )(with_values)
 
 
@@ -97,10 +103,10 @@ def _setting(text: str) -> tuple[str, Any]:
             f'--set {text!r}: expected KEY=VALUE, such as friction.coefficient=0.3 or "surface.radius=2 mm"'
         )
     try:
-        found = tomllib.loads(f"value = {value}")
+        table = tomllib.loads(f"value = {value}")
     except (ValueError, RecursionError):
         return key, value
-    return key, found["value"] if set(found) == {"value"} else value
+    return key, table["value"] if set(table) == {"value"} else value
 
 
 def scenario_or_file(file: Path, values: dict[str, Any]) -> "Scenario | Path":
@@ -119,7 +125,7 @@ def text_options(command: Callable[..., None]) -> Callable[..., None]:
 
     @functools.wraps(command)
     def with_layout(
-        *, delimiter: str | None, decimal: str, header: int | None, encoding: str | None, **others: Any
+        *, delimiter: str | None, decimal: str, header: int | None, encoding: str | None, **others: object
     ) -> None:
         from historysim.tables import Format
 
@@ -133,7 +139,7 @@ def text_options(command: Callable[..., None]) -> Callable[..., None]:
         click.option("--encoding", help="The encoding of a text.  [default: found]"),
         click.option("--header", type=int, help="The line of a text that names the columns. [default: found]"),
         click.option("--decimal", default=".", show_default=True, help="The decimal sign of a text."),
-        click.option("--delimiter", help="What stands between two values of a text. [default: found]"),
+        click.option("--delimiter", help="The sign between two values of a text. [default: found]"),
     ):
         with_layout = option(with_layout)
     return with_layout

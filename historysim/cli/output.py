@@ -72,26 +72,17 @@ def csv_of_sweep(keys: Iterable[str]) -> OutputFormat:
 
 
 class Answer(NamedTuple):
-    """What a command has found.
-
-    Attributes
-    ----------
-    lines : sequence of (label, text)
-    tables : sequence of sequence of tuple of str
-        Rows of texts; the first row of each has the headings.
-    files : sequence of path
-        What was written.
-    data : callable, optional
-        Gives all numbers as a Dataset, with units.
-    below : sequence of (label, text)
-        Lines that stand below the tables.
-    """
+    """What a command has found."""
 
     lines: Sequence[tuple[str, str]] = ()
     tables: Sequence[Sequence[tuple[str, ...]]] = ()
+    """Rows of texts; the first row of each has the headings."""
     files: Sequence[Path] = ()
+    """What was written."""
     data: "Callable[[], xr.Dataset] | None" = None
+    """Gives all numbers as a Dataset, with units."""
     below: Sequence[tuple[str, str]] = ()
+    """Lines that stand below the tables."""
 
 
 def tell(answer: Answer, *, as_json: bool = False) -> None:
@@ -112,14 +103,14 @@ def tell(answer: Answer, *, as_json: bool = False) -> None:
 def _json(answer: Answer) -> str:
     import json
 
-    found: dict[str, Any] = {
+    document: dict[str, Any] = {
         "lines": [_line(label, text) for label, text in (*answer.lines, *answer.below) if label],
         "tables": [{"columns": rows[0], "rows": rows[1:]} for rows in answer.tables if rows],
         "files": [str(path) for path in answer.files],
     }
     if answer.data is not None:
-        found["data"] = answer.data().to_dict()
-    return json.dumps(_plain(found), ensure_ascii=False, indent=1)
+        document["data"] = answer.data().to_dict()
+    return json.dumps(_plain(document), ensure_ascii=False, indent=1)
 
 
 def _line(label: str, text: str) -> dict[str, Any]:
@@ -127,7 +118,7 @@ def _line(label: str, text: str) -> dict[str, Any]:
     return {"label": label, "text": str(text), **quantity}
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> object:
     """Return what JSON can hold: it has no number that is none."""
     if isinstance(value, dict):
         return {str(key): _plain(each) for key, each in value.items()}

@@ -52,7 +52,7 @@ class Question(click.ParamType):  # type: ignore[type-arg]
 
     name = "question"
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> str:
         """Return the name, with hyphens."""
         question = str(value).replace("_", "-")
         if question not in QUESTIONS:
@@ -72,16 +72,14 @@ class Question(click.ParamType):  # type: ignore[type-arg]
 @click.option(
     "-o", "--output", type=path_type, help="The table (CSV, netCDF; VTU of point-maps). [default: RESULT_QUESTION.csv]"
 )
-@click.option("--asperity", type=int, help="Of profiles, reversal-points and time-series: whose.")
-@click.option(
-    "--step", type=int, help="Of point-maps, profiles and reversal-points: at which step. [default: the last]"
-)
+@click.option("--asperity", type=int, help="The asperity, for profiles, reversal-points and time-series.")
+@click.option("--step", type=int, help="The step, for point-maps, profiles and reversal-points. [default: the last]")
 @click.option(
     "--with",
     "parameters",
     multiple=True,
     metavar="NAME=VALUE",
-    help="Another parameter of the question, as first=0; may come several times.",
+    help="Another parameter of the question, such as first=0; may be given several times.",
 )
 @json_option
 @force_option
@@ -116,17 +114,17 @@ def table(
         if question == "run-drift" and "second" in given:
             with open_result(Path(given["second"])) as other:
                 given["second"] = other.load()
-        found = answer(history, question.replace("-", "_"), given)
+        dataset = answer(history, question.replace("-", "_"), given)
         if question == "profiles":
             # a row for each radius
-            found = found.isel(step=0)
+            dataset = dataset.isel(step=0)
         if kinds == (VTU,):
             from historysim.results.point_maps import write_vtk
 
-            write_vtk(found, output)
+            write_vtk(dataset, output)
         else:
-            save_dataset(found, output)
-        tell(Answer(files=[output], data=lambda: found), as_json=as_json)
+            save_dataset(dataset, output)
+        tell(Answer(files=[output], data=lambda: dataset), as_json=as_json)
 
 
 def _parameter(text: str) -> tuple[str, Any]:
@@ -147,13 +145,13 @@ def _parameter(text: str) -> tuple[str, Any]:
 @click.argument("name", required=False)
 @json_option
 def kinds(what: str | None, name: str | None, as_json: bool) -> None:
-    """Say which kinds of laws, surfaces, … there are, the NAMEs of one kind, WHAT, or the keys of one of them.
+    """List the groups of kinds (laws, surfaces, …), the kinds of one group, WHAT, or the keys of one kind, NAME.
 
-    Those of other packages have the package and its version behind them.
+    A kind of another package has the package and its version behind it.
     """
-    from historysim.scenario.kinds import kinds as found
+    from historysim.scenario.kinds import kinds as listed
 
-    tell(Answer(found(what, name)), as_json=as_json)
+    tell(Answer(listed(what, name)), as_json=as_json)
 
 
 COMMANDS = (table, kinds)

@@ -58,12 +58,12 @@ def columns(file: Path, output: Path | None, as_json: bool, layout: "Format") ->
     from historysim.tables import describe, what_is_seen
 
     seen, blocks = what_is_seen(file, layout)
-    found = describe(file, layout)
+    listings = describe(file, layout)
     if output is not None:
         with replacing(output) as unfinished:
-            unfinished.write_text(suggested_scenario(file, output, found, layout, blocks), encoding="utf-8")
-    rows = [("column", "unit", "values", "first"), *((c.column, c.unit, c.values, c.first) for c in found)]
-    suggested, files = suggested_loading(file, found, layout, blocks), [] if output is None else [output]
+            unfinished.write_text(suggested_scenario(file, output, listings, layout, blocks), encoding="utf-8")
+    rows = [("column", "unit", "values", "first"), *((c.column, c.unit, c.values, c.first) for c in listings)]
+    suggested, files = suggested_loading(file, listings, layout, blocks), [] if output is None else [output]
     if as_json:
         tell(Answer([*(("note", line) for line in seen), ("scenario", suggested)], [rows], files), as_json=True)
         return
@@ -87,7 +87,8 @@ def columns(file: Path, output: Path | None, as_json: bool, layout: "Format") ->
 @click.option(
     "--load-share",
     type=float,
-    help="How much the normal load may move on a branch, over its greatest value; else it is left out. [default: 0.1]",
+    help="Leave out branches on which the normal load moves by more than this share of its greatest value. "
+    "[default: 0.1]",
 )
 @click.option(
     "--amplitude-share",
@@ -102,7 +103,7 @@ def columns(file: Path, output: Path | None, as_json: bool, layout: "Format") ->
 )
 @click.option("--plot", "with_picture", is_flag=True, help="Also draw the loops: FILE's name with _loops.png, here.")
 @click.option("--picture", type=path_type, help="Also draw the loops to this file (PNG, PDF, SVG).")
-@click.option("--model", "with_model", is_flag=True, help="Draw those of the scenario's model with them, dashed.")
+@click.option("--model", "with_model", is_flag=True, help="Also draw the loops of the scenario's model, dashed.")
 @json_option
 @force_option
 @set_option
@@ -137,7 +138,7 @@ def loops(
     from historysim.measured.definitions import DEFAULT, Definitions
     from historysim.results.plots.loop_curves import plot_loops
     from historysim.results.plots.loop_levels import plot_loop_levels
-    from historysim.scenario.loop_search import loops as find_loops
+    from historysim.scenario.record_search import loops as find_loops
     from historysim.scenario.scenario import load
 
     definitions = Definitions(
@@ -159,28 +160,30 @@ def loops(
 
         _tell_runs(each_run(record, lambda run: find_loops(run, **options)), loop_rows, as_json=as_json)
         return
-    found = find_loops(record, **options)
+    evaluation = find_loops(record, **options)
     model = _model_loops(record, skip) if with_model else None
-    by_load = found.by_load()
+    by_load = evaluation.by_load()
     if levels is not None and not len(by_load):
         raise InputError(f"{file}: the normal load was not measured; expected it for {levels}")
     if output is not None:
-        save_table(found.to_dataset(), output, lambda _: plot_loops(found, model, title=file.name), measured=measured)
+        save_table(
+            evaluation.to_dataset(), output, lambda _: plot_loops(evaluation, model, title=file.name), measured=measured
+        )
     if levels is not None:
         save_table(
             by_load.to_dataset(), levels, lambda table: plot_loop_levels(table, title=file.name), measured=measured
         )
     for path in pictures:
-        save(plot_loops(found, model, title=file.name), path)
-    tables: list[Sequence[tuple[str, ...]]] = [] if found.large.all() else [found.by_amplitude().rows()]
+        save(plot_loops(evaluation, model, title=file.name), path)
+    tables: list[Sequence[tuple[str, ...]]] = [] if evaluation.large.all() else [evaluation.by_amplitude().rows()]
     below: Sequence[tuple[str, str]] = ()
     if len(by_load) > 1:
         tables.append(by_load.rows())
-        below = [(label, both) for label, *_, both in found.rows() if label.startswith(("largest", "loops"))]
+        below = [(label, both) for label, *_, both in evaluation.rows() if label.startswith(("largest", "loops"))]
     else:
-        tables.append(found.rows())
+        tables.append(evaluation.rows())
     files = [target.path for target in outputs]
-    tell(Answer(found.summary(), tables, files, found.to_dataset, below), as_json=as_json)
+    tell(Answer(evaluation.summary(), tables, files, evaluation.to_dataset, below), as_json=as_json)
 
 
 @click.command()
@@ -207,8 +210,8 @@ def sliding(
     Static peak, running-in and steady value. FILE is a result, or a scenario with a measured record.
     """
     from historysim.results.plots.friction_trace import plot_sliding
+    from historysim.scenario.record_search import sliding as find_sliding
     from historysim.scenario.scenario import load
-    from historysim.scenario.sliding_search import sliding as find_sliding
 
     measured = file.suffix == ".toml"
     record = load(file, values) if measured else scenario_or_file(file, values)
@@ -221,10 +224,15 @@ def sliding(
         runs = each_run(record, lambda run: find_sliding(run, over=over, windows=windows))
         _tell_runs(runs, sliding_rows, as_json=as_json)
         return
-    found = find_sliding(record, over=over, windows=windows)
+    evaluation = find_sliding(record, over=over, windows=windows)
     if output is not None:
-        save_table(found.to_dataset(), output, lambda _: plot_sliding(found, title=file.name), measured=measured)
-    tell(Answer(found.summary(), files=[target.path for target in outputs], data=found.to_dataset), as_json=as_json)
+        save_table(
+            evaluation.to_dataset(), output, lambda _: plot_sliding(evaluation, title=file.name), measured=measured
+        )
+    tell(
+        Answer(evaluation.summary(), files=[target.path for target in outputs], data=evaluation.to_dataset),
+        as_json=as_json,
+    )
 
 
 @click.command()
@@ -283,11 +291,11 @@ def fit(
     loaded = load(scenario, values)
     check_outputs([Output(output, (FITTED,)), Output(picture, (PICTURE,))], loaded.files, force=force)
 
-    def write(found: "Fit", output: Path, picture: Path) -> None:
+    def write(fitted: "Fit", output: Path, picture: Path) -> None:
         # both stand under their names, or neither
         with replacing(output) as unfinished:
-            unfinished.write_text(found.scenario_text(output), encoding="utf-8")
-            save(plot_comparison(found.comparison, loaded.title), picture)
+            unfinished.write_text(fitted.scenario_text(output), encoding="utf-8")
+            save(plot_comparison(fitted.comparison, loaded.title), picture)
 
     if _is_each(loaded):
         from historysim.scenario.each_run import each_run, fit_rows
@@ -299,14 +307,14 @@ def fit(
         several = [place for one, two in named.values() for place in (Output(one, (FITTED,)), Output(two, (PICTURE,)))]
         check_outputs(several, loaded.files, force=force)
         for run in runs:
-            if run.found is not None:
-                write(run.found, *named[run.number])
-        files = [path for run in runs if run.found is not None for path in reversed(named[run.number])]
+            if run.result is not None:
+                write(run.result, *named[run.number])
+        files = [path for run in runs if run.result is not None for path in reversed(named[run.number])]
         _tell_runs(runs, fit_rows, files, as_json=as_json)
         return
-    found = fit_scenario(loaded, progress=True)
-    write(found, output, picture)
-    tell(Answer(found.summary(), [found.comparison.rows()], [picture, output]), as_json=as_json)
+    fitted = fit_scenario(loaded, progress=True)
+    write(fitted, output, picture)
+    tell(Answer(fitted.summary(), [fitted.comparison.rows()], [picture, output]), as_json=as_json)
 
 
 def _is_each(record: "Scenario | Path") -> "TypeGuard[Scenario]":

@@ -18,7 +18,7 @@ from historysim.errors import InputError
 @click.option("--plot", "with_picture", is_flag=True, help="Also draw the result, beside it, with .png.")
 @click.option("--picture", type=path_type, help="Also draw the result to this file (PNG, PDF, SVG).")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing.")
-@click.option("--resume", is_flag=True, help="Go on where an earlier run was ended, from its log.")
+@click.option("--resume", is_flag=True, help="Go on where an earlier run stopped, from its log.")
 @click.option(
     "--snapshot-every",
     type=click.IntRange(1),
@@ -132,7 +132,7 @@ def sweep(
 
     The outputs go to one file.
 
-    A sweep that was ended goes on where it was; a cell that cannot be computed is reported and leaves a gap.
+    A sweep that was interrupted goes on where it stopped. A cell that cannot be computed is reported and left empty.
     """
     output = output or Path(f"{scenario.stem}.nc")
     store = store or output.with_suffix(".cells")
@@ -147,11 +147,11 @@ def sweep(
     grid, _ = sweep_of(loaded)
     forms = TABLE_OF_SWEEP, csv_of_sweep(key for axis in grid.axes for key in axis.keys)
     check_outputs([Output(output, forms)], loaded.files, force=force)
-    found = carry_out(loaded, store=store, workers=workers or processors(), progress=not quiet, tell=notice)
-    sweeps.write(found, output)
+    table = carry_out(loaded, store=store, workers=workers or processors(), progress=not quiet, tell=notice)
+    sweeps.write(table, output)
     if not quiet:
         files = [("cells kept in", str(store)), ("result", str(output))]
-        tell(Answer([*sweeps.summary(found), *files], data=lambda: found), as_json=as_json)
+        tell(Answer([*sweeps.summary(table), *files], data=lambda: table), as_json=as_json)
 
 
 @click.command()
@@ -187,12 +187,12 @@ def design(
         problem, grid = problem_of(loaded)
         forms = TABLE_OF_SWEEP, csv_of_sweep([*(key for axis in grid.axes for key in axis.keys), problem.key])
         check_outputs([Output(output, forms)], loaded.files, force=force)
-    found = carry_out(loaded, workers=workers or processors(), progress=not quiet, tell=notice)
+    table = carry_out(loaded, workers=workers or processors(), progress=not quiet, tell=notice)
     if output is not None:
-        write(found, output)
+        write(table, output)
     if not quiet:
         files = [("result", str(output))] if output else []
-        tell(Answer([*summary(found), *files], data=lambda: found), as_json=as_json)
+        tell(Answer([*summary(table), *files], data=lambda: table), as_json=as_json)
 
 
 COMMANDS = (run, validate, sweep, design)

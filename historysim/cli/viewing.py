@@ -49,7 +49,7 @@ def height_map_options(command: Callable[..., None]) -> Callable[..., None]:
 @json_option
 @set_option
 @height_map_options
-def show(file: Path, as_json: bool, values: dict[str, Any], **height_map: Any) -> None:
+def show(file: Path, as_json: bool, values: dict[str, Any], **height_map: object) -> None:
     """Say in a few lines what FILE holds.
 
     A scenario, a result, a log, a sweep, a height map, or what `loops -o` and `sliding -o` have written.
@@ -94,7 +94,7 @@ def plot(
     adhesion: bool,
     force: bool,
     values: dict[str, Any],
-    **height_map: Any,
+    **height_map: object,
 ) -> None:
     """Draw FILE, or several results in one picture.
 
@@ -122,40 +122,27 @@ def plot(
     one = scenario_or_file(file, values)
     check_outputs([Output(output, (PICTURE, MOVING))], [*files_read(one), *files], force=force)
     what = one if len(files) == 1 else list(files)
+    chosen: dict[str, Any] = {
+        "picture": picture,
+        "step": int(step) if step is not None and step.removeprefix("-").isdecimal() else step,
+        "asperity": asperity,
+        "panels": None if panels is None else panels.split(","),
+        "adhesion": adhesion or None,
+        "steps": None if steps is None else _listed("--steps", steps),
+        "across": across,
+        "labels": None if labels is None else _listed("--labels", labels),
+    }
+    chosen = {name: value for name, value in chosen.items() if value is not None}
     if output.suffix.lower() in MOVING.endings:
-        others = {
-            "picture": picture,
-            "step": step,
-            "asperity": asperity,
-            "panels": panels,
-            "adhesion": adhesion or None,
-            "steps": steps,
-            "across": across,
-            "labels": labels,
-        }
         if len(files) > 1:
             raise InputError(f"{output}: a moving picture is of one result; expected one FILE")
-        if unused := [f"--{name}" for name, value in others.items() if value is not None]:
+        if unused := [f"--{name}" for name in chosen]:
             raise InputError(f"{output}: a moving picture takes no {', '.join(unused)}; expected another ending")
         _animate(file, output, millimetres)
         return
     from historysim.scenario.plot import plot as drawn
 
-    number = int(step) if step is not None and step.removeprefix("-").isdecimal() else step
-    figure = drawn(
-        what,
-        picture=picture,
-        step=number,
-        steps=None if steps is None else _listed("--steps", steps),
-        across=across,
-        labels=() if labels is None else _listed("--labels", labels),
-        panels=None if panels is None else panels.split(","),
-        adhesion=adhesion,
-        asperity=asperity,
-        size=millimetres,
-        **_given(height_map),
-    )
-    save(figure, output)
+    save(drawn(what, size=millimetres, **chosen, **_given(height_map)), output)
     click.echo(output)
 
 
@@ -185,15 +172,15 @@ def report(file: Path, output: Path | None, force: bool) -> None:
 @click.option(
     "--scripts",
     is_flag=True,
-    help="Also carry out the Python scripts in FOLDER that say that they are examples: run code of people you trust.",
+    help="Also run the Python scripts in FOLDER that are marked as examples. Run only code of people you trust.",
 )
 @force_option
 def gallery(folder: Path, output: Path, workers: int | None, scripts: bool, force: bool) -> None:
     """Run all scenarios in FOLDER and draw them on one HTML page.
 
     Scenarios with [sweep] are swept; hidden files and folders are left out. FOLDER is "scenarios" where none is named,
-    as in the repository. Scripts are carried out with --scripts only, and only those that hold a line
-    "# historysim gallery: example".
+    as in the repository. Scripts are run with --scripts only, and only those that hold the line "# historysim gallery:
+    example".
     """
     from historysim.studies.gallery import files_of_gallery
     from historysim.studies.gallery import gallery as written
@@ -215,10 +202,10 @@ def _animate(file: Path, output: Path, size: tuple[float, float] | None) -> None
 
 def _listed(option: str, text: str) -> list[str]:
     """Return what stands between commas."""
-    found = [part.strip() for part in text.split(",")]
-    if not all(found):
+    parts = [part.strip() for part in text.split(",")]
+    if not all(parts):
         raise InputError(f"{option} {text!r}: expected texts with a comma between each two")
-    return found
+    return parts
 
 
 def _millimetres(text: str) -> tuple[float, float]:
@@ -230,9 +217,9 @@ def _millimetres(text: str) -> tuple[float, float]:
     return width, height
 
 
-def _given(height_map: dict[str, Any]) -> dict[str, Any]:
+def _given(height_map: dict[str, object]) -> dict[str, Any]:
     """Return the options of a height map that were given, as `read_surface` takes them."""
-    given = {name: value for name, value in height_map.items() if value not in {None, ()}}
+    given: dict[str, Any] = {name: value for name, value in height_map.items() if value not in {None, ()}}
     if "pixel_size" in given:
         sizes = given["pixel_size"]
         if len(sizes) > 2:

@@ -53,7 +53,7 @@ class GreenwoodWilliamson:
     nominal_area: float
     mean_height: float
 
-    def __init__(
+    def __init__(  # noqa: PLR0917 - the parameters of the model
         self,
         contact_modulus: float,
         summit_radius: float,
@@ -72,7 +72,7 @@ class GreenwoodWilliamson:
         )
 
     @classmethod
-    def of_summits(cls, summits: Any, contact_modulus: float) -> Self:
+    def of_summits(cls, summits: Any, contact_modulus: float) -> Self:  # noqa: ANN401 - of a room below
         """Return the surface whose parameters are those of given summits.
 
         Parameters

@@ -43,7 +43,7 @@ def _positive(unit: str) -> Callable[[object, "attrs.Attribute[float]", float], 
     return check
 
 
-def _optional(unit: str, converter: Callable[[Any], float]) -> Any:
+def _optional(unit: str, converter: Callable[[Any], float]) -> Any:  # noqa: ANN401 - attrs types a field so
     """Return a field for a number greater than 0 in a unit, or None."""
     optional = attrs.converters.optional(converter)
     return attrs.field(default=None, converter=optional, validator=attrs.validators.optional(_positive(unit)))
@@ -215,7 +215,7 @@ def _measured(row: tuple[Any, ...], hardness: float, of_hardness: str) -> Materi
 _SAPPHIRE = (462.6e9, 0.309, 144.3e9, 41.1e-3, (8e-9, 10e-9), 2.5e-3)
 
 
-def _engineering(
+def _engineering(  # noqa: PLR0917 - a row of the table below
     name: str,
     youngs_modulus: float,
     poissons_ratio: float,

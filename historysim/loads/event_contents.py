@@ -83,7 +83,11 @@ def as_indices(value: int | Iterable[int] | None) -> tuple[int, ...] | None:
     return indices
 
 
-def valid_indices(event: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
+def valid_indices(
+    event: object,
+    attribute: "attrs.Attribute[Any]",
+    value: Any,  # noqa: ANN401 - whatever was given as indices
+) -> None:
     """Check indices of asperities, and make whole numbers of them."""
     if value is None:
         return
@@ -98,14 +102,14 @@ def valid_indices(event: object, attribute: "attrs.Attribute[Any]", value: Any) 
     object.__setattr__(event, attribute.name, tuple(int(index) for index in value))
 
 
-def numbers_text(told: Any) -> str:
+def numbers_text(numbers: float | tuple[float, ...] | None) -> str:
     """Return numbers as a cell has them, with as many digits as tell them from any other; one of a list in brackets."""
-    if told is None:
+    if numbers is None:
         return ""
-    if not isinstance(told, tuple):
-        return repr(told)
-    text = " ".join(map(repr, told))
-    return text if len(told) > 1 else f"[{text}]"
+    if not isinstance(numbers, tuple):
+        return repr(numbers)
+    text = " ".join(map(repr, numbers))
+    return text if len(numbers) > 1 else f"[{text}]"
 
 
 def numbers_in(text: str, number: Number) -> float | tuple[float, ...] | None:
@@ -120,17 +124,17 @@ def numbers_in(text: str, number: Number) -> float | tuple[float, ...] | None:
 
 def coefficients_in(text: str, number: Number) -> float | tuple[float, ...]:
     """Return the coefficients of a cell; none where it is empty, which the event refuses."""
-    found = numbers_in(text, number)
-    return () if found is None else found
+    coefficients = numbers_in(text, number)
+    return () if coefficients is None else coefficients
 
 
 def chosen_in(text: str) -> tuple[tuple[int, ...] | None, str]:
     """Return the indices in front of a colon, and what stands behind it."""
-    chosen, _, told = text.rpartition(":")
+    chosen, _, rest = text.rpartition(":")
     for each in chosen.split():
         if not each.isdecimal():
             raise InputError(f"{brief(each)}; expected the index of an asperity, 0 or more")
-    return tuple(map(int, chosen.split())) or None, told
+    return tuple(map(int, chosen.split())) or None, rest
 
 
 def chosen_text(asperities: tuple[int, ...] | None) -> str:

@@ -20,10 +20,7 @@ def time_text(time: float) -> str:
 def as_events(given: Iterable[Event]) -> Sequence[Event]:
     """Return an argument that is a sequence of events; what it holds is checked by `check_sequence`.
 
-    Raises
-    ------
-    InputError
-        It cannot be one.
+    Raises InputError: what cannot be one.
     """
     came: Any = given
     if not isinstance(came, Iterable):
@@ -47,10 +44,7 @@ def over_text(events: Sequence[Event]) -> str:
 def check_sequence(events: Sequence[Event]) -> None:
     """Check a sequence of events before any of it is applied.
 
-    Raises
-    ------
-    InputError
-        A thing that is not an event, or a time before the one of the event in front of it.
+    Raises InputError: a thing that is not an event, or a time before the one of the event in front of it.
     """
     previous = -math.inf
     for index, event in enumerate(events):
@@ -68,7 +62,7 @@ def check_sequence(events: Sequence[Event]) -> None:
         previous = event.time
 
 
-def _hex(value: Any) -> Any:
+def _hex(value: object) -> object:
     if isinstance(value, tuple):
         return [_hex(each) for each in value]
     return value.hex() if isinstance(value, float) else value

@@ -15,9 +15,9 @@ from historysim.basics.wording import nearest
 from historysim.errors import InputError
 from historysim.loads.events import EVENT_KINDS, EVENTS, Event
 from historysim.tables import Format, opened_rows
+from historysim.tables.column_units import settled, split_unit
 from historysim.tables.heading import Heading
 from historysim.tables.lines import brief, decimal_hint, number
-from historysim.tables.settled import settled, split_unit
 
 _NAMES = ("time", *EVENT_KINDS)
 _EXPECTED = f"a table of events: a text with a header line that names time, and one or more of {', '.join(EVENT_KINDS)}"

@@ -101,7 +101,7 @@ class Event:
         del count
         return ""
 
-    def act(self, ensemble: Any, state: Any, *, saturate: bool, instrument: Any) -> Any:
+    def act(self, ensemble: Any, state: Any, *, saturate: bool, instrument: Any) -> Any:  # noqa: ANN401 - as it says
         """Return the `EnsembleState` of an `Ensemble` behind an `Instrument` after a change; of waypoints nothing acts.
 
         Facts do not import what they act on, so that whoever reads a log or a result needs no engine.
@@ -271,14 +271,14 @@ class FrictionChange(Event):
     @classmethod
     def from_cell(cls, time: float, text: str, number: Number) -> Self:
         """Return the event that `cell` told."""
-        chosen, told = chosen_in(text)
-        return cls(time, coefficients_in(told, number), chosen)
+        chosen, coefficients = chosen_in(text)
+        return cls(time, coefficients_in(coefficients, number), chosen)
 
     def misfit(self, count: int) -> str:
         """Return what does not fit so many asperities."""
         return lists_misfit(count, self.asperities, {"friction": self.friction}, "coefficient")
 
-    def act(self, ensemble: Any, state: Any, *, saturate: bool, instrument: Any) -> Any:
+    def act(self, ensemble: Any, state: Any, *, saturate: bool, instrument: Any) -> Any:  # noqa: ANN401 - see `Event.act`
         """Return the state after it; errors as for `Ensemble.with_friction`."""
         del saturate
         return ensemble.with_friction(state, self.friction, asperities=self.asperities, instrument=instrument)
@@ -386,8 +386,8 @@ class GeometryChange(Event):
     @classmethod
     def from_cell(cls, time: float, text: str, number: Number) -> Self:
         """Return the event that `cell` told."""
-        chosen, told = chosen_in(text)
-        heights, _, radii = told.partition("|")
+        chosen, lengths = chosen_in(text)
+        heights, _, radii = lengths.partition("|")
         height, radius = (tuple(map(number, each.split())) or None for each in (heights, radii))
         return cls(time, height, radius, chosen)
 
@@ -396,7 +396,7 @@ class GeometryChange(Event):
         lists = {"summit_height": self.summit_height, "summit_radius": self.summit_radius}
         return lists_misfit(count, self.asperities, lists, "length")
 
-    def act(self, ensemble: Any, state: Any, *, saturate: bool, instrument: Any) -> Any:
+    def act(self, ensemble: Any, state: Any, *, saturate: bool, instrument: Any) -> Any:  # noqa: ANN401 - see `Event.act`
         """Return the state after it; errors as for `Ensemble.with_geometry`."""
         new: dict[str, Any] = {"summit_height": self.summit_height, "summit_radius": self.summit_radius}
         place: dict[str, Any] = {"asperities": self.asperities, "instrument": instrument}

@@ -14,20 +14,14 @@ class SampledLoads(Sequence[Event]):
     """Events of a record: at each sample a normal load and a tangential displacement, in this order.
 
     A replay of them is that of the events one by one, but each sample has a step of its own, also where times repeat.
-
-    Parameters
-    ----------
-    time : array (sample)
-        Times, which do not decrease [s].
-    normal_load : array (sample)
-        [N], 0 or more.
-    tangential_displacement : array (sample)
-        [m], that of the drive where there is an instrument.
     """
 
     time: Floats
+    """(sample) Times, which do not decrease [s]."""
     normal_load: Floats
+    """(sample) [N], 0 or more."""
     tangential_displacement: Floats
+    """(sample) [m], that of the drive where there is an instrument."""
 
     def __len__(self) -> int:
         """Return the number of events, two for each sample."""

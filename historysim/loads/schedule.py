@@ -38,28 +38,20 @@ class Cursor:
     A channel on its way to a later waypoint is where that waypoint puts it, so what has been replayed may
     depend on an event that is still to come, and a channel beyond its last waypoint would have been elsewhere
     if it had one more. `heading` says so, and two schedules that stand alike have replayed the same.
-
-    Attributes
-    ----------
-    events, rows : int
-        Events that are done, and rows recorded so far.
-    time : float
-        The time at which it stands [s].
-    passed : tuple of int (channel)
-        Waypoints that each of `CHANNELS` has passed.
-    control : tuple of int (channel)
-        How the load channels are controlled, and 0 for friction.
-    heading : tuple of int (channel)
-        Index of the event that each is on its way to; ``AT_WAYPOINT`` where it stands at one of its waypoints or has
-        not begun, ``BEYOND_LAST`` where it is held after its last.
     """
 
     events: int
     rows: int
+    """events and rows: events that are done, and rows recorded so far."""
     time: float
+    """The time at which it stands [s]."""
     passed: tuple[int, ...]
+    """Waypoints that each of `CHANNELS` has passed."""
     control: tuple[int, ...]
+    """How the load channels are controlled, and 0 for friction."""
     heading: tuple[int, ...]
+    """Index of the event that each is on its way to; ``AT_WAYPOINT`` where it stands at one of its waypoints or has not
+    begun, ``BEYOND_LAST`` where it is held after its last."""
 
 
 @attrs.frozen(eq=False)
@@ -77,37 +69,25 @@ class Start:
 
 @attrs.frozen
 class Segment:
-    """Paths between changes of friction or geometry, and the change that ends them.
-
-    Attributes
-    ----------
-    paths : Paths
-        With targets in N and m.
-    event : sequence (path)
-        Index of an event that each path serves, the tangential one where there is one.
-    row_time : array (row)
-        Times of the rows that the paths record [s].
-    change : Event, optional
-        Acts at the end of the last path.
-    change_event : int
-        Its index.
-    ramp : FrictionRamp, optional
-        Where friction is on its way to on the one path, of which it goes the part ``ramp_part``.
-    cursor : Cursor, optional
-        Where the schedule stands at the end, unless that is in the midst of a time or between two.
-    share : float
-        How much of its one path is walked, where the schedule ends between two event times; otherwise 1.
-    """
+    """Paths between changes of friction or geometry, and the change that ends them."""
 
     paths: Paths
+    """With targets in N and m."""
     event: Sequence[int]
+    """Index of an event that each path serves, the tangential one where there is one."""
     row_time: Floats
+    """(row) Times of the rows that the paths record [s]."""
     change: Event | None = None
+    """Acts at the end of the last path."""
     change_event: int = -1
+    """Its index."""
     ramp: FrictionRamp | None = None
+    """Where friction is on its way to on the one path, of which it goes the part ``ramp_part``."""
     ramp_part: float = 1.0
     cursor: Cursor | None = None
+    """Where the schedule stands at the end, unless that is in the midst of a time or between two."""
     share: float = 1.0
+    """How much of its one path is walked, where the schedule ends between two event times; otherwise 1."""
 
     def friction_goal(self, count: int) -> FrictionGoal | None:
         """Return where the coefficients of so many asperities go on the path, if they do."""
@@ -158,16 +138,12 @@ def segments(
     numbered_events = enumerate(itertools.islice(events, done, None), done)
     for time, numbered in itertools.groupby(numbered_events, key=lambda pair: pair[1].time):
         if time > until:
-            if previous is not None and until > previous:
-                if table.paths:
-                    yield table.segment(cursor=cursor or _cursor(done, rows, previous, channels))
-                    table = _Table()
-                table.ramp = friction.ramp(time, previous)
-                table.add(normal.arrive(time, previous), tangential.arrive(time, previous), done)
-                table.record(until)
-                yield attrs.evolve(table.segment(), share=(until - previous) / (time - previous))
-                return
-            break
+            if previous is None or until <= previous:
+                break
+            if table.paths:
+                yield table.segment(cursor=cursor or _cursor(done, rows, previous, channels))
+            yield _part_of_the_way(channels, previous, time, until, done)
+            return
         present = list(numbered)
         arriving = [_first(present, name) for name in arriving_channels]
         # changes act after all channels have arrived
@@ -200,6 +176,18 @@ def segments(
             table, broken_at = _Table(), rows
     if table.paths:
         yield table.segment(cursor=cursor or _cursor(done, rows, previous, channels))
+
+
+def _part_of_the_way(
+    channels: tuple["_Channel", "_Channel", "_Channel"], previous: float, time: float, until: float, event: int
+) -> Segment:
+    """Return the way from one event time to the next, of which a share is walked: up to a time between the two."""
+    normal, tangential, friction = channels
+    table = _Table()
+    table.ramp = friction.ramp(time, previous)
+    table.add(normal.arrive(time, previous), tangential.arrive(time, previous), event)
+    table.record(until)
+    return attrs.evolve(table.segment(), share=(until - previous) / (time - previous))
 
 
 def _cursor(done: int, rows: int, time: float | None, channels: Sequence["_Channel"]) -> Cursor | None:
@@ -285,10 +273,7 @@ def _check(events: Sequence[Event], substeps: int) -> None:
 def check_substeps(substeps: int) -> None:
     """Check a number of rows per interval.
 
-    Raises
-    ------
-    InputError
-        It is no whole number of 1 or more.
+    Raises InputError: no whole number of 1 or more.
     """
     if isinstance(substeps, bool) or not isinstance(substeps, int) or substeps < 1:
         raise InputError(f"substeps is {substeps!r}; expected a whole number of 1 or more")
@@ -330,14 +315,14 @@ def _channels(
     events: Sequence[Event], start: Cursor | None = None, *, done: int | None = None
 ) -> tuple["_Channel", "_Channel", "_Channel"]:
     """Return the channels with their waypoints, in the order of `CHANNELS`."""
-    found: dict[str, tuple[list[int], list[Any]]] = {name: ([], []) for name in CHANNELS}
+    by_channel: dict[str, tuple[list[int], list[Any]]] = {name: ([], []) for name in CHANNELS}
     for number, event in enumerate(events):
         channel = getattr(event, "channel", None)
         if channel is not None:
-            numbers, waypoints = found[channel]
+            numbers, waypoints = by_channel[channel]
             numbers.append(number)
             waypoints.append(event)
-    normal, tangential, friction = (_Channel(name, *own, start, done) for name, own in found.items())
+    normal, tangential, friction = (_Channel(name, *own, start, done) for name, own in by_channel.items())
     return normal, tangential, friction
 
 

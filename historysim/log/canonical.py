@@ -81,10 +81,10 @@ def events_of(columns: Columns) -> list[Event]:
         raise InputError("holds times that fall")
     if kinds.size and not 0 <= kinds.min() <= kinds.max() <= NAMED:
         raise InputError("holds a kind of event that this version does not know; a later version has written it")
-    found = np.empty(kinds.size, dtype=object)
+    events = np.empty(kinds.size, dtype=object)
     for code, kind in enumerate(KINDS):
         where = np.flatnonzero(kinds == code)
-        found[where] = _made(kind, times[where].tolist(), values[where].tolist())
+        events[where] = _made(kind, times[where].tolist(), values[where].tolist())
     used = 0
     for index in np.flatnonzero(kinds >= ONE_COEFFICIENT):
         time, count = float(times[index]), 0 if kinds[index] == ONE_COEFFICIENT else int(values[index])
@@ -93,12 +93,12 @@ def events_of(columns: Columns) -> list[Event]:
         numbers = coefficients[used : used + count].tolist()
         used += count
         if kinds[index] == ONE_COEFFICIENT:
-            found[index] = FrictionChange(time, float(values[index]))
+            events[index] = FrictionChange(time, float(values[index]))
         elif kinds[index] == MANY_COEFFICIENTS:
-            found[index] = FrictionChange(time, tuple(numbers))
+            events[index] = FrictionChange(time, tuple(numbers))
         else:
-            found[index] = _from_lists(int(kinds[index]), time, numbers)
-    return list(found)
+            events[index] = _from_lists(int(kinds[index]), time, numbers)
+    return list(events)
 
 
 def _listed(event: Event) -> tuple[int, list[float]]:
@@ -133,10 +133,7 @@ def _from_lists(code: int, time: float, numbers: list[float]) -> Event:
 def _name(event: Event) -> tuple[float, ...]:
     """Return the name of an event, and the package that it comes from, as numbers: their bytes.
 
-    Raises
-    ------
-    InputError
-        The name is not known, so that the event could not be read again.
+    Raises InputError: the name is not known, so that the event could not be read again.
     """
     if EVENTS.get(event.name) is not type(event):
         raise InputError(
@@ -146,11 +143,11 @@ def _name(event: Event) -> tuple[float, ...]:
     return tuple(map(float, f"{event.name}\0{EVENTS.provider(type(event)) or ''}".encode()))
 
 
-def _named(told: float | tuple[float, ...] | None) -> type[Event]:
-    if not isinstance(told, tuple):
+def _named(numbers: float | tuple[float, ...] | None) -> type[Event]:
+    if not isinstance(numbers, tuple):
         raise InputError("holds an event without a name")
     try:
-        name, _, package = bytes(map(int, told)).decode().partition("\0")
+        name, _, package = bytes(map(int, numbers)).decode().partition("\0")
     except ValueError as error:
         raise InputError("holds an event whose name is no text") from error
     if name not in EVENTS:

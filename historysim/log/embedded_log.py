@@ -85,7 +85,7 @@ def read(path: Path) -> tuple[LogHeader, Content]:
                     f"{path}: does not hold what it was made from, as results of earlier versions do not; run the "
                     "log beside it (NAME.history), or the scenario"
                 )
-            told = str(getattr(file, "log_digest", ""))
+            digest = str(getattr(file, "log_digest", ""))
             head, content = _read(file, group)
     except (OSError, RuntimeError, KeyError, ValueError, TypeError, AttributeError) as error:
         if isinstance(error, InputError) or (
@@ -93,7 +93,7 @@ def read(path: Path) -> tuple[LogHeader, Content]:
         ):
             raise
         raise InputError(f"{path}: is damaged ({error}); run the scenario, or its log, again") from error
-    if told != f"sha256:{content.links[-1].hex()}":
+    if digest != f"sha256:{content.links[-1].hex()}":
         raise InputError(
             f"{path}: what it was made from does not match its digest; run the scenario, or its log, again"
         )

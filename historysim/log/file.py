@@ -6,22 +6,18 @@ write them. Its price, that a reader waits while a batch is committed, is small,
 ``synchronous=EXTRA`` (which is FULL, and the folder too) a committed batch outlives a loss of power as well.
 """
 
-import errno
-import functools
 import itertools
 import json
 import os
 import sqlite3
 from collections.abc import Iterator, Sequence
-from contextlib import closing, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Self
-from urllib.parse import quote
 
 import attrs
 import numpy as np
 
-from historysim.basics.array_types import Floats
 from historysim.basics.file_kinds import is_log, told_kind
 from historysim.basics.files import check_replaceable, sync_folder
 from historysim.basics.lock import WriterLock
@@ -29,67 +25,37 @@ from historysim.errors import InputError, MissingPackageError
 from historysim.loads.event_sequence import check_sequence, time_text
 from historysim.loads.events import Event
 from historysim.log import canonical
+from historysim.log.database import (
+    ENDING,
+    SCHEMA,
+    check_schema,
+    connect,
+    is_cut,
+    refusal,
+    reported,
+    settle,
+    transaction,
+    unsound,
+)
 from historysim.log.header import LogHeader, head_from
 from historysim.log.snapshot import Snapshot, snapshot_from
 
-ENDING = ".history"
 MOST_EVENTS_OF_A_BATCH = 1 << 16
 SHORTEST_LIMIT = 1_000_000
 """Bytes that a value of a log may have in any case; no value is longer than twice the file besides."""
-PATIENCE = 60.0
-"""Seconds that a reader or writer waits for the other's transaction."""
-
-REFUSALS = {
-    sqlite3.SQLITE_FULL: (errno.ENOSPC, "No space left on device; what the log holds stands; make room, then go on"),
-    sqlite3.SQLITE_IOERR: (errno.EIO, "the log cannot be read or written; is the disk full or gone?"),
-    sqlite3.SQLITE_READONLY: (errno.EACCES, "the log, or its folder, is read-only"),
-    sqlite3.SQLITE_CANTOPEN: (errno.EACCES, "the log cannot be opened; may its folder be written to?"),
-    sqlite3.SQLITE_PERM: (errno.EACCES, "Permission denied"),
-    sqlite3.SQLITE_BUSY: (errno.EAGAIN, "another process holds the log; try again when it is done"),
-    sqlite3.SQLITE_LOCKED: (errno.EAGAIN, "another process holds the log; try again when it is done"),
-    sqlite3.SQLITE_NOMEM: (errno.ENOMEM, "the memory does not suffice"),
-}
-
-TABLES = ("head", "array", "batch", "chain")
-SCHEMA = """
-CREATE TABLE head (id INTEGER PRIMARY KEY CHECK (id = 1), settings TEXT NOT NULL);
-CREATE TABLE array (name TEXT PRIMARY KEY, shape TEXT NOT NULL, content BLOB NOT NULL);
-CREATE TABLE batch (
-    number INTEGER PRIMARY KEY, first INTEGER NOT NULL,
-    kind BLOB NOT NULL, time BLOB NOT NULL, value BLOB NOT NULL, coefficients BLOB NOT NULL
-);
-CREATE TABLE chain (number INTEGER PRIMARY KEY, events INTEGER NOT NULL, link BLOB NOT NULL);
-CREATE TABLE snapshot (
-    number INTEGER PRIMARY KEY, events INTEGER NOT NULL, about TEXT NOT NULL,
-    link BLOB NOT NULL, state BLOB NOT NULL, digest BLOB NOT NULL
-);
-""" + "".join(
-    f"CREATE TRIGGER no_{verb.lower()}_of_{table} BEFORE {verb} ON {table} "
-    "BEGIN SELECT RAISE(ABORT, 'a log is only ever appended to'); END;\n"
-    for table in TABLES
-    for verb in ("UPDATE", "DELETE")
-)
 
 
 @attrs.frozen
 class Content:
-    """What stands in a log, as far as the chain holds.
-
-    Attributes
-    ----------
-    events : list of events
-    links : list of bytes
-        Of the head, and after each batch.
-    ends : list of int
-        Number of events up to each link.
-    problem : str
-        What is wrong after these events; empty where nothing is.
-    """
+    """What stands in a log, as far as the chain holds."""
 
     events: list[Event] = attrs.field(repr=False)
     links: list[bytes] = attrs.field(repr=False)
+    """Of the head, and after each batch."""
     ends: list[int] = attrs.field(repr=False)
+    """Number of events up to each link."""
     problem: str = ""
+    """What is wrong after these events; empty where nothing is."""
 
     def batches_for(self, count: int) -> int:
         """Count the batches in which so many events stand."""
@@ -156,20 +122,18 @@ class LogFile:
             os.truncate(unfinished, 0)
             unfinished.with_name(f"{unfinished.name}-journal").unlink(missing_ok=True)
             with reported(path):
-                connection = _connect(unfinished, "rw")
+                connection = connect(unfinished, "rw")
                 try:
                     # a crash before it has its name leaves nothing behind that anybody asks for
                     connection.execute("PRAGMA journal_mode = MEMORY")
-                    connection.execute("BEGIN IMMEDIATE")
-                    for statement in _statements(SCHEMA):
-                        connection.execute(statement)
+                    connection.executescript(f"BEGIN IMMEDIATE; {SCHEMA}")
                     _put_head(connection, head)
                     connection.execute("COMMIT")
                     for _ in _put_events(connection, [head.link], [0], events):
                         pass
                 finally:
                     connection.close()
-            _settle(path)
+            settle(path)
             lock = lock.moved(path)
             sync_folder(path.parent)
             return cls(path, lock=lock)
@@ -202,12 +166,12 @@ class LogFile:
             # what this connection has written itself does not count
             version = connection.execute("PRAGMA data_version").fetchone()[0]
             if self._content is None or version != self._version:
-                _check_schema(connection, self.path)
+                check_schema(connection, self.path)
                 content = _read(connection, self.head)
-                if not content.problem and _is_cut(connection, self.path):
+                if not content.problem and is_cut(connection, self.path):
                     content = attrs.evolve(content, problem="the file was cut")
-                if not content.problem and (found := _unsound(connection)):
-                    content = attrs.evolve(content, problem=f"SQLite finds: {found}")
+                if not content.problem and (damage := unsound(connection)):
+                    content = attrs.evolve(content, problem=f"SQLite finds: {damage}")
                 self._content, self._version = content, version
         return self._content
 
@@ -280,7 +244,7 @@ class LogFile:
         """Put a snapshot beside the events."""
         self.lock()
         row = (snapshot.cursor.events, snapshot.text, snapshot.link, snapshot.state, snapshot.digest)
-        with reported(self.path), _transaction(self._open):
+        with reported(self.path), transaction(self._open):
             self._open.execute("INSERT INTO snapshot (events, about, link, state, digest) VALUES (?, ?, ?, ?, ?)", row)
 
     # -- the connection ----------------------------------------------------------------------------
@@ -295,7 +259,7 @@ class LogFile:
         with reported(self.path):
             # a reader, too, has to be able to undo what a writer that died has left half done
             mode = "rw" if os.access(self.path, os.W_OK) and os.access(self.path.parent, os.W_OK) else "ro"
-            return _connect(self.path, mode)
+            return connect(self.path, mode)
 
     @contextmanager
     def _reading(self) -> Iterator[sqlite3.Connection]:
@@ -314,14 +278,17 @@ class LogFile:
 
     def _head(self) -> LogHeader:
         with reported(self.path), self._reading() as connection:
-            _check_schema(connection, self.path)
+            check_schema(connection, self.path)
             row = connection.execute("SELECT settings FROM head").fetchone()
             first = connection.execute("SELECT link FROM chain WHERE number = 0").fetchone()
             if row is None or first is None:
                 raise InputError(f"{self.path}: is damaged: it has no head; restore it from a copy, or run again")
             try:
                 rows = connection.execute("SELECT name, shape, content FROM array")
-                arrays = {name: _array(shape, content) for name, shape, content in rows}
+                arrays = {
+                    name: np.frombuffer(content, dtype="<f8").reshape(json.loads(shape))
+                    for name, shape, content in rows
+                }
                 head = head_from(row[0], arrays)
                 whole = head.link == first[0]
                 if whole:
@@ -365,113 +332,6 @@ def links_of(head: LogHeader, events: Sequence[Event]) -> list[bytes]:
     return links
 
 
-@contextmanager
-def reported(path: Path) -> Iterator[None]:
-    """Say what SQLite has met as what it is: the system's refusal, or a damaged file."""
-    try:
-        yield
-    except (sqlite3.Error, UnicodeDecodeError) as error:
-        if refused := _refusal(error):
-            raise OSError(*refused, str(path)) from error
-        raise InputError(
-            f"{path}: is no log, or damaged ({error}); expected the log of a run (NAME{ENDING}); restore it from a "
-            "copy, or run the scenario again"
-        ) from error
-
-
-def _refusal(error: Exception) -> tuple[int, str] | None:
-    """Say what the system has refused, with its number; None where the file itself is at fault."""
-    return REFUSALS.get(getattr(error, "sqlite_errorcode", sqlite3.SQLITE_CORRUPT) & 0xFF)
-
-
-def _connect(path: Path, mode: str) -> sqlite3.Connection:
-    address = f"file:{quote(str(path.absolute()))}?mode={mode}"
-    connection = sqlite3.connect(address, uri=True, timeout=PATIENCE, isolation_level=None)
-    try:
-        # a log may come from anywhere: nothing in it is carried out
-        connection.setlimit(sqlite3.SQLITE_LIMIT_ATTACHED, 0)
-        if hasattr(connection, "setconfig"):
-            # Python 3.12 and later
-            connection.setconfig(getattr(sqlite3, "SQLITE_DBCONFIG_DEFENSIVE"), True)  # noqa: B009 - not in 3.11
-        for setting in ("synchronous = EXTRA", "cell_size_check = ON", "trusted_schema = OFF", "mmap_size = 0"):
-            connection.execute(f"PRAGMA {setting}")
-    except BaseException:
-        connection.close()
-        raise
-    return connection
-
-
-@functools.cache
-def _schema() -> frozenset[tuple[str, ...]]:
-    """Return what a log holds, as SQLite tells it."""
-    with closing(sqlite3.connect(":memory:")) as connection:
-        connection.executescript(SCHEMA)
-        return frozenset(connection.execute(_TOLD).fetchall())
-
-
-_TOLD = "SELECT type, name, tbl_name, coalesce(sql, '') FROM sqlite_master"
-
-
-def _check_schema(connection: sqlite3.Connection, path: Path) -> None:
-    """Refuse a file that holds more than a log: a view, or a trigger of another's, would be carried out."""
-    found = set(connection.execute(f"{_TOLD} LIMIT {len(_schema()) + 1}").fetchall())
-    strange = sorted(f"{kind} {name}" for kind, name, *_ in found - _schema())
-    missing = sorted(set(TABLES) - {name for _, name, *_ in found})
-    # what a log has lost, such as a trigger, cannot do anything
-    if strange or missing:
-        told = [f"holds {', '.join(strange[:3])}, other than a log does"] if strange else []
-        told += [f"has no table {', '.join(missing[:3])}"] if missing else []
-        raise InputError(
-            f"{path}: is no log, or damaged: it {' and '.join(told)}; expected the log of a run (NAME{ENDING}); "
-            "restore it from a copy, or run the scenario again"
-        )
-
-
-def _unsound(connection: sqlite3.Connection) -> str:
-    """Return what SQLite finds wrong with the pages of a file; empty where nothing is."""
-    found = connection.execute("PRAGMA quick_check(1)").fetchone()
-    return "" if found is None or found[0] == "ok" else str(found[0]).replace("\n", " ")
-
-
-def _settle(path: Path) -> None:
-    """Undo what a writer that died has left half done in a log that is about to be replaced.
-
-    SQLite would take its journal for one of the new file. Without it, the old file would be damaged.
-    """
-    journal = path.with_name(f"{path.name}-journal")
-    if not journal.exists():
-        return
-    if path.exists():
-        with suppress(InputError), reported(path), closing(_connect(path, "rw")) as connection:
-            connection.execute("SELECT name FROM sqlite_master").fetchall()
-    # it stays where the old file is no log, or gone
-    journal.unlink(missing_ok=True)
-    sync_folder(path.parent)
-
-
-def _statements(script: str) -> Iterator[str]:
-    """Split a script into statements: all at once, they would end the transaction that they stand in."""
-    statement = ""
-    for line in script.splitlines():
-        statement += f"{line}\n"
-        if sqlite3.complete_statement(statement):
-            yield statement
-            statement = ""
-
-
-@contextmanager
-def _transaction(connection: sqlite3.Connection) -> Iterator[None]:
-    connection.execute("BEGIN IMMEDIATE")
-    try:
-        yield
-        connection.execute("COMMIT")
-    except BaseException:
-        # SQLite may have rolled back on its own, where the disk is full
-        with suppress(sqlite3.Error):
-            connection.execute("ROLLBACK")
-        raise
-
-
 def _put_head(connection: sqlite3.Connection, head: LogHeader) -> None:
     connection.execute("INSERT INTO head VALUES (1, ?)", (head.text,))
     for name, values in sorted(head.arrays.items()):
@@ -488,7 +348,7 @@ def _put_events(
         columns = canonical.columns_of(batch)
         number, first = len(links), ends[-1]
         link = canonical.link(links[-1], first, columns)
-        with _transaction(connection):
+        with transaction(connection):
             connection.execute("INSERT INTO batch VALUES (?, ?, ?, ?, ?, ?)", (number, first, *columns))
             connection.execute("INSERT INTO chain VALUES (?, ?, ?)", (number, first + len(batch), link))
         links.append(link)
@@ -523,19 +383,9 @@ def _read(connection: sqlite3.Connection, head: LogHeader) -> Content:
     except MissingPackageError as error:
         raise MissingPackageError(f"batch {number + 1} {error}") from error
     except (sqlite3.Error, InputError, ValueError, TypeError, OverflowError) as error:
-        if isinstance(error, sqlite3.Error) and _refusal(error):
+        if isinstance(error, sqlite3.Error) and refusal(error):
             raise
         return broken(f"batch {number + 1} cannot be read ({error})")
     if len(chain) > len(content.links):
         return broken(f"{len(chain) - len(content.links)} of {len(chain) - 1} batches are missing at the end")
     return content
-
-
-def _is_cut(connection: sqlite3.Connection, path: Path) -> bool:
-    """Tell whether the file is shorter than it says: SQLite does not, as long as what is asked for is there."""
-    pages, size = (connection.execute(f"PRAGMA {name}").fetchone()[0] for name in ("page_count", "page_size"))
-    return bool(path.stat().st_size < pages * size)
-
-
-def _array(shape: str, content: bytes) -> Floats:
-    return np.frombuffer(content, dtype="<f8").reshape(json.loads(shape))

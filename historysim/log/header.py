@@ -57,22 +57,16 @@ RESOLUTIONS = ("displacement_resolution", "load_resolution")
 # slots would leave no room for what is computed once
 @attrs.frozen(eq=False, slots=False)
 class LogHeader:
-    """What a log begins with.
-
-    Attributes
-    ----------
-    settings : dict
-        Numbers and texts that can stand in JSON: versions, the scenario as TOML text with its title and seed (a list
-        of several; None where nothing is drawn by chance), the moduli [Pa], the tolerance of the ensemble, the lateral
-        stiffness of the instrument [N/m] (None where rigid), substeps, saturate, and what is recorded; as far as they
-        are known, the limits of the pair, the nominal area [m²], the resolutions of the instrument, and what the
-        scenario says of who made it and under which licence.
-    arrays : dict
-        Of the ensemble, and what the result shows of the surface under names that begin with ``surface.``.
-    """
+    """What a log begins with."""
 
     settings: Mapping[str, Any]
+    """Numbers and texts that can stand in JSON: versions, the scenario as TOML text with its title and seed (a list of
+    several; None where nothing is drawn by chance), the moduli [Pa], the tolerance of the ensemble, the lateral
+    stiffness of the instrument [N/m] (None where rigid), substeps, saturate, and what is recorded; as far as they are
+    known, the limits of the pair, the nominal area [m²], the resolutions of the instrument, and what the scenario says
+    of who made it and under which licence."""
     arrays: Mapping[str, Array] = attrs.field(repr=False)
+    """Of the ensemble, and what the result shows of the surface under names that begin with ``surface.``."""
 
     @classmethod
     def of(
@@ -133,15 +127,12 @@ class LogHeader:
     def check(self) -> None:
         """Check that settings are of their types, and that ensemble and instrument can be made of them.
 
-        Raises
-        ------
-        InputError
-            A setting of another type, or numbers that no ensemble has.
+        Raises InputError: a setting of another type, or numbers that no ensemble has.
         """
         for name, kinds in OF_SETTINGS.items():
             value = self.settings.get(name)
             if (value is None and name not in self.settings) or not isinstance(value, kinds):
-                raise InputError(f"is damaged: its setting {name} is {shown(value)}, which it cannot be")
+                raise InputError(f"is damaged: its setting {name} is {shown(value)}, which is no value for it")
         metadata = self.settings.get("metadata", {})
         if not isinstance(metadata, dict) or not all(isinstance(each, str) for each in metadata.values()):
             raise InputError("is damaged: its metadata are no texts")
@@ -213,8 +204,8 @@ class LogHeader:
     @property
     def attributes(self) -> dict[str, Any]:
         """Attributes of a result that the scenario adds to those of its replay."""
-        told = {name: self.settings[name] for name in ("scenario", "title", "seed")}
-        known = {name: value for name, value in told.items() if value not in (None, "")}
+        named = {name: self.settings[name] for name in ("scenario", "title", "seed")}
+        known = {name: value for name, value in named.items() if value not in (None, "")}
         return {**known, **self.settings.get("metadata", {})}
 
     @property

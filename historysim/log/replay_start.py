@@ -16,14 +16,14 @@ def trusted_snapshots(file: LogFile, content: Content, tell: Teller = silent) ->
 
     `tell` is told which are passed over, and why; each reason once.
     """
-    told: set[str] = set()
-    for found in file.snapshots(content):
-        start = found if isinstance(found, str) else _start(file, content, found)
+    reasons: set[str] = set()
+    for snapshot in file.snapshots(content):
+        start = snapshot if isinstance(snapshot, str) else _start(file, content, snapshot)
         if isinstance(start, Start):
             yield start
-        elif start not in told:
+        elif start not in reasons:
             tell(f"{file.path}: {start}; it is passed over")
-            told.add(start)
+            reasons.add(start)
 
 
 def _start(file: LogFile, content: Content, snapshot: Snapshot) -> Start | str:

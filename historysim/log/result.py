@@ -14,7 +14,8 @@ from historysim.errors import InputError, LoadError
 from historysim.loads.event_sequence import time_text
 from historysim.loads.schedule import Cursor, Start
 from historysim.log import embedded_log
-from historysim.log.file import ENDING, Content, LogFile
+from historysim.log.database import ENDING
+from historysim.log.file import Content, LogFile
 from historysim.log.header import LogHeader
 from historysim.log.replay_start import start_before
 from historysim.log.snapshot import Snapshot
@@ -22,7 +23,6 @@ from historysim.recording import surface_group
 from historysim.recording.compression import compress
 from historysim.recording.netcdf import FileRecorder
 from historysim.recording.unfinished import Unfinished
-from historysim.replaying import Replay
 
 if TYPE_CHECKING:
     import h5netcdf
@@ -40,10 +40,7 @@ SNAPSHOT_CELLS, MOST_SNAPSHOT_ROWS = 1 << 26, 1 << 16
 def log_beside(output: Path) -> Path:
     """Return the place of the log that belongs to a result.
 
-    Raises
-    ------
-    InputError
-        It would be the result itself, or there is no name.
+    Raises InputError: it would be the result itself, or there is no name.
     """
     if not output.name:
         raise InputError(f"{output}: is a folder; expected the name of a file to write")
@@ -94,9 +91,10 @@ def write_result(
     try:
         if resume and _is_result_of(output, tip):
             return
+        now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
         options: dict[str, Any] = {
             "handle": unfinished.handle,
-            "attributes": _attributes(head, job, tip),
+            "attributes": job.attributes() | head.attributes | digest_attribute(tip) | {"date_created": now},
             "beside": partial(_write_beside, head=head, content=content),
             "writers": job.threads,
         }
@@ -183,11 +181,6 @@ def _write_beside(file: "h5netcdf.File", head: LogHeader, content: Content) -> N
     embedded_log.write(file, head, content)
 
 
-def _attributes(head: LogHeader, job: Replay, tip: bytes) -> dict[str, Any]:
-    now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
-    return job.attributes() | head.attributes | digest_attribute(tip) | {"date_created": now}
-
-
 def digest_attribute(link: bytes) -> dict[str, str]:
     """Return the attributes of a result that say which log it belongs to, by the last link of its chain."""
     digest = f"sha256:{link.hex()}"
@@ -201,7 +194,7 @@ def _is_result_of(output: Path, tip: bytes) -> bool:
     try:
         check_contained(output)
         with netCDF4.Dataset(output) as file:
-            told = {name: file.getncattr(name) for name in ("log_digest", "complete") if name in file.ncattrs()}
+            attributes = {name: file.getncattr(name) for name in ("log_digest", "complete") if name in file.ncattrs()}
     except (OSError, RuntimeError, AttributeError, InputError):
         return False
-    return told.get("log_digest") == digest_attribute(tip)["log_digest"] and bool(told.get("complete"))
+    return attributes.get("log_digest") == digest_attribute(tip)["log_digest"] and bool(attributes.get("complete"))

@@ -17,30 +17,20 @@ if TYPE_CHECKING:
 
 @attrs.frozen
 class Snapshot:
-    """A state and where in the log it stands.
-
-    Attributes
-    ----------
-    cursor : Cursor
-        Events that are done, rows that are recorded, and what the channels are on their way to.
-    batches : int
-        Batches of the log that the state depends on, the one with the events ahead included.
-    link : bytes
-        Link of the last of them.
-    program : str
-        Versions that computed the state.
-    state : bytes
-        See `EnsembleState.to_bytes`.
-    written : bytes
-        Digest of the rows before it, as `FileRecorder.flush` gives it; empty where none are written.
-    """
+    """A state and where in the log it stands."""
 
     cursor: Cursor
+    """Events that are done, rows that are recorded, and what the channels are on their way to."""
     batches: int
+    """Batches of the log that the state depends on, the one with the events ahead included."""
     link: bytes
+    """Link of the last of them."""
     program: str
+    """Versions that computed the state."""
     state: bytes = attrs.field(repr=False)
+    """See `EnsembleState.to_bytes`."""
     written: bytes = b""
+    """Digest of the rows before it, as `FileRecorder.flush` gives it; empty where none are written."""
 
     @classmethod
     def of(
@@ -70,9 +60,9 @@ class Snapshot:
 
 def snapshot_from(text: str, link: bytes, state: bytes) -> Snapshot:
     """Take a snapshot from a file."""
-    told: dict[str, Any] = json.loads(text)
-    batches, made_by, written = told.pop("batches"), told.pop("program"), bytes.fromhex(told.pop("written", ""))
-    cursor: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in told.items()}
+    fields: dict[str, Any] = json.loads(text)
+    batches, made_by, written = fields.pop("batches"), fields.pop("program"), bytes.fromhex(fields.pop("written", ""))
+    cursor: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in fields.items()}
     return Snapshot(Cursor(**cursor), batches, link, made_by, state, written)
 
 

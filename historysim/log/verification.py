@@ -38,48 +38,38 @@ ROUNDING = 1e-9
 
 @attrs.define
 class Difference:
-    """Where a variable of a result differs from the replay.
-
-    Attributes
-    ----------
-    name : str
-    count : int
-        Values that differ in any bit.
-    step, asperity : int
-        The first of them; the asperity is a column, -1 where the variable has none.
-    found, replayed : float
-        What stands there in the result, and what the replay gives.
-    largest : float
-        The largest difference, and `scale` the largest value of the replay, in the units of the variable.
-    real : bool
-        Whether the values are real numbers, and no flags or counts.
-    """
+    """Where a variable of a result differs from the replay."""
 
     name: str
     count: int = 0
+    """Values that differ in any bit."""
     step: int = -1
     asperity: int = -1
+    """step and asperity: the first of them; the asperity is a column, -1 where the variable has none."""
     found: float = 0.0
     replayed: float = 0.0
+    """found and replayed: what stands there in the result, and what the replay gives."""
     largest: float = 0.0
+    """The largest difference, and `scale` the largest value of the replay, in the units of the variable."""
     scale: float = 0.0
     real: bool = True
+    """Whether the values are real numbers, and no flags or counts."""
 
-    def add(self, first: int, found: Array, replayed: Array) -> None:
+    def add(self, first: int, recorded: Array, replayed: Array) -> None:
         """Compare values, of which the first belong to a step."""
         self.real = replayed.dtype.kind == "f"
         if replayed.size:
             self.scale = max(self.scale, float(np.abs(replayed).max()))
-        differs = np.ascontiguousarray(found).view(np.uint8) != np.ascontiguousarray(replayed).view(np.uint8)
+        differs = np.ascontiguousarray(recorded).view(np.uint8) != np.ascontiguousarray(replayed).view(np.uint8)
         differs = differs.reshape(*replayed.shape, replayed.dtype.itemsize).any(axis=-1)
         if not differs.any():
             return
         where = tuple(np.argwhere(differs)[0])
         if not self.count:
             self.step, self.asperity = first + int(where[0]), int(where[1]) if len(where) > 1 else -1
-            self.found, self.replayed = float(found[where]), float(replayed[where])
+            self.found, self.replayed = float(recorded[where]), float(replayed[where])
         self.count += int(differs.sum())
-        apart = np.abs(found[differs].astype(float) - replayed[differs])
+        apart = np.abs(recorded[differs].astype(float) - replayed[differs])
         self.largest = max(self.largest, float(np.where(np.isnan(apart), np.inf, apart).max()))
 
     @property
@@ -148,10 +138,6 @@ def verify(
     tell : callable, optional
         Told where versions differ, and which snapshots are passed over.
 
-    Returns
-    -------
-    Verification
-
     Raises
     ------
     InputError
@@ -193,8 +179,8 @@ def _verify_result(output: Path, log: Path | None, *, progress: bool, tell: Tell
         for variable, values in coordinates_of(job.ensemble, job.asperities):
             target.compare(variable.name, values)
         job.walk(target, progress=progress)
-        found = tuple(difference for difference in target.differences.values() if difference.count)
-        return Verification(output, len(events), digest, differences=found, made_elsewhere=elsewhere)
+        differences = tuple(difference for difference in target.differences.values() if difference.count)
+        return Verification(output, len(events), digest, differences=differences, made_elsewhere=elsewhere)
 
 
 def _elsewhere(head: LogHeader, version: str, made: str) -> str:
@@ -263,23 +249,23 @@ class _Comparer(Recorder):
             return
         if name not in self.file.variables:
             raise InputError(f"has no variable {name}")
-        found = self.file[name]
-        if found.dtype != values.dtype or found[where].shape != values.shape:
-            raise InputError(f"{name} is {found.dtype} of shape {found.shape}, other than the replay gives")
-        self.differences.setdefault(name, Difference(name)).add(where.start or 0, found[where], values)
+        recorded = self.file[name]
+        if recorded.dtype != values.dtype or recorded[where].shape != values.shape:
+            raise InputError(f"{name} is {recorded.dtype} of shape {recorded.shape}, other than the replay gives")
+        self.differences.setdefault(name, Difference(name)).add(where.start or 0, recorded[where], values)
 
 
 def _events_of(file: LogFile, output: Path, result: "netCDF4.Dataset") -> tuple[Sequence[Event], str]:
     """Return the events of the log that a result was made from, which may have grown since, and its digest then."""
     content = file.sound()
-    told = str(getattr(result, "log_digest", "")).removeprefix("sha256:")
+    digest = str(getattr(result, "log_digest", "")).removeprefix("sha256:")
     if getattr(result, "scenario", "") != file.head.settings["scenario"]:
         raise InputError(f"{output}: holds another scenario than {file.path}: one of the two was changed or swapped")
     for link, end in zip(content.links, content.ends, strict=True):
-        if link.hex() == told and end:
-            return content.events[:end], told
+        if link.hex() == digest and end:
+            return content.events[:end], digest
     raise InputError(
-        f"{output}: is not the result of {file.path}: it names the digest {told[:12] or 'none'}…, and the log has "
+        f"{output}: is not the result of {file.path}: it names the digest {digest[:12] or 'none'}…, and the log has "
         f"{content.links[-1].hex()[:12]}…; one of the two was swapped; historysim run {file.path} makes the "
         "result again"
     )

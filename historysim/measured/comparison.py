@@ -9,7 +9,8 @@ from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.array_types import Floats
 from historysim.basics.display import html_table
 from historysim.basics.units import quantity_text
-from historysim.measured.loops import BRANCH_QUANTITIES, LOOP_QUANTITIES, Loops, NoLoopError
+from historysim.measured.loop_values import BRANCH_QUANTITIES, LOOP_QUANTITIES, NoLoopError
+from historysim.measured.loops import Loops
 from historysim.measured.misfit import Residuals, what_is_left
 from historysim.measured.observation import ModelResponse, Observation
 from historysim.measured.splitting import loops_of_channels
@@ -125,16 +126,16 @@ class Comparison:
         """Tell a record that is much softer than the model."""
         if self.measured is None or not self.contact_stiffness > 0:
             return []
-        found, told = self.measured.statistics("tangential_stiffness").mean, self.instrument.lateral_stiffness
-        whole = self.contact_stiffness if self.instrument.rigid else 1 / (1 / self.contact_stiffness + 1 / told)
-        if not 0 < found < SOFTER * whole:
+        measured, in_series = self.measured.statistics("tangential_stiffness").mean, self.instrument.lateral_stiffness
+        whole = self.contact_stiffness if self.instrument.rigid else 1 / (1 / self.contact_stiffness + 1 / in_series)
+        if not 0 < measured < SOFTER * whole:
             return []
-        series = quantity_text(1 / (1 / found - 1 / self.contact_stiffness), "N/m", 3)
+        series = quantity_text(1 / (1 / measured - 1 / self.contact_stiffness), "N/m", 3)
         mend = "fit lateral_stiffness" + (
             f', with [instrument] lateral_stiffness = "{series}" to start from' if self.instrument.rigid else ""
         )
         note = (
-            f"the record is softer at reversals than the model, {quantity_text(found, 'N/m', 3)} against "
+            f"the record is softer at reversals than the model, {quantity_text(measured, 'N/m', 3)} against "
             f"{quantity_text(whole, 'N/m', 3)}: looks like a compliance in series of {series}; {mend}"
         )
         return [note]

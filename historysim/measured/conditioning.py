@@ -41,18 +41,12 @@ _ROUNDING = 1e-9
 
 @attrs.frozen
 class Hum:
-    """A line in the spectrum of a channel, between its turns.
-
-    Attributes
-    ----------
-    frequency : float
-        As the samples show it: beyond half of the sampling rate it is folded back below it [Hz].
-    amplitude : float
-        In the unit of the channel.
-    """
+    """A line in the spectrum of a channel, between its turns."""
 
     frequency: float
+    """As the samples show it: beyond half of the sampling rate it is folded back below it [Hz]."""
     amplitude: float
+    """In the unit of the channel."""
 
 
 def running_median(values: npt.ArrayLike, samples: int) -> Correction:
@@ -189,7 +183,7 @@ def find_hum(time: npt.ArrayLike, values: npt.ArrayLike, *, dead_band: float) ->
     spectrum = np.abs(np.fft.rfft((pieces - pieces @ basis @ basis.T) * window, axis=1)) ** 2
     # white noise of variance 1 has the mean 1; a line spreads over the lobe of the window alone
     power = spectrum[:, 2 * _DETREND : -1].mean(axis=0) / np.sum(window**2)
-    found = []
+    lines = []
     for place in (1 + np.flatnonzero((power[1:-1] > power[:-2]) & (power[1:-1] > power[2:]))).tolist():
         if not _ASIDE <= place < power.size - 1:
             continue
@@ -200,8 +194,8 @@ def find_hum(time: npt.ArrayLike, values: npt.ArrayLike, *, dead_band: float) ->
         is_worth = squared / 2 > WORTH * 2 * float(power.sum()) / length
         if is_worth and squared > (_ROUNDING * np.ptp(given)) ** 2 and power[place] > floor * _most(power, len(pieces)):
             at = (2 * _DETREND + _between(power, place)) * rate / length
-            found.append(Hum(float(at), math.sqrt(squared)))
-    return tuple(sorted(found, key=lambda each: -each.amplitude))
+            lines.append(Hum(float(at), math.sqrt(squared)))
+    return tuple(sorted(lines, key=lambda each: -each.amplitude))
 
 
 def _most(power: Floats, pieces: int) -> float:

@@ -18,18 +18,12 @@ from historysim.measured.reduction import channel, clock, in_step, reversals, tu
 
 @attrs.frozen(eq=False)
 class Correction:
-    """A corrected channel.
-
-    Attributes
-    ----------
-    values : array (sample)
-        The channel after the correction.
-    removed : array (sample)
-        What was taken away: the channel before it is ``values + removed``, to rounding.
-    """
+    """A corrected channel."""
 
     values: Floats
+    """(sample) The channel after the correction."""
     removed: Floats
+    """(sample) What was taken away: the channel before it is ``values + removed``, to rounding."""
 
     @property
     def largest(self) -> float:
@@ -39,20 +33,13 @@ class Correction:
 
 @attrs.frozen
 class Estimate:
-    """A number that was estimated from a record.
-
-    Attributes
-    ----------
-    value : float
-    standard_error : float
-        NaN where there are too few cycles to tell.
-    count : int
-        The cycles that it stands on.
-    """
+    """A number that was estimated from a record."""
 
     value: float
     standard_error: float
+    """NaN where there are too few cycles to tell."""
     count: int
+    """The cycles that it stands on."""
 
 
 def rescale(values: npt.ArrayLike, scale: float, offset: float = 0.0) -> Correction:

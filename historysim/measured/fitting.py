@@ -128,10 +128,10 @@ class ParameterFit:
         first = int(not self.fits)
         lines = [("the model does not fit", text) for text in self.notes[:first]]
         for parameter in self.parameters:
-            told = parameter.interval()
+            interval = parameter.interval()
             if self.loops_compared is not None:
-                told += f"; were samples independent {parameter.noise_interval()}"
-            lines.append((parameter.name, f"{parameter.value:.6g}  ({told})"))
+                interval += f"; were samples independent {parameter.noise_interval()}"
+            lines.append((parameter.name, f"{parameter.value:.6g}  ({interval})"))
         lines.append(("intervals by", self._basis()))
         names = [parameter.name for parameter in self.parameters]
         lines += [
@@ -231,17 +231,17 @@ def _notes_on_search(search: Search, end: SearchResult, misfit: float) -> list[s
         left = what_is_left(search.observation, end.response, search.compared)
         noise = math.sqrt(float(np.mean(end.noise**2))) / left.largest
         notes.append(
-            f"{left.text()}, where noise leaves {100 * noise:.2g} %: it lacks something, or needs another start. The "
-            "intervals tell how far another such record would give other values, and not how far these are from "
-            "those of the contact"
+            f"{left.text()}, where noise leaves {100 * noise:.2g} %: the model lacks something, or the fit needs "
+            "another start. The intervals say by how much the values of another such record would differ. They do not "
+            "say how far the values are from those of the contact"
         )
     if not end.settled:
-        notes.append("the search did not settle; start it again from the values found")
+        notes.append("the search did not converge; start it again from these values")
     if end.at_bounds:
         nodes = counted(search.free, "turning point or step of load", "turning points and steps of load")
         notes.append(
             f"{end.at_bounds:,} of {nodes} would be more than {FARTHEST_NODE:g} deviations of the noise away from "
-            "where they were measured: noise is not what keeps the model from the data"
+            "where they were measured: noise alone does not explain what the model misses"
         )
     return notes
 
@@ -294,11 +294,13 @@ def _drifts(parameters: Sequence[Parameter]) -> list[str]:
 
 
 def _indistinct(names: Sequence[str], correlation: Floats, reach: Floats, moved: Floats) -> list[str]:
-    told = []
+    notes = []
     for i, first in enumerate(names):
         if moved[i] > 0.99 * FARTHEST:
-            told.append(f"{first} ran {math.exp(FARTHEST):g} times away from its start, as far as the search goes")
-        told += [
+            notes.append(
+                f"{first} moved by a factor of {math.exp(FARTHEST):g} from its start, which is the limit of the search"
+            )
+        notes += [
             f"these data do not tell {second} from {first} (correlation {correlation[i, j]:+.4f}); fix one of them by "
             "another measurement"
             for j, second in enumerate(names[:i])
@@ -306,12 +308,12 @@ def _indistinct(names: Sequence[str], correlation: Floats, reach: Floats, moved:
         ]
         if reach[i] > math.log(2):
             span = math.exp(2 * min(reach[i], _LARGEST / 2))
-            told.append(
+            notes.append(
                 f"{first} is hardly determined by these data: its interval spans a factor of {span:.3g}"
                 if span < UNDETERMINED
                 else f"{first} is not determined by these data"
             )
-    return told
+    return notes
 
 
 def _covariance(jacobian: Floats) -> Floats:

@@ -27,26 +27,18 @@ AT_REST = 0.05
 
 @attrs.frozen(eq=False)
 class AtOneLoad:
-    """Loops of which each has a branch at one load.
-
-    Attributes
-    ----------
-    number : array of int (loop)
-        Which loop of the record each one is.
-    ends : array of int (loop, 3)
-    left_out : array of bool (loop, 2)
-        Whether the first and the second branch of each loop have no values.
-    stepped : array of bool (loop, 2)
-        Whether they begin with a step of the load.
-    told : tuple of str
-        What was left out, and why.
-    """
+    """Loops of which each has a branch at one load."""
 
     number: Integers
+    """(loop) Which loop of the record each one is."""
     ends: Integers
+    """(loop, 3)"""
     left_out: Booleans
+    """(loop, 2) Whether the first and the second branch of each loop have no values."""
     stepped: Booleans
+    """(loop, 2) Whether they begin with a step of the load."""
     told: tuple[str, ...]
+    """What was left out, and why."""
 
 
 def at_one_load(

@@ -33,20 +33,13 @@ CONTENT_OF_TABLE = "statistics of friction loops"
 
 @attrs.frozen
 class LoopQuantity:
-    """What one quantity is called, its unit, and its values.
-
-    Attributes
-    ----------
-    label : str
-    unit : str
-        SI.
-    values : array (loop) or (loop, direction)
-        NaN where there is none.
-    """
+    """What one quantity is called, its unit, and its values."""
 
     label: str
     unit: str
+    """SI."""
     values: Floats = attrs.field(eq=False)
+    """(loop) NaN where there is none."""
 
 
 @attrs.frozen(eq=False)
@@ -158,9 +151,9 @@ class LoopTable:
                 continue
             table.append((each.label, "", *("" for _ in self.directions), ""))
             directions = (*self.directions, BOTH) if each.values.ndim == 2 else (BOTH,)
-            found = [self.statistics(name, direction) for direction in directions]
+            by_direction = [self.statistics(name, direction) for direction in directions]
             for group, (value, members) in enumerate(zip(self.value, self.members, strict=True)):
-                texts = [of[group].text(each.unit, members.size) for of in found]
+                texts = [of[group].text(each.unit, members.size) for of in by_direction]
                 blank = [""] * (len(self.directions) + 1 - len(texts))
                 head = f"  {quantity_text(float(value), UNITS[self.along])}", f"{members.size:,}"
                 table.append((*head, *blank, *texts))
@@ -178,13 +171,13 @@ class LoopTable:
         variables = {}
         for name, each in self.quantities.items():
             directions = (*self.directions, BOTH) if each.values.ndim == 2 else (BOTH,)
-            found = [self.statistics(name, direction) for direction in directions]
+            by_direction = [self.statistics(name, direction) for direction in directions]
             for field, unit in (("mean", each.unit), ("standard_deviation", each.unit), ("count", "1")):
                 suffix = "" if field == "mean" else f"_{field}"
-                values = np.array([[getattr(one, field) for one in of] for of in found]).T
+                values = np.array([[getattr(one, field) for one in of] for of in by_direction]).T
                 dims = (dimension, "direction") if each.values.ndim == 2 else (dimension,)
-                told = {"long_name": f"{each.label}{suffix.replace('_', ' ')}", "units": unit}
-                variables[f"{name}{suffix}"] = (dims, values if len(dims) == 2 else values[:, 0], told)
+                attributes = {"long_name": f"{each.label}{suffix.replace('_', ' ')}", "units": unit}
+                variables[f"{name}{suffix}"] = (dims, values if len(dims) == 2 else values[:, 0], attributes)
         heading = HEADINGS[self.along]
         return xr.Dataset(
             variables,
@@ -203,14 +196,14 @@ class LoopTable:
 
     def _law_attributes(self) -> dict[str, float]:
         line = self.friction_line()
-        told: dict[str, float] = {}
+        attributes: dict[str, float] = {}
         if line is not None:
-            told = {f"friction_line_{name}": value for name, value in attrs.asdict(line).items()}
+            attributes = {f"friction_line_{name}": value for name, value in attrs.asdict(line).items()}
         for quantity in ("friction_coefficient", "preliminary_displacement", "virgin_displacement"):
             law = self.power_law(quantity)
             if law is not None:
-                told.update({f"{quantity}_{name}": value for name, value in attrs.asdict(law).items()})
-        return told
+                attributes.update({f"{quantity}_{name}": value for name, value in attrs.asdict(law).items()})
+        return attributes
 
 
 def same_load(normal_load: Floats, share: float) -> Integers:

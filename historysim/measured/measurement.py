@@ -104,8 +104,8 @@ class Measurement:
             return None
         return (
             f"the {name.replace('_', ' ')} turns {all_of_them:,} times, by {dead_band:.3g} {LOAD_KINDS[name].unit} or "
-            f"more {true:,} times; all of them are replayed, noise and all, and slip states flicker: reduce = true "
-            "leaves out those within the dead band"
+            f"more {true:,} times; all of them are replayed, those of noise too, so that slip states flicker: reduce "
+            "= true leaves out those within the dead band"
         )
 
     def events(self) -> list[Event]:

@@ -19,31 +19,23 @@ SLIDES = 0.95
 
 @attrs.frozen(eq=False)
 class Residuals:
-    """What a model leaves of measured loops.
-
-    Attributes
-    ----------
-    rms : float
-        Root of the mean square [N].
-    largest : float
-        The largest load that was measured [N].
-    at_reversals, along_sliding : float
-        Shares of the squares that are alike in all loops, where the model sticks or slips in part, and where it slides.
-    between_branches : float
-        Share that is a branch's own, all along it.
-    place : array (direction, place)
-        Share of the way from one turning point to the next [1].
-    mean : array (direction, place)
-        Measured less model load there, over all branches that rise and all that fall [N]; NaN where no sample is.
-    """
+    """What a model leaves of measured loops."""
 
     rms: float
+    """Root of the mean square [N]."""
     largest: float
+    """The largest load that was measured [N]."""
     at_reversals: float
     along_sliding: float
+    """at_reversals and along_sliding: shares of the squares that are alike in all loops, where the model sticks or
+    slips in part, and where it slides."""
     between_branches: float
+    """Share that is a branch's own, all along it."""
     place: Floats
+    """(direction, place) Share of the way from one turning point to the next [1]."""
     mean: Floats
+    """(direction, place) Measured less model load there, over all branches that rise and all that fall [N]; NaN where
+    no sample is."""
 
     @property
     def rest(self) -> float:

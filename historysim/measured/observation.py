@@ -16,7 +16,8 @@ from historysim.asperities.instrument import Instrument
 from historysim.basics.array_types import Floats, Integers
 from historysim.errors import InputError
 from historysim.loads.samples import SampledLoads
-from historysim.measured.loops import Loops, NoLoopError
+from historysim.measured.loop_values import NoLoopError
+from historysim.measured.loops import Loops
 from historysim.measured.measurement import Measurement
 from historysim.measured.noise import noise_of
 from historysim.measured.reduction import check_moves, loop_dead_band, turning_points
@@ -32,58 +33,40 @@ MOST_BACK = 64
 
 @attrs.frozen(eq=False)
 class Observation:
-    """Samples of measured loops, in the order of their times.
-
-    Attributes
-    ----------
-    time : array (sample)
-        [s].
-    displacement : array (sample)
-        Measured tangential displacement: that of the drive [m].
-    tangential_load : array (sample)
-        Measured tangential load [N].
-    normal_load : array (sample)
-        Normal load [N], ≥ 0.
-    turns : array (turn)
-        Indices of the turning points of the displacement, with the first and the last sample.
-    nodes : array (node)
-        Indices of the samples whose displacement the contact remembers: the turning points, and those before and after
-        a step of the normal load.
-    node_deviation : array (node)
-        How far the true places of the nodes may be from the measured ones [m], as a standard deviation: by the noise
-        of the displacement, and by half the way to the next sample, for a channel may turn between two samples.
-    node_offset : array (node)
-        Where they are expected, less where they were measured [m]: a turn is beyond the outermost sample, in the mean
-        by a quarter of the way to the next one where the displacement comes and goes evenly.
-    displacement_noise, load_noise : float
-        Standard deviations of displacement [m] and tangential load [N].
-    dead_band : float
-        The smallest swing of the displacement that is a reversal [m].
-    loops : Loops or None
-        The measured loops; None where there is no whole one.
-    skip : int
-        Loops at the start that are not compared.
-    first : int
-        The sample that a comparison begins at: those before are walked through, and not compared.
-    remarks : tuple of (label, text)
-        What was done to the samples before.
-    """
+    """Samples of measured loops, in the order of their times."""
 
     time: Floats
+    """(sample) [s]."""
     displacement: Floats
+    """(sample) Measured tangential displacement: that of the drive [m]."""
     tangential_load: Floats
+    """(sample) Measured tangential load [N]."""
     normal_load: Floats
+    """(sample) Normal load [N], ≥ 0."""
     turns: Integers
+    """(turn) Indices of the turning points of the displacement, with the first and the last sample."""
     nodes: Integers
+    """(node) Indices of the samples whose displacement the contact remembers: the turning points, and those before and
+    after a step of the normal load."""
     node_deviation: Floats
+    """(node) How far the true places of the nodes may be from the measured ones [m], as a standard deviation: by the
+    noise of the displacement, and by half the way to the next sample, for a channel may turn between two samples."""
     node_offset: Floats
+    """(node) Where they are expected, less where they were measured [m]: a turn is beyond the outermost sample, in the
+    mean by a quarter of the way to the next one where the displacement comes and goes evenly."""
     displacement_noise: float
     load_noise: float
+    """displacement_noise and load_noise: standard deviations of displacement [m] and tangential load [N]."""
     dead_band: float
+    """The smallest swing of the displacement that is a reversal [m]."""
     loops: Loops | None
+    """The measured loops; None where there is no whole one."""
     skip: int = 0
+    """Loops at the start that are not compared."""
     first: int = 0
+    """The sample that a comparison begins at: those before are walked through, and not compared."""
     remarks: tuple[tuple[str, str], ...] = ()
+    """What was done to the samples before."""
 
     def thinned(self, most: int) -> "Observation":
         """Return an observation of all nodes, and of about so many of the samples between them, evenly."""
@@ -171,28 +154,19 @@ def observe(
 
 @attrs.frozen(eq=False)
 class ModelResponse:
-    """What a model does at each sample of an observation.
-
-    Attributes
-    ----------
-    displacement : array (sample)
-        Of the drive, which near a sample is that of the observation [m].
-    tangential_load : array (sample)
-        [N].
-    stiffness : array (sample)
-        Slope of the load over the displacement of the drive [N/m]; the greatest one that the noise of the displacement
-        may have met.
-    slope : array (sample)
-        Slope of the load over the displacement of the drive at the sample itself [N/m].
-    friction_limit : array (sample)
-        [N].
-    """
+    """What a model does at each sample of an observation."""
 
     displacement: Floats
+    """(sample) Of the drive, which near a sample is that of the observation [m]."""
     tangential_load: Floats
+    """(sample) [N]."""
     stiffness: Floats
+    """(sample) Slope of the load over the displacement of the drive [N/m]; the greatest one that the noise of the
+    displacement may have met."""
     slope: Floats
+    """(sample) Slope of the load over the displacement of the drive at the sample itself [N/m]."""
     friction_limit: Floats
+    """(sample) [N]."""
 
 
 def passed(
@@ -240,13 +214,13 @@ def passed(
 
 def _stiffest(displacement: Floats, stiffness: Floats, reach: float) -> Floats:
     """Return the greatest stiffness at each sample, the one before it, and those before it within reach."""
-    found = stiffness.copy()
+    greatest = stiffness.copy()
     for back in range(1, min(displacement.size, MOST_BACK)):
         near = np.abs(displacement[back:] - displacement[:-back]) <= (math.inf if back == 1 else reach)
         if not near.any():
             break
-        found[back:] = np.maximum(found[back:], np.where(near, stiffness[:-back], 0.0))
-    return found
+        greatest[back:] = np.maximum(greatest[back:], np.where(near, stiffness[:-back], 0.0))
+    return greatest
 
 
 def _half_step(displacement: Floats) -> Floats:

@@ -33,25 +33,18 @@ from historysim.measured.reduction import turning_points
 
 @attrs.frozen(eq=False)
 class RangePairs:
-    """Cycles of a sequence, in the order in which they are counted.
-
-    Attributes
-    ----------
-    range : array (cycle)
-        Peak to valley, positive, in the unit of the sequence.
-    mean : array (cycle)
-        Half way between peak and valley.
-    count : array (cycle)
-        1 for a full cycle, 0.5 for a half cycle.
-    start, end : array of int (cycle)
-        The samples at which the range begins and ends. A full cycle goes on from its end to the value of its start.
-    """
+    """Cycles of a sequence, in the order in which they are counted."""
 
     range: Floats
+    """(cycle) Peak to valley, positive, in the unit of the sequence."""
     mean: Floats
+    """(cycle) Half way between peak and valley."""
     count: Floats
+    """(cycle) 1 for a full cycle, 0.5 for a half cycle."""
     start: Integers
     end: Integers
+    """start and end: (cycle) The samples at which the range begins and ends. A full cycle goes on from its end to the
+    value of its start."""
 
     @property
     def residue(self) -> Integers:

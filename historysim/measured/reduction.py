@@ -313,8 +313,8 @@ def whole_samples(*channels: npt.ArrayLike) -> Booleans:
     rows = [_with_gaps(f"channels[{index}]", values) for index, values in enumerate(channels)]
     shapes = dict.fromkeys(row.shape for row in rows)
     if len(shapes) != 1 or rows[0].ndim != 1:
-        found = ", ".join(map(str, shapes)) or "none"
-        raise InputError(f"channels of shape {found}; expected one or more, each a row of as many samples")
+        came = ", ".join(map(str, shapes)) or "none"
+        raise InputError(f"channels of shape {came}; expected one or more, each a row of as many samples")
     whole = np.ones(rows[0].shape, dtype=np.bool_)
     for row in rows:
         whole &= ~np.isnan(row)

@@ -43,26 +43,18 @@ _ANGLES = (np.arange(256) + 0.5) / 256 * math.pi / 2
 
 @attrs.frozen
 class Wander:
-    """How an estimate wanders along a record.
-
-    Attributes
-    ----------
-    reach : float
-        Half width of its interval; of its value in the middle of the record, where that drifts.
-    rise, rise_reach : float
-        Rise of the line through the values of all pieces, from the start to the end of the record, and the half width
-        of its interval; NaN for too few pieces.
-    drifts : bool
-        Whether that line is no chance.
-    correlation : float
-        ρ, from piece to piece.
-    """
+    """How an estimate wanders along a record."""
 
     reach: float
+    """Half width of its interval; of its value in the middle of the record, where that drifts."""
     rise: float
     rise_reach: float
+    """rise and rise_reach: rise of the line through the values of all pieces, from the start to the end of the record,
+    and the half width of its interval; NaN for too few pieces."""
     drifts: bool
+    """Whether that line is no chance."""
     correlation: float
+    """ρ, from piece to piece."""
 
 
 def wander(moves: Floats, share: Floats, confidence: float) -> Wander:
@@ -167,9 +159,9 @@ class TrendLine:
         if too_little(_MOST_CORRELATED) <= 0:
             return _MOST_CORRELATED
         none = too_little(0.0)
-        found = -none if none >= 0 else float(brentq(too_little, 0, _MOST_CORRELATED, xtol=1e-3))
-        error = math.sqrt(max(1 - found**2, 0.0) / moves.size)
-        return min(max(found + error, 0.0), _MOST_CORRELATED)
+        estimate = -none if none >= 0 else float(brentq(too_little, 0, _MOST_CORRELATED, xtol=1e-3))
+        error = math.sqrt(max(1 - estimate**2, 0.0) / moves.size)
+        return min(max(estimate + error, 0.0), _MOST_CORRELATED)
 
     def critical_value(self, of: Floats, correlation: float, confidence: float) -> float:
         """Return how many √V the interval of a sum of the moves, each times a number (piece), reaches on both sides."""

@@ -63,22 +63,17 @@ _AT_BOUND = 1e-3
 
 @attrs.frozen(eq=False)
 class ResidualSlopes:
-    """Derivatives of the residuals, those of the samples and behind them those of the nodes' own places.
-
-    Attributes
-    ----------
-    by_parameter : array (residual, parameter)
-    by_node : sparse array (residual, node)
-    added : array (sample, parameter)
-        Derivatives of half of what noise of the displacement adds to the square of each sample's residual.
-    added_by_node : sparse array (sample, node)
-        The same by the nodes.
-    """
+    """Derivatives of the residuals, those of the samples and behind them those of the nodes' own places."""
 
     by_parameter: Floats
+    """(residual, parameter)"""
     by_node: "csr_array"
+    """(residual, node)"""
     added: Floats
+    """(sample, parameter) Derivatives of half of what noise of the displacement adds to the square of each sample's
+    residual."""
     added_by_node: "csr_array"
+    """(sample, node) The same by the nodes."""
 
     def freed(self, moves: Booleans) -> tuple[Floats, Floats]:
         """Return what is left of those by the parameters when nodes follow, those that still move; of `added`, too."""
@@ -95,61 +90,44 @@ class ResidualSlopes:
 
 @attrs.frozen(eq=False)
 class SearchResult:
-    """Where a search ends.
-
-    Attributes
-    ----------
-    unknowns : array (parameter and node)
-    response : ModelResponse
-        What the model does there.
-    residual : array (residual)
-        Misfits over their scales, and nodes over what is known of their places.
-    slopes : array (residual, parameter)
-        Derivatives of the residuals by the parameters, the nodes following that are not at their bounds.
-    pull : array (residual, parameter)
-        What each residual adds to the gradient of what is minimised; over all of them this is 0.
-    at_bounds : int
-        Nodes that are as far from where they were measured as they may be.
-    scale, noise : array (sample)
-        What each misfit was weighed by, and its noise [N].
-    settled : bool
-        Whether a minimum was found, and the weights are those at this minimum.
-    """
+    """Where a search ends."""
 
     unknowns: Floats
+    """(parameter and node)"""
     response: ModelResponse
+    """What the model does there."""
     residual: Floats
+    """(residual) Misfits over their scales, and nodes over what is known of their places."""
     slopes: Floats
+    """(residual, parameter) Derivatives of the residuals by the parameters, the nodes following that are not at their
+    bounds."""
     pull: Floats
+    """(residual, parameter) What each residual adds to the gradient of what is minimised; over all of them this is
+    0."""
     at_bounds: int
+    """Nodes that are as far from where they were measured as they may be."""
     scale: Floats
     noise: Floats
+    """scale and noise: (sample) What each misfit was weighed by, and its noise [N]."""
     settled: bool
+    """Whether a minimum was found, and the weights are those at this minimum."""
 
 
 @attrs.frozen(eq=False)
 class Search:
-    """The least squares of a model and an observation.
-
-    Attributes
-    ----------
-    start : array (parameter)
-        Logarithms of the parameters to start from.
-    free : int
-        Nodes whose places are unknowns.
-    compared : array of int
-        The samples that are compared.
-    load_noise : float
-        [N], > 0.
-    """
+    """The least squares of a model and an observation."""
 
     model: Model
     names: tuple[str, ...]
     start: Floats
+    """(parameter) Logarithms of the parameters to start from."""
     observation: Observation
     free: int
+    """Nodes whose places are unknowns."""
     compared: Integers
+    """The samples that are compared."""
     load_noise: float
+    """[N], > 0."""
 
     @classmethod
     def of(cls, model: Model, start: Mapping[str, float], observation: Observation) -> "Search":
@@ -171,16 +149,16 @@ class Search:
 
     def ended(self, walked: Callable[[], object] = lambda: None) -> SearchResult:
         """Return where the search ends; `walked` is called after each walk along the observation."""
-        told = attrs.evolve(self, model=_telling(self.model, walked))
-        observation = told.observation.thinned(max(ENOUGH_SAMPLES, 20 * self.free))
-        thin = attrs.evolve(told, observation=observation, compared=_compared(observation))
+        reporting = attrs.evolve(self, model=_telling(self.model, walked))
+        observation = reporting.observation.thinned(max(ENOUGH_SAMPLES, 20 * self.free))
+        thin = attrs.evolve(reporting, observation=observation, compared=_compared(observation))
         # first with the nodes as they were measured: far from the end they would stand in for the parameters
         fixed = attrs.evolve(thin, free=0)
         start = fixed.best_start()
         unknowns = np.append(fixed.least(start, fixed.scales(start), rough=True).x, np.zeros(self.free))
         if observation is not self.observation:
             unknowns = thin.least(unknowns, thin.scales(unknowns), rough=True).x
-        return told.settled(unknowns)
+        return reporting.settled(unknowns)
 
     def best_start(self) -> Floats:
         """Return the best of the start and its neighbours a factor of ten away."""
@@ -188,7 +166,7 @@ class Search:
         tried = [
             self.start + step for step in itertools.product((0.0, -math.log(10), math.log(10)), repeat=len(self.names))
         ]
-        return min(tried, key=lambda x: float(np.sum(self._residuals(x, self.load_noise) ** 2)))
+        return min(tried, key=lambda x: float(np.sum(self._compare(self._walked(x), x, self.load_noise) ** 2)))
 
     def least(self, unknowns: Floats, scale: Floats, *, rough: bool = False) -> "OptimizeResult":
         """Return the minimum that is near some unknowns, at some weights of the samples.
@@ -239,8 +217,8 @@ class Search:
         count = len(self.names)
         for _ in range(_MOST_ROUNDS):
             scale = self.scales(unknowns)
-            found = self.least(unknowns, scale)
-            moved, unknowns = np.abs(found.x - unknowns)[:count], found.x
+            minimum = self.least(unknowns, scale)
+            moved, unknowns = np.abs(minimum.x - unknowns)[:count], minimum.x
             slopes = self.slopes(unknowns, scale)
             moves = np.abs(unknowns[count:]) < FARTHEST_NODE * (1 - _AT_BOUND)
             freed, added = slopes.freed(moves)
@@ -261,7 +239,7 @@ class Search:
             int((~moves).sum()),
             scale,
             self.noises(unknowns),
-            near and found.status > 0,
+            near and minimum.status > 0,
         )
 
     def noises(self, unknowns: Floats) -> Floats:
@@ -307,9 +285,6 @@ class Search:
     def _compare(self, response: ModelResponse, x: Floats, scale: Floats | float) -> Floats:
         off = (response.tangential_load - self.observation.tangential_load)[self.compared]
         return np.concatenate([off / scale, x[len(self.names) :]])
-
-    def _residuals(self, x: Floats, scale: Floats | float) -> Floats:
-        return self._compare(self._walked(x), x, scale)
 
     def _added(self, response: ModelResponse, scale: Floats) -> float:
         """Return what noise of the displacement adds to the sum of squares."""
@@ -379,8 +354,8 @@ def _compared(observation: Observation) -> Integers:
 
 
 def _telling(model: Model, walked: Callable[[], object]) -> Model:
-    def told(values: Mapping[str, float]) -> tuple[Ensemble, Instrument]:
+    def reporting(values: Mapping[str, float]) -> tuple[Ensemble, Instrument]:
         walked()
         return model(values)
 
-    return told
+    return reporting

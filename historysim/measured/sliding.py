@@ -49,21 +49,14 @@ CONTENT_OF_COURSE = "friction over time or distance"
 
 @attrs.frozen
 class StaticPeak:
-    """The greatest friction coefficient at the start of sliding.
-
-    Attributes
-    ----------
-    coefficient : float
-        T/N of one sample [1].
-    place : float
-        Where: a time [s] or a distance [m].
-    lifted : float
-        What noise adds to the greatest of as many samples, about [1].
-    """
+    """The greatest friction coefficient at the start of sliding."""
 
     coefficient: float
+    """T/N of one sample [1]."""
     place: float
+    """Where: a time [s] or a distance [m]."""
     lifted: float
+    """What noise adds to the greatest of as many samples, about [1]."""
 
 
 @attrs.frozen
@@ -158,15 +151,18 @@ class Sliding:
             lines.append(("static peak", f"{self.peak.coefficient:.4g} at {self._text(self.peak.place)}; {lifted}"))
         if self.approach is None:
             return [*lines, ("steady value", "no approach to one that the windows show")]
-        found = self.approach
-        beyond = "" if found.settled else ": beyond the record, which is shorter than two lengths of the approach"
-        steady = f"{found.steady:.4g} (95 %: {found.steady_low:.4g} to {found.steady_high:.4g}){beyond}"
-        low, high = self._text(found.length_low), self._text(found.length_high)
+        approach = self.approach
+        beyond = "" if approach.settled else ": beyond the record, which is shorter than two lengths of the approach"
+        steady = f"{approach.steady:.4g} (95 %: {approach.steady_low:.4g} to {approach.steady_high:.4g}){beyond}"
+        low, high = self._text(approach.length_low), self._text(approach.length_high)
         return [
             *lines,
             ("steady value", steady),
-            ("start of running-in", f"{found.start:.4g} (95 %: {found.start_low:.4g} to {found.start_high:.4g})"),
-            (f"{self.over} of running-in", f"{self._text(found.length)} (95 %: {low} to {high}), to 1/e"),
+            (
+                "start of running-in",
+                f"{approach.start:.4g} (95 %: {approach.start_low:.4g} to {approach.start_high:.4g})",
+            ),
+            (f"{self.over} of running-in", f"{self._text(approach.length)} (95 %: {low} to {high}), to 1/e"),
         ]
 
     def to_dataset(self) -> "xr.Dataset":
@@ -176,10 +172,10 @@ class Sliding:
         """
         import xarray as xr
 
-        unit, told = UNITS[self.over], self._ends()
-        for name, found in (("peak", self.peak), ("approach", self.approach)):
-            if found is not None:
-                told.update({f"{name}_{key}": float(value) for key, value in attrs.asdict(found).items()})
+        unit, attributes = UNITS[self.over], self._ends()
+        for name, part in (("peak", self.peak), ("approach", self.approach)):
+            if part is not None:
+                attributes.update({f"{name}_{key}": float(value) for key, value in attrs.asdict(part).items()})
         return xr.Dataset(
             {
                 "coefficient": ("window", self.window_mean, {"long_name": "friction coefficient", "units": "1"}),
@@ -191,7 +187,7 @@ class Sliding:
                 "count": ("window", self.window_count, {"long_name": "samples", "units": "1"}),
             },
             coords={self.over: ("window", self.window_place, {"long_name": self.over, "units": unit})},
-            attrs={"title": f"friction over {self.over}", "content": CONTENT_OF_COURSE, **told},
+            attrs={"title": f"friction over {self.over}", "content": CONTENT_OF_COURSE, **attributes},
         )
 
     @classmethod
@@ -246,7 +242,7 @@ def sliding_of_measurement(measurement: "Measurement", *, over: Over | None = No
     Parameters and errors as for `sliding_of_channels`; a load that was not measured is an InputError, too.
     """
     check_order(measurement.time, measurement.place)
-    found = sliding_of_channels(
+    friction = sliding_of_channels(
         measurement.time,
         measurement["tangential_load"],
         measurement["normal_load"],
@@ -255,7 +251,7 @@ def sliding_of_measurement(measurement: "Measurement", *, over: Over | None = No
         windows=windows,
         dead_band=measurement.dead_band.get("tangential_displacement"),
     )
-    return attrs.evolve(found, remarks=measurement.remarks)
+    return attrs.evolve(friction, remarks=measurement.remarks)
 
 
 def sliding_of_history(history: "xr.Dataset", *, over: Over | None = None, windows: int = WINDOWS) -> Sliding:
@@ -309,7 +305,7 @@ def sliding_of_channels(
         raise InputError(f"windows is {count:g}; expected a whole number, 1 or more")
     moved = None if displacement is None else channel("displacement", displacement, load.size)
     rests = moved is not None and over == "time" and _rests(moved)
-    sense = _sense(load) if moved is None or rests else _one_way(times, moved, dead_band)
+    sense = (1.0 if load.mean() >= 0 else -1.0) if moved is None or rests else _one_way(times, moved, dead_band)
     along = _place(over, times, moved, sense)
     pressed = normal > 0
     if not pressed.any():
@@ -323,10 +319,6 @@ def sliding_of_channels(
     origin = _start(along, friction, means[0]) if peak is None else peak.place
     approach = _approach(edges, means[0], origin)
     return Sliding(name, along, friction, middle, *means, peak, approach)
-
-
-def _sense(load: Floats) -> float:
-    return 1.0 if load.mean() >= 0 else -1.0
 
 
 def _rests(moved: Floats) -> bool:
@@ -425,7 +417,7 @@ def _approach(edges: Floats, mean: Floats, origin: float) -> Approach | None:
     shortest = float(place[1] - place[0]) / 10
     guess = [float(values[-max(place.size // 5, 1) :].mean()), float(values[0]), whole / 5]
     try:
-        found, covariance = optimize.curve_fit(
+        estimates, covariance = optimize.curve_fit(
             model, place, values, p0=guess, bounds=([-np.inf, -np.inf, shortest], [np.inf, np.inf, 100 * whole])
         )
     except (RuntimeError, ValueError):
@@ -433,8 +425,8 @@ def _approach(edges: Floats, mean: Floats, origin: float) -> Approach | None:
     errors = np.sqrt(np.diag(covariance))
     reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, place.size - 3)) * errors
     # an approach whose height is not told from 0 is none
-    if not np.isfinite(reach).all() or abs(found[1] - found[0]) <= math.hypot(reach[0], reach[1]):
+    if not np.isfinite(reach).all() or abs(estimates[1] - estimates[0]) <= math.hypot(reach[0], reach[1]):
         return None
-    bounds = [(float(value), float(value - by), float(value + by)) for value, by in zip(found, reach, strict=True)]
+    bounds = [(float(value), float(value - by), float(value + by)) for value, by in zip(estimates, reach, strict=True)]
     steady, start, length = bounds
-    return Approach(*steady, *start, length[0], max(length[1], 0.0), length[2], origin, bool(2 * found[2] <= whole))
+    return Approach(*steady, *start, length[0], max(length[1], 0.0), length[2], origin, bool(2 * estimates[2] <= whole))

@@ -16,7 +16,8 @@ from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.measured.definitions import DEFAULT, Definitions, FirstLoad, LastPart
 from historysim.measured.load_steps import at_one_load
-from historysim.measured.loops import BRANCH_QUANTITIES, OF_SLIDING, Loops, NoLoopError, Trace
+from historysim.measured.loop_values import BRANCH_QUANTITIES, OF_SLIDING, NoLoopError, Trace
+from historysim.measured.loops import Loops
 from historysim.measured.noise import FEWEST_SAMPLES
 from historysim.measured.preliminary_readings import virgin_displacement
 from historysim.measured.reduction import (
@@ -132,10 +133,6 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
         the virgin displacement alone.
     displacement_noise : float, optional
         Standard deviation of the noise of U [m], 0 for a simulated record; estimated by default.
-
-    Returns
-    -------
-    Loops
 
     Raises
     ------

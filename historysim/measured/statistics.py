@@ -12,21 +12,14 @@ from historysim.basics.units import scaled
 
 @attrs.frozen
 class LoopStatistics:
-    """Mean and scatter of one quantity over the loops.
-
-    Attributes
-    ----------
-    mean : float
-        NaN where no loop has a value.
-    standard_deviation : float
-        Of one loop, with count - 1 in the denominator; NaN for fewer than two.
-    count : int
-        The loops that have a value.
-    """
+    """Mean and scatter of one quantity over the loops."""
 
     mean: float
+    """NaN where no loop has a value."""
     standard_deviation: float
+    """Of one loop, with count - 1 in the denominator; NaN for fewer than two."""
     count: int
+    """The loops that have a value."""
 
     @classmethod
     def of(cls, values: Floats) -> Self:

@@ -12,26 +12,19 @@ from historysim.loads.events import Event
 
 @attrs.frozen
 class Changes:
-    """What changes along a history.
-
-    Attributes
-    ----------
-    friction : bool
-        Whether the friction of any asperity does.
-    friction_differs : bool
-        Whether asperities have different friction at any time.
-    sliding : bool
-        Whether it is followed how far asperities slide.
-    wear, yielding, geometry : bool
-        Whether asperities wear, whether they yield, and whether heights or radii change otherwise.
-    """
+    """What changes along a history."""
 
     friction: bool = False
+    """Whether the friction of any asperity does."""
     friction_differs: bool = False
+    """Whether asperities have different friction at any time."""
     sliding: bool = False
+    """Whether it is followed how far asperities slide."""
     wear: bool = False
     yielding: bool = False
     geometry: bool = False
+    """wear, yielding and geometry: whether asperities wear, whether they yield, and whether heights or radii change
+    otherwise."""
 
     @classmethod
     def of(cls, ensemble: Ensemble, events: Sequence[Event]) -> Self:

@@ -53,10 +53,10 @@ def _copy(given: "netCDF4.Dataset", made: "netCDF4.Dataset", way: dict[str, Any]
     for name, dimension in given.dimensions.items():
         made.createDimension(name, len(dimension))
     for name, variable in given.variables.items():
-        told = {key: variable.getncattr(key) for key in variable.ncattrs()}
-        stored, fill = _storage(variable, way), told.pop("_FillValue", False)
+        own_attributes = {key: variable.getncattr(key) for key in variable.ncattrs()}
+        stored, fill = _storage(variable, way), own_attributes.pop("_FillValue", False)
         copied = made.createVariable(name, variable.dtype, variable.dimensions, fill_value=fill, **stored)
-        copied.setncatts(_as_characters(told))
+        copied.setncatts(_as_characters(own_attributes))
         for each in (variable, copied):
             each.set_auto_maskandscale(False)
         rows = stored["chunksizes"][0] if stored else 1

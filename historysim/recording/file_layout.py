@@ -26,40 +26,26 @@ PAGE = 1 << 12
 
 @attrs.frozen
 class RowPlace:
-    """Where the rows of a variable go, one behind the other.
-
-    Attributes
-    ----------
-    begin : int
-        Where the first one begins in the file.
-    row_size : int
-        Bytes of a row.
-    end : int
-        Where the last one ends.
-    """
+    """Where the rows of a variable go, one behind the other."""
 
     begin: int
+    """Where the first one begins in the file."""
     row_size: int
+    """Bytes of a row."""
     end: int
+    """Where the last one ends."""
 
 
 @attrs.frozen(eq=False)
 class FileLayout:
-    """A result without its rows.
-
-    Attributes
-    ----------
-    size : int
-        Bytes of the whole file.
-    content : dict
-        What stands in it beside the rows: bytes by where they begin.
-    places : tuple of RowPlace
-        Of ``time`` and of all variables that have rows, in the order in which recorders give them.
-    """
+    """A result without its rows."""
 
     size: int
+    """Bytes of the whole file."""
     content: Mapping[int, bytes] = attrs.field(repr=False)
+    """What stands in it beside the rows: bytes by where they begin."""
     places: tuple[RowPlace, ...] = attrs.field(repr=False)
+    """Of ``time`` and of all variables that have rows, in the order in which recorders give them."""
 
 
 def file_layout(

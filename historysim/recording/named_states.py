@@ -18,7 +18,7 @@ class Timed(Protocol):
     def attrs(self) -> Mapping[Any, Any]:
         """Attributes."""
 
-    def __getitem__(self, name: str, /) -> Any:
+    def __getitem__(self, name: str, /) -> Any:  # noqa: ANN401 - a variable of xarray, which commands import late
         """Return a variable."""
 
 
@@ -33,27 +33,24 @@ def named_states(history: Timed) -> dict[str, int]:
 
     times = json.loads(str(history.attrs.get(ATTRIBUTE, "{}")))
     rows = np.asarray(history["time"].values)
-    found = {}
+    steps = {}
     for name, time in times.items():
         near = np.flatnonzero(np.isclose(rows, time, rtol=1e-9, atol=1e-12))
         if near.size:
-            found[name] = int(near[-1])
-    return found
+            steps[name] = int(near[-1])
+    return steps
 
 
 def step_of(history: Timed, state: int | str) -> int:
     """Return the step of a state by its name, or by its number, negative ones counted from the end.
 
-    Raises
-    ------
-    InputError
-        A name that the history does not have, or a step beyond its ends.
+    Raises InputError: a name that the history does not have, or a step beyond its ends.
     """
     if isinstance(state, str) and not state.removeprefix("-").isdecimal():
         known = named_states(history)
         if state not in known:
-            told = nearest(state, known) if known else "expected the number of a step, since no waypoint has a name"
-            raise InputError(f"steps: {state!r} is no state of the history; {told}")
+            hint = nearest(state, known) if known else "expected the number of a step, since no waypoint has a name"
+            raise InputError(f"steps: {state!r} is no state of the history; {hint}")
         return known[state]
     steps, step = len(history["time"].values), int(state)
     if not -steps <= step < steps:

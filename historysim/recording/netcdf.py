@@ -34,23 +34,16 @@ class FileRecorder(Recorder):
 
     Each byte is written once, to the place where readers will look for it; what makes a result of the rows is written
     at the end. Of the rows of each variable a checksum (CRC-32) goes along, by which is found out whether they stand.
-
-    Parameters
-    ----------
-    handle : int
-        Of a file that is open to read and write.
-    attributes : dict
-        Of the result.
-    beside : callable, optional
-        Writes further groups into the file.
-    writers : int
-        Threads that write.
     """
 
     handle: int
+    """Of a file that is open to read and write."""
     attributes: Mapping[str, Any]
+    """Of the result."""
     beside: "Callable[[h5netcdf.File], None] | None" = None
+    """Writes further groups into the file."""
     writers: int = 2
+    """Threads that write."""
     _layout: FileLayout = attrs.field(init=False)
     _sums: list[int] = attrs.field(init=False)
     _held: int = attrs.field(default=0, init=False)
@@ -93,7 +86,7 @@ class FileRecorder(Recorder):
 
         Of the numbers in `known`, with what `flush` has returned there, those up to which nothing has changed.
         """
-        found: dict[int, bytes] = {}
+        kept: dict[int, bytes] = {}
         begun, sums = 0, [0] * len(self._sums)
         # what cannot be read does not stand
         with contextlib.suppress(OSError):
@@ -104,8 +97,8 @@ class FileRecorder(Recorder):
                 begun, written = rows, _digest(sums)
                 if written not in known[rows]:
                     break
-                found[rows] = written
-        return found
+                kept[rows] = written
+        return kept
 
     def go_on(self, rows: int, written: bytes) -> None:
         """Go on after so many rows, one of the numbers that `rows_kept` has given, with what it has given for it."""
@@ -209,10 +202,7 @@ def _reported() -> Iterator[None]:
 def recording(path: Path, recorder_of: Callable[[int], FileRecorder]) -> Iterator[FileRecorder]:
     """Record into a netCDF file with a recorder made for its handle; it replaces another one when all rows are there.
 
-    Raises
-    ------
-    OSError
-        The folder cannot be written to, or the disk is full.
+    Raises OSError: the folder cannot be written to, or the disk is full.
     """
     with replacing(path) as unfinished, opened(unfinished) as handle, recorder_of(handle) as target:
         target.check_room(path.parent)

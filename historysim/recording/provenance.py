@@ -50,14 +50,14 @@ def friction_text(ensemble: Ensemble) -> str:
 def _of_other_packages(ensemble: Ensemble) -> dict[str, str]:
     """Return the packages of others that computed, and their laws, whole: name, package and version, numbers."""
     laws = {"friction_law": ensemble.law, "wear_law": ensemble.wear, "yielding_law": ensemble.yielding}
-    told = {f"{name}_settings": law.told for name, law in laws.items() if law is not None}
+    settings = {f"{name}_settings": law.told for name, law in laws.items() if law is not None}
     packages = {"packages": ", ".join(ensemble.packages)} if ensemble.packages else {}
-    return packages | {name: json.dumps(each) for name, each in told.items() if "package" in each}
+    return packages | {name: json.dumps(each) for name, each in settings.items() if "package" in each}
 
 
 def attributes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrument) -> dict[str, Any]:
     """Return the attributes of a history of these events."""
-    found = recorded_validity.findings(ensemble, events, instrument, largest_approach(ensemble, events))
+    validity = recorded_validity.findings(ensemble, events, instrument, largest_approach(ensemble, events))
     in_series = {} if instrument.rigid else {"lateral_stiffness": instrument.lateral_stiffness}
     return {
         "Conventions": CONVENTIONS,
@@ -82,5 +82,5 @@ def attributes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrume
         "number_of_asperities": len(ensemble),
         "number_of_events": len(events),
         "event_digest": f"sha256:{digest(events)}",
-        recorded_validity.ATTRIBUTE: findings.written(found),
+        recorded_validity.ATTRIBUTE: findings.written(validity),
     }

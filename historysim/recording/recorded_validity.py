@@ -25,8 +25,8 @@ def findings(
     Loads that are not finite are an InputError.
     """
     approach = largest_approach(ensemble, events) if approach is None else approach
-    found = validity.findings(ensemble, approach, instrument)
-    return found + tuple(_amplitudes(events, instrument))
+    of_contact = validity.findings(ensemble, approach, instrument)
+    return of_contact + tuple(_amplitudes(events, instrument))
 
 
 def _amplitudes(events: Sequence[Event], instrument: Instrument) -> Iterator[Finding]:

@@ -104,25 +104,17 @@ class Recorder(abc.ABC):
     """Where the rows of one history go.
 
     A replay fills the rows that it gives, and then says at which times they stand.
-
-    Parameters
-    ----------
-    ensemble : Ensemble
-    asperities : array (asperity), optional
-        Indices to record; None for totals alone.
-    steps : int
-        Rows that the whole history records.
-    instrument : Instrument, optional
-        In series with the contact.
-    changes : Changes
-        What changes beside the loads.
     """
 
     ensemble: Ensemble
     asperities: Integers | None
+    """(asperity) Indices to record; None for totals alone."""
     steps: int
+    """Rows that the whole history records."""
     instrument: Instrument = attrs.field(default=RIGID, kw_only=True)
+    """In series with the contact."""
     changes: Changes = attrs.field(default=STEADY, kw_only=True)
+    """What changes beside the loads."""
     _filled: int = attrs.field(default=0, init=False)
 
     @property
@@ -201,15 +193,10 @@ class Recorder(abc.ABC):
 @final
 @attrs.define
 class DatasetRecorder(Recorder):
-    """Rows of one history in memory, projected onto the variables at the end.
-
-    Attributes
-    ----------
-    rows : Rows
-        All of them, in SI units.
-    """
+    """Rows of one history in memory, projected onto the variables at the end."""
 
     rows: Rows = attrs.field(init=False)
+    """All of them, in SI units."""
     _times: Array = attrs.field(init=False)
 
     def __attrs_post_init__(self) -> None:

@@ -16,34 +16,23 @@ from historysim.memory.rows import Rows
 
 @attrs.frozen
 class Variable:
-    """One output variable.
-
-    Attributes
-    ----------
-    name : str
-    dimensions : tuple of str
-        Of ``step`` and ``asperity``; in the group of the surface ``x``, ``y`` and ``summit``.
-    units : str
-        UDUNITS text; "1" where dimensionless, empty for flags.
-    long_name : str
-    dtype : str
-        numpy's name of the type.
-    extra : dict
-        Further attributes.
-    source : str
-        Field of ``hs_totals``, or of ``hs_rows`` where it is of each asperity, that it is; by default of its own name.
-    derived : callable, optional
-        Makes it of rows, the ensemble and the instrument, where it is no such field.
-    """
+    """One output variable."""
 
     name: str
     dimensions: tuple[str, ...]
+    """Of ``step`` and ``asperity``; in the group of the surface ``x``, ``y`` and ``summit``."""
     units: str
+    """UDUNITS text; "1" where dimensionless, empty for flags."""
     long_name: str
     dtype: str = "float64"
+    """numpy's name of the type."""
     extra: dict[str, Any] = attrs.field(factory=dict)
+    """Further attributes."""
     source: str = attrs.field(default=attrs.Factory(lambda self: self.name, takes_self=True), kw_only=True)
+    """Field of ``hs_totals``, or of ``hs_rows`` where it is of each asperity, that it is; by default of its own
+    name."""
     derived: Callable[[Rows, Ensemble, Instrument], Array] | None = attrs.field(default=None, kw_only=True, eq=False)
+    """Makes it of rows, the ensemble and the instrument, where it is no such field."""
 
     @property
     def attributes(self) -> dict[str, Any]:
@@ -57,15 +46,15 @@ class Variable:
     def values(self, rows: Rows, ensemble: Ensemble, instrument: Instrument) -> Array:
         """Return what it is in recorded rows (row) or (row, column)."""
         if self.derived is not None:
-            found = self.derived(rows, ensemble, instrument)
+            values = self.derived(rows, ensemble, instrument)
         else:
-            found = rows.totals[self.source] if self.dimensions == _STEP else rows.each[self.source]
-        return np.ascontiguousarray(found, dtype=self.dtype)
+            values = rows.totals[self.source] if self.dimensions == _STEP else rows.each[self.source]
+        return np.ascontiguousarray(values, dtype=self.dtype)
 
 
 def _separation(rows: Rows, ensemble: Ensemble, _instrument: Instrument) -> Array:
-    found: Array = ensemble.highest_summit - rows.totals["approach"]
-    return found
+    separation: Array = ensemble.highest_summit - rows.totals["approach"]
+    return separation
 
 
 def _drive(rows: Rows, _ensemble: Ensemble, instrument: Instrument) -> Array:

@@ -7,7 +7,7 @@ import xarray as xr
 
 from historysim.basics.array_types import Booleans, Floats
 from historysim.basics.units import quantity_text
-from historysim.measured.loops import OF_SLIP
+from historysim.measured.loop_values import OF_SLIP
 from historysim.measured.statistics import LoopStatistics
 from historysim.results.netcdf_table import FOR_CATALOGUES
 

@@ -12,7 +12,7 @@ from historysim.basics.files import what_is_there
 from historysim.basics.hdf5 import check_named
 from historysim.errors import InputError
 from historysim.measured.loop_table import CONTENT_OF_TABLE
-from historysim.measured.loops import CONTENT
+from historysim.measured.loop_values import CONTENT
 from historysim.measured.sliding import CONTENT_OF_COURSE
 from historysim.results.analysis.time_series import CONTENT as TIME_SERIES
 from historysim.results.netcdf_table import CONTENT as TABLE

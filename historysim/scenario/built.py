@@ -25,25 +25,16 @@ if TYPE_CHECKING:
 
 @attrs.frozen
 class BuiltScenario:
-    """What a scenario describes, checked and built once.
-
-    Attributes
-    ----------
-    sections : Sections
-    name : str
-        The file's, as messages call it.
-    surface : BuiltSurface
-        As it is loaded.
-    ensemble : Ensemble
-    events : list of Event
-        In time order; each fits the number of asperities.
-    """
+    """What a scenario describes, checked and built once."""
 
     sections: Sections = attrs.field(repr=False)
     name: str
+    """The file's, as messages call it."""
     surface: BuiltSurface
+    """As it is loaded."""
     ensemble: "Ensemble"
     events: list[Event]
+    """In time order; each fits the number of asperities."""
 
     @property
     def replay(self) -> "Replay":
@@ -65,10 +56,7 @@ class BuiltScenario:
 
         None without ``[adhesion]``, or where nothing touches.
 
-        Raises
-        ------
-        InputError
-            An ``[adhesion]`` that cannot be used; the message names the field.
+        Raises InputError: an ``[adhesion]`` that cannot be used; the message names the field.
         """
         from historysim.asperities.adhering import adhering_asperities
         from historysim.recording.recorder import largest_approach
@@ -91,10 +79,8 @@ def build(
 ) -> BuiltScenario:
     """Build a scenario from its sections, the surface as it comes, and its events.
 
-    Raises
-    ------
-    InputError
-        What cannot be used, or an event that does not fit the number of asperities; the message names file and field.
+    Raises InputError: what cannot be used, or an event that does not fit the number of asperities; the message names
+    file and field.
     """
     surface = as_loaded(sections, name, surface, events, tell)
     ensemble = ensemble_on(sections, name, surface)
@@ -112,10 +98,7 @@ def as_loaded(
     That is the normal contact of a map whose asperities press on one another, and the nominal area of one that lies on
     a ball: that of the smooth ball under that load, after Hertz. Any other surface is returned as it is.
 
-    Raises
-    ------
-    InputError
-        A map that cannot be solved, or nothing ever touches.
+    Raises InputError: a map that cannot be solved, or nothing ever touches.
     """
     if surface.solutions is not None or not (surface.interacts or surface.ball_radius):
         return surface
@@ -129,21 +112,18 @@ def as_loaded(
     from historysim.interaction.solutions import NormalSolutions
 
     with reported(name), at("surface", "interaction"):
-        found = NormalSolutions.of(
+        solutions = NormalSolutions.of(
             surface.surface, largest_load=largest_load, largest_approach=largest_approach, progress=True, tell=tell
         )
-    for notice in found.notices:
+    for notice in solutions.notices:
         tell(f"{name}: {notice}")
-    return attrs.evolve(surface, solutions=found)
+    return attrs.evolve(surface, solutions=solutions)
 
 
 def ensemble_on(sections: Sections, name: str, surface: BuiltSurface) -> "Ensemble":
     """Return the ensemble on a surface as it is loaded.
 
-    Raises
-    ------
-    InputError
-        Materials, summits or friction that cannot be used; the message names file and field.
+    Raises InputError: materials, summits or friction that cannot be used; the message names file and field.
     """
     from historysim.asperities.ensemble import Ensemble
 

@@ -82,13 +82,7 @@ def _of_file(table: Table, file: str) -> Table:
 
 
 def column_from_toml(value: object, _: object = Column) -> Column:
-    """Return the column that is ``"name"`` or ``{ column = "name", unit = "mN" }``.
-
-    Raises
-    ------
-    InputError
-        Anything else.
-    """
+    """Return the column that is ``"name"`` or ``{ column = "name", unit = "mN" }``; anything else is an InputError."""
     if not isinstance(value, dict):
         return Column(text(value))
     known = [field.name for field in attrs.fields(Column)]
@@ -103,11 +97,9 @@ def column_from_toml(value: object, _: object = Column) -> Column:
 def column_hooks(converter: Converter) -> None:
     """Teach a converter columns, and that white space counts in what says how a file is written."""
     converter.register_structure_hook(Column, column_from_toml)
-    converter.register_structure_hook_factory(_says_how_a_file_is_written, _format_hook)
-
-
-def _says_how_a_file_is_written(kind: object) -> bool:
-    return isinstance(kind, type) and issubclass(kind, Format)
+    converter.register_structure_hook_factory(
+        lambda kind: isinstance(kind, type) and issubclass(kind, Format), _format_hook
+    )
 
 
 def _format_hook(kind: type, converter: Converter) -> Callable[[object, object], object]:

@@ -66,14 +66,11 @@ def read_sections(path: Path, values: Mapping[str, Any] | None = None) -> tuple[
 def parsed(source: str) -> dict[str, Any]:
     """Return what a text holds.
 
-    Raises
-    ------
-    InputError
-        It is not TOML, or is nested too deeply.
+    Raises InputError: what is not TOML, or nested too deeply.
     """
     parts = most("KEY_PARTS")
-    if found := re.search(rf"(?<!{_PART})(?:{_PART}++\s*+\.\s*+){{{parts}}}", source):
-        line = source.count("\n", 0, found.start()) + 1
+    if match := re.search(rf"(?<!{_PART})(?:{_PART}++\s*+\.\s*+){{{parts}}}", source):
+        line = source.count("\n", 0, match.start()) + 1
         raise InputError(f"line {line}: a key of more than {parts} parts; {at_most('KEY_PARTS')}")
     try:
         document = tomllib.loads(source)
@@ -121,7 +118,7 @@ def _converter() -> Converter:
         (Loading, loading_from_toml),
         (AnyCourse | None, course_from_toml),
         (str | tuple[int, ...], _record),
-        (dict[str, Any], _table),
+        (dict[str, Any], lambda _, value, __: table(value)),
         (Pictures, pictures_from_toml),
     ):
         converter.register_structure_hook_func(partial(eq, kind), partial(hook, converter))
@@ -133,10 +130,6 @@ def _converter() -> Converter:
 
 def _material_entry(converter: Converter, value: object, _: object) -> MaterialEntry:
     return converter.structure(value, MaterialTable) if isinstance(value, dict) else text(value)
-
-
-def _table(_: Converter, value: object, __: object) -> dict[str, Any]:
-    return table(value)
 
 
 def _record(converter: Converter, value: object, _: object) -> str | tuple[int, ...]:

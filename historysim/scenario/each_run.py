@@ -7,7 +7,7 @@ import attrs
 
 from historysim.basics.units import quantity_text
 from historysim.errors import InputError
-from historysim.measured.loops import BRANCH_QUANTITIES, LOOP_QUANTITIES
+from historysim.measured.loop_values import BRANCH_QUANTITIES, LOOP_QUANTITIES
 from historysim.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -15,41 +15,30 @@ if TYPE_CHECKING:
     from historysim.measured.sliding import Sliding
     from historysim.scenario.fit import Fit
 
-Found = TypeVar("Found")
+Result = TypeVar("Result")
 Rows = list[tuple[str, ...]]
 
 
 @attrs.frozen
-class Run(Generic[Found]):
-    """One run.
-
-    Attributes
-    ----------
-    number : int
-        From 1, or the value of its column.
-    scenario : Scenario
-        That of this run alone.
-    found : object or None
-        What is found in it; None where it cannot be used.
-    problem : str
-        Why it cannot.
-    """
+class Run(Generic[Result]):
+    """One run."""
 
     number: int
+    """From 1, or the value of its column."""
     scenario: Scenario
-    found: Found | None
+    """That of this run alone."""
+    result: Result | None
+    """What is found in it; None where it cannot be used."""
     problem: str = ""
+    """Why it cannot."""
 
 
-def each_run(scenario: Scenario, find: Callable[[Scenario], Found]) -> "list[Run[Found]]":
+def each_run(scenario: Scenario, find: Callable[[Scenario], Result]) -> "list[Run[Result]]":
     """Return what is found in each run of a scenario's file; a run that cannot be used does not keep others from it.
 
-    Raises
-    ------
-    InputError
-        A file that cannot be used, or none of its runs.
+    Raises InputError: a file that cannot be used, or none of its runs.
     """
-    runs: list[Run[Found]] = []
+    runs: list[Run[Result]] = []
     for each in scenario.runs():
         number = each.run
         if not isinstance(number, int):
@@ -58,7 +47,7 @@ def each_run(scenario: Scenario, find: Callable[[Scenario], Found]) -> "list[Run
             runs.append(Run(number, each, find(each)))
         except InputError as error:
             runs.append(Run(number, each, None, str(error)))
-    if all(run.found is None for run in runs):
+    if all(run.result is None for run in runs):
         raise InputError(f"none of {len(runs)} runs can be used; {runs[0].problem}")
     return runs
 
@@ -77,8 +66,8 @@ def loop_rows(runs: "Sequence[Run[Loops]]") -> Rows:
 def sliding_rows(runs: "Sequence[Run[Sliding]]") -> Rows:
     """Return a table of the friction of each run; the first row is the heading."""
 
-    def row(found: "Sliding") -> tuple[str, ...]:
-        lines = dict(found.summary())
+    def row(friction: "Sliding") -> tuple[str, ...]:
+        lines = dict(friction.summary())
         return tuple(lines[label].partition(":")[0].partition(";")[0] for label in labels)
 
     labels = ("slides", "friction coefficient", "static peak", "steady value")
@@ -87,19 +76,19 @@ def sliding_rows(runs: "Sequence[Run[Sliding]]") -> Rows:
 
 def fit_rows(runs: "Sequence[Run[Fit]]") -> Rows:
     """Return a table of the estimates of each run; the first row is the heading."""
-    names = next(list(run.found.values) for run in runs if run.found is not None)
+    names = next(list(run.result.values) for run in runs if run.result is not None)
 
-    def row(found: "Fit") -> tuple[str, ...]:
-        values = tuple(f"{each.value:.6g} ({each.interval()})" for each in found.parameters)
-        rms = quantity_text(found.comparison.left.rms, "N", 3)
-        return (*values, f"{found.estimates.misfit:.3g}", rms)
+    def row(fitted: "Fit") -> tuple[str, ...]:
+        values = tuple(f"{each.value:.6g} ({each.interval()})" for each in fitted.parameters)
+        rms = quantity_text(fitted.comparison.left.rms, "N", 3)
+        return (*values, f"{fitted.estimates.misfit:.3g}", rms)
 
     return _rows((*names, "misfit over noise", "rms difference"), runs, row)
 
 
-def _rows(heading: tuple[str, ...], runs: "Sequence[Run[Found]]", row: Callable[[Found], tuple[str, ...]]) -> Rows:
+def _rows(heading: tuple[str, ...], runs: "Sequence[Run[Result]]", row: Callable[[Result], tuple[str, ...]]) -> Rows:
     table: Rows = [("run", *heading)]
     for run in runs:
-        told = ("–",) * len(heading) if run.found is None else row(run.found)
-        table.append((str(run.number), *told))
+        cells = ("–",) * len(heading) if run.result is None else row(run.result)
+        table.append((str(run.number), *cells))
     return table

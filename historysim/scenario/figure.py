@@ -26,13 +26,13 @@ def drawable(what: "xr.Dataset | Scenario") -> Pictures:
     """Return those pictures of a scenario that can be drawn of it, or of what came out; none where it has none."""
     if isinstance(what, Scenario):
         return tuple(each for each in what.sections.picture if SCENARIO in each.of)
-    told = what.attrs.get("scenario")
-    if not told:
+    text = what.attrs.get("scenario")
+    if not text:
         return ()
     content = SWEEP if what.attrs.get("content") == CONTENT else HISTORY
     # a picture of a package that is not there, say
     with reported("the scenario in the result: picture"):
-        return tuple(each for each in pictures_of(parsed(str(told))) if content in each.of)
+        return tuple(each for each in pictures_of(parsed(str(text))) if content in each.of)
 
 
 def draw_figure(what: "xr.Dataset | Scenario", pictures: Sequence[Picture], **place: "Unpack[Place]") -> "Drawn":
@@ -66,8 +66,8 @@ def draw_figure(what: "xr.Dataset | Scenario", pictures: Sequence[Picture], **pl
         for part, picture in zip(parts, pictures, strict=False):
             picture.draw(page.part(part), what)
         page.heading(what.title if isinstance(what, Scenario) else str(what.attrs.get("title", "")))
-        if told := "" if isinstance(what, Scenario) else _beyond(what):
-            page.foot(told)
+        if note := "" if isinstance(what, Scenario) else _beyond(what):
+            page.foot(note)
     return page.drawn
 
 

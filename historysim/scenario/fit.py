@@ -1,7 +1,7 @@
 """``[fit]``: parameters of a scenario fitted to what was measured, and the scenario with what was found."""
 
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, MutableMapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,7 +23,7 @@ from historysim.scenario.compare import sticking_stiffness
 from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import reported
 from historysim.scenario.sections import FitSection
-from historysim.scenario.surface_kinds.scaled import Scaled
+from historysim.scenario.surface_kinds import ChangedSurface
 
 if TYPE_CHECKING:
     from historysim.measured.comparison import Comparison
@@ -36,10 +36,7 @@ Model = Callable[[Mapping[str, float]], tuple[Ensemble, Instrument]]
 def model_of(scenario: Scenario) -> tuple[FitSection, Model, dict[str, float]]:
     """Return ``[fit]``, the model as a function of the parameters that are fitted, and where these start.
 
-    Raises
-    ------
-    InputError
-        A scenario without ``[fit]``, or with parameters that it does not have.
+    Raises InputError: a scenario without ``[fit]``, or with parameters that it does not have.
     """
     ensemble, instrument = scenario.ensemble(), scenario.instrument
     section = scenario.sections.fit
@@ -175,10 +172,6 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
     progress : bool
         Count the walks along the record on standard error where that is a terminal and they take long.
 
-    Returns
-    -------
-    Fit
-
     Raises
     ------
     InputError
@@ -204,10 +197,10 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
         )
         # how many walks it takes is not known before
         with progress_bar(progress, " walks", desc="fitting", delay=2) as walked:
-            found = fit_parameters(model, start, observation, walked=walked)
-    ensemble, instrument = model(found.values)
+            estimates = fit_parameters(model, start, observation, walked=walked)
+    ensemble, instrument = model(estimates.values)
     stiffness = sticking_stiffness(ensemble, observation)
-    return Fit(scenario, found, Comparison.of(observation, found.response, instrument, stiffness))
+    return Fit(scenario, estimates, Comparison.of(observation, estimates.response, instrument, stiffness))
 
 
 def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: Path) -> str:
@@ -222,8 +215,8 @@ def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: P
             _put(document["instrument"], "lateral_stiffness", parameter)
         elif parameter.name == "height_scale":
             surface = scenario.sections.surface
-            scaled_by = surface.height_scale if isinstance(surface, Scaled) else 1.0
-            _put(document["surface"], "height_scale", parameter, scaled_by)
+            scale = surface.height_scale if isinstance(surface, ChangedSurface) else None
+            _put(document["surface"], "height_scale", parameter, scale or 1.0)
         else:
             _put_moduli(document, scenario, parameter)
     if "run" in document["loading"]:
@@ -234,7 +227,7 @@ def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: P
     return tomlkit.dumps(document)
 
 
-def _put(table: Any, key: str, parameter: "Parameter", unit: float = 1.0) -> None:
+def _put(table: MutableMapping[str, Any], key: str, parameter: "Parameter", unit: float = 1.0) -> None:
     """Write a fitted value in its place, in front of the comment that stands there."""
     import tomlkit
 
@@ -244,7 +237,7 @@ def _put(table: Any, key: str, parameter: "Parameter", unit: float = 1.0) -> Non
     table[key] = value
 
 
-def _put_moduli(document: Any, scenario: Scenario, parameter: "Parameter") -> None:
+def _put_moduli(document: MutableMapping[str, Any], scenario: Scenario, parameter: "Parameter") -> None:
     """Write a fitted shear modulus of the pair, which takes the place of the two materials."""
     import tomlkit
 
@@ -261,17 +254,17 @@ def _put_moduli(document: Any, scenario: Scenario, parameter: "Parameter") -> No
     _put(document["materials"], "shear_modulus", parameter)
 
 
-def _move_files(table: Any, before: Path, after: Path) -> None:
+def _move_files(table: MutableMapping[str, Any], before: Path, after: Path) -> None:
     """Make every relative ``file`` of a table relative to another folder."""
     for key, value in table.items():
-        if isinstance(value, Mapping):
+        if isinstance(value, MutableMapping):
             _move_files(value, before, after)
         elif key == "file" and not Path(value).is_absolute():
             table[key] = Path(os.path.relpath(before / value, after)).as_posix()
 
 
 @figure_of.register(Fit)
-def _figure(fit: Fit, *, place: "Place", **_: Any) -> "Drawn":
+def _figure(fit: Fit, *, place: "Place", **_: object) -> "Drawn":
     from historysim.results.plots.measured_and_model import plot_comparison
 
     return plot_comparison(fit.comparison, fit.scenario.title, **place)

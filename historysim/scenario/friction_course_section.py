@@ -23,7 +23,7 @@ Distances = Annotated[tuple[float, ...], Quantity("m")]
 Coefficients = Annotated[tuple[float, ...], Quantity("1")]
 
 
-def _one_place(section: Any) -> None:
+def _one_place(section: "WrittenCourse | CourseColumns") -> None:
     if (section.time is None) == (section.distance is None):
         came = "neither time nor distance" if section.time is None else "time and distance together"
         raise InputError(f"{came}; expected one of them, with which the coefficient goes")

@@ -25,17 +25,11 @@ Point = dict[str, Any]
 
 @attrs.frozen
 class Axis:
-    """One dimension of a grid: a key with its values, or several keys that go through theirs together.
-
-    Attributes
-    ----------
-    keys : tuple of str
-    values : tuple of tuple
-        For each position the values of the keys, as a scenario would hold them.
-    """
+    """One dimension of a grid: a key with its values, or several keys that go through theirs together."""
 
     keys: tuple[str, ...]
     values: tuple[tuple[Any, ...], ...]
+    """For each position the values of the keys, as a scenario would hold them."""
 
     @property
     def name(self) -> str:
@@ -45,15 +39,10 @@ class Axis:
 
 @attrs.frozen
 class Grid:
-    """The points of a sweep: all combinations of positions on its axes.
-
-    Attributes
-    ----------
-    axes : tuple of Axis
-        The last one varies fastest.
-    """
+    """The points of a sweep: all combinations of positions on its axes."""
 
     axes: tuple[Axis, ...]
+    """The last one varies fastest."""
 
     def __len__(self) -> int:
         """Return the number of points."""
@@ -103,7 +92,7 @@ def grid_of(over: Mapping[str, Any], together: Sequence[Sequence[str]] = ()) -> 
         values: dict[str, Any] = {}
         for key, value in _flat(over):
             if key in values:
-                raise InputError(f"{key} stands twice, in quotes and without; expected its values once")
+                raise InputError(f"{key} appears twice, with quotes and without; expected its values once")
             values[key] = value
         if not values:
             raise InputError("no keys; expected one or more, such as friction.coefficient = [0.1, 0.2]")
@@ -121,13 +110,10 @@ def grid_of(over: Mapping[str, Any], together: Sequence[Sequence[str]] = ()) -> 
     return grid
 
 
-def expand(value: Any) -> list[Any]:
+def expand(value: object) -> list[Any]:
     """Return the values of an array or of a range, as `grid_of` has them.
 
-    Raises
-    ------
-    InputError
-        Neither, or a range that is none.
+    Raises InputError: neither, or a range that is none.
     """
     if isinstance(value, Mapping):
         return _range(value)
@@ -169,8 +155,8 @@ def _check_group(keys: Sequence[str], values: Mapping[str, list[Any]], groups: M
             raise InputError(f"{key!r} stands in another group already; expected it in one")
     counts = {key: len(values[key]) for key in keys}
     if len(set(counts.values())) > 1:
-        told = ", ".join(f"{count} of {key}" for key, count in counts.items())
-        raise InputError(f"{told}; expected as many values of one as of the other")
+        numbers = ", ".join(f"{count} of {key}" for key, count in counts.items())
+        raise InputError(f"{numbers}; expected as many values of one as of the other")
 
 
 def _range(entry: Mapping[str, Any]) -> list[Any]:
@@ -179,13 +165,13 @@ def _range(entry: Mapping[str, Any]) -> list[Any]:
             raise misfit(f"unknown key; {nearest(key, _RANGE)}", key)
     count = entry.get("count")
     if "from" not in entry or not isinstance(count, int) or isinstance(count, bool) or count < 1:
-        raise InputError("expected a range with from and count, 1 or more, and mostly to")
+        raise InputError("expected a range with from and count (1 or more), and usually to")
     if count > most("POINTS"):
         raise misfit(f"{shown(count)}; {at_most('POINTS')}", "count")
     first = entry["from"]
     if "to" not in entry:
         if not isinstance(first, int) or isinstance(first, bool) or "spacing" in entry:
-            raise InputError("without to, a range holds whole numbers, one after the other; expected to, or from = 1")
+            raise InputError("a range without to counts whole numbers; expected to, or a whole number as from")
         return list(range(first, first + count))
     spacing = entry.get("spacing", SPACINGS[0])
     if spacing not in SPACINGS:
@@ -198,13 +184,13 @@ def _range(entry: Mapping[str, Any]) -> list[Any]:
     if spacing == "logarithmic":
         if not low * high > 0:
             raise InputError("a logarithmic range has from and to of one sign, neither of them 0")
-        found = np.geomspace(low, high, count)
+        numbers = np.geomspace(low, high, count)
     else:
-        found = np.linspace(low, high, count)
-    return [f"{value!r} {unit}" if unit else value for value in found.tolist()]
+        numbers = np.linspace(low, high, count)
+    return [f"{value!r} {unit}" if unit else value for value in numbers.tolist()]
 
 
-def _number(value: Any) -> tuple[float, str]:
+def _number(value: object) -> tuple[float, str]:
     """Return a number and its unit."""
     if isinstance(value, int | float) and not isinstance(value, bool):
         number, unit = float(value), ""

@@ -7,7 +7,7 @@ from typing import Any
 import attrs
 
 
-def files_of(section: Any, folder: Path) -> Iterator[Path]:
+def files_of(section: Any, folder: Path) -> Iterator[Path]:  # noqa: ANN401 - a section, or what TOML holds
     """Yield the files that a section of a scenario names, or its document, in it and in what stands within it.
 
     Parameters
@@ -32,7 +32,7 @@ def files_of(section: Any, folder: Path) -> Iterator[Path]:
             yield from files_of(value, folder)
 
 
-def _names(value: Any) -> Iterator[str]:
+def _names(value: object) -> Iterator[str]:
     if isinstance(value, str):
         yield value
     elif isinstance(value, tuple | list):

@@ -43,15 +43,15 @@ def kinds(what: str | None = None, name: str | None = None) -> list[tuple[str, s
     """
     groups = registries()
     if what is None:
-        return [(group, ", ".join(found)) for group, found in groups.items()]
+        return [(group, ", ".join(registry)) for group, registry in groups.items()]
     if what not in groups:
         raise InputError(f"{what!r} is no group of kinds; {nearest(what, groups)}")
-    found = groups[what]
+    registry = groups[what]
     if name is None:
-        return [(each, f"{about(kind)}{_whose(found, kind)}") for each, kind in found.items()]
-    kind = found.named(name)
+        return [(each, f"{about(kind)}{_whose(registry, kind)}") for each, kind in registry.items()]
+    kind = registry.named(name)
     fields = [(field.name, field.text.removeprefix(field.name).strip()) for field in fields_of(kind)]
-    return [(name, f"{about(kind)}{_whose(found, kind)}"), *fields]
+    return [(name, f"{about(kind)}{_whose(registry, kind)}"), *fields]
 
 
 def _whose(registry: Registry[Any], kind: type) -> str:

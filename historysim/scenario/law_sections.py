@@ -89,10 +89,7 @@ class YieldingSection:
 def friction_from_toml(converter: Converter, value: object, _: object) -> FrictionSection:
     """Return what ``[friction]`` says.
 
-    Raises
-    ------
-    InputError
-        No such law, or keys that are neither of a coefficient nor of the law.
+    Raises InputError: no such law, or keys that are neither of a coefficient nor of the law.
     """
     from historysim.asperities.laws import LAWS
 

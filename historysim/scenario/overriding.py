@@ -19,10 +19,7 @@ def place_of(key: str) -> Place:
 
     A name that holds more than letters, digits, ``_`` and ``-`` is quoted as in TOML: ``sweep.over."surface.seed"``.
 
-    Raises
-    ------
-    InputError
-        A text that is no such key.
+    Raises InputError: a text that is no such key.
     """
     place: list[str | int] = []
     end, more = 0, "."
@@ -110,13 +107,10 @@ def _edited(text: str, values: Mapping[str, Any]) -> str:
     return tomlkit.dumps(document)
 
 
-def plain(value: Any) -> Any:
+def plain(value: Any) -> Any:  # noqa: ANN401 - what TOML may hold
     """Return a value as TOML has it: numbers and arrays of numpy, tuples and ranges become its own.
 
-    Raises
-    ------
-    InputError
-        A value that a scenario cannot hold.
+    Raises InputError: a value that a scenario cannot hold.
     """
     if hasattr(value, "tolist"):
         value = value.tolist()

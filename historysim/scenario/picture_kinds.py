@@ -46,13 +46,13 @@ class SummitsPicture(Panel):
         """Width of several surfaces [mm]."""
         return APART if self.apart else TOGETHER
 
-    def draw(self, page: Page, what: Any) -> None:
+    def draw(self, page: Page, what: Any) -> None:  # noqa: ANN401 - a scenario, as `of` says
         """Draw on a page."""
         from historysim.results.plots.summit_scatter import draw_summit_scatter
 
-        found = _summits(what)
-        labels = self.labels or tuple(found)
-        draw_summit_scatter(page, list(found.values()), labels, apart=self.apart, title=self.title)
+        summits = _summits(what)
+        labels = self.labels or tuple(summits)
+        draw_summit_scatter(page, list(summits.values()), labels, apart=self.apart, title=self.title)
 
 
 @PICTURES.register
@@ -62,7 +62,7 @@ class MapPicture(Panel):
 
     kind, of = "map", (SCENARIO,)
 
-    def draw(self, page: Page, what: Any) -> None:
+    def draw(self, page: Page, what: Any) -> None:  # noqa: ANN401 - a scenario, as `of` says
         """Draw on a page."""
         from historysim.results.plots.summit_scatter import draw_heights
 
@@ -79,7 +79,7 @@ class RecordPicture(Picture):
 
     kind, of = "record", (SCENARIO,)
 
-    def drawn(self, what: Any, **place: Unpack[Place]) -> Drawn:
+    def drawn(self, what: Any, **place: Unpack[Place]) -> Drawn:  # noqa: ANN401 - likewise
         """Return a figure of it alone."""
         from historysim.results.plots.record import plot_record
 
@@ -92,15 +92,12 @@ Pictures = tuple[Picture, ...]
 def pictures_from_toml(converter: Converter, value: object, _: object) -> Pictures:
     """Return the pictures that ``[picture]``, or each ``[[picture]]``, says.
 
-    Raises
-    ------
-    InputError
-        An unknown kind, or keys that do not fit it.
+    Raises InputError: an unknown kind, or keys that do not fit it.
     """
 
     def structured(each: object) -> Picture:
-        found: Picture = kind_from_toml(converter, each, PICTURES)
-        return found
+        picture: Picture = kind_from_toml(converter, each, PICTURES)
+        return picture
 
     pictures = array_of(value, structured) if isinstance(value, list) else (structured(value),)
     for index, each in enumerate(pictures):
@@ -109,20 +106,20 @@ def pictures_from_toml(converter: Converter, value: object, _: object) -> Pictur
     return pictures
 
 
-def _summits(scenario: Any) -> "dict[str, Summits]":
+def _summits(scenario: Any) -> "dict[str, Summits]":  # noqa: ANN401 - a scenario, which knows its pictures
     """Return the summits of the surface, or of those of the sweep, by what each is called."""
     section = scenario.sections.sweep
     points: list[Mapping[str, Any]] = [{}] if section is None else list(section.grid().points())
-    found: dict[str, Summits] = {}
+    by_name: dict[str, Summits] = {}
     for point in points:
         summits = scenario.at(point).surface().summits
         if summits is None:
             raise InputError(f"{scenario.path.name}: picture: the surface has no summits; expected one that has")
-        found[", ".join(_said(key, value) for key, value in point.items()) or "summits"] = summits
-    return found
+        by_name[", ".join(_said(key, value) for key, value in point.items()) or "summits"] = summits
+    return by_name
 
 
-def _said(key: str, value: Any) -> str:
+def _said(key: str, value: object) -> str:
     from historysim.results.plots.words import WORDS
 
     words, sign = WORDS.get(key.rsplit(".", 1)[-1], (key, ""))

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     Drawable = str | Path | xr.Dataset | Scenario | Surface | Measured | Asperity | AdheringAsperities | Branch
 
 
-def plot(
+def plot(  # noqa: PLR0913 - one call for all that has a picture
     what: "Drawable | Sequence[str | Path | xr.Dataset]",
     *,
     picture: str | None = None,
@@ -113,12 +113,14 @@ def plot(
         if name not in Reading.__annotations__:
             raise InputError(f"plot takes no {name!r}; {nearest(name, [*known, *Reading.__annotations__])}")
     place: Place = {"size": size, "figure": figure, "ax": ax}
-    options = _Options(picture, step, panels, adhesion, asperity, place, steps, across, tuple(labels))
+    several = {"steps": steps, "across": across, "labels": tuple(labels) or None}
+    lines = {name: value for name, value in several.items() if value is not None}
+    options = _Options(picture, step, panels, adhesion, asperity, place, lines)
     if isinstance(what, list | tuple) and what and all(_is_result(each) for each in what):
         return _several(what, options)
     if isinstance(what, str | Path):
-        with opened(what, form=form, **reading) as found:
-            return _drawn(found, str(what), Path(what).name, options)
+        with opened(what, form=form, **reading) as content:
+            return _drawn(content, str(what), Path(what).name, options)
     if form is not None or reading:
         raise InputError("form, pixel_size, …: expected with the path of a height map alone, which is read with them")
     return _drawn(what, f"this {type(what).__name__}", "", options)
@@ -134,14 +136,8 @@ class _Options:
     adhesion: bool
     asperity: int | None
     place: "Place"
-    steps: "Sequence[int | str] | None" = None
-    across: str | None = None
-    labels: tuple[str, ...] = ()
-
-    def lines(self) -> dict[str, Any]:
-        """Return the options of the pictures with several lines that were given."""
-        given = {"steps": self.steps, "across": self.across, "labels": self.labels or None}
-        return {name: value for name, value in given.items() if value is not None}
+    lines: dict[str, Any]
+    """Those of the pictures with several lines that were given: steps, across, labels."""
 
 
 def _is_result(what: object) -> bool:
@@ -160,17 +156,17 @@ def _several(what: "Sequence[Any]", chosen: _Options) -> "Drawn":
     if given := [name for name, value in unused.items() if value is not None]:
         raise InputError(f"{given[0]}: belongs to one file; expected pictures of several: loops or traction")
     with ExitStack() as open_files:
-        found = []
+        histories = []
         for each in what:
             history = each if isinstance(each, xr.Dataset) else open_files.enter_context(opened(each))
             if not isinstance(history, xr.Dataset) or "total_normal_load" not in history:
                 raise InputError(f"{each}: is no result of historysim run; expected results alone, or one other file")
-            found.append(history)
-        options = chosen.lines() | ({} if chosen.asperity is None else {"asperity": chosen.asperity})
-        return draw(found, chosen.picture or LOOPS, chosen.place, **options)
+            histories.append(history)
+        options = chosen.lines | ({} if chosen.asperity is None else {"asperity": chosen.asperity})
+        return draw(histories, chosen.picture or LOOPS, chosen.place, **options)
 
 
-def _drawn(what: Any, name: str, title: str, chosen: _Options) -> "Drawn":
+def _drawn(what: object, name: str, title: str, chosen: _Options) -> "Drawn":
     import xarray as xr
 
     from historysim.results.plots.pictures import PICTURES, SCENARIO, draw, figure_of
@@ -185,8 +181,8 @@ def _drawn(what: Any, name: str, title: str, chosen: _Options) -> "Drawn":
         raise InputError(f"step {chosen.step}: {name} has no steps; expected a result of historysim run")
     if chosen.panels is not None and not history:
         raise InputError(f"panels: {name} has none to choose; expected a result of historysim run")
-    if chosen.lines() and not isinstance(what, xr.Dataset):
-        raise InputError(f"{next(iter(chosen.lines()))}: {name} has no such lines; expected a result or a sweep")
+    if chosen.lines and not isinstance(what, xr.Dataset):
+        raise InputError(f"{next(iter(chosen.lines))}: {name} has no such lines; expected a result or a sweep")
     if chosen.picture is not None and not isinstance(what, xr.Dataset | Scenario):
         raise InputError(f"picture {chosen.picture}: {name} has one picture only; expected a result or a sweep")
     if chosen.adhesion and not isinstance(what, Scenario):
@@ -211,19 +207,8 @@ def _drawn(what: Any, name: str, title: str, chosen: _Options) -> "Drawn":
     return draw_figure(what, pictures, **chosen.place) if pictures else _ground(what, chosen)
 
 
-def _first_quantity(sweep: "xr.Dataset") -> str:
-    """Return what a sweep is mostly about, and of others, such as a design, the first number."""
-    return "preliminary_displacement" if "preliminary_displacement" in sweep else str(next(iter(sweep.data_vars)))
-
-
 LOOPS = "loops"
 """The picture of loops over one another."""
-
-
-def _plain(chosen: _Options) -> bool:
-    """Return whether nothing was said of what to draw, so that it is what the scenario says."""
-    given = (chosen.picture, chosen.step, chosen.panels, chosen.asperity)
-    return not chosen.lines() and all(value is None for value in given)
 
 
 def _sweep(what: "xr.Dataset", chosen: _Options) -> "Drawn":
@@ -235,16 +220,19 @@ def _sweep(what: "xr.Dataset", chosen: _Options) -> "Drawn":
     picture = LOOPS if chosen.picture is None and loops and not numbers else chosen.picture
     # a number of the sweep is a picture, too
     if picture is not None and picture not in what.data_vars and picture in PICTURES:
-        return draw(what, picture, chosen.place, of=SWEEP, **chosen.lines())
-    if chosen.lines():
-        raise InputError(f"{next(iter(chosen.lines()))}: belongs to the picture {LOOPS} of a sweep; expected it")
+        return draw(what, picture, chosen.place, of=SWEEP, **chosen.lines)
+    if chosen.lines:
+        raise InputError(f"{next(iter(chosen.lines))}: belongs to the picture {LOOPS} of a sweep; expected it")
     from historysim.results.plots.swept import plot_swept
 
-    return plot_swept(what, picture or _first_quantity(what), **chosen.place)
+    # what a sweep is mostly about, and of others, such as a design, the first number
+    quantity = "preliminary_displacement" if "preliminary_displacement" in what else str(next(iter(what.data_vars)))
+    return plot_swept(what, picture or quantity, **chosen.place)
 
 
 def _dataset(what: "xr.Dataset", name: str, chosen: _Options) -> "Drawn":
-    if _plain(chosen):
+    given = (chosen.picture, chosen.step, chosen.panels, chosen.asperity)
+    if not chosen.lines and all(value is None for value in given):
         from historysim.scenario.figure import draw_figure, drawable
 
         if pictures := drawable(what):
@@ -253,8 +241,8 @@ def _dataset(what: "xr.Dataset", name: str, chosen: _Options) -> "Drawn":
         return _sweep(what, chosen)
     if "total_normal_load" in what:
         return _history(what, chosen)
-    if chosen.lines():
-        raise InputError(f"{next(iter(chosen.lines()))}: {name} has no such lines; expected a result or a sweep")
+    if chosen.lines:
+        raise InputError(f"{next(iter(chosen.lines))}: {name} has no such lines; expected a result or a sweep")
     if chosen.picture is not None:
         raise InputError(f"picture {chosen.picture}: {name} has one picture only; expected a result or a sweep")
     if "summit_height" in what:
@@ -278,7 +266,7 @@ def _history(history: "xr.Dataset", chosen: _Options) -> "Drawn":
     name = chosen.picture or ("history" if chosen.step is None else "contact-map")
     one = {"step": chosen.step, "asperity": chosen.asperity, "panels": chosen.panels}
     given: dict[str, Any] = {option: value for option, value in one.items() if value is not None}
-    return draw(history, name, chosen.place, **given, **chosen.lines())
+    return draw(history, name, chosen.place, **given, **chosen.lines)
 
 
 def _ground(scenario: Scenario, chosen: _Options) -> "Drawn":

@@ -2,7 +2,7 @@
 
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import attrs
 
@@ -52,10 +52,10 @@ def report(what: "Reportable", output: str | Path | None = None) -> str:
         ``output`` cannot be written.
     """
     if isinstance(what, str | Path):
-        with opened(what) as found:
+        with opened(what) as content:
             if output is not None:
-                _check_apart(Path(output), found.files if isinstance(found, Scenario) else [Path(what)])
-            text = _page(found, str(what))
+                _check_apart(Path(output), content.files if isinstance(content, Scenario) else [Path(what)])
+            text = _page(content, str(what))
     else:
         if output is not None and isinstance(what, Scenario):
             _check_apart(Path(output), what.files)
@@ -110,8 +110,8 @@ def explore(history: "str | Path | xr.Dataset") -> Explorer:
     from historysim.results.report.history_report import interactive_page
 
     if isinstance(history, str | Path):
-        with opened(history) as found:
-            return explore(found)  # type: ignore[arg-type] # what is no Dataset is told below
+        with opened(history) as content:
+            return explore(content)  # type: ignore[arg-type] # what is no Dataset is told below
     if not isinstance(history, xr.Dataset) or "total_normal_load" not in history:
         raise InputError(f"explore: came a {type(history).__name__}; expected a history, such as hs.run gives")
     return Explorer(interactive_page(history))
@@ -121,7 +121,7 @@ def _check_apart(output: Path, reads: "Iterable[Path]") -> None:
     check_outputs([Output(output, (PAGE,))], reads, force=True)
 
 
-def _page(what: Any, name: str) -> str:
+def _page(what: object, name: str) -> str:
     import xarray as xr
 
     from historysim.log.event_log import EventLog

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def run(
+def run(  # noqa: PLR0913 - the options of the command
     path: str | Path | Scenario,
     output: str | Path | None = None,
     *,
@@ -99,7 +99,7 @@ def run(
     return xr.open_dataset(output, decode_times=False)
 
 
-def write(
+def write(  # noqa: PLR0913 - as `run`
     path: "str | Path | Scenario | Source",
     output: str | Path,
     *,

@@ -29,8 +29,7 @@ from historysim.scenario.loading_kinds import MeasuredLoading
 from historysim.scenario.overriding import with_values
 from historysim.scenario.schema import given, reported
 from historysim.scenario.sections import Sections
-from historysim.scenario.surface_kinds import BuiltSurface
-from historysim.scenario.surface_kinds.map_kinds import HeightMap
+from historysim.scenario.surface_kinds import BuiltSurface, ChangedSurface, HeightMap
 
 if TYPE_CHECKING:
     from historysim.asperities.ensemble import Ensemble
@@ -156,10 +155,8 @@ class Scenario:
         InputError
             As for `surface`.
         """
-        kind: Any = self.sections.surface
-        # a map may be scaled, or interact
-        while not isinstance(kind, HeightMap) and hasattr(kind, "of"):
-            kind = kind.of
+        kind = self.sections.surface
+        kind = kind.of if isinstance(kind, ChangedSurface) else kind
         plain = kind.unprepared() if isinstance(kind, HeightMap) else None
         with reported(self.path.name), at("surface"):
             return plain.build(self.path.parent) if plain else None
@@ -371,7 +368,7 @@ def as_scenario(scenario: Scenario | str | os.PathLike[str]) -> Scenario:
     return scenario if isinstance(scenario, Scenario) else load(scenario)
 
 
-def _packages(section: Any) -> Iterator[str]:
+def _packages(section: attrs.AttrsInstance) -> Iterator[str]:
     """Yield the packages of others that the classes of a section, and of those within it, come from."""
     registry = getattr(section, "registry", None)
     if registry is not None and (provider := registry.provider(type(section))) is not None:
@@ -381,12 +378,12 @@ def _packages(section: Any) -> Iterator[str]:
             yield from _packages(value)
 
 
-def _seeds(section: Any) -> list[int]:
+def _seeds(section: Any) -> list[int]:  # noqa: ANN401 - a section of any kind
     """Return the seeds of a section, and of those within it."""
-    found: list[int] = []
+    seeds: list[int] = []
     for key, value in given(section).items():
         if key == "seed":
-            found.append(value)
+            seeds.append(value)
         elif attrs.has(type(value)):
-            found += _seeds(value)
-    return found
+            seeds += _seeds(value)
+    return seeds

@@ -64,10 +64,9 @@ def _map_line(built: BuiltSurface) -> str:
     surface, summits = built.surface, built.summits
     if surface is None or summits is None:
         return "none"
-    found = surface.statistics()
-    heights = f"Rq {quantity_text(found.rms_height, 'm')}, Rz {quantity_text(found.height_range, 'm')}"
+    statistics = surface.statistics()
+    heights = f"Rq {quantity_text(statistics.rms_height, 'm')}, Rz {quantity_text(statistics.height_range, 'm')}"
     points = " × ".join(map(str, surface.shape))
     radius = quantity_text(float(np.median(summits.radius)), "m")
-    return (
-        f"{points} points, {heights}, rms slope {found.rms_slope:.3g}, {len(summits):,} summits, median radius {radius}"
-    )
+    slope = f"rms slope {statistics.rms_slope:.3g}"
+    return f"{points} points, {heights}, {slope}, {len(summits):,} summits, median radius {radius}"

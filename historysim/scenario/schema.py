@@ -36,10 +36,7 @@ MOST_PROBLEMS = 10
 def reported(source: str) -> Iterator[None]:
     """Turn what was raised inside into one message with the path to each field.
 
-    Raises
-    ------
-    InputError
-        One line ``source: path: problem`` for each problem.
+    Raises InputError: one line ``source: path: problem`` for each problem.
     """
     try:
         yield
@@ -107,7 +104,11 @@ def _array_hook(kind: object, converter: Converter) -> Callable[[object, object]
     return lambda value, _: array_of(value, lambda item: converter.structure(item, of))
 
 
-def table_hook(cls: type, converter: Converter, **fields: Any) -> Callable[[object, object], object]:
+def table_hook(
+    cls: type,
+    converter: Converter,
+    **fields: Any,  # noqa: ANN401 - overrides of cattrs, which does not export their type
+) -> Callable[[object, object], object]:
     """Return what structures a TOML table as a class; fields take overrides of cattrs."""
     from_dict: Callable[[Any, Any], object] = make_dict_structure_fn(
         cls, converter, _cattrs_forbid_extra_keys=True, **fields
@@ -121,15 +122,12 @@ def table_hook(cls: type, converter: Converter, **fields: Any) -> Callable[[obje
 
 def kind_from_toml(
     converter: Converter, value: object, kinds: Registry[Any], key: str = "kind", among: type = object
-) -> Any:
+) -> Any:  # noqa: ANN401 - of the class that is named
     """Return what a TOML table says whose ``key`` names the class that its other keys belong to.
 
     Of ``kinds`` those ``among`` the subclasses of a class.
 
-    Raises
-    ------
-    InputError
-        No table, no such kind, or one of a package that cannot be used.
+    Raises InputError: no table, no such kind, or one of a package that cannot be used.
     """
     entry = dict(table(value))
     if key not in entry:
@@ -139,32 +137,20 @@ def kind_from_toml(
     return converter.structure(entry, kind.chosen(entry) if hasattr(kind, "chosen") else kind)
 
 
-def given(section: Any) -> dict[str, Any]:
+def given(section: attrs.AttrsInstance) -> dict[str, Any]:
     """Return the keys of a section that stand in the file, with their values."""
     return {key: value for key, value in attrs.asdict(section, recurse=False).items() if value is not None}
 
 
 def table(value: object) -> dict[str, Any]:
-    """Return a value that is a TOML table.
-
-    Raises
-    ------
-    InputError
-        Anything else.
-    """
+    """Return a value that is a TOML table; anything else is an InputError."""
     if not isinstance(value, dict):
         raise InputError(f"{shown(value)}; expected a table")
     return value
 
 
 def text(value: object, _: object = str) -> str:
-    """Return a value that is a text and not blank.
-
-    Raises
-    ------
-    InputError
-        Anything else.
-    """
+    """Return a value that is a text and not blank; anything else is an InputError."""
     if not isinstance(value, str) or not value.strip():
         raise InputError(f"{shown(value)}; expected a text" + (" that is not blank" if isinstance(value, str) else ""))
     return value
@@ -184,17 +170,16 @@ def _boolean(value: object, _: object) -> bool:
     return value
 
 
-def _text_or_integer(value: object, kind: object) -> int | str:
-    return text(value) if isinstance(value, str) else _integer(value, kind)
-
-
 def schema_converter() -> Converter:
     """Return a converter that knows the types of this module and refuses everything else."""
     converter = Converter(forbid_extra_keys=True)
     converter.register_structure_hook(str, text)
     converter.register_structure_hook(int, _integer)
     converter.register_structure_hook(bool, _boolean)
-    converter.register_structure_hook_func(lambda kind: kind == (int | str), _text_or_integer)
+    converter.register_structure_hook_func(
+        lambda kind: kind == (int | str),
+        lambda value, kind: text(value) if isinstance(value, str) else _integer(value, kind),
+    )
     converter.register_structure_hook_factory(attrs.has, table_hook)
     converter.register_structure_hook_factory(_is_array, _array_hook)
     converter.register_structure_hook_factory(_is_quantity, _quantity_hook)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import attrs
 
 from historysim.asperities.instrument import RIGID, Instrument
-from historysim.basics.fields import Force, Length, Number, Pressure, Stiffness, SurfaceEnergy
+from historysim.basics.fields import NOT_NEGATIVE, Force, Length, Number, Pressure, Stiffness, SurfaceEnergy
 from historysim.basics.places import at, misfit
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
@@ -226,23 +226,17 @@ class FitSection:
     """
 
     parameters: tuple[str, ...]
-    skip: int = 0
-    displacement_noise: Length | None = None
-    load_noise: Force | None = None
+    skip: int = attrs.field(default=0, validator=NOT_NEGATIVE)
+    displacement_noise: Length | None = attrs.field(default=None, validator=NOT_NEGATIVE)
+    load_noise: Force | None = attrs.field(default=None, validator=NOT_NEGATIVE)
 
     def __attrs_post_init__(self) -> None:
-        """Check the names and the numbers."""
+        """Check the names."""
         if not self.parameters or len(set(self.parameters)) < len(self.parameters):
             raise misfit("expected one or more parameters, each of them once", "parameters")
         for index, name in enumerate(self.parameters):
             if name not in FITTED:
                 raise misfit(f"{shown(name)}; {nearest(name, FITTED)}", "parameters", index)
-        if self.skip < 0:
-            raise misfit(f"{self.skip}; expected 0 or more", "skip")
-        for key in ("displacement_noise", "load_noise"):
-            value = getattr(self, key)
-            if value is not None and value < 0:
-                raise misfit(f"{value:g}; expected 0 or more", key)
 
 
 @attrs.frozen
@@ -422,10 +416,10 @@ class DesignSection:
         """Check the ends, and that there is a grid where one is asked for."""
         if len(self.between) != 2:
             raise misfit(f"{len(self.between)} values; expected two, the least and the greatest", "between")
-        told = [name for name in ("target", "below", "above") if getattr(self, name) is not None]
-        if len(told) != 1:
-            raise InputError(f"{' and '.join(told) or 'no target'}; expected one of target, below and above")
-        if self.quantile is not None and (told == ["target"] or not 0.5 <= self.quantile < 1):
+        goals = [name for name in ("target", "below", "above") if getattr(self, name) is not None]
+        if len(goals) != 1:
+            raise InputError(f"{' and '.join(goals) or 'no target'}; expected one of target, below and above")
+        if self.quantile is not None and (goals == ["target"] or not 0.5 <= self.quantile < 1):
             raise misfit("expected a share from 0.5 to below 1, with below or above", "quantile")
         self.grid()
 

@@ -1,7 +1,7 @@
 """Whatever can be said of something in a few lines."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack, cast
+from typing import TYPE_CHECKING, Unpack, cast
 
 from historysim.basics.display import Lines
 from historysim.errors import InputError
@@ -54,14 +54,14 @@ def show(what: "Showable", *, form: str | None = None, **reading: Unpack[Reading
         if kind_of(Path(what)) == "height map":
             with opened(what, form="mean", **reading) as measured:
                 return _height_map(cast("Surface", measured), form or "plane")
-        with opened(what, form=form, **reading) as found:
-            return _lines(found)
+        with opened(what, form=form, **reading) as content:
+            return _lines(content)
     if form is not None or reading:
         raise InputError("form, pixel_size, …: expected with the path of a height map alone, which is read with them")
     return _lines(what)
 
 
-def _lines(what: Any) -> Lines:
+def _lines(what: object) -> Lines:
     import xarray as xr
 
     from historysim.surfaces.heights import Surface
@@ -104,7 +104,7 @@ def _dataset(history: "xr.Dataset") -> Lines:
         return Lines(loop_summary.summary(history))
     if "total_normal_load" not in history:
         raise InputError("this Dataset is no history; expected one from historysim, with all its variables")
-    told = readable_attributes(history)
+    attributes = readable_attributes(history)
     # texts of many lines, such as the scenario, would hide the rest
-    short = [(name, text) for name, text in told.items() if "\n" not in text.strip()]
+    short = [(name, text) for name, text in attributes.items() if "\n" not in text.strip()]
     return Lines([*sliding_order.summary(history), ("", ""), *short])

@@ -64,10 +64,10 @@ def suggested_loading(path: Path, listings: Sequence[Listing], layout: Format, b
         layout = attrs.evolve(layout, block=chosen)
     if any(_DECIMAL_COMMA.fullmatch(each.first) for each in listings):
         layout = attrs.evolve(layout, decimal=",")
-    told = {key: getattr(layout, key) for key in ("delimiter", "decimal", "header", "encoding")}
+    layout_keys = {key: getattr(layout, key) for key in ("delimiter", "decimal", "header", "encoding")}
     lines += [
         f"{key} = {value if isinstance(value, int) else _quoted(value)}"
-        for key, value in told.items()
+        for key, value in layout_keys.items()
         if value != getattr(Format(), key)
     ]
     used: set[str] = set()
@@ -208,25 +208,25 @@ def _key(key: str, listing: Listing | None, unit: str, sign: tuple[str, str] = (
         return f'{key} = "{UNKNOWN}"  # fill in: one of the columns above'
     reference = _reference(listing)
     extra = []
-    told = ""
-    if not listing.unit and (found := _unit_in_name(listing)):
-        extra.append(f'unit = "{found}"')
-        told = "  # as its name ends: check it"
+    comment = ""
+    if not listing.unit and (named_unit := _unit_in_name(listing)):
+        extra.append(f'unit = "{named_unit}"')
+        comment = "  # as its name ends: check it"
     elif not listing.unit:
         extra.append(f'unit = "{UNKNOWN}"')
-        told = f'  # fill in, as in "{unit}"'
+        comment = f'  # fill in, as in "{unit}"'
     elif key.endswith("_load") and _is_of(listing.unit, ("kg",)):
         extra.append(f'unit = "{listing.unit}f"')
-        told = "  # a balance: its masses are forces"
+        comment = "  # a balance: its masses are forces"
     said, why = sign
     if said:
         extra.append(said)
     if why:
-        told += f"; {why}" if told else f"  # {why}"
+        comment += f"; {why}" if comment else f"  # {why}"
     if not extra:
-        return f"{key} = {reference}{told}"
+        return f"{key} = {reference}{comment}"
     inner = reference.strip("{} ") if reference.startswith("{") else f"column = {reference}"
-    return f"{key} = {{ {inner}, {', '.join(extra)} }}{told}"
+    return f"{key} = {{ {inner}, {', '.join(extra)} }}{comment}"
 
 
 def _name(listing: Listing) -> str:

@@ -52,7 +52,7 @@ def cell(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str] = 
     outputs = chosen_outputs(outputs)
     loaded = scenario.at(point)
     history = _history(loaded, each=asks_for_each(outputs))
-    told: dict[str, Any] = {}
+    summaries: dict[str, Any] = {}
     rows = []
     for name in outputs:
         if name in SUMMARIES:
@@ -62,24 +62,22 @@ def cell(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str] = 
                     f"{name}: not all summits are recorded beside rows of each asperity; expected "
                     'record.asperities = "all", or it in a sweep without these rows'
                 )
-            told[name] = xr.Variable((), float(summary.of(history)), _attributes(summary.units, summary.long_name))
+            summaries[name] = xr.Variable(
+                (), float(summary.of(history)), {"long_name": summary.long_name, "units": summary.units}
+            )
         elif name in history:
             rows.append(name)
         else:
             raise InputError(f"{name}: this scenario has none; {_where(name)}")
-    found = history[rows].assign(told)
-    found.attrs = {"validity": history.attrs["validity"]}
-    return found
+    dataset = history[rows].assign(summaries)
+    dataset.attrs = {"validity": history.attrs["validity"]}
+    return dataset
 
 
 def _where(name: str) -> str:
     if name.endswith("slid_distance"):
         return "expected record.sliding = true, which follows it"
     return "it belongs to what evolves, to another kind of contact, or to an instrument"
-
-
-def _attributes(units: str, long_name: str) -> dict[str, str]:
-    return {"long_name": long_name, "units": units}
 
 
 def _history(loaded: Scenario, *, each: bool) -> "xr.Dataset":

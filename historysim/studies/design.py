@@ -71,28 +71,19 @@ class Problem:
 
 @attrs.frozen
 class Root:
-    """A root, or why there is none.
-
-    Attributes
-    ----------
-    value, output : float
-        Of the key, and what the scenario gives there; NaN where there is none.
-    reason : str
-        Why there is none.
-    others : int
-        Further values in the range at which the output crosses the target.
-    rises : bool
-        Whether the output is greater at the greatest value of the key than at the least one.
-    throughout : {"below", "above"} or None
-        Where the output is that at all values of the key.
-    """
+    """A root, or why there is none."""
 
     value: float = math.nan
     output: float = math.nan
+    """value and output: of the key, and what the scenario gives there; NaN where there is none."""
     reason: str = ""
+    """Why there is none."""
     others: int = 0
+    """Further values in the range at which the output crosses the target."""
     rises: bool = False
+    """Whether the output is greater at the greatest value of the key than at the least one."""
     throughout: Limit | None = None
+    """Where the output is that at all values of the key."""
 
 
 def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
@@ -166,12 +157,12 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
     problem, grid = problem_of(scenario, section)
     points = list(grid.points())
     with executor_for(workers, executor) as (chosen, count):
-        found = _each(_search, [(problem, point) for point in points], chosen, count, progress=progress)
-        values = np.array([one.value for one in found])
+        roots = _each(_search, [(problem, point) for point in points], chosen, count, progress=progress)
+        values = np.array([one.value for one in roots])
         if not np.isfinite(values).any():
             # what keeps all points from a value is told once
-            raise InputError(f"{scenario.path.name}: design: no value of {problem.key} was found; {found[0].reason}")
-        for index, one in enumerate(found):
+            raise InputError(f"{scenario.path.name}: design: no value of {problem.key} was found; {roots[0].reason}")
+        for index, one in enumerate(roots):
             where = ", ".join(f"{name} = {value}" for name, value in points[index].items())
             if one.reason:
                 tell(f"{where or scenario.path.name}: {one.reason}")
@@ -179,9 +170,9 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
                 more = counted(one.others, "more value", "more values")
                 tell(f"{where or scenario.path.name}: the least value counts; {more} of {problem.key} would do, too")
         with reported(scenario.path.name), at("design"):
-            middle = float(np.nanmedian(values)) if problem.limit is None else _limited(problem, found)
+            middle = float(np.nanmedian(values)) if problem.limit is None else _limited(problem, roots)
         beside = _each(_output_at, [(problem, point, middle) for point in points], chosen, count, progress=progress)
-    return _dataset(problem, grid, found, beside, middle)
+    return _dataset(problem, grid, roots, beside, middle)
 
 
 def problem_of(scenario: Scenario, section: DesignSection | None = None) -> tuple[Problem, Grid]:
@@ -212,12 +203,12 @@ def problem_of(scenario: Scenario, section: DesignSection | None = None) -> tupl
     return Problem(scenario, key, low, high, section.output, wanted, limit, share), grid
 
 
-def _limited(problem: Problem, found: Sequence[Root]) -> float:
+def _limited(problem: Problem, roots: Sequence[Root]) -> float:
     """Return the value at which the output keeps its limit in the wanted share of the points.
 
     An InputError where none does, or the output rises with the key at some points and falls at others.
     """
-    known = [one for one in found if math.isfinite(one.value)]
+    known = [one for one in roots if math.isfinite(one.value)]
     if len({one.rises for one in known}) > 1:
         raise InputError(
             f"{problem.output} rises with {problem.key} at some points and falls at others; narrow between"
@@ -227,7 +218,7 @@ def _limited(problem: Problem, found: Sequence[Root]) -> float:
     always, never = (math.inf, -math.inf) if up_to else (-math.inf, math.inf)
     ends = [
         one.value if math.isfinite(one.value) else always if one.throughout == problem.limit else never
-        for one in found
+        for one in roots
         if math.isfinite(one.value) or one.throughout
     ]
     # of few points the one beyond, so that it is this share of them or more
@@ -309,7 +300,7 @@ def _why_none(problem: Problem, outputs: Floats) -> str:
     """Return why nothing can change an output, where that is known."""
     if problem.output.endswith("drift") and not np.any(outputs):
         return ": the history has no two normal loads for it to change between; expected loads that differ"
-    return "; expected a key that it goes with"
+    return "; expected a key that changes it"
 
 
 def _output_at(problem: Problem, point: Point, value: float) -> float:
@@ -320,7 +311,7 @@ def _output_at(problem: Problem, point: Point, value: float) -> float:
 
 
 def _dataset(
-    problem: Problem, grid: Grid, found: Sequence[Root], beside: Sequence[float], middle: float
+    problem: Problem, grid: Grid, roots: Sequence[Root], beside: Sequence[float], middle: float
 ) -> "xr.Dataset":
     import xarray as xr
 
@@ -334,17 +325,17 @@ def _dataset(
 
     data = {
         variable_name(problem.key): variable(
-            [one.value for one in found], key_unit, f"{problem.key} at which {problem.output} is the target"
+            [one.value for one in roots], key_unit, f"{problem.key} at which {problem.output} is the target"
         ),
-        problem.output: variable([one.output for one in found], summary.units, summary.long_name),
+        problem.output: variable([one.output for one in roots], summary.units, summary.long_name),
         f"{problem.output}_at_{named}": variable(
             beside, summary.units, f"{summary.long_name}, with the {named} of {problem.key}"
         ),
     }
-    if any(one.reason for one in found):
-        told = np.reshape([one.reason for one in found], grid.shape)
+    if any(one.reason for one in roots):
+        reasons = np.reshape([one.reason for one in roots], grid.shape)
         data[FAILURE] = xr.Variable(
-            dims, told, {"long_name": "why there is no value, empty where there is"}, {"dtype": "S1"}
+            dims, reasons, {"long_name": "why there is no value, empty where there is"}, {"dtype": "S1"}
         )
     return xr.Dataset(
         data,
@@ -374,24 +365,24 @@ def _dataset(
     )
 
 
-def summary(found: "xr.Dataset") -> Lines:
+def summary(table: "xr.Dataset") -> Lines:
     """Return in a few lines what a design has found."""
-    key, output = str(found.attrs["design_key"]), str(found.attrs["design_output"])
+    key, output = str(table.attrs["design_key"]), str(table.attrs["design_output"])
     name = variable_name(key)
-    unit, wanted = str(found[name].attrs["units"]), str(found[output].attrs["units"])
-    values = found[name].values.ravel()
+    unit, wanted = str(table[name].attrs["units"]), str(table[output].attrs["units"])
+    values = table[name].values.ravel()
     values = values[np.isfinite(values)]
-    limit = found.attrs.get("limit")
+    limit = table.attrs.get("limit")
     if limit is not None:
-        return Lines(_limited_lines(found, key, output, unit, wanted))
-    lines = [("wanted", f"{output} of {quantity_text(found.attrs['target'], wanted)}")]
+        return Lines(_limited_lines(table, key, output, unit, wanted))
+    lines = [("wanted", f"{output} of {quantity_text(table.attrs['target'], wanted)}")]
     if values.size == 1:
         return Lines([*lines, (key, quantity_text(values[0], unit))])
     low, middle, high = np.quantile(values, (0.05, 0.5, 0.95))
-    beside = found[f"{output}_at_median"].values.ravel()
+    beside = table[f"{output}_at_median"].values.ravel()
     beside = beside[np.isfinite(beside)]
     least, most = np.quantile(beside, (0.05, 0.95))
-    share = float((beside <= found.attrs["target"]).mean())
+    share = float((beside <= table.attrs["target"]).mean())
     found_at, reached = (
         f"5 to 95 %: {quantity_text(start, of)} to {quantity_text(end, of)}"
         for start, end, of in ((low, high, unit), (least, most, wanted))
@@ -399,21 +390,21 @@ def summary(found: "xr.Dataset") -> Lines:
     spread = f"{quantity_text(middle, unit)} (median of {values.size}); {found_at}"
     kept = f"{reached}; at or below the wanted in {share:.0%}"
     lines += [(key, spread), (f"{output} with the median", kept)]
-    if missing := found[name].size - values.size:
-        lines.append(("not found", f"in {missing} of {found[name].size}"))
+    if missing := table[name].size - values.size:
+        lines.append(("not found", f"in {missing} of {table[name].size}"))
     return Lines(lines)
 
 
-def _limited_lines(found: "xr.Dataset", key: str, output: str, unit: str, wanted: str) -> list[tuple[str, str]]:
-    limit, target = str(found.attrs["limit"]), found.attrs["target"]
-    beside = found[f"{output}_at_quantile"].values.ravel()
+def _limited_lines(table: "xr.Dataset", key: str, output: str, unit: str, wanted: str) -> list[tuple[str, str]]:
+    limit, target = str(table.attrs["limit"]), table.attrs["target"]
+    beside = table[f"{output}_at_quantile"].values.ravel()
     known = beside[np.isfinite(beside)]
     kept = known <= target * (1 + CLOSE) if limit == "below" else known >= target * (1 - CLOSE)
     least, most = np.quantile(known, (0.05, 0.95))
     asked = f"{output} {limit} {quantity_text(target, wanted)}"
     return [
-        ("wanted", asked if beside.size == 1 else f"{asked} in {found.attrs['quantile']:.0%} of {beside.size}"),
-        (key, quantity_text(found.attrs["chosen"], unit)),
+        ("wanted", asked if beside.size == 1 else f"{asked} in {table.attrs['quantile']:.0%} of {beside.size}"),
+        (key, quantity_text(table.attrs["chosen"], unit)),
         (
             f"{output} there",
             f"5 to 95 %: {quantity_text(least, wanted)} to {quantity_text(most, wanted)}; {limit} in {kept.mean():.0%}",

@@ -35,17 +35,11 @@ DRAWN, ROWS = "drawn", "rows"
 
 @attrs.frozen
 class Entry:
-    """A file of the folder on the page.
-
-    Attributes
-    ----------
-    section : Section
-    failure : str
-        Why it has no picture; empty where it has.
-    """
+    """A file of the folder on the page."""
 
     section: "Section"
     failure: str = ""
+    """Why it has no picture; empty where it has."""
 
 
 def gallery(
@@ -100,12 +94,12 @@ def gallery(
     if not paths:
         raise InputError(f"{folder}: holds no scenario; expected a folder that does, such as scenarios/ of historysim")
     tasks = [(folder, path) for path in paths]
-    found: dict[Path, Entry] = {}
+    by_path: dict[Path, Entry] = {}
     with executor_for(workers) as (executor, count), progress_bar(progress, "file", len(tasks)) as done:
         for (_, path), entry in outcomes(_shown, tasks, executor, 2 * count):
-            found[path] = entry
+            by_path[path] = entry
             done()
-    entries = [found[path] for path in paths]
+    entries = [by_path[path] for path in paths]
     for path, entry in zip(paths, entries, strict=True):
         if entry.failure:
             tell(f"{path}: {entry.failure}")
@@ -134,12 +128,12 @@ def files_of_gallery(folder: Path, *, scripts: bool) -> list[Path]:
 
     Links to folders are not followed.
     """
-    found = []
+    paths = []
     for path in sorted(folder.rglob("*")):
         hidden = any(part.startswith(".") for part in path.relative_to(folder).parts)
         if not hidden and is_file(path) and (path.suffix == SCENARIO or (scripts and _is_example(path))):
-            found.append(path)
-    return found
+            paths.append(path)
+    return paths
 
 
 def _is_example(path: Path) -> bool:
@@ -175,14 +169,14 @@ def _script(path: Path) -> tuple[str, list[str], list[str]]:
     functions = runpy.run_path(str(path))
     if functions.get(CALCULATED) is None:
         raise InputError(f"has no function {CALCULATED}; expected one that returns a Dataset")
-    found = functions[CALCULATED]()
+    dataset = functions[CALCULATED]()
     if DRAWN in functions:
-        made = functions[DRAWN](found)
+        made = functions[DRAWN](dataset)
         parts = [picture(each, title) for each in (made if isinstance(made, list | tuple) else [made])]
     else:
-        parts = sweep_pictures(found)
+        parts = sweep_pictures(dataset)
     if ROWS in functions:
-        heading, *rows = functions[ROWS](found)
+        heading, *rows = functions[ROWS](dataset)
         parts.append(table(rows, heading))
     return title, texts, parts
 
@@ -197,8 +191,8 @@ def _scenario(path: Path) -> tuple[str, list[str], list[str]]:
     if scenario.sections.sweep is None:
         drawn += _run(scenario)
     elif not scenario.sections.picture or len(drawable(scenario)) < len(scenario.sections.picture):
-        found = sweep(scenario)
-        drawn += _figure(found) or sweep_pictures(found)
+        table = sweep(scenario)
+        drawn += _figure(table) or sweep_pictures(table)
     return scenario.title or path.stem, _paragraphs(_head(scenario.text)), drawn
 
 
@@ -246,10 +240,10 @@ def _head(text: str) -> Iterator[str]:
 
 def _paragraphs(lines: "Iterator[str] | list[str]") -> list[str]:
     """Return paragraphs, which empty lines part."""
-    found: list[list[str]] = [[]]
+    paragraphs: list[list[str]] = [[]]
     for line in lines:
         if line.strip():
-            found[-1].append(line.strip())
-        elif found[-1]:
-            found.append([])
-    return [" ".join(each) for each in found if each]
+            paragraphs[-1].append(line.strip())
+        elif paragraphs[-1]:
+            paragraphs.append([])
+    return [" ".join(each) for each in paragraphs if each]

@@ -53,9 +53,9 @@ def gathered(
     steps = {"asperity": xr.Variable("asperity", labels["asperity"], there[0]["asperity"].attrs)} if labels else {}
     data = {name: variable for name, variable in variables.items() if name not in own}
     if reasons:
-        told = np.array([reasons.get(index, "") for index in range(len(cells))]).reshape(grid.shape)
+        texts = np.array([reasons.get(index, "") for index in range(len(cells))]).reshape(grid.shape)
         data[FAILURE] = xr.Variable(
-            _dimensions(grid), told, {"long_name": "why the cell has failed, empty where it has not"}, {"dtype": "S1"}
+            _dimensions(grid), texts, {"long_name": "why the cell has failed, empty where it has not"}, {"dtype": "S1"}
         )
     coordinates = swept | steps | {name: variables[name] for name in own}
     return xr.Dataset(data, coordinates, _attributes(scenario, grid, there))
@@ -67,7 +67,9 @@ def unlike(cells: "Mapping[int, xr.Dataset]") -> dict[int, str]:
         return {}
     over = {name: variable.dims for name, variable in cells[min(cells)].variables.items()}
     return {
-        index: f"{name} goes over {_words(own)}, and before over {_words(over[name])}; sweep apart"
+        index: (
+            f"{name} has the dimensions {_words(own)}, and in cells before {_words(over[name])}; sweep them separately"
+        )
         for index, cell in sorted(cells.items())
         for name, variable in cell.variables.items()
         if (own := variable.dims) != over.get(name, own)
@@ -132,15 +134,15 @@ def swept_coordinates(scenario: Scenario, grid: Grid) -> dict[str, "xr.Variable"
     import xarray as xr
 
     sections = scenario.at(next(grid.points())).sections
-    found: dict[str, xr.Variable] = {}
+    coordinates: dict[str, xr.Variable] = {}
     for axis in grid.axes:
         for key, *written in zip(axis.keys, *axis.values, strict=True):
             unit = unit_of(sections, key)
             with reported(scenario.path.name), at(*place_of(key)):
                 values = [quantity(value, unit) if unit and not isinstance(value, list) else value for value in written]
-            told = {"long_name": f"{key} of the scenario", **({"units": unit} if unit else {})}
-            found[variable_name(key)] = xr.Variable(axis.name, _column(values), told, {"_FillValue": None})
-    return found
+            attributes = {"long_name": f"{key} of the scenario", **({"units": unit} if unit else {})}
+            coordinates[variable_name(key)] = xr.Variable(axis.name, _column(values), attributes, {"_FillValue": None})
+    return coordinates
 
 
 def _column(values: list[Any]) -> npt.NDArray[Any]:
@@ -166,7 +168,7 @@ def unit_of(sections: Sections, key: str) -> str:
         if isinstance(step, int):
             here = here[step]
             continue
-        # a surface may be scaled, or interact, and friction may be a law
+        # a surface may have keys that change it, and friction may be a law
         while step not in _fields(here) and "of" in _fields(here):
             here = here.of
         if step not in _fields(here):
@@ -176,7 +178,7 @@ def unit_of(sections: Sections, key: str) -> str:
     return unit
 
 
-def _fields(section: Any) -> Mapping[str, "attrs.Attribute[Any]"]:
+def _fields(section: Any) -> Mapping[str, "attrs.Attribute[Any]"]:  # noqa: ANN401 - a section, or a value
     return attrs.fields_dict(type(section)) if attrs.has(type(section)) else {}
 
 
@@ -201,11 +203,11 @@ def _attributes(scenario: Scenario, grid: Grid, there: Sequence["xr.Dataset"]) -
 
 def warnings(cells: Sequence["xr.Dataset"]) -> tuple[findings.Finding, ...]:
     """Return which assumptions of the model do not hold in some cells: each at its worst, with the number of cells."""
-    found: dict[str, list[findings.Finding]] = {}
+    by_name: dict[str, list[findings.Finding]] = {}
     for cell in cells:
         for finding in findings.read(cell.attrs.get(ATTRIBUTE, "[]")):
-            found.setdefault(finding.name, []).append(finding)
-    worst = [(max(own, key=_excess), len(own)) for own in found.values()]
+            by_name.setdefault(finding.name, []).append(finding)
+    worst = [(max(own, key=_excess), len(own)) for own in by_name.values()]
     return tuple(
         attrs.evolve(finding, text=f"in {count:,} of {counted(len(cells), 'cell', 'cells')}; at worst: {finding.text}")
         for finding, count in worst

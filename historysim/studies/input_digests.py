@@ -13,10 +13,10 @@ Stamp = tuple[str, int, int]
 def stamp(path: Path) -> Stamp:
     """Return what changes when a file does."""
     try:
-        found = path.stat()
+        status = path.stat()
     except OSError:
         return str(path), -1, -1
-    return str(path), found.st_size, found.st_mtime_ns
+    return str(path), status.st_size, status.st_mtime_ns
 
 
 def content_digest(path: Path) -> str:

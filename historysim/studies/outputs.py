@@ -19,20 +19,13 @@ if TYPE_CHECKING:
 
 @attrs.frozen
 class Summary:
-    """One number that sums a history up.
-
-    Attributes
-    ----------
-    units : str
-        UDUNITS text; "1" where dimensionless.
-    long_name : str
-    of : callable
-        Takes a history in which the coordinates of all asperities stand, and returns the number.
-    """
+    """One number that sums a history up."""
 
     units: str
+    """UDUNITS text; "1" where dimensionless."""
     long_name: str
     of: "Callable[[xr.Dataset], float]"
+    """Takes a history in which the coordinates of all asperities stand, and returns the number."""
 
 
 def _at_peak(history: "xr.Dataset") -> "xr.Dataset":

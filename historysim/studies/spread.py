@@ -54,12 +54,12 @@ def spread(found: xr.Dataset, along: str = "surface_seed", quantiles: Sequence[f
         count: xr.DataArray = numbers.notnull().sum(along)
         middle = numbers.sum(along) / count.where(count > 0)
         variance = ((numbers - middle) ** 2).sum(along) / (count - 1).where(count > 1)
-        told: dict[str, tuple[xr.DataArray, str]] = {
+        statistics: dict[str, tuple[xr.DataArray, str]] = {
             "mean": (middle, "mean"),
             "standard_deviation": (variance**0.5, "standard deviation"),
             "quantile": (_quantiles(numbers, along, share), "quantiles"),
         }
-        for suffix, (made, word) in told.items():
+        for suffix, (made, word) in statistics.items():
             made.attrs = {"long_name": f"{word} of: {text}", "units": values.attrs.get("units", "1")}
             result[f"{name}_{suffix}"] = made
         count.attrs = {"long_name": f"number of cells with: {text}", "units": "1"}
@@ -110,7 +110,7 @@ def drift_along(found: xr.Dataset, along: str, name: str = "preliminary_displace
     return changed.rename(f"{name}_drift")
 
 
-def _check_dimension(found: xr.Dataset, along: str) -> None:
-    if along not in found.dims:
-        dims = [str(dim) for dim in found.dims]
+def _check_dimension(table: xr.Dataset, along: str) -> None:
+    if along not in table.dims:
+        dims = [str(dim) for dim in table.dims]
         raise InputError(f"{along!r} is no dimension of this sweep; {nearest(along, dims)}")

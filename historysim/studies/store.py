@@ -144,9 +144,9 @@ def unpacked(content: bytes) -> "xr.Dataset":
         if header["form"] != FORM:
             raise ValueError(f"form {header['form']!r}; expected {FORM}")
         variables = {}
-        for name, told in header["variables"].items():
-            attributes = {key: _array(value) for key, value in told["attributes"].items()}
-            variables[name] = xr.Variable(told["dimensions"], file[f"v.{name}"], attributes)
+        for name, declared in header["variables"].items():
+            attributes = {key: _array(value) for key, value in declared["attributes"].items()}
+            variables[name] = xr.Variable(declared["dimensions"], file[f"v.{name}"], attributes)
     coordinates = {name: variables.pop(name) for name in header["coordinates"]}
     return xr.Dataset(variables, coordinates, header["attributes"])
 

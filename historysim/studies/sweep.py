@@ -32,7 +32,7 @@ MOST_AT_ONCE = 16
 """Cells that a worker is given in one go, at most: handing over costs some tenths of a millisecond."""
 TURNS = 8
 """Goes that each worker has at least, so that all end at about the same time."""
-ENDED = "the process that computed it was ended from outside, perhaps for want of memory"
+ENDED = "the process that computed it was killed, perhaps for lack of memory"
 
 
 def sweep(  # noqa: PLR0913 - the keys of [sweep], and how it is carried out
@@ -115,7 +115,8 @@ def sweep(  # noqa: PLR0913 - the keys of [sweep], and how it is carried out
         if number == 10:
             tell(f"… and {len(plan.reasons) - 10:,} more cells have failed")
             break
-        tell(f"cell {index} ({_told(plan.points[index])}) failed: {reason}")
+        point = ", ".join(f"{key} = {value}" for key, value in plan.points[index].items())
+        tell(f"cell {index} ({point}) failed: {reason}")
     return gathered(scenario, grid, [plan.cells.get(index) for index in range(len(grid))], plan.reasons)
 
 
@@ -134,30 +135,17 @@ def sweep_of(scenario: Scenario, outputs: Sequence[str] = ()) -> tuple[Grid, tup
     return grid, chosen
 
 
-def _told(point: Point) -> str:
-    return ", ".join(f"{key} = {value}" for key, value in point.items())
-
-
 @attrs.frozen
 class Batch:
-    """Cells that a worker computes one after the other.
-
-    Attributes
-    ----------
-    scenario : Scenario
-    outputs : tuple of str
-    store : Path, optional
-    cells : tuple of (position, name, point)
-        The name is that in the store.
-    wait : bool
-        Wait for cells that another process is computing, instead of passing them over.
-    """
+    """Cells that a worker computes one after the other."""
 
     scenario: Scenario
     outputs: tuple[str, ...]
     store: Path | None
     cells: tuple[tuple[int, str, Point], ...]
+    """The name is that in the store."""
     wait: bool = False
+    """Wait for cells that another process is computing, instead of passing them over."""
 
 
 @attrs.frozen
@@ -186,10 +174,10 @@ def _computed(batch: Batch, name: str, point: Point) -> "xr.Dataset | FailedCell
         if (kept := store.read(name)) is not None:
             return kept
         logger.info("cell %s: %s", name, point)
-        found = _attempt(batch, point)
-        if not isinstance(found, FailedCell):
-            store.write(name, found)
-        return found
+        outcome = _attempt(batch, point)
+        if not isinstance(outcome, FailedCell):
+            store.write(name, outcome)
+        return outcome
 
 
 def _attempt(batch: Batch, point: Point) -> "xr.Dataset | FailedCell":
@@ -266,8 +254,8 @@ class _Plan:
         """Compute batches, and return those cells of them that another process is computing."""
         passed_over: list[Batch] = []
 
-        def take(batch: Batch, found: "list[xr.Dataset | FailedCell | None]") -> None:
-            for (index, _, _), outcome in zip(batch.cells, found, strict=True):
+        def take(batch: Batch, cells: "list[xr.Dataset | FailedCell | None]") -> None:
+            for (index, _, _), outcome in zip(batch.cells, cells, strict=True):
                 if outcome is None:
                     passed_over.append(self._batch([index]))
                 elif isinstance(outcome, FailedCell):
@@ -277,14 +265,14 @@ class _Plan:
                 done(outcome is not None)
 
         if executor is not None:
-            for batch, found in outcomes(computed, batches, executor, AHEAD * workers):
-                take(batch, found)
+            for batch, cells in outcomes(computed, batches, executor, AHEAD * workers):
+                take(batch, cells)
             return passed_over
         while batches:
             try:
                 with ending(processes(min(workers, len(batches)))) as own:
-                    for batch, found in outcomes(computed, batches, own, AHEAD * workers):
-                        take(batch, found)
+                    for batch, cells in outcomes(computed, batches, own, AHEAD * workers):
+                        take(batch, cells)
                 batches = []
             except BrokenError as broken:
                 batches = broken.waiting
@@ -302,6 +290,6 @@ def _alone(batch: Batch) -> "list[xr.Dataset | FailedCell | None]":
     """Compute a cell in a process of its own, since one of its kind has brought down others."""
     try:
         with ending(processes(1)) as own:
-            return [found for _, outcome in outcomes(computed, [batch], own, 1) for found in outcome]
+            return [each for _, outcome in outcomes(computed, [batch], own, 1) for each in outcome]
     except BrokenError:
         return [FailedCell(ENDED)]

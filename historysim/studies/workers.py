@@ -139,4 +139,4 @@ class BrokenError(HistorySimError):
         self.suspects, self.waiting = suspects, waiting
 
     def __str__(self) -> str:
-        return "a process that computed was ended from outside, perhaps for want of memory; take fewer workers"
+        return "a process that computed was killed, perhaps for lack of memory; take fewer workers"

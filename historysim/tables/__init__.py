@@ -12,9 +12,19 @@ from historysim.basics.file_kinds import is_log, is_netcdf
 from historysim.basics.files import is_file, what_is_there
 from historysim.basics.places import at
 from historysim.errors import InputError
-from historysim.tables.columns import Column, Format, Found, Listing, MissingValueError, Part, Piece, Table
+from historysim.tables.column_units import fitting, overridden, settled
+from historysim.tables.columns import (
+    REFUSE_OR_DROP,
+    Column,
+    FileColumn,
+    Format,
+    Listing,
+    MissingValueError,
+    Part,
+    Piece,
+    Table,
+)
 from historysim.tables.readers import TableReader, reader_of
-from historysim.tables.settled import fitting, overridden, settled
 
 if TYPE_CHECKING:
     from historysim.basics.array_types import Floats
@@ -24,6 +34,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "MOST_ROWS",
+    "REFUSE_OR_DROP",
     "Column",
     "Format",
     "Listing",
@@ -89,12 +100,12 @@ def read_table(
     tables = [_table(path, columns, piece, wanted) for piece in pieces]
     for key, column in columns.items():
         if column.unit is not None:
-            told = [
-                (piece.found[key], overridden(column.unit, piece.found[key].units, wanted[key])) for piece in pieces
+            overriding = [
+                (piece.columns[key], overridden(column.unit, piece.columns[key].units, wanted[key])) for piece in pieces
             ]
             notices += dict.fromkeys(
-                f"column {found.name}: {unit!r} in the file, taken as {column.unit!r}, as unit says"
-                for found, unit in told
+                f"column {file_column.name}: {unit!r} in the file, taken as {column.unit!r}, as unit says"
+                for file_column, unit in overriding
                 if unit is not None
             )
     with _file(path):
@@ -104,7 +115,7 @@ def read_table(
 
 def _table(path: Path, columns: Mapping[str, Column], piece: Piece, wanted: Mapping[str, tuple[str, ...]]) -> Table:
     table = Table({}, {}, piece.lines, (piece.part,))
-    for key, measured in piece.found.items():
+    for key, measured in piece.columns.items():
         unit, factor = _settled(path, key, columns[key], measured, wanted[key])
         with _file(path):
             table.columns[key], table.units[key] = _scaled(measured, factor, table), unit
@@ -265,15 +276,15 @@ def _pieces(path: Path, columns: Mapping[str, Column], layout: Format, missing: 
         opened, written = _lines(path, layout)
         pieces, notices = from_text.read(opened, columns, written, missing=missing, most_rows=MOST_ROWS)
         if layout.encoding is None and written.encoding == from_text.WINDOWS:
-            told = f"is no UTF-8 text, read as {from_text.WINDOWS}; if names or units look wrong, say encoding"
-            notices = [*notices, told]
+            notice = f"is no UTF-8 text, read as {from_text.WINDOWS}; if names or units look wrong, say encoding"
+            notices = [*notices, notice]
         return pieces, notices
     from historysim.tables import arrays
 
     with _opened(path, layout) as contents:
-        found = arrays.read(contents, columns, layout, missing=missing, most_rows=MOST_ROWS)
-    rows = max((len(column.values) for column in found.values()), default=0)
-    return [Piece(found, Part("the table", rows))], []
+        file_columns = arrays.read(contents, columns, layout, missing=missing, most_rows=MOST_ROWS)
+    rows = max((len(column.values) for column in file_columns.values()), default=0)
+    return [Piece(file_columns, Part("the table", rows))], []
 
 
 def _check_unit(key: str, column: Column, wanted: Sequence[str]) -> None:
@@ -282,16 +293,16 @@ def _check_unit(key: str, column: Column, wanted: Sequence[str]) -> None:
             fitting(column.unit, wanted)
 
 
-def _settled(path: Path, key: str, column: Column, found: Found, wanted: Sequence[str]) -> tuple[str, float]:
-    name = f"column {found.name}"
+def _settled(path: Path, key: str, column: Column, file_column: FileColumn, wanted: Sequence[str]) -> tuple[str, float]:
+    name = f"column {file_column.name}"
     if column.unit is None:
         with _file(path):
-            return settled(None, found.units, wanted, name)
+            return settled(None, file_column.units, wanted, name)
     with at("columns", key, "unit"):
-        return settled(column.unit, found.units, wanted, f"{path.name}: {name}")
+        return settled(column.unit, file_column.units, wanted, f"{path.name}: {name}")
 
 
-def _scaled(column: Found, factor: float, table: Table) -> "Floats":
+def _scaled(column: FileColumn, factor: float, table: Table) -> "Floats":
     import numpy as np
 
     with np.errstate(over="ignore", invalid="ignore"):

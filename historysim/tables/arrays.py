@@ -12,10 +12,10 @@ import numpy as np
 from historysim.basics.array_types import Floats
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
-from historysim.tables.columns import Column, Format, Found, Listing, MissingValueError
+from historysim.tables.column_units import unit_in
+from historysim.tables.columns import Column, FileColumn, Format, Listing, MissingValueError
 from historysim.tables.lines import MISSING
 from historysim.tables.names import places_of
-from historysim.tables.settled import unit_in
 
 Selection = tuple[slice | int, ...]
 
@@ -25,25 +25,17 @@ MOST_LISTED = 100
 
 @attrs.frozen(eq=False)
 class Array:
-    """An array in a file.
-
-    Attributes
-    ----------
-    name : str
-        Its name; empty if it is all that the file holds.
-    shape : tuple of int
-        Its shape.
-    read : callable
-        Gives a part of it, selected as numpy does: an array of numpy, masked or not, or a list with None where
-        missing.
-    unit : str
-        The unit that the file gives it, or nothing.
-    """
+    """An array in a file."""
 
     name: str
+    """Its name; empty if it is all that the file holds."""
     shape: tuple[int, ...]
+    """Its shape."""
     read: Callable[[Selection], Any]
+    """Gives a part of it, selected as numpy does: an array of numpy, masked or not, or a list with None where
+    missing."""
     unit: str = ""
+    """The unit that the file gives it, or nothing."""
 
 
 @attrs.frozen
@@ -62,13 +54,10 @@ class Contents:
         beside = [array.name + ending for ending in _UNIT_ENDINGS] if name else []
         beside += [f"{above}{dot}{word}.{name}" for word in ("unit", "units")]
         alone = [word for word in (f"{above}{dot}unit", f"{above}{dot}units") if word in self.texts]
-        if alone and len(_long(array)) < 2 and len(self._beside(above)) == 1:
+        if alone and len(_long(array)) < 2 and sum(each.name.rpartition(".")[0] == above for each in self.arrays) == 1:
             beside += alone
         units = (array.unit, unit_in(array.name), *(self.texts.get(text) for text in beside))
         return tuple(unit.strip() for unit in units if unit and unit.strip())
-
-    def _beside(self, above: str) -> list[Array]:
-        return [array for array in self.arrays if array.name.rpartition(".")[0] == above]
 
 
 def _long(array: Array) -> list[int]:
@@ -84,26 +73,28 @@ def readable(kind: str) -> Iterator[None]:
     except InputError:
         raise
     except Exception as error:
-        told = str(error).strip().partition("\n")[0] if isinstance(error, OSError | ValueError | RuntimeError) else ""
-        reason = told or type(error).__name__
+        message = (
+            str(error).strip().partition("\n")[0] if isinstance(error, OSError | ValueError | RuntimeError) else ""
+        )
+        reason = message or type(error).__name__
         raise InputError(f"is damaged, or no {kind} file ({reason[:200]})") from error
 
 
 def read(
     contents: Contents, columns: Mapping[str, Column], layout: Format, *, missing: bool, most_rows: int
-) -> dict[str, Found]:
+) -> dict[str, FileColumn]:
     """Read columns out of arrays. Errors as in `historysim.tables.read_table`."""
-    found = {key: _column(contents, column, layout.transposed, most_rows) for key, column in columns.items()}
-    lengths = {key: len(column.values) for key, column in found.items()}
+    file_columns = {key: _column(contents, column, layout.transposed, most_rows) for key, column in columns.items()}
+    lengths = {key: len(column.values) for key, column in file_columns.items()}
     if len(set(lengths.values())) > 1:
-        counted = ", ".join(f"{found[key].name} has {length}" for key, length in lengths.items())
+        counted = ", ".join(f"{file_columns[key].name} has {length}" for key, length in lengths.items())
         raise InputError(f"columns of different lengths: {counted}; expected one value of each for every sample")
-    for column in found.values():
+    for column in file_columns.values():
         _check(column, missing=missing)
-    return found
+    return file_columns
 
 
-def _check(column: Found, *, missing: bool) -> None:
+def _check(column: FileColumn, *, missing: bool) -> None:
     wrong = np.isinf(column.values) if missing else ~np.isfinite(column.values)
     if wrong.any():
         row = int(np.argmax(wrong))
@@ -112,7 +103,7 @@ def _check(column: Found, *, missing: bool) -> None:
         raise kind(f"row {row + 1}, column {column.name}: {came}; expected a finite number")
 
 
-def _column(contents: Contents, column: Column, transposed: bool | None, most_rows: int) -> Found:
+def _column(contents: Contents, column: Column, transposed: bool | None, most_rows: int) -> FileColumn:
     array, index = _chosen(contents.arrays, column)
     selection, label = _selection(array, index, transposed)
     count = _count(array, selection)
@@ -121,7 +112,7 @@ def _column(contents: Contents, column: Column, transposed: bool | None, most_ro
     values = _numbers(array.read(selection), label)
     if len(values) != count:
         raise InputError(f"column {label} has {len(values)} of its {count} values; the file is cut short")
-    return Found(label, values, contents.units(array))
+    return FileColumn(label, values, contents.units(array))
 
 
 def _chosen(arrays: Sequence[Array], column: Column) -> tuple[Array, int | None]:

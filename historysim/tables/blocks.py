@@ -13,12 +13,12 @@ import attrs
 
 from historysim.basics.limits import at_most, most
 from historysim.errors import InputError
+from historysim.tables.column_units import factor_or_none
 from historysim.tables.columns import Format
 from historysim.tables.head import SEARCHED, Head
 from historysim.tables.heading import Heading
 from historysim.tables.lines import AT_ONCE, fields
 from historysim.tables.runs import like_a_number
-from historysim.tables.settled import factor_or_none
 
 # so many lines of what stands above a table are kept
 _KEPT = 30
@@ -34,31 +34,21 @@ _TIME = re.compile(r"([+-]?\d+(?:[.,]\d*)?(?:e[+-]?\d+)?)\s*[\[(]?([a-zµ]*)[\])
 
 @attrs.frozen
 class Block:
-    """One table of a text.
-
-    Attributes
-    ----------
-    begin : int
-        The line at which what belongs to it begins, counted from 1: its preamble, header, or first row.
-    first, last : int
-        The lines of its first and last row.
-    rows : int
-        How many rows it has, broken ones among them.
-    preamble : tuple of str
-        What stands above its header, and the first lines of it alone where there is much.
-    heading : Heading
-        Its names and units, as far as they are found without being asked for.
-    row : tuple of str
-        The values of its first row.
-    """
+    """One table of a text."""
 
     begin: int
+    """The line at which what belongs to it begins, counted from 1: its preamble, header, or first row."""
     first: int
     last: int
+    """first and last: the lines of its first and last row."""
     rows: int
+    """How many rows it has, broken ones among them."""
     preamble: tuple[str, ...]
+    """What stands above its header, and the first lines of it alone where there is much."""
     heading: Heading
+    """Its names and units, as far as they are found without being asked for."""
     row: tuple[str, ...]
+    """The values of its first row."""
 
     @property
     def start(self) -> float | None:
@@ -69,18 +59,12 @@ class Block:
 
 @attrs.frozen
 class Survey:
-    """All tables of a text.
-
-    Attributes
-    ----------
-    blocks : tuple of Block
-        The tables, in order.
-    footer : tuple of str
-        What stands below the last one.
-    """
+    """All tables of a text."""
 
     blocks: tuple[Block, ...]
+    """The tables, in order."""
     footer: tuple[str, ...] = ()
+    """What stands below the last one."""
 
 
 class _Lines:
@@ -148,14 +132,14 @@ def survey(lines: Iterable[str], layout: Format) -> Survey:
     delimiter = layout.delimiter
     while window := text.peek(SEARCHED):
         known = attrs.evolve(layout, delimiter=delimiter, header=layout.header if layout.header == 0 else None)
-        found = _next_table(window, known, text.passed)
-        if found is None:
+        next_table = _next_table(window, known, text.passed)
+        if next_table is None:
             if len(window) < SEARCHED:
                 below += [line.strip() for line in text.take(len(window)) if line.strip()]
                 break
             below += [line.strip() for line in text.take(SEARCHED // 2) if line.strip()]
             continue
-        heading, look, row = found
+        heading, look, row = next_table
         delimiter = look.delimiter
         preamble = [line.strip() for line in text.take(heading.above - text.passed) if line.strip()]
         preamble = [*below, *preamble]
@@ -196,10 +180,10 @@ def _next_table(window: list[str], layout: Format, passed: int) -> tuple[Heading
         head = Head.of(window, layout, passed)
     except InputError:
         return None
-    found = head.first_table()
-    if found is None:
+    table = head.first_table()
+    if table is None:
         return None
-    heading, row = found
+    heading, row = table
     numeric = tuple(place for place, field in enumerate(row) if place < heading.width and like_a_number(field))
     return heading, _Look(heading.delimiter, heading.width, numeric, layout.comment), tuple(row[: heading.width])
 

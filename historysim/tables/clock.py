@@ -39,14 +39,14 @@ def one_clock(time: Floats, parts: Sequence[Part]) -> tuple[Floats, list[str]]:
                 after.append(part.label)
         joined[rows] = time[rows] + offset if offset else time[rows]
         raw_end, end = float(known[-1]), float(known[-1]) + offset
-    told = []
+    notices = []
     if by_start:
-        told.append(f"the clock starts again: {_few(by_start)} put at the start times of the file")
+        notices.append(f"the clock starts again: {_few(by_start)} put at the start times of the file")
     if after:
-        told.append(
+        notices.append(
             f"the clock starts again, without a start time that fits: {_few(after)} put one sample after the end before"
         )
-    return joined, told
+    return joined, notices
 
 
 def _started(part: Part, first: Part, first_time: float, begins: float, least: float) -> float | None:

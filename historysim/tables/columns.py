@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 import attrs
 
+from historysim.basics.fields import Key
 from historysim.basics.places import misfit
 from historysim.basics.wording import shown
 from historysim.errors import InputError
@@ -23,14 +24,14 @@ def _check_name(_: object, attribute: "attrs.Attribute[str | int]", value: str |
         raise misfit(f"{shown(value)}; expected a position counted from 1", attribute.name)
 
 
-def _check_unit(_: object, attribute: "attrs.Attribute[str | None]", value: str | None) -> None:
-    if value is not None and not (isinstance(value, str) and value.strip()):
-        raise misfit(f"{shown(value)}; expected a text that is not blank", attribute.name)
+def _is_whole(value: object, least: int) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and value >= least
 
 
-def _check_count(_: object, attribute: "attrs.Attribute[int]", value: int | None) -> None:
-    if value is not None and (isinstance(value, bool) or not isinstance(value, int) or value < 1):
-        raise misfit(f"{shown(value)}; expected an integer of 1 or more", attribute.name)
+_A_TEXT = Key(lambda text: isinstance(text, str) and bool(text.strip()), "a text that is not blank")
+_A_COUNT = Key(lambda count: _is_whole(count, 1), "an integer of 1 or more")
+REFUSE_OR_DROP = Key(lambda word: word in {"refuse", "drop"}, "'refuse' or 'drop'")
+"""Validator of what becomes of samples that cannot be used."""
 
 
 @attrs.frozen
@@ -56,9 +57,9 @@ class Column:
     """
 
     column: str | int = attrs.field(validator=_check_name)
-    unit: str | None = attrs.field(default=None, validator=_check_unit)
-    occurrence: int | None = attrs.field(default=None, validator=_check_count)
-    index: int | None = attrs.field(default=None, validator=_check_count)
+    unit: str | None = attrs.field(default=None, validator=_A_TEXT)
+    occurrence: int | None = attrs.field(default=None, validator=_A_COUNT)
+    index: int | None = attrs.field(default=None, validator=_A_COUNT)
 
     def __attrs_post_init__(self) -> None:
         """Check that it is one column."""
@@ -66,11 +67,8 @@ class Column:
             raise misfit("a position is one column already; expected it alone", "column")
 
 
-def _check_delimiter(_: object, attribute: "attrs.Attribute[str | None]", value: str | None) -> None:
-    if value is None:
-        return
-    if not isinstance(value, str) or len(value) != 1 or value in "\r\n\"'.+-\0" or value.isalnum():
-        raise misfit(f'{value!r}; expected one character, as in ",", ";" or "\\t"', attribute.name)
+def _is_delimiter(text: object) -> bool:
+    return isinstance(text, str) and len(text) == 1 and text not in "\r\n\"'.+-\0" and not text.isalnum()
 
 
 def _check_decimal(layout: "Format", attribute: "attrs.Attribute[str]", value: str) -> None:
@@ -80,50 +78,28 @@ def _check_decimal(layout: "Format", attribute: "attrs.Attribute[str]", value: s
         raise misfit(f"{value!r}, as the delimiter; expected another sign", attribute.name)
 
 
-def _check_header(_: object, attribute: "attrs.Attribute[int | None]", value: int | None) -> None:
-    if value is not None and (isinstance(value, bool) or not isinstance(value, int) or value < 0):
-        raise misfit(f"{shown(value)}; expected the number of a line, or 0 where there is no header", attribute.name)
-
-
-def _check_encoding(_: object, attribute: "attrs.Attribute[str | None]", value: str | None) -> None:
-    if value is None:
-        return
+def _is_encoding(name: object) -> bool:
+    if not isinstance(name, str):
+        return False
     try:
-        known = "1".encode(value).decode(value) == "1"
-    except (LookupError, ValueError, TypeError):
-        known = False
-    if not known:
-        raise misfit(f'{shown(value)}; expected an encoding such as "utf-8", "utf-16" or "latin-1"', attribute.name)
+        return "1".encode(name).decode(name) == "1"
+    except (LookupError, ValueError):
+        return False
 
 
-def _check_comment(_: object, attribute: "attrs.Attribute[str]", value: str) -> None:
-    if not isinstance(value, str) or (value and (not value.strip() or value[0].isalnum() or value[0] in "+-.,")):
-        problem = 'expected what a comment starts with, such as "#", or "" where there are none'
-        raise misfit(f"{shown(value)}; {problem}", attribute.name)
+def _is_comment(text: object) -> bool:
+    return isinstance(text, str) and (not text or not (not text.strip() or text[0].isalnum() or text[0] in "+-.,"))
 
 
-def _check_blocks(_: object, attribute: "attrs.Attribute[Blocks]", value: object) -> None:
-    numbers = value if isinstance(value, tuple) else (value,)
-    is_choice = bool(numbers) and all(isinstance(n, int) and not isinstance(n, bool) and n >= 1 for n in numbers)
-    if value is None or value == "all" or (is_choice and len(set(numbers)) == len(numbers)):
-        return
-    came = shown(list(value)) if isinstance(value, tuple) else shown(value)
-    raise misfit(f'{came}; expected the number of a block, counted from 1, an array of such, or "all"', attribute.name)
-
-
-def _check_broken(_: object, attribute: "attrs.Attribute[str]", value: str) -> None:
-    if value not in {"refuse", "drop"}:
-        raise misfit(f"{shown(value)}; expected 'refuse' or 'drop'", attribute.name)
+def _is_choice(blocks: object) -> bool:
+    numbers = blocks if isinstance(blocks, tuple) else (blocks,)
+    whole = bool(numbers) and all(_is_whole(number, 1) for number in numbers)
+    return blocks == "all" or (whole and len(set(numbers)) == len(numbers))
 
 
 def _check_sheet(_: object, attribute: "attrs.Attribute[str | int | None]", value: str | int | None) -> None:
     if value is not None:
         _check_name(_, attribute, value)  # type: ignore[arg-type] # a name or a position, as a column
-
-
-def _check_transposed(_: object, attribute: "attrs.Attribute[bool | None]", value: bool | None) -> None:
-    if value is not None and not isinstance(value, bool):
-        raise misfit(f"{shown(value)}; expected true or false", attribute.name)
 
 
 Blocks = int | tuple[int, ...] | str | None
@@ -167,14 +143,27 @@ class Format:
         Anything else.
     """
 
-    delimiter: str | None = attrs.field(default=None, validator=_check_delimiter)
+    delimiter: str | None = attrs.field(
+        default=None, validator=Key(_is_delimiter, 'one character, as in ",", ";" or "\\t"')
+    )
     decimal: str = attrs.field(default=".", validator=_check_decimal)
-    header: int | None = attrs.field(default=None, validator=_check_header)
-    encoding: str | None = attrs.field(default=None, validator=_check_encoding)
-    comment: str = attrs.field(default="#", validator=_check_comment)
-    transposed: bool | None = attrs.field(default=None, validator=_check_transposed)
-    block: Blocks = attrs.field(default=None, validator=_check_blocks)
-    broken: str = attrs.field(default="refuse", validator=_check_broken)
+    header: int | None = attrs.field(
+        default=None,
+        validator=Key(lambda line: _is_whole(line, 0), "the number of a line, or 0 where there is no header"),
+    )
+    encoding: str | None = attrs.field(
+        default=None, validator=Key(_is_encoding, 'an encoding such as "utf-8", "utf-16" or "latin-1"')
+    )
+    comment: str = attrs.field(
+        default="#", validator=Key(_is_comment, 'what a comment starts with, such as "#", or "" where there are none')
+    )
+    transposed: bool | None = attrs.field(
+        default=None, validator=Key(lambda value: isinstance(value, bool), "true or false")
+    )
+    block: Blocks = attrs.field(
+        default=None, validator=Key(_is_choice, 'the number of a block, counted from 1, an array of such, or "all"')
+    )
+    broken: str = attrs.field(default="refuse", validator=REFUSE_OR_DROP)
     sheet: str | int | None = attrs.field(default=None, validator=_check_sheet)
 
 
@@ -195,34 +184,25 @@ class MissingValueError(InputError):
 class Piece:
     """Columns of one table of a file, as they stand there, which table, and the lines of its rows as in `Table`."""
 
-    found: "dict[str, Found]"
+    columns: "dict[str, FileColumn]"
     part: Part
     lines: "Integers | None" = None
 
 
 @attrs.frozen(eq=False)
 class Table:
-    """Columns of SI numbers.
-
-    Attributes
-    ----------
-    columns : dict of str to numpy.ndarray (rows,)
-        The values in SI, NaN where missing.
-    units : dict of str to str
-        The SI unit of each.
-    lines : numpy.ndarray (rows,) of int, optional
-        The line that each row stands on, counted from 1, in a text.
-    parts : tuple of Part
-        The tables that were joined, in their order: one alone, mostly.
-    notices : tuple of str
-        What a user has to know of how the file was read.
-    """
+    """Columns of SI numbers."""
 
     columns: "dict[str, Floats]"
+    """(rows,) The values in SI, NaN where missing."""
     units: dict[str, str]
+    """The SI unit of each."""
     lines: "Integers | None" = None
+    """(rows,) The line that each row stands on, counted from 1, in a text."""
     parts: tuple[Part, ...] = ()
+    """The tables that were joined, in their order: one alone, mostly."""
     notices: tuple[str, ...] = ()
+    """What a user has to know of how the file was read."""
 
     def place(self, row: int) -> str:
         """Return where in the file a row, counted from 0, stands."""
@@ -240,19 +220,12 @@ class Listing:
 
 
 @attrs.frozen(eq=False)
-class Found:
-    """A column as it stands in the file.
-
-    Attributes
-    ----------
-    name : str
-        What a message calls it.
-    values : numpy.ndarray (rows,)
-        Its values in the unit of the file, finite, or NaN where missing.
-    units : tuple of str
-        What the file says that its unit is: nothing, once, or in several places.
-    """
+class FileColumn:
+    """A column as it stands in the file."""
 
     name: str
+    """What a message calls it."""
     values: "Floats"
+    """(rows,) Its values in the unit of the file, finite, or NaN where missing."""
     units: tuple[str, ...] = ()
+    """What the file says that its unit is: nothing, once, or in several places."""

@@ -38,18 +38,18 @@ def opened(path: Path, layout: Format) -> Iterator[Iterator[str]]:
 
 
 def _sheet(names: list[str], heights: dict[str, int], layout: Format) -> str:
-    told = ", ".join(f"{name!r} ({heights[name]} rows)" for name in names)
+    sheets = ", ".join(f"{name!r} ({heights[name]} rows)" for name in names)
     if isinstance(layout.sheet, int):
         if layout.sheet > len(names):
-            raise InputError(f"there is no sheet {layout.sheet}; seen: {told}")
+            raise InputError(f"there is no sheet {layout.sheet}; seen: {sheets}")
         return names[layout.sheet - 1]
     if layout.sheet is not None:
         if layout.sheet not in names:
-            raise InputError(f"there is no sheet {layout.sheet!r}; seen: {told}")
+            raise InputError(f"there is no sheet {layout.sheet!r}; seen: {sheets}")
         return layout.sheet
     filled = [name for name in names if heights[name]]
     if len(filled) != 1:
-        raise InputError(f"has {len(filled)} sheets that are not empty; say which, as in sheet = 1; seen: {told}")
+        raise InputError(f"has {len(filled)} sheets that are not empty; say which, as in sheet = 1; seen: {sheets}")
     return filled[0]
 
 

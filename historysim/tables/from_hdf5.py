@@ -29,14 +29,14 @@ def datasets(path: Path, kind: str) -> "Iterator[dict[str, h5py.Dataset]]":
 
     check_contained(path, by_h5py=True)
     with readable(kind), h5py.File(path, "r") as file:
-        found: dict[str, h5py.Dataset] = {}
+        by_path: dict[str, h5py.Dataset] = {}
 
         def add(name: str, item: object) -> None:
             if isinstance(item, h5py.Dataset):
-                found[name] = item
+                by_path[name] = item
 
         file.visititems(add)
-        yield found
+        yield by_path
 
 
 def attribute(dataset: "h5py.Dataset", name: str) -> str:
@@ -84,5 +84,5 @@ class Hdf5Reader(TableReader):
     @contextmanager
     def opened(self, path: Path, layout: Format) -> Iterator[Contents]:  # noqa: ARG002 - other formats need it
         """Yield what an HDF5 file holds; a damaged file, or another, is an InputError."""
-        with datasets(path, "HDF5") as found, readable("HDF5"):
-            yield Contents([array for name, dataset in found.items() for array in _arrays(name, dataset)])
+        with datasets(path, "HDF5") as by_path, readable("HDF5"):
+            yield Contents([array for name, dataset in by_path.items() for array in _arrays(name, dataset)])

@@ -14,12 +14,12 @@ from historysim.tables.readers import READERS, TableReader
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) < len(pairs):
+    table = dict(pairs)
+    if len(table) < len(pairs):
         seen: set[str] = set()
         twice = next(key for key, _ in pairs if key in seen or seen.add(key))  # type: ignore[func-returns-value]
         raise InputError(f"the key {twice!r} stands twice in one object; rename one of them")
-    return found
+    return table
 
 
 def _gather(contents: Contents, name: str, value: object) -> None:
@@ -32,19 +32,19 @@ def _gather(contents: Contents, name: str, value: object) -> None:
     elif not isinstance(value, list):
         contents.arrays.append(Array(name, (), lambda _: [value]))
     elif value and all(isinstance(item, dict) for item in value):
-        for key, found in _by_key(value).items():
-            contents.arrays.append(_of_records(f"{name}.{key}" if name else key, found, len(value)))
+        for key, values in _by_key(value).items():
+            contents.arrays.append(_of_records(f"{name}.{key}" if name else key, values, len(value)))
     else:
         contents.arrays.append(_array(name, value))
 
 
 def _by_key(records: list[dict[str, Any]]) -> dict[str, dict[int, Any]]:
     """Return the values of each key by the number of their record, in a time that grows with the values alone."""
-    found: dict[str, dict[int, Any]] = {}
+    by_key: dict[str, dict[int, Any]] = {}
     for number, record in enumerate(records):
         for key, value in record.items():
-            found.setdefault(key, {})[number] = value
-    return found
+            by_key.setdefault(key, {})[number] = value
+    return by_key
 
 
 def _of_records(name: str, values: dict[int, Any], count: int) -> Array:

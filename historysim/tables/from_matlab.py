@@ -109,9 +109,9 @@ def _array(name: str, shape: tuple[int, ...], kind: int, content: memoryview, or
 # -- version 7.3 -----------------------------------------------------------------------------------
 
 
-def _contents_7(found: "dict[str, h5py.Dataset]") -> Contents:
+def _contents_7(by_path: "dict[str, h5py.Dataset]") -> Contents:
     contents = Contents([])
-    for path, dataset in found.items():
+    for path, dataset in by_path.items():
         name = path.replace("/", ".")
         if (
             path.startswith("#")
@@ -148,8 +148,8 @@ class MatlabReader(TableReader):
         order = {b"IM": "<", b"MI": ">"}.get(header[126:])
         version = struct.unpack(f"{order}H", header[124:126])[0] if order else 0
         if version == 0x0200:
-            with datasets(path, "MATLAB") as found, readable("MATLAB"):
-                yield _contents_7(found)
+            with datasets(path, "MATLAB") as by_path, readable("MATLAB"):
+                yield _contents_7(by_path)
         elif order and version == 0x0100:
             with readable("MATLAB"):
                 contents = _contents_5(path.read_bytes(), order)

@@ -19,7 +19,7 @@ from historysim.basics.limits import at_most, most
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.tables.blocks import Block, Survey, survey
-from historysim.tables.columns import Column, Format, Found, Listing, MissingValueError, Part, Piece
+from historysim.tables.columns import Column, FileColumn, Format, Listing, MissingValueError, Part, Piece
 from historysim.tables.head import Head, ragged
 from historysim.tables.heading import Heading
 from historysim.tables.lines import AT_ONCE, brief, decimal_hint, fields, is_plain, number, split
@@ -58,16 +58,16 @@ def read(
         bad = None
     with lines_of() as stream:
         try:
-            found = survey(stream, layout)
+            tables = survey(stream, layout)
         except InputError as error:
             raise bad or error from None
-    chosen = _chosen_blocks(found, reading, bad)
+    chosen = _chosen_blocks(tables, reading, bad)
     pieces = []
     # the text is passed once, as long as blocks are asked for in their order
     with ExitStack() as opened_text:
         passed = MOST_LINES
         for index, heading in chosen:
-            block = found.blocks[index]
+            block = tables.blocks[index]
             if block.begin <= passed:
                 opened_text.close()
                 stream, passed = opened_text.enter_context(lines_of()), 0
@@ -77,18 +77,18 @@ def read(
             pieces.append(reading.piece(lines, head, f"block {index + 1}", block.start))
             deque(lines, maxlen=0)
             passed = block.last
-    return pieces, [*_left_out(found, chosen), *reading.notices]
+    return pieces, [*_left_out(tables, chosen), *reading.notices]
 
 
-def _chosen_blocks(found: Survey, reading: "_Reading", bad: "_BadRowError | None") -> list[tuple[int, int | None]]:
+def _chosen_blocks(tables: Survey, reading: "_Reading", bad: "_BadRowError | None") -> list[tuple[int, int | None]]:
     """Return which blocks are read, and the line of the header of each where it is given.
 
     An InputError where it is not clear which, or there is no such block.
     """
-    layout, count = reading.layout, len(found.blocks)
+    layout, count = reading.layout, len(tables.blocks)
     if layout.header and (layout.block is None or count == 1):
         # whoever gives the header has chosen the table below it
-        below = [index for index, block in enumerate(found.blocks) if block.first > layout.header]
+        below = [index for index, block in enumerate(tables.blocks) if block.first > layout.header]
         return [(below[0], layout.header)] if below else [(count - 1, layout.header)]
     none = 0 if layout.header == 0 else None
     if layout.block == "all":
@@ -97,46 +97,46 @@ def _chosen_blocks(found: Survey, reading: "_Reading", bad: "_BadRowError | None
         numbers = layout.block if isinstance(layout.block, tuple) else (layout.block,)
         for number in numbers:
             if not isinstance(number, int) or number > count:
-                raise InputError(f"there is no block {number}; {seen(found)}")
+                raise InputError(f"there is no block {number}; {seen(tables)}")
         return [(int(number) - 1, none) for number in numbers]
-    fitting = [index for index, block in enumerate(found.blocks) if reading.fits(block)]
+    fitting = [index for index, block in enumerate(tables.blocks) if reading.fits(block)]
     if count > 1 and len(fitting) != 1:
         raise InputError(
             f'has {count} blocks; say which, as in block = 2, block = [1, 2], or block = "all" to join them; '
-            f"{seen(found)}"
+            f"{seen(tables)}"
         ) from bad
     return [((fitting or [0])[0], none)]
 
 
-def _left_out(found: Survey, chosen: Sequence[tuple[int, int | None]]) -> list[str]:
+def _left_out(tables: Survey, chosen: Sequence[tuple[int, int | None]]) -> list[str]:
     """Return what is not read of a text, for people."""
-    told = []
-    left = [index for index in range(len(found.blocks)) if index not in {each for each, _ in chosen}]
+    notices = []
+    left = [index for index in range(len(tables.blocks)) if index not in {each for each, _ in chosen}]
     if left:
         which = counted(len(left), "block", "blocks")
-        told.append(f"{which} of {len(found.blocks)} left out: {', '.join(str(index + 1) for index in left)}")
-    if found.footer:
-        told.append(f"what stands below the table is no row, and left out: {brief(found.footer[0])}")
-    return told
+        notices.append(f"{which} of {len(tables.blocks)} left out: {', '.join(str(index + 1) for index in left)}")
+    if tables.footer:
+        notices.append(f"what stands below the table is no row, and left out: {brief(tables.footer[0])}")
+    return notices
 
 
-def seen(found: Survey) -> str:
+def seen(tables: Survey) -> str:
     """Return what stands in a text: its blocks, with names, units and first rows."""
-    told = []
-    for position, block in enumerate(found.blocks[:MOST_TOLD], 1):
+    blocks = []
+    for position, block in enumerate(tables.blocks[:MOST_TOLD], 1):
         names = ", ".join(block.heading.title(place) for place in range(block.heading.width))
         row = ", ".join(brief(field)[1:-1] for field in block.row)
-        told.append(f"block {position} in lines {block.first} to {block.last}: {names} (first row: {row})")
-    more = [f"and {len(found.blocks) - MOST_TOLD} more"] if len(found.blocks) > MOST_TOLD else []
-    return "seen: " + "; ".join([*told, *more])
+        blocks.append(f"block {position} in lines {block.first} to {block.last}: {names} (first row: {row})")
+    more = [f"and {len(tables.blocks) - MOST_TOLD} more"] if len(tables.blocks) > MOST_TOLD else []
+    return "seen: " + "; ".join([*blocks, *more])
 
 
 def picture(lines_of: Opened, layout: Format) -> tuple[list[str], int]:
     """Return lines on what stands in a text, and its number of tables. Errors as in `historysim.tables.describe`."""
     with lines_of() as stream:
-        found = survey(stream, layout)
+        tables = survey(stream, layout)
     lines = []
-    for position, block in enumerate(found.blocks, 1):
+    for position, block in enumerate(tables.blocks, 1):
         above = "; ".join(brief(line)[1:-1] for line in block.preamble[:3])
         start = "" if block.start is None else f", started at {block.start:g} s"
         rows = counted(block.rows, "row", "rows")
@@ -144,19 +144,19 @@ def picture(lines_of: Opened, layout: Format) -> tuple[list[str], int]:
             f"block {position}: {rows} in lines {block.first} to {block.last}{start}"
             + (f", below {above}" if above else "")
         )
-        if position == 1 or block.heading.names != found.blocks[position - 2].heading.names:
+        if position == 1 or block.heading.names != tables.blocks[position - 2].heading.names:
             lines.append("  names and units: " + ", ".join(map(block.heading.title, range(block.heading.width))))
         lines.append("  first row: " + ", ".join(brief(field)[1:-1] for field in block.row))
-    if found.footer:
-        lines.append(f"below: {'; '.join(brief(line)[1:-1] for line in found.footer[:3])}")
-    return lines, len(found.blocks)
+    if tables.footer:
+        lines.append(f"below: {'; '.join(brief(line)[1:-1] for line in tables.footer[:3])}")
+    return lines, len(tables.blocks)
 
 
 def describe(lines_of: Opened, layout: Format) -> list[Listing]:
     """Return what columns there are in lines that can be opened again. Errors as in `historysim.tables.describe`."""
     with lines_of() as stream:
-        found = survey(stream, layout)
-    block = found.blocks[min(layout.block, len(found.blocks)) - 1 if isinstance(layout.block, int) else 0]
+        tables = survey(stream, layout)
+    block = tables.blocks[min(layout.block, len(tables.blocks)) - 1 if isinstance(layout.block, int) else 0]
     heading = block.heading
     rows = str(block.rows)
     return [
@@ -321,25 +321,18 @@ class _MissingError(_BadRowError, MissingValueError):
 
 @frozen
 class _Wanted:
-    """The values that are wanted of the rows of a table.
-
-    Attributes
-    ----------
-    places : list of int
-        Where they stand.
-    guard : int
-        The place of the first number in the first row: where a word stands there, is no row. -1 where it is wanted, or
-        there is none.
-    clocks : set of int
-        Places of clocks.
-    """
+    """The values that are wanted of the rows of a table."""
 
     heading: Heading
     places: list[int]
+    """Where they stand."""
     decimal: str
     missing: bool
     guard: int
+    """The place of the first number in the first row: where a word stands there, is no row. -1 where it is wanted, or
+    there is none."""
     clocks: set[int]
+    """Places of clocks."""
 
     @classmethod
     def of(cls, first: Sequence[str], heading: Heading, places: list[int], decimal: str, *, missing: bool) -> Self:
@@ -372,13 +365,13 @@ class _Wanted:
             expected = "a finite number"
             if place in self.clocks and not (value is not None and math.isnan(value)):
                 value, expected = clock(row[place]), "a time as in the rows above"
-            told = f"{self._place(line_number, place, row)}; expected {expected}"
+            problem = f"{self._place(line_number, place, row)}; expected {expected}"
             if value is None:
                 decimal = decimal_hint(row[place], self.decimal)
                 # a decimal comma in some rows is no break in them: without those, the rest would be another record
-                raise InputError(told + decimal) if decimal else _BadRowError(told)
+                raise InputError(problem + decimal) if decimal else _BadRowError(problem)
             if math.isnan(value) and not self.missing:
-                raise _MissingError(told)
+                raise _MissingError(problem)
             values.append(value)
         if self.guard >= 0 and _WORD.match(row[self.guard]):
             raise _BadRowError(f"{self._place(line_number, self.guard, row)} where the rows begin with numbers")
@@ -416,14 +409,14 @@ class _Reading:
         places = [heading.place(column) for column in self.columns.values()]
         lines = chain(head.physical[heading.above - head.before :], stream)
         values, numbers, clocks = self._values(lines, heading, places)
-        found = {}
+        file_columns = {}
         for key, place, column in zip(self.columns, places, values, strict=True):
             if place in clocks:
                 since, self.starts[key] = from_the_first(column, self.starts.get(key))
-                found[key] = Found(heading.label(place), since, ("s",))
+                file_columns[key] = FileColumn(heading.label(place), since, ("s",))
             else:
-                found[key] = Found(heading.label(place), column, heading.units(place))
-        return Piece(found, Part(label, len(numbers), start), numbers)
+                file_columns[key] = FileColumn(heading.label(place), column, heading.units(place))
+        return Piece(file_columns, Part(label, len(numbers), start), numbers)
 
     def _values(
         self, lines: Iterator[str], heading: Heading, places: list[int]
@@ -458,10 +451,10 @@ class _Reading:
     ) -> tuple[list[Floats], list[int]]:
         """Return the values of rows, line by line, and the numbers of their lines; broken ones may be left out."""
         kept: list[int] = []
-        found: list[list[float]] = []
+        rows: list[list[float]] = []
         for line_number, text in zip(numbers, texts, strict=True):
             try:
-                found.append(wanted.of_line(line_number, text))
+                rows.append(wanted.of_line(line_number, text))
                 kept.append(line_number)
             except _MissingError:
                 raise
@@ -469,7 +462,7 @@ class _Reading:
                 if self.layout.broken == "refuse":
                     raise _BadRowError(f'{error}; broken = "drop" leaves such rows out') from error
                 dropped.append(line_number)
-        columns = np.array(found, dtype=np.float64).reshape(len(kept), len(wanted.places))
+        columns = np.array(rows, dtype=np.float64).reshape(len(kept), len(wanted.places))
         return [columns[:, index].copy() for index in range(len(wanted.places))], kept
 
 

@@ -8,12 +8,12 @@ import attrs
 
 from historysim.basics.wording import counted
 from historysim.errors import InputError
+from historysim.tables.column_units import split_unit
 from historysim.tables.columns import Column, Format
 from historysim.tables.heading import Heading, is_named, no_such_column
 from historysim.tables.lines import brief, number
 from historysim.tables.names import namings
 from historysim.tables.runs import Line, like_a_number, longest_run, numeric_places, runs, width_of, without_blank_end
-from historysim.tables.settled import split_unit
 from historysim.tables.units_line import units_in_line
 
 # the header is looked for in so many lines
@@ -26,24 +26,16 @@ _TWO_NUMBERS = re.compile(r"\d([;,\t| ])\s*(?=[+-]?[.\d])")
 
 @attrs.frozen
 class Head:
-    """The first lines of a text.
-
-    Attributes
-    ----------
-    physical : list of str
-        All of them.
-    lines : list of Line
-        Those that are not blank, without the mark of a comment.
-    layout : Format
-        What is known of the text.
-    before : int
-        How many lines of the text stand above them.
-    """
+    """The first lines of a text."""
 
     physical: list[str]
+    """All of them."""
     lines: list[Line]
+    """Those that are not blank, without the mark of a comment."""
     layout: Format
+    """What is known of the text."""
     before: int = 0
+    """How many lines of the text stand above them."""
 
     @classmethod
     def of(cls, stream: Iterable[str], layout: Format, before: int = 0) -> "Head":
@@ -75,34 +67,34 @@ class Head:
                 "{ column = 1 }"
             )
         if named:
-            found = self._below_names(named)
+            heading = self._below_names(named)
         elif self.layout.header:
-            found = self._below(self._header_line(), self._likely_delimiter())
+            heading = self._below(self._header_line(), self._likely_delimiter())
         else:
-            found = self._of_numbers()
+            heading = self._of_numbers()
             if columns and self.layout.delimiter is None:
-                self._check_that_it_is_clear(found)
+                self._check_that_it_is_clear(heading)
         if columns and not self.layout.header:
-            self._check_that_nothing_is_left_out(found)
-        return found
+            self._check_that_nothing_is_left_out(heading)
+        return heading
 
     def heading_of(self, known: Collection[str]) -> Heading:
         """Return the heading with the most of some names, whatever units stand beside them.
 
         An InputError where no line has any, or names may stand over other columns than their own.
         """
-        most, found = 0, None
+        most, header = 0, None
         for delimiter in self._delimiters if self.layout.header != 0 else ():
             for line in self._candidates():
                 count = sum(split_unit(name)[0] in known for name in line.fields(delimiter))
                 if count > most:
-                    most, found = count, (line, delimiter)
-        if found is None:
+                    most, header = count, (line, delimiter)
+        if header is None:
             raise InputError(
                 f"has no header line; expected one with {', '.join(known)}, or some of them; the first line is "
                 f"{brief(self.lines[0].text.strip())}"
             )
-        heading = self._below(*found)
+        heading = self._below(*header)
         if heading.misfit:
             row = self._rows(heading.above)[0]
             raise InputError(_ragged_below(heading, row))
@@ -133,7 +125,7 @@ class Head:
 
     def _below_names(self, columns: Sequence[Column]) -> Heading:
         """Return the heading in the first line that holds all names; comments come last."""
-        found = []
+        headings = []
         nearly: list[str] = []
         wanted = _with_stems(columns)
         # most lines are rows of numbers, which have no such letters
@@ -147,13 +139,13 @@ class Head:
                     heading = self._below(line, delimiter, names)
                     absent = [column for column in columns if not is_named(column, heading.names, heading.brackets)]
                     if not absent:
-                        found.append(heading)
+                        headings.append(heading)
                     elif len(absent) < len(columns):
                         nearly = nearly or names
-        if not found:
+        if not headings:
             names = nearly or self._likely_names()
             raise next(no_such_column(column, names) for column in columns if not is_named(column, names))
-        return next((heading for heading in found if self._fits(heading, columns)), found[0])
+        return next((heading for heading in headings if self._fits(heading, columns)), headings[0])
 
     def _likely_names(self) -> list[str]:
         if self.layout.header:

@@ -7,37 +7,27 @@ import attrs
 
 from historysim.basics.wording import nearest
 from historysim.errors import InputError
+from historysim.tables.column_units import split_unit, unit_in
 from historysim.tables.columns import Column
 from historysim.tables.names import places_of
-from historysim.tables.settled import split_unit, unit_in
 
 
 @attrs.frozen
 class Heading:
-    """What is known of a table in a text.
-
-    Attributes
-    ----------
-    delimiter : str
-        What stands between two values.
-    above : int
-        The number of lines above the first row.
-    width : int
-        The number of values in a row.
-    names : tuple of str
-        What the header says, empty without one.
-    brackets : tuple of str
-        The units of a line below the header, in brackets, empty without one.
-    misfit : str
-        Why the names cannot be trusted to stand over their own columns, empty if they do.
-    """
+    """What is known of a table in a text."""
 
     delimiter: str
+    """What stands between two values."""
     above: int
+    """The number of lines above the first row."""
     width: int
+    """The number of values in a row."""
     names: tuple[str, ...] = ()
+    """What the header says, empty without one."""
     brackets: tuple[str, ...] = ()
+    """The units of a line below the header, in brackets, empty without one."""
     misfit: str = ""
+    """Why the names cannot be trusted to stand over their own columns, empty if they do."""
 
     def place(self, column: Column) -> int:
         """Return the index of a column.

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Sequence
 
-from historysim.tables.settled import split_unit
+from historysim.tables.column_units import split_unit
 
 _WIDE = re.compile(r"\t+|\s{2,}")
 BRACKETED = re.compile(r"\(.*\)|\[.*\]")
@@ -28,12 +28,12 @@ def places_of(name: str, names: Sequence[str], brackets: Sequence[str] = ()) -> 
     if exact or not name:
         return exact
     stem, unit = split_unit(name)
-    found = []
+    places = []
     for place, known in enumerate(names):
         below = split_unit(brackets[place])[1] if place < len(brackets) else None
         if split_unit(known)[0] == name or (unit is not None and (known, below) == (stem, unit)):
-            found.append(place)
-    return found
+            places.append(place)
+    return places
 
 
 def _with_units(words: Sequence[str]) -> list[str]:

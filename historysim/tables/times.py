@@ -26,11 +26,11 @@ def clock(text: str) -> float | None:
     match = _CLOCK.fullmatch(text.strip())
     if match is None:
         return None
-    told = match.groupdict(default="0")
-    seconds = 3600.0 * int(told["hours"]) + 60.0 * int(told["minutes"]) + float(told["seconds"])
-    seconds += float("0." + told["fraction"][1:] + "0")
+    parts = match.groupdict(default="0")
+    seconds = 3600.0 * int(parts["hours"]) + 60.0 * int(parts["minutes"]) + float(parts["seconds"])
+    seconds += float("0." + parts["fraction"][1:] + "0")
     year, month, day = (
-        int(told[long]) or int(told[short]) for long, short in (("year", "y"), ("month", "m"), ("day", "d"))
+        int(parts[long]) or int(parts[short]) for long, short in (("year", "y"), ("month", "m"), ("day", "d"))
     )
     if year:
         try:
@@ -49,10 +49,10 @@ def from_the_first(times: Floats, start: float | None) -> tuple[Floats, float | 
     known = np.flatnonzero(np.isfinite(times))
     if not known.size:
         return times, start
-    told = times[known]
+    known_times = times[known]
     # a time of day that falls by more than half a day has passed midnight; with a date it would not fall
-    passed = np.cumsum(np.append(0, np.diff(told) < -DAY / 2))
-    start = float(told[0]) if start is None else start
+    passed = np.cumsum(np.append(0, np.diff(known_times) < -DAY / 2))
+    start = float(known_times[0]) if start is None else start
     since = times.copy()
-    since[known] = told - start + DAY * passed
+    since[known] = known_times - start + DAY * passed
     return since, start

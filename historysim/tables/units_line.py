@@ -4,9 +4,9 @@ import re
 from collections.abc import Sequence
 from functools import lru_cache
 
+from historysim.tables.column_units import factor_or_none
 from historysim.tables.names import BRACKETED
 from historysim.tables.runs import like_a_number
-from historysim.tables.settled import factor_or_none
 
 _LETTER = re.compile(r"[^\W\d_]|[%°]")
 _NONE = {"-", "--"}
@@ -24,8 +24,8 @@ def units_in_line(fields: Sequence[str]) -> list[str]:
     filled = [field for field in fields if field]
     if filled and all(map(BRACKETED.fullmatch, filled)):
         return list(fields)
-    told = [field for field in filled if field not in _NONE and not BRACKETED.fullmatch(field)]
-    if not told or any(map(like_a_number, told)) or 2 * sum(map(_is_measured_in, told)) < len(told):
+    bare = [field for field in filled if field not in _NONE and not BRACKETED.fullmatch(field)]
+    if not bare or any(map(like_a_number, bare)) or 2 * sum(map(_is_measured_in, bare)) < len(bare):
         return []
     return [
         field if not field or BRACKETED.fullmatch(field) else "" if field in _NONE else f"[{field}]" for field in fields

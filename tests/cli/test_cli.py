@@ -156,7 +156,7 @@ def test_a_sweep_is_carried_out_and_goes_on(folder):
     validated = call("validate", "ball.toml", "--set", radii)
     assert "6 cells: 3 of friction.coefficient × 2 of surface.radius" in validated.output
     for nonsense, said in (
-        ('sweep.over."friction.coefficient"=[1]', "sweep.over: friction.coefficient stands twice, in quotes"),
+        ('sweep.over."friction.coefficient"=[1]', "sweep.over: friction.coefficient appears twice, with quotes"),
         ('sweep.over."surface.radios"=[1]', "surface.radios: unknown key; did you mean 'radius'"),
         ('sweep.over."surface.radius=[1]', "expected KEY=VALUE"),
         ('sweep.over."a=b".c=[1]', "a=b"),
@@ -486,7 +486,10 @@ def test_a_table_to_append_is_read_as_it_is_said(ran):
     assert call("append", "ball.history", "more.csv", "--decimal", ",").exit_code == 0
     with hs.EventLog("ball.history") as log:
         assert log.events()[-1] == hs.TangentialLoad(2.0, -6.5e-3)
-    assert "--delimiter: ';;'; expected one" in call("append", "ball.history", "more.csv", "--delimiter", ";;").output
+    assert (
+        "--delimiter: the text ';;'; expected one"
+        in call("append", "ball.history", "more.csv", "--delimiter", ";;").output
+    )
     for name, kind in (("ball.history", "the log of a run"), ("ball.nc", "a netCDF"), ("ball.toml", "a scenario")):
         done = call("append", "ball.history", name)
         assert done.exit_code == 2

@@ -170,7 +170,7 @@ def test_a_model_that_cannot_be_is_said_not_to_fit():
     found = fit_parameters(
         sliding_model, {"friction": 0.3, "shear_modulus": 1e10}, observe(sliding(noise=1e-3), load_noise=1e-6)
     )
-    assert "%: it lacks something, or needs another start" in notes_of(found)
+    assert "%: the model lacks something, or the fit needs another start" in notes_of(found)
 
 
 def test_skipped_loops_do_not_count():

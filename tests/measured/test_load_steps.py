@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 import historysim as hs
 from historysim.measured.definitions import Definitions
-from historysim.measured.loops import NoLoopError
+from historysim.measured.loop_values import NoLoopError
 from historysim.measured.splitting import loops_of_channels
 
 PART = 40

@@ -17,7 +17,7 @@ import historysim as hs
 from historysim.contact import mindlin
 from historysim.errors import InputError
 from historysim.measured.definitions import Definitions, FirstDisplacement, FirstLoad, LastPart, Plateau
-from historysim.measured.loops import BRANCH_QUANTITIES, CONTENT, LOOP_QUANTITIES, NoLoopError
+from historysim.measured.loop_values import BRANCH_QUANTITIES, CONTENT, LOOP_QUANTITIES, NoLoopError
 from historysim.measured.measurement import Measurement
 from historysim.measured.observation import observe
 from historysim.measured.reduction import reversals
@@ -299,7 +299,7 @@ def test_loops_that_a_spring_would_give_are_told():
     turns = np.tile(np.concatenate([np.linspace(-1, 1, 200), np.linspace(1, -1, 200)[1:-1]]), 4)
     load = np.tanh(6 * turns) + 1e-3 * np.gradient(turns)
     spring = loops_of_channels(np.arange(turns.size), 1e-6 * turns, load)
-    assert any("4 of 4 loops are closed to a line" in note for note in spring.notes)
+    assert any("4 of 4 loops are almost lines" in note for note in spring.notes)
     # a sphere that just comes to slide: 0.2 of the rectangle, by the closed form
     just = analysis.friction_loops(swung(1.001 * SLIDE))
     assert not any("closed to a line" in note for note in just.notes)
@@ -564,7 +564,7 @@ def test_noise_is_not_counted_as_reversals(noise):
 
 def test_a_dead_band_within_the_noise_is_told():
     loops = hs.loops(noisy_strokes(3e-9), dead_band=10e-9)
-    assert "noise may be taken for reversals; six of them" in loops.notes[0]
+    assert "noise may be taken for reversals; use six deviations" in loops.notes[0]
 
 
 @pytest.mark.parametrize("find", [hs.loops, observe])

@@ -165,7 +165,7 @@ def test_places_that_noise_does_not_explain_are_told():
 
     record = with_backlash(recorded(1, rate=10.03), 60e-9)
     found = fit_parameters(synthetic.model("ball"), synthetic.TRUTHS["ball"], observe(record))
-    assert any("noise is not what keeps the model from the data" in note for note in found.notes)
+    assert any("noise alone does not explain what the model misses" in note for note in found.notes)
 
 
 def test_a_turn_is_expected_beyond_the_outermost_sample():

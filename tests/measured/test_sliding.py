@@ -186,7 +186,7 @@ TIME, LOAD, NORMAL, WAY = made(size=101)
             lambda: sliding_of_measurement(Measurement(TIME, {"normal_load": NORMAL})),
             "the record has no tangential_load",
         ),
-        (lambda: hs.sliding(3.0), "3.0: has no friction to find"),
+        (lambda: hs.sliding(3.0), "3.0: cannot be evaluated"),
     ],
 )
 def test_bad_input_is_explained(call, said):

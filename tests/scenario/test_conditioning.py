@@ -37,7 +37,7 @@ def test_hum_is_told_with_its_mend(folder):
         "hum",
         "tangential displacement: 3 nm at 50 Hz, up to 1.5 % of its range",
     )
-    assert text.partition("; ")[2] == "notch = 50 at this channel takes it off"
+    assert text.partition("; ")[2] == "notch = 50 at this channel removes it"
 
 
 def test_a_notch_takes_it_off_and_says_how_much(folder):

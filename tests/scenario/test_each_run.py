@@ -64,7 +64,7 @@ def loaded(folder, run, name="s.toml"):
 
 
 def test_a_clock_that_starts_again_is_told(folder):
-    with pytest.raises(InputError, match=r"comes after .* where these are 3 runs, run = 1 to 3 in \[loading\]"):
+    with pytest.raises(InputError, match=r"comes after .* if these are 3 runs, run = 1 to 3 in \[loading\]"):
         loaded(folder, "").measurement()
 
 
@@ -100,9 +100,9 @@ def test_each_run_by_itself(folder, by):
     scenario = loaded(folder, f'run = "each"{by}')
     runs = each_run(scenario, hs.loops)
     assert [run.number for run in runs] == ([10, 20, 30] if by else [1, 2, 3])
-    found = [run.found.statistics("friction_coefficient").mean for run in runs[:2]]
+    found = [run.result.statistics("friction_coefficient").mean for run in runs[:2]]
     assert found == pytest.approx(FRICTION[:2], rel=0.01)
-    assert runs[2].found is None
+    assert runs[2].result is None
     assert "the tangential displacement rests" in runs[2].problem
 
 

@@ -60,7 +60,7 @@ def test_a_load_of_several_columns(tmp_path, load_of, expected):
         ("normal_load = { sum = ['Fz'] }", "normal_load.sum: 1 given; expected two or more"),
         ("normal_load = { difference = ['Fz', 'Fx', 'X'] }", "normal_load.difference: 3 given; expected two columns"),
         ("normal_load = { sum = ['Fz', 'Fx'], column = 'Fz' }", "normal_load: column and sum together; expected one"),
-        ("normal_load = { sum = ['Fz', 'Fx'], index = 2 }", "normal_load.index: goes with one column"),
+        ("normal_load = { sum = ['Fz', 'Fx'], index = 2 }", "normal_load.index: belongs to one column"),
         ("normal_load = { sum = ['Fz', { column = 'Fx', unit = 'mm' }] }", "normal_load.sum[1].unit: 'mm' is not a"),
         ("normal_load = { column = 'Fz', shift = 1 }", "normal_load.shift: needs the times of the record"),
         ("normal_load = { constant = 1 }", "loading.columns: constants alone, and no time; expected a column"),

@@ -95,7 +95,7 @@ def refusal(folder, fit=ALL, **options):
         ("", "fit.parameters: missing"),
         ('parameters = ["friction"]\nskip = -1', "fit.skip: -1; expected 0 or more"),
         ('parameters = ["friction"]\nskip = 1.5', "fit.skip: 1.5; expected an integer"),
-        ('parameters = ["friction"]\nload_noise = "-1 N"', "fit.load_noise: -1; expected 0 or more"),
+        ('parameters = ["friction"]\nload_noise = "-1 N"', "fit.load_noise: -1 N; expected 0 N or more"),
         ('parameters = ["friction"]\ndisplacement_noise = "1 N"', "fit.displacement_noise: '1 N': 'N' is not a unit"),
         ('parameters = ["friction"]\nnoise = 1', "fit.noise: unknown key"),
     ],

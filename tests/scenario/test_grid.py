@@ -71,7 +71,7 @@ def test_values_are_lists_and_ranges(given, values):
         ({"a b": [1]}, [], "over: 'a b' is no key"),
         ({"a": {"from": 1, "cuont": 2}}, [], "over.a.cuont: unknown key; did you mean 'count'"),
         ({"a": {"from": 1, "count": 0}}, [], "over.a: expected a range with from and count"),
-        ({"a": {"from": 1.5, "count": 2}}, [], "over.a: without to, a range holds whole numbers"),
+        ({"a": {"from": 1.5, "count": 2}}, [], "over.a: a range without to counts whole numbers"),
         ({"a": {"from": 1, "to": 2, "count": 1}}, [], "over.a.count: 1; expected 2 or more"),
         ({"a": {"from": "1 nm", "to": "2 µm", "count": 2}}, [], "over.a.to: in µm, and from in nm; expected one unit"),
         ({"a": {"from": "..", "to": "2 µm", "count": 2}}, [], "over.a: the text '..'; expected a number"),
@@ -82,7 +82,11 @@ def test_values_are_lists_and_ranges(given, values):
         ({"a": [1], "b": [2, 3]}, [["a", "b"]], r"together\[0\]: 1 of a, 2 of b; expected as many"),
         ({"a": [1], "b": [2], "c": [3]}, [["a", "b"], ["b", "c"]], r"together\[1\]: 'b' stands in another group"),
         ({"a.b": [1], "a_b": [2]}, [], "over: two keys would be called a_b"),
-        ({"a": {"b": [1]}, "a.b": [2]}, [], "over: a.b stands twice, in quotes and without; expected its values once"),
+        (
+            {"a": {"b": [1]}, "a.b": [2]},
+            [],
+            "over: a.b appears twice, with quotes and without; expected",
+        ),
         ({"a": range(2000), "b": range(2000)}, [], "over: 4,000,000 points; expected 1,000,000 at most"),
     ],
 )

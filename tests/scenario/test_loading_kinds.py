@@ -328,7 +328,7 @@ def test_two_waypoints_at_one_time_stay_two(folder):
         ('{ column = "N", centred = true }', "normal_load.centred: m.csv: the channel has 0 cycles"),
         ('{ column = "N", drift_free = true }', "normal_load.drift_free: m.csv: the channel has 0 cycles"),
         ('{ constant = 1, column = "N" }', "normal_load: column and constant together; expected one of them"),
-        ('{ constant = 1, unit = "mN" }', "normal_load.unit: goes with a column; a constant stands alone"),
+        ('{ constant = 1, unit = "mN" }', "normal_load.unit: belongs to a column; a constant has no other keys"),
         ('{ constant = "-1 N" }', "normal_load.constant: -1 N; expected 0 N or more"),
     ],
 )
@@ -341,9 +341,9 @@ def test_a_wrong_channel(folder, channel, said):
 @pytest.mark.parametrize(
     ("keys", "said"),
     [
-        ("backlash = -1", "backlash: -1; expected 0 or more"),
-        ("free_play = -1", "free_play: -1; expected 0 or more"),
-        ("free_play = 1, closing_load = -1", "closing_load: -1; expected 0 or more"),
+        ("backlash = -1", "backlash: -1 m; expected 0 m or more"),
+        ("free_play = -1", "free_play: -1 m; expected 0 m or more"),
+        ("free_play = 1, closing_load = -1", "closing_load: -1 N; expected 0 N or more"),
         ("closing_load = 1", "closing_load: goes with free_play"),
         ("free_play = 1", "free_play: needs the tangential load"),
         ("area = 1", "area: unknown key"),
@@ -358,7 +358,7 @@ def test_a_wrong_displacement(folder, keys, said):
 @pytest.mark.parametrize(
     ("response", "said"),
     [
-        ({"tangential_displacement": '"T"'}, "response.tangential_displacement: is replayed, by columns"),
+        ({"tangential_displacement": '"T"'}, "response.tangential_displacement: is replayed already, by columns"),
         ({"tangential_load": '{ column = "T", unit = "mm" }'}, "response.tangential_load.unit: 'mm' is not a unit"),
         ({"tangential_load": '"Z"'}, "file: m.csv: there is no column 'Z'; expected one of t, N, u, T"),
         ({"time": '"t"'}, "response.time: unknown key"),
@@ -385,7 +385,7 @@ def test_a_wrong_response(folder, response, said):
         ("interval = -1", "interval: -1 s; expected more than 0 s"),
         ("interval = 1e-320", "interval: 9.99989e-321 s makes more than 10,000,000 samples"),
         ("interval = 1e-9", "interval: 1e-09 s makes more than 10,000,000 samples out of 14 s"),
-        ('missing = "skip"', "missing: 'skip'; expected 'refuse' or 'drop'"),
+        ('missing = "skip"', "missing: the text 'skip'; expected 'refuse' or 'drop'"),
         ("reduce = 1", "reduce: 1; expected true or false"),
         ("dead_bnd = 1", "dead_bnd: unknown key; did you mean 'dead_band'?"),
     ],
@@ -399,7 +399,7 @@ def test_a_wrong_key_of_loading(folder, keys, said):
 @pytest.mark.parametrize(
     ("band", "said"),
     [
-        ({"tangential_displacement": -1}, "tangential_displacement: -1; expected 0 or more"),
+        ({"tangential_displacement": -1}, "tangential_displacement: -1 m; expected 0 m or more"),
         ({"tangential_displacement": '"1 N"'}, "tangential_displacement: '1 N': 'N' is not a unit of a length"),
         ({"displacement": 1}, "displacement: unknown key; did you mean"),
         ({"tangential_load": 1}, "tangential_load: has no effect, since neither columns nor response has this channel"),
@@ -484,8 +484,8 @@ def test_a_channel_that_runs_on_unnamed_is_told_and_may_be_held(tmp_path):
     as_ever, told = events_of(UNNAMED, tmp_path)
     (notice,) = told
     assert notice == (
-        "loading.waypoints[1]: normal_load is not named here, and runs on from 50 mN at 0 s to 45 mN at 2 s, "
-        "and so in 1 other place; set loading.hold = true to hold it, or hold = false where this is meant"
+        "loading.waypoints[1]: normal_load is not named here, and goes on from 50 mN at 0 s to 45 mN at 2 s, "
+        "and so in 1 other place; set loading.hold = true to hold it, or hold = false if this is meant"
     )
     assert as_ever == [
         ("normal_load", 0.0, 0.05),
@@ -539,11 +539,11 @@ def test_a_channel_that_runs_on_within_a_block_or_with_another_control_is_told(t
     block += "{after=1, normal_load=1}, {after=1, tangential_load=0.1}, {after=1, normal_load=2}]"
     (notice,) = events_of(block, tmp_path)[1]
     # the tangential load stays, the normal one runs past it each time
-    assert notice.startswith("loading.blocks[0].waypoints[1]: normal_load is not named here, and runs on from")
+    assert notice.startswith("loading.blocks[0].waypoints[1]: normal_load is not named here, and goes on from")
     assert "in 1 other place" in notice
     other = "waypoints = [{time=0, normal_load=1}, {time=1, tangential_load=0.1}, {time=2, normal_displacement=1e-8}]"
     (notice,) = events_of(other, tmp_path)[1]
-    assert "runs on from 1 N at 0 s to 10 nm at 2 s; set loading.hold" in notice
+    assert "goes on from 1 N at 0 s to 10 nm at 2 s; set loading.hold" in notice
 
 
 def test_hold_is_true_or_false(tmp_path):

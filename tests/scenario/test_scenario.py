@@ -372,7 +372,7 @@ def test_messages_name_the_field_in_blocks(folder, old, new, said):
         ('time = "t"', 'time = { column = "t", units = "s" }', "s.toml: loading.columns.time.units: unknown key"),
         ('time = "t"', 'time = { unit = "s" }', "s.toml: loading.columns.time.column: missing"),
         ('unit = "mN"', 'unit = "mm"', "s.toml: loading.columns.normal_load.unit: 'mm' is not"),
-        ('delimiter = ";"', 'delimiter = ";;"', "s.toml: loading.delimiter: ';;'; expected one character"),
+        ('delimiter = ";"', 'delimiter = ";;"', "s.toml: loading.delimiter: the text ';;'; expected one character"),
         ("tangential_displacement =", "displacement =", "s.toml: loading.columns.displacement: unknown key"),
         ('friction = "mu"', 'friction = "mu"\n[friction]\ncoefficient = 0.2', "s.toml: friction: given both here and"),
         ('file = "summits.csv"', 'file = "summits.csv"\nradius = 1', "s.toml: surface.radius: unknown key"),

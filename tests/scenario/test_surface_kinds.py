@@ -30,6 +30,7 @@ from historysim.errors import InputError
 from historysim.scenario import scenario, surface_kinds
 from historysim.scenario.scenario_summary import summary
 from historysim.scenario.surface_kinds.map_kinds import PREPARATION
+from historysim.studies.gathering import unit_of
 from historysim.surfaces.distribution import Gaussian, Tabulated, drawn_summits, quantile_summits
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.random import random_surface
@@ -383,6 +384,14 @@ def test_a_height_scale_stretches_the_map_with_its_summits(folder, name):
     assert np.abs(stretched.surface.heights - top).min() <= 1e-12 * abs(top)
     assert stretched.surface.pixel_size == plain.surface.pixel_size
     assert stretched.surface.periodic == plain.surface.periodic
+
+
+@pytest.mark.parametrize("change", [{"yielding": "kogut-etsion"}, {"interaction": "none", "height_scale": 2.0}])
+def test_a_changed_surface_has_the_keys_of_its_kind(folder, change):
+    plain = loaded(folder, {**SECTIONS["random"], "s_filter": 4e-6})
+    changed = loaded(folder, {**SECTIONS["random"], "s_filter": 4e-6, **change})
+    assert unit_of(changed.sections, "surface.rms_height") == "m"
+    assert np.array_equal(changed.unprepared_surface().surface.heights, plain.unprepared_surface().surface.heights)
 
 
 @pytest.mark.parametrize(

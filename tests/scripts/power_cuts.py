@@ -329,14 +329,14 @@ def no_sync_of_folders() -> Iterator[None]:
 
 @contextmanager
 def with_pragma(text: str) -> Iterator[None]:
-    connect = log_file._connect
+    connect = log_file.connect
 
     def connected(*place: object) -> object:
         connection = connect(*place)
         connection.execute(f"PRAGMA {text}")
         return connection
 
-    with mock.patch.object(log_file, "_connect", connected):
+    with mock.patch.object(log_file, "connect", connected):
         yield
 
 

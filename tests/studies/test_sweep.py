@@ -178,7 +178,7 @@ def test_cells_whose_rows_go_over_something_else_are_left_out(ball):
     told = []
     over = {"friction.load": ["own", "total"]}
     found = hs.sweep(ball, over, outputs=["present_friction", "drift"], tell=told.append)
-    why = "present_friction goes over step, and before over step and asperity; sweep apart"
+    why = "present_friction has the dimensions step, and in cells before step and asperity; sweep them separately"
     assert told == [f"cell 1 (friction.load = total) failed: {why}"]
     assert found.drift.isnull().values.tolist() == [False, True]
     assert found.present_friction.dims == ("friction_load", "step", "asperity")

@@ -9,7 +9,9 @@ from number_files import FORCE, TIME, UNITS, WRITERS, broken, columns_of, read_o
 from historysim.errors import InputError
 from historysim.tables import Column, Format, describe, read_table
 
-fuzz = settings(max_examples=2 * settings.default.max_examples, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+fuzz = settings(
+    max_examples=2 * settings.default.max_examples, deadline=None, suppress_health_check=[HealthCheck.too_slow]
+)
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,7 @@ from records_shared import SHARED
 from historysim import tables
 from historysim.errors import InputError
 from historysim.tables import Column, Format, describe, from_text, read_table
-from historysim.tables.settled import settled, unit_in
+from historysim.tables.column_units import settled, unit_in
 
 DATA = SHARED
 TRIAXIAL = DATA / "triaxial" / "TM11_Pc130_Pp50_T100_loading.tsv"

@@ -30,10 +30,6 @@ def friction_loops(
     definitions : Definitions
         What is taken for sliding, for reached, and for the beginning of a branch.
 
-    Returns
-    -------
-    Loops
-
     Raises
     ------
     InputError
@@ -78,7 +74,7 @@ def energy_per_cycle(history: "xr.Dataset", *, dead_band: float | None = None, s
     loops = loops_of_history(history, dead_band=dead_band, skip=skip)
     ends = loops.ends[:, [0, 2]]
     time = history["time"].values[ends]
-    found = {}
+    variables = {}
     names = {"total_energy": "total_dissipated_energy", "energy": "dissipated_energy"}
     for name, source in names.items():
         if source not in history:
@@ -87,15 +83,15 @@ def energy_per_cycle(history: "xr.Dataset", *, dead_band: float | None = None, s
         first, last = (history[source].isel(step=column).values for column in ends.T)
         label = f"energy per cycle{', all asperities' if name == 'total_energy' else ''}"
         dims = ("loop", *history[source].dims[1:])
-        found[name] = xr.Variable(dims, last - first, {"units": "J", "long_name": label})
+        variables[name] = xr.Variable(dims, last - first, {"units": "J", "long_name": label})
     beside: dict[str, Any] = {
         "loop": ("loop", loops.number, {"long_name": "loop of the history, from 0"}),
         "start_time": ("loop", time[:, 0]),
         "end_time": ("loop", time[:, 1]),
     }
-    if "energy" in found:
+    if "energy" in variables:
         beside["asperity"] = history["asperity"]
-    result = xr.Dataset(found, beside)
+    result = xr.Dataset(variables, beside)
     for name, text in (("start_time", "start of the loop"), ("end_time", "end of the loop")):
         result[name].attrs = {"units": "s", "long_name": text}
     return result

@@ -102,15 +102,15 @@ def _preliminary(history: Recorded, normal: Floats, displacement: Floats, asperi
     coefficients = friction[np.sort(first)]
     if coefficients.size > MOST_COEFFICIENTS:
         coefficients = coefficients[[0, -1]]
-    told = []
+    lines = []
     for coefficient in coefficients:
         of_it = np.flatnonzero(friction == coefficient)
         at = of_it[normal[of_it].argmax()]
         where = f" at μ = {coefficient:.4g}" if coefficients.size > 1 else ""
-        told.append(
+        lines.append(
             f"{quantity_text(float(displacement[at]), 'm')}{where} under {quantity_text(float(normal[at]), 'N')}"
         )
-    return f"{', '.join(told)}, loaded from rest"
+    return f"{', '.join(lines)}, loaded from rest"
 
 
 def _evolved(history: Recorded) -> list[tuple[str, str]]:
@@ -164,18 +164,11 @@ def _first_to_slide(history: Recorded, times: Floats | None) -> str:
     together = int((began == began.min()).sum())
     # what happens between two steps is known to have an order, and not always which
     among = f", one of {together:,} that do between the same two steps" if together > 1 and times is None else ""
-    first, end = (
-        ("", "") if times is None else (f" at {_moment(edge)}" for edge in (np.nanmin(times), np.nanmax(times)))
-    )
+    first, end = ("", "") if times is None else (f" at {edge:.6g} s" for edge in (np.nanmin(times), np.nanmax(times)))
     last = f"; asperity {order[-1]} last{end}" if order.size > 1 else ""
     some = f"; {order.size:,} of {steps.size:,} slide" if order.size < steps.size else ""
     of_recorded = " (of those recorded)" if recorded else ""
     return f"asperity {order[0]}{among}{first}{last}{some}{of_recorded}"
-
-
-def _moment(time: float) -> str:
-    """Return a time as text, with digits that tell instants between steps apart."""
-    return f"{time:.6g} s"
 
 
 UNITS = {

@@ -122,11 +122,11 @@ def friction_of(history: Recorded, label: Integers) -> Floats:
     friction = present_friction(history)
     position = {int(name): place for place, name in enumerate(history["asperity"].values)}
     places = np.array([position.get(int(name), 0) for name in label])
-    found = np.empty(label.size)
+    coefficients = np.empty(label.size)
     for rows in parts(history):
         values = np.broadcast_to(friction.of(rows), (places[rows].size, len(position)))
-        found[rows] = values[np.arange(len(values)), places[rows]]
-    return found
+        coefficients[rows] = values[np.arange(len(values)), places[rows]]
+    return coefficients
 
 
 def _steady_capacity(history: Recorded, friction: Floats) -> tuple[Floats, Integers]:

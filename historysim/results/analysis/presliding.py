@@ -79,13 +79,13 @@ def preliminary_displacements(history: "xr.Dataset") -> "xr.Dataset":
     """
     import xarray as xr
 
-    def found(virgin: _Virgin) -> tuple[float, ...]:
+    def displacements(virgin: _Virgin) -> tuple[float, ...]:
         reach = float(virgin.reach.max())
         # the branch is the virgin curve doubled: zero load is at half the limit of that
         half = virgin.displacement(0.5 * float(virgin.limit.sum()))
         return reach, 2 * reach, 2 * (reach - half), reach - 2 * half
 
-    values = _of_each_load(history, found, len(DISPLACEMENTS))
+    values = _of_each_load(history, displacements, len(DISPLACEMENTS))
     return xr.Dataset(
         {
             name: ("step", column, {"units": "m", "long_name": text})
@@ -126,8 +126,8 @@ def first_loading(history: "xr.Dataset", normal_load: float, points: int = 101) 
     coefficient = np.broadcast_to(present_friction(history).of(0), height.shape)
 
     def loads(depth: float) -> Floats:
-        found: Floats = 4 / 3 * modulus * np.sqrt(radius) * np.maximum(height - height.max() + depth, 0) ** 1.5
-        return found
+        total_load: Floats = 4 / 3 * modulus * np.sqrt(radius) * np.maximum(height - height.max() + depth, 0) ** 1.5
+        return total_load
 
     depth = _root(lambda depth: float(loads(depth).sum()), wanted)
     virgin = _Virgin(coefficient * loads(depth), ratio * coefficient * np.maximum(height - height.max() + depth, 0))
@@ -171,11 +171,11 @@ def presliding_work(history: "xr.Dataset") -> "xr.DataArray":
     """
     import xarray as xr
 
-    def found(virgin: _Virgin) -> tuple[float]:
+    def work(virgin: _Virgin) -> tuple[float]:
         return (float((virgin.limit * (4 * virgin.reach.max() - 3.2 * virgin.reach)).sum()),)
 
     return xr.DataArray(
-        _of_each_load(history, found, 1)[:, 0],
+        _of_each_load(history, work, 1)[:, 0],
         dims="step",
         coords={"time": history["time"]},
         name="presliding_work",
@@ -183,7 +183,7 @@ def presliding_work(history: "xr.Dataset") -> "xr.DataArray":
     )
 
 
-def _of_each_load(history: "xr.Dataset", found: Callable[[_Virgin], tuple[float, ...]], count: int) -> Floats:
+def _of_each_load(history: "xr.Dataset", of_curve: Callable[[_Virgin], tuple[float, ...]], count: int) -> Floats:
     """Return what is found of the virgin curve of each step (step, count); 0 where nothing with friction touches."""
     check_recorded(history, "summit_radius")
     check_all_recorded(history)
@@ -202,6 +202,6 @@ def _of_each_load(history: "xr.Dataset", found: Callable[[_Virgin], tuple[float,
             holds = (height > distance) & (coefficient > 0)
             approach, own = height[holds] - distance, np.broadcast_to(coefficient, height.shape)[holds]
             load = 4 / 3 * modulus * np.sqrt(radius[holds]) * approach**1.5
-            known[key] = found(_Virgin(own * load, ratio * own * approach)) if holds.any() else (0.0,) * count
+            known[key] = of_curve(_Virgin(own * load, ratio * own * approach)) if holds.any() else (0.0,) * count
         values[step] = known[key]
     return values

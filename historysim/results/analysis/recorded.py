@@ -118,8 +118,8 @@ def is_complete(history: Recorded) -> bool:
     separation = history["separation"].values
     if CHANGING_HEIGHT in history:
         room = 1e-9 * max(scale, np.abs(separation).max())
-        found = (history[CHANGING_HEIGHT].values > separation[:, np.newaxis] - room).sum(axis=1)
-        return bool((found >= history["contact_count"].values).all())
+        touching = (history[CHANGING_HEIGHT].values > separation[:, np.newaxis] - room).sum(axis=1)
+        return bool((touching >= history["contact_count"].values).all())
     room = 1e-12 * max(scale, abs(float(separation.min())))
     return int((history["summit_height"].values > float(separation.min()) - room).sum()) >= most
 
@@ -138,8 +138,8 @@ def shape_of(history: Recorded, name: str, steps: object) -> Floats:
     steps : int or slice
     """
     changing = f"present_{name}"
-    found: Floats = (history[changing].isel(step=steps) if changing in history else history[name]).values
-    return found
+    values: Floats = (history[changing].isel(step=steps) if changing in history else history[name]).values
+    return values
 
 
 def position_of(step: object, history: Recorded) -> int:
@@ -167,8 +167,10 @@ def column_of(asperity: int, history: Recorded) -> int:
     there = np.flatnonzero(history["asperity"].values == asperity)
     if isinstance(asperity, bool) or there.size != 1:
         labels = history["asperity"].values
-        told = f"one of {', '.join(map(str, labels))}" if labels.size <= 8 else f"one of the {labels.size:,} recorded"
-        raise InputError(f"asperity {asperity}: is not recorded in the history; expected {told}")
+        expected = (
+            f"one of {', '.join(map(str, labels))}" if labels.size <= 8 else f"one of the {labels.size:,} recorded"
+        )
+        raise InputError(f"asperity {asperity}: is not recorded in the history; expected {expected}")
     return int(there[0])
 
 
@@ -194,8 +196,8 @@ class Friction:
 
     def of(self, steps: object) -> Floats:
         """Return those of a step (asperity), or of steps (step, asperity); a size of 1 stands for all asperities."""
-        found: Floats = (self.source.isel(step=steps) if self.changes else self.source).values
-        return found[..., np.newaxis] if self.source.dims == ("step",) else found
+        coefficients: Floats = (self.source.isel(step=steps) if self.changes else self.source).values
+        return coefficients[..., np.newaxis] if self.source.dims == ("step",) else coefficients
 
 
 def present_friction(history: Recorded) -> Friction:

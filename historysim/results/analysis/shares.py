@@ -60,13 +60,13 @@ def slip_shares(history: "xr.Dataset") -> "xr.Dataset":
             parts = np.stack([np.where(state == value, weight, 0.0).sum(axis=1) for value in (1, 2, 3)], axis=1)
             total = parts.sum(axis=1, keepdims=True)
             np.divide(parts, total, out=shares[number, here], where=total > 0)
-    found = {
+    variables = {
         name: (("step", "slip_state"), values, {"units": "1", "long_name": text})
         for (name, text), values in zip(SHARES.items(), shares, strict=True)
     }
     text = "share of the contact area outside the stick radii"
     return xr.Dataset(
-        {**found, "slipping_area": ("step", slipping, {"units": "1", "long_name": text})},
+        {**variables, "slipping_area": ("step", slipping, {"units": "1", "long_name": text})},
         coords={"time": history["time"], "slip_state": list(STATES)},
     )
 

@@ -54,19 +54,23 @@ def first_slips(history: "xr.Dataset", slide_times: Floats | None = None) -> "xr
 
     steps = first_steps(history, slide_times)
     time = history["time"].values
-    found: dict[str, tuple[str, npt.NDArray[np.generic], dict[str, str]]] = {}
+    variables: dict[str, tuple[str, npt.NDArray[np.generic], dict[str, str]]] = {}
     for name, (label, _) in BEGINNINGS.items():
         step = steps[name]
         moment = np.where(step == NEVER, np.nan, time[step])
         known = {"instants": "recorded step"}
         if name == "slide" and slide_times is not None:
             moment, known = slide_times, {"instants": "exact"}
-        found[f"{name}_step"] = ("asperity", step, {"long_name": f"step at which the asperity {label}; -1: never"})
-        found[f"{name}_time"] = ("asperity", moment, {"units": "s", "long_name": f"when the asperity {label}"} | known)
+        variables[f"{name}_step"] = ("asperity", step, {"long_name": f"step at which the asperity {label}; -1: never"})
+        variables[f"{name}_time"] = (
+            "asperity",
+            moment,
+            {"units": "s", "long_name": f"when the asperity {label}"} | known,
+        )
         text = f"how many asperities have begun before the asperity {label}; -1: never"
-        found[f"{name}_rank"] = ("asperity", _ranks(moment), {"long_name": text})
+        variables[f"{name}_rank"] = ("asperity", _ranks(moment), {"long_name": text})
     beside = {key: value for key, value in history.coords.items() if value.dims == ("asperity",)}
-    return xr.Dataset(found, beside)
+    return xr.Dataset(variables, beside)
 
 
 def first_steps(history: Recorded, slide_times: Floats | None = None) -> dict[str, Integers]:

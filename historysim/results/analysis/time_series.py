@@ -43,7 +43,7 @@ def time_series(history: "xr.Dataset", asperity: int | None = None) -> "xr.Datas
         check_any(history)
         chosen = history.isel(asperity=column_of(asperity, history))
     series = chosen.swap_dims(step="time").rename(time="elapsed_time")
-    told = {name: value for name, value in history.attrs.items() if name not in OF_THE_RESULT}
+    attributes = {name: value for name, value in history.attrs.items() if name not in OF_THE_RESULT}
     whose = "" if asperity is None else f": asperity {asperity}"
-    series.attrs = told | {"content": CONTENT, "title": f"{history.attrs.get('title', 'Load history')}{whose}"}
+    series.attrs = attributes | {"content": CONTENT, "title": f"{history.attrs.get('title', 'Load history')}{whose}"}
     return series

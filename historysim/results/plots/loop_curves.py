@@ -7,7 +7,8 @@ import numpy as np
 
 from historysim.basics.units import prefixed, quantity_text
 from historysim.basics.wording import counted
-from historysim.measured.loops import DIRECTIONS, Loops
+from historysim.measured.loop_values import DIRECTIONS
+from historysim.measured.loops import Loops
 from historysim.results.plots.loop_trends import COLOURS, TRENDS, draw_trends
 from historysim.results.plots.paper import PAGE, Drawn, Page, Place, paper
 from historysim.results.plots.pictures import figure_of

@@ -27,17 +27,14 @@ NAMED_BY_A_KEY = (Waypoints.kind, Blocks.kind, MeasuredLoading.kind)
 def loading_from_toml(converter: Converter, value: object, _: object) -> Loading:
     """Return the loading that ``[loading]`` says.
 
-    Raises
-    ------
-    InputError
-        Not exactly one kind of loading, or keys that do not fit it.
+    Raises InputError: not exactly one kind of loading, or keys that do not fit it.
     """
     entry = table(value)
     given = [key for key in NAMED_BY_A_KEY if key in entry]
     if "kind" not in entry and len(given) != 1:
-        found = " and ".join(given) or ", ".join(repr(key) for key in entry) or "nothing"
+        came = " and ".join(given) or ", ".join(repr(key) for key in entry) or "nothing"
         others = ", ".join(name for name in LOADINGS if name not in NAMED_BY_A_KEY)
         more = f", or kind, one of {others}" if others else ""
-        raise InputError(f"{found} given; expected exactly one of waypoints, blocks and file{more}")
+        raise InputError(f"{came} given; expected exactly one of waypoints, blocks and file{more}")
     loading: Loading = kind_from_toml(converter, {"kind": given[0], **entry} if given else entry, LOADINGS)
     return loading

@@ -29,7 +29,7 @@ from historysim.scenario.loading_kinds.channels import (
 from historysim.scenario.schema import given
 from historysim.tables import Column, MissingValueError, Table
 from historysim.tables.clock import one_clock
-from historysim.tables.settled import fitting
+from historysim.tables.column_units import fitting
 
 MOST_SAMPLES = 10_000_000
 MOST_TOLD = 12
@@ -43,10 +43,7 @@ Remarks = list[tuple[str, str]]
 def assembled(folder: Path, section: MeasuredFile) -> Measurement:
     """Return the measurement of a file, made ready as a scenario's ``[loading]`` says.
 
-    Raises
-    ------
-    InputError
-        See `MeasuredLoading.measurement`.
+    Raises InputError: see `MeasuredLoading.measurement`.
     """
     remarks: Remarks = []
     channels = dict(_channels(section))
@@ -67,9 +64,11 @@ def assembled(folder: Path, section: MeasuredFile) -> Measurement:
     for (group, key), channel in channels.items():
         with at(group, key), _named(name):
             dead_band = getattr(section.dead_band, key) or 0.0
-            values[group, key] = _in_si(channel, clocked, (group, key), dead_band, remarks, removed)
+            values[group, key] = _in_si(
+                channel, clocked, (group, key), dead_band=dead_band, remarks=remarks, removed=removed
+            )
             digit = _digit(clocked.values.get((group, key)), values[group, key])
-            _tell_hum(channel, key, clocked.time, values[group, key], digit, remarks)
+            _tell_hum(channel, key, clocked.time, values[group, key], digit=digit, remarks=remarks)
     _close_free_play(channels, values, remarks)
     measurement = Measurement(
         time=clocked.time,
@@ -153,8 +152,8 @@ def _on_one_clock(
         )
         for clock in dict.fromkeys([None, *(channel.time for channel in measured.values())])
     }
-    told = dict.fromkeys(notice for table in tables.values() for notice in table.notices)
-    remarks += [(FILE_REMARK, notice) for notice in told]
+    notices = dict.fromkeys(notice for table in tables.values() for notice in table.notices)
+    remarks += [(FILE_REMARK, notice) for notice in notices]
     if section.columns.time is None:
         remarks.append(("clock", "no column for time: the number of the row, from 0 s"))
     main = tables[None]
@@ -195,8 +194,8 @@ def _read(folder: Path, section: MeasuredFile, clock: Column | None, channels: M
         return attrs.evolve(table, columns={**table.columns, "time": np.arange(rows, dtype=np.float64)})
     if len(table.parts) == 1:
         return table
-    time, told = one_clock(table.columns["time"], table.parts)
-    return attrs.evolve(table, columns={**table.columns, "time": time}, notices=(*table.notices, *told))
+    time, clock_notices = one_clock(table.columns["time"], table.parts)
+    return attrs.evolve(table, columns={**table.columns, "time": time}, notices=(*table.notices, *clock_notices))
 
 
 def _onto(time: Floats, own: Table, column: Floats, shift: float, max_gap: float | None) -> Floats:
@@ -262,10 +261,7 @@ def _without_missing(section: MeasuredFile, clocked: _Clocked, remarks: Remarks)
 def runs_of(folder: Path, section: MeasuredFile) -> dict[int, int]:
     """Return the runs of a file, in their order, and how many samples each has.
 
-    Raises
-    ------
-    InputError
-        See `MeasuredLoading.measurement`.
+    Raises InputError: see `MeasuredLoading.measurement`.
     """
     run = _on_one_clock(folder, section, dict(_channels(section)), []).run
     known = run[~np.isnan(run)]
@@ -309,8 +305,8 @@ def _check_one_run(clocked: _Clocked) -> None:
     except InputError as error:
         starts = int((np.diff(clocked.time) < 0).sum())
         raise InputError(
-            f"{error}; where these are {starts + 1:,} runs, run = 1 to {starts + 1} in [loading] takes one, and "
-            'run = "each" all, for loops, sliding and fit'
+            f"{error}; if these are {starts + 1:,} runs, run = 1 to {starts + 1} in [loading] takes one of them, "
+            'and run = "each" all, for loops, sliding and fit'
         ) from error
 
 
@@ -367,20 +363,18 @@ def _digit(raw: Floats | None, values: Floats) -> float:
     return float(different.min() / np.ptp(raw) * np.ptp(values)) if different.size else 0.0
 
 
-def _tell_hum(channel: Channel, key: str, time: Floats, values: Floats, digit: float, remarks: Remarks) -> None:
+def _tell_hum(channel: Channel, key: str, time: Floats, values: Floats, *, digit: float, remarks: Remarks) -> None:
     """Tell the hum that is left in a channel, and what takes it off; what is within the last digit is rounding."""
     if not channel.sources:
         return
     unit = "m" if isinstance(channel, LengthChannel) else "N"
     size = float(np.ptp(values)) if unit == "m" else float(np.abs(values).max())
-    found = [
-        hum for hum in conditioning.find_hum(time, values, dead_band=HUM_DEAD_BAND * size) if hum.amplitude > digit
-    ]
-    if found:
-        lines = ", ".join(f"{quantity_text(hum.amplitude, unit, 3)} at {hum.frequency:.4g} Hz" for hum in found[:3])
-        notches = ", ".join(f"{hum.frequency:.4g}" for hum in found[:3])
-        share = f"{100 * found[0].amplitude / np.ptp(values):.2g} % of its range"
-        mend = f"notch = {f'[{notches}]' if len(found) > 1 else notches} at this channel takes it off"
+    hums = [hum for hum in conditioning.find_hum(time, values, dead_band=HUM_DEAD_BAND * size) if hum.amplitude > digit]
+    if hums:
+        lines = ", ".join(f"{quantity_text(hum.amplitude, unit, 3)} at {hum.frequency:.4g} Hz" for hum in hums[:3])
+        notches = ", ".join(f"{hum.frequency:.4g}" for hum in hums[:3])
+        share = f"{100 * hums[0].amplitude / np.ptp(values):.2g} % of its range"
+        mend = f"notch = {f'[{notches}]' if len(hums) > 1 else notches} at this channel removes it"
         remarks.append((HUM_REMARK, f"{key.replace('_', ' ')}: {lines}, up to {share}; {mend}"))
 
 
@@ -403,6 +397,7 @@ def _in_si(
     channel: Channel,
     clocked: _Clocked,
     key: tuple[str, str],
+    *,
     dead_band: float,
     remarks: Remarks,
     removed: dict[str, Floats],

@@ -1,12 +1,23 @@
 """A measured record in a scenario: which column is which channel, and what is done to it before it is replayed."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 import attrs
 from cattrs import Converter
 
-from historysim.basics.fields import Force, Frequencies, Frequency, Length, Number, Quantity, Time
+from historysim.basics.fields import (
+    NOT_NEGATIVE,
+    POSITIVE,
+    Force,
+    Frequencies,
+    Frequency,
+    Key,
+    Length,
+    Number,
+    Quantity,
+    Time,
+)
 from historysim.basics.places import misfit
 from historysim.basics.wording import shown
 from historysim.errors import InputError
@@ -14,7 +25,7 @@ from historysim.loads.events import LOAD_KINDS
 from historysim.scenario.column_keys import NumbersFile
 from historysim.scenario.loading_kinds.loading_kind import one_of_each
 from historysim.scenario.schema import given
-from historysim.tables import Column
+from historysim.tables import REFUSE_OR_DROP, Column
 
 if TYPE_CHECKING:
     from historysim.basics.array_types import Floats
@@ -78,33 +89,34 @@ class Channel:
     scale: Number = 1.0
     time: Column | None = None
     shift: Time = 0.0
-    median: int | None = None
-    notch: Frequencies | None = None
-    low_pass: Frequency | None = None
+    median: int | None = attrs.field(
+        default=None, validator=Key(lambda samples: samples >= 3 and samples % 2, "an odd number of samples, 3 or more")
+    )
+    notch: Frequencies | None = attrs.field(default=None, validator=POSITIVE)
+    low_pass: Frequency | None = attrs.field(default=None, validator=POSITIVE)
     centred: bool = False
     drift_free: bool = False
 
     def __attrs_post_init__(self) -> None:
         """Check that it is a column or a constant."""
         keys = given(self)
-        told = {key for key, value in keys.items() if value != attrs.fields_dict(type(self))[key].default}
-        ways = [way for way in ("column", *COMBINED, "constant") if way in told]
+        chosen = {key for key, value in keys.items() if value != attrs.fields_dict(type(self))[key].default}
+        ways = [way for way in ("column", *COMBINED, "constant") if way in chosen]
         if len(ways) != 1:
             raise InputError(
                 f"{' and '.join(ways)} together; expected one of them"
                 if ways
                 else "neither column nor constant; expected one of them, or several columns as sum, mean or difference"
             )
-        if "constant" in told and len(told) > 1:
-            raise misfit("goes with a column; a constant stands alone", min(told - {"constant"}))
+        if "constant" in chosen and len(chosen) > 1:
+            raise misfit("belongs to a column; a constant has no other keys", min(chosen - {"constant"}))
         if self.scale == 0:
             raise misfit("0; expected another number, since nothing would be left of the channel", "scale")
-        self._check_combined(ways[0], told)
-        self._check_conditioning()
+        self._check_combined(ways[0], chosen)
         # a name, position or index that cannot be one is refused here, where it is known which channel it is of
         _ = self.sources
 
-    def _check_combined(self, way: str, told: set[str]) -> None:
+    def _check_combined(self, way: str, chosen: set[str]) -> None:
         if way not in COMBINED:
             return
         count = len(getattr(self, way))
@@ -113,16 +125,8 @@ class Channel:
                 "two columns, of which the second is taken from the first" if way == "difference" else "two or more"
             )
             raise misfit(f"{count} given; expected {expected}", way)
-        if alone := told & {"occurrence", "index"}:
-            raise misfit(f"goes with one column; say it of one of those in {way}", min(alone))
-
-    def _check_conditioning(self) -> None:
-        if self.median is not None and not (self.median >= 3 and self.median % 2):
-            raise misfit(f"{self.median}; expected an odd number of samples, 3 or more", "median")
-        for key, values in (("notch", self.notches), ("low_pass", () if self.low_pass is None else (self.low_pass,))):
-            for value in values:
-                if not value > 0:
-                    raise misfit(f"{value:g} Hz; expected more than 0 Hz", key)
+        if alone := chosen & {"occurrence", "index"}:
+            raise misfit(f"belongs to one column; give it to one of those in {way}", min(alone))
 
     @property
     def notches(self) -> tuple[float, ...]:
@@ -168,14 +172,8 @@ class ForceChannel(Channel):
 
     constant: Force | None = None
     offset: Force = 0.0
-    area: Area | None = None
+    area: Area | None = attrs.field(default=None, validator=POSITIVE)
     negative_as_zero: bool = False
-
-    def __attrs_post_init__(self) -> None:
-        """Check the area."""
-        super().__attrs_post_init__()
-        if self.area is not None and not self.area > 0:
-            raise misfit(f"{self.area:g} m²; expected more than 0 m²", "area")
 
 
 @attrs.frozen(kw_only=True)
@@ -198,16 +196,13 @@ class LengthChannel(Channel):
 
     constant: Length | None = None
     offset: Length = 0.0
-    backlash: Length = 0.0
-    free_play: Length = 0.0
-    closing_load: Force = 0.0
+    backlash: Length = attrs.field(default=0.0, validator=NOT_NEGATIVE)
+    free_play: Length = attrs.field(default=0.0, validator=NOT_NEGATIVE)
+    closing_load: Force = attrs.field(default=0.0, validator=NOT_NEGATIVE)
 
     def __attrs_post_init__(self) -> None:
-        """Check the widths."""
+        """Check that a closing load has a clearance to close."""
         super().__attrs_post_init__()
-        for key in ("backlash", "free_play", "closing_load"):
-            if getattr(self, key) < 0:
-                raise misfit(f"{getattr(self, key):g}; expected 0 or more", key)
         if self.closing_load and not self.free_play:
             raise misfit("goes with free_play; expected the width of the clearance, too", "closing_load")
 
@@ -280,19 +275,12 @@ class DeadBand:
         Of the tangential displacement.
     """
 
-    normal_load: Force | None = None
-    normal_displacement: Length | None = None
-    tangential_load: Force | None = None
-    tangential_displacement: Length | None = None
-
-    def __attrs_post_init__(self) -> None:
-        """Check that none is negative."""
-        for key, value in given(self).items():
-            if value < 0:
-                raise misfit(f"{value:g}; expected 0 or more", key)
+    normal_load: Force | None = attrs.field(default=None, validator=NOT_NEGATIVE)
+    normal_displacement: Length | None = attrs.field(default=None, validator=NOT_NEGATIVE)
+    tangential_load: Force | None = attrs.field(default=None, validator=NOT_NEGATIVE)
+    tangential_displacement: Length | None = attrs.field(default=None, validator=NOT_NEGATIVE)
 
 
-MISSING = ("refuse", "drop")
 # of several runs in one file, each by itself
 EACH = "each"
 
@@ -353,32 +341,28 @@ class MeasuredFile(NumbersFile):
     runs_by: Column | None = None
     start: Time | None = None
     end: Time | None = None
-    missing: str = "refuse"
-    max_gap: Time | None = None
-    interval: Time | None = None
+    missing: str = attrs.field(default="refuse", validator=REFUSE_OR_DROP)
+    max_gap: Time | None = attrs.field(default=None, validator=POSITIVE)
+    interval: Time | None = attrs.field(default=None, validator=POSITIVE)
     dead_band: DeadBand = DeadBand()
     reduce: bool = False
 
     def __attrs_post_init__(self) -> None:
         """Check what the types leave open."""
-        if self.missing not in MISSING:
-            raise misfit(f"{self.missing!r}; expected 'refuse' or 'drop'", "missing")
         is_number = isinstance(self.run, int) and not isinstance(self.run, bool)
         is_counted = isinstance(self.run, int) and (self.run >= 1 or self.runs_by is not None)
         if self.run not in {None, EACH} and not (is_number and is_counted):
             raise misfit(f'{shown(self.run)}; expected the number of a run, from 1, or "each"', "run")
         if self.runs_by is not None and self.run is None:
             raise misfit('missing; expected the value of runs_by that is the run, or "each"', "run")
-        for key in ("max_gap", "interval"):
-            value = getattr(self, key)
-            if value is not None and not value > 0:
-                raise misfit(f"{value:g} s; expected more than 0 s", key)
         if self.start is not None and self.end is not None and self.end < self.start:
             raise misfit(f"{self.end:g} s, before the start at {self.start:g} s; expected a later time", "end")
         channels = given(self.columns)
         for key, channel in given(self.response).items():
             if key in channels:
-                raise misfit("is replayed, by columns; expected what was measured beside it", "response", key)
+                raise misfit(
+                    "is replayed already, by columns; expected a channel that was measured beside it", "response", key
+                )
             channels[key] = channel
         self._check_free_play(channels)
         self._check_clock(channels)
@@ -417,7 +401,7 @@ def channel_hooks(converter: Converter) -> None:
     for kind in (ForceChannel, LengthChannel):
         table_of = converter.get_structure_hook(kind)
 
-        def structure(value: object, cls: Any, table_of: Any = table_of) -> Any:
+        def structure(value: object, cls: object, table_of: Callable[[object, object], object] = table_of) -> object:
             if isinstance(value, str):
                 value = {"column": value}
             if not isinstance(value, dict):

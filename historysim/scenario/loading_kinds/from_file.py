@@ -31,10 +31,8 @@ class MeasuredLoading(MeasuredFile, Loading):
     def measurement(self, folder: Path) -> "Measurement":
         """Return what was measured, read from the file and made ready.
 
-        Raises
-        ------
-        InputError
-            A file that cannot be read, missing samples or gaps that are refused, or a correction that cannot be made.
+        Raises InputError: a file that cannot be read, missing samples or gaps that are refused, or a correction that
+        cannot be made.
         """
         from historysim.scenario.loading_kinds.assembly import assembled
 

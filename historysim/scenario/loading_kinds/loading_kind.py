@@ -18,15 +18,12 @@ from historysim.loads.events import Event
 def one_of_each(self: object) -> None:
     """Check that a section controls each channel in one way.
 
-    Raises
-    ------
-    InputError
-        A load and a displacement of one channel.
+    Raises InputError: a load and a displacement of one channel.
     """
     for channel in ("normal", "tangential"):
         if all(getattr(self, f"{channel}_{kind}") is not None for kind in ("load", "displacement")):
             raise InputError(
-                f"{channel}_load and {channel}_displacement together; expected one of them: the other is its answer"
+                f"{channel}_load and {channel}_displacement together; expected one of them: the other follows from it"
             )
 
 

@@ -8,7 +8,7 @@ import attrs
 from cattrs import Converter
 from cattrs.errors import AttributeValidationNote
 
-from historysim.basics.fields import Force, Length, Lengths, Numbers, Quantity, Time
+from historysim.basics.fields import NOT_NEGATIVE, Force, Length, Lengths, Numbers, Quantity, Time
 from historysim.basics.notices import Teller, silent
 from historysim.basics.places import at, misfit
 from historysim.basics.units import quantity_text
@@ -81,7 +81,7 @@ class Waypoint:
     """
 
     time: Time | None = None
-    after: Time | None = None
+    after: Time | None = attrs.field(default=None, validator=NOT_NEGATIVE)
     normal_load: Force | None = None
     normal_displacement: Length | None = None
     tangential_load: Force | None = None
@@ -98,8 +98,6 @@ class Waypoint:
         if (self.time is None) == (self.after is None):
             given = "neither time nor after" if self.time is None else "both time and after"
             raise InputError(f"{given}; expected either the time itself, or the time after the waypoint before it")
-        if self.after is not None and self.after < 0:
-            raise misfit(f"{self.after:g} s; expected 0 s or more", "after")
         one_of_each(self)
         if self.asperities is not None and self.friction is None:
             raise misfit("without friction; expected both, or asperities in geometry", "asperities")
@@ -110,33 +108,33 @@ class Waypoint:
     def changes(self) -> dict[str, Any]:
         """What is reached, by the name of its key: what its event has beside the time, or of others the event."""
         named = {key: getattr(self, key) for key in EVENT_KINDS}
-        found: dict[str, Any] = {key: (value,) for key, value in named.items() if value is not None}
+        changes: dict[str, Any] = {key: (value,) for key, value in named.items() if value is not None}
         if self.friction is not None:
-            found["friction"] = (self.friction, self.asperities)
+            changes["friction"] = (self.friction, self.asperities)
         if self.geometry is not None:
             new = self.geometry
-            found["geometry"] = (new.asperities, new.summit_height, new.summit_radius)
-        return found | self.others
+            changes["geometry"] = (new.asperities, new.summit_height, new.summit_radius)
+        return changes | self.others
 
 
 def waypoint_hooks(converter: Converter) -> None:
     """Teach a converter that a waypoint may have events of other packages, each a table under its name."""
     table_of = converter.get_structure_hook(Waypoint)
 
-    def structure(value: object, cls: Any) -> Any:
+    def structure(value: object, cls: object) -> object:
         entry = dict(table(value))
         own = attrs.fields_dict(Waypoint)
         others = {key: entry.pop(key) for key in list(entry) if key not in own and key in EVENTS}
-        found = {}
-        for key, told in others.items():
+        events = {}
+        for key, fields in others.items():
             try:
-                found[key] = converter.structure({"time": 0.0, **table(told)}, EVENTS[key])
+                events[key] = converter.structure({"time": 0.0, **table(fields)}, EVENTS[key])
             except Exception as error:
                 error.add_note(AttributeValidationNote("", key, None))
                 raise
         if "others" in entry:
             raise misfit("unknown key; expected events by their names", "others")
-        return table_of({**entry, "others": found}, cls)
+        return table_of({**entry, "others": events}, cls)
 
     converter.register_structure_hook(Waypoint, structure)
 
@@ -146,29 +144,26 @@ Place = tuple[str | int, ...]
 
 @attrs.define
 class _Timeline:
-    """Events in time order; knows where each channel stands.
-
-    Attributes
-    ----------
-    holds : bool, optional
-        Whether a channel stays where it stands at each waypoint that does not name it; None where nothing is said.
-    passed : dict
-        By channel, when and where a waypoint came first since its own last one, that does not name it.
-    drifts : list
-        What was reached in this way: the place, the event before and the one after.
-    """
+    """Events in time order; knows where each channel stands."""
 
     holds: bool | None = None
+    """Whether a channel stays where it stands at each waypoint that does not name it; None where nothing is said."""
     now: float = 0.0
     events: list[Event] = attrs.Factory(list)
     standing: dict[str, LoadEvent] = attrs.Factory(dict)
     passed: dict[str, tuple[float, Place]] = attrs.Factory(dict)
+    """By channel, when and where a waypoint came first since its own last one, that does not name it."""
     drifts: list[tuple[Place, LoadEvent, LoadEvent]] = attrs.Factory(list)
+    """What was reached in this way: the place, the event before and the one after."""
 
     def reach(self, time: float, changes: Mapping[str, Any], *place: str | int) -> None:
-        for key, told in changes.items():
+        for key, change in changes.items():
             with at(key):
-                event = told.of(time, told.contents()) if isinstance(told, Event) else EVENT_KINDS[key].of(time, told)
+                event = (
+                    change.of(time, change.contents())
+                    if isinstance(change, Event)
+                    else EVENT_KINDS[key].of(time, change)
+                )
             self.events.append(event)
             if isinstance(event, LoadEvent):
                 self._look_back(event)
@@ -203,8 +198,8 @@ class _Timeline:
         place, before, after = self.drifts[0]
         more = f", and so in {counted(len(self.drifts) - 1, 'other place', 'other places')}" if self.drifts[1:] else ""
         tell(
-            f"{path_text(place)}: {before.name} is not named here, and runs on from {_reached(before)} to "
-            f"{_reached(after)}{more}; set loading.hold = true to hold it, or hold = false where this is meant"
+            f"{path_text(place)}: {before.name} is not named here, and goes on from {_reached(before)} to "
+            f"{_reached(after)}{more}; set loading.hold = true to hold it, or hold = false if this is meant"
         )
 
 
@@ -251,12 +246,12 @@ class Waypoints(Written):
     @property
     def names(self) -> dict[str, float]:
         """The times [s] of waypoints that have a name."""
-        time, found = 0.0, dict[str, float]()
+        time, times = 0.0, dict[str, float]()
         for waypoint in self.waypoints:
             time = time + (waypoint.after or 0.0) if waypoint.time is None else waypoint.time
             if waypoint.name is not None:
-                found[waypoint.name] = time
-        return found
+                times[waypoint.name] = time
+        return times
 
     def events(self, folder: Path, tell: Teller = silent) -> list[Event]:  # noqa: ARG002 - they are in the scenario
         """Return the events, and tell where a channel runs on unnamed."""
@@ -294,7 +289,7 @@ class Each:
         Coefficients.
     """
 
-    after: Time
+    after: Time = attrs.field(validator=NOT_NEGATIVE)
     normal_load: Annotated[tuple[float, ...], Quantity("N")] | None = None
     normal_displacement: Annotated[tuple[float, ...], Quantity("m")] | None = None
     tangential_load: Annotated[tuple[float, ...], Quantity("N")] | None = None
@@ -303,8 +298,6 @@ class Each:
 
     def __attrs_post_init__(self) -> None:
         """Check that there are values, as many of one as of the other."""
-        if self.after < 0:
-            raise misfit(f"{self.after:g} s; expected 0 s or more", "after")
         one_of_each(self)
         lengths = {key: len(value) for key in IN_TURN if (value := getattr(self, key)) is not None}
         if not lengths or 0 in lengths.values() or len(set(lengths.values())) > 1:

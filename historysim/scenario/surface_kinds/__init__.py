@@ -1,7 +1,5 @@
 """The kinds of ``[surface]`` in a scenario: the keys of each, and the summits that it gives."""
 
-from typing import Any
-
 import attrs
 from cattrs import Converter
 
@@ -9,18 +7,15 @@ from historysim.basics.fields import Number
 from historysim.basics.places import misfit
 from historysim.basics.wording import shown
 from historysim.errors import InputError
-from historysim.scenario.law_sections import YieldingSection
 from historysim.scenario.schema import kind_from_toml, table
-from historysim.scenario.surface_kinds.interacting import Interacting
+from historysim.scenario.surface_kinds.any_surface import ChangedSurface, SurfaceKeys
 from historysim.scenario.surface_kinds.map_kinds import HeightMap
-from historysim.scenario.surface_kinds.run_in_surface import PassesSection, RunIn
-from historysim.scenario.surface_kinds.scaled import Scaled
 from historysim.scenario.surface_kinds.surface_kind import SURFACES, BuiltSurface, SurfaceKind
-from historysim.scenario.surface_kinds.yielding_surface import Yielding
 
 __all__ = [
     "SURFACES",
     "BuiltSurface",
+    "ChangedSurface",
     "HeightMap",
     "SurfaceKind",
     "channel_from_toml",
@@ -33,21 +28,10 @@ DEEPEST = 20
 """Sums within sums that are followed."""
 
 
-@attrs.frozen
-class _Plastic:
-    """Keys that any surface may have: how its summits yield, and how it is run in."""
-
-    yielding: YieldingSection | None = None
-    passes: PassesSection | None = None
-
-
 def surface_from_toml(converter: Converter, value: object, _: object) -> SurfaceKind:
     """Return the surface that ``[surface]`` says.
 
-    Raises
-    ------
-    InputError
-        An unknown kind, keys that do not fit it, or sums within sums without end.
+    Raises InputError: an unknown kind, keys that do not fit it, or sums within sums without end.
     """
     level, depth = _parts(value), 0
     while level:
@@ -55,17 +39,10 @@ def surface_from_toml(converter: Converter, value: object, _: object) -> Surface
         if depth > DEEPEST:
             raise InputError(f"sums within sums, more than {DEEPEST} deep; expected fewer")
     entry = dict(table(value))
-    scale = converter.structure(entry.pop("height_scale"), Number) if "height_scale" in entry else None
-    interaction = entry.pop("interaction", None)
-    beside = {key: entry.pop(key) for key in ("yielding", "passes") if key in entry}
-    plastic = converter.structure(beside, _Plastic)
+    changes = {key: entry.pop(key) for key in attrs.fields_dict(SurfaceKeys) if key in entry}
+    keys = converter.structure(changes, SurfaceKeys)
     surface: SurfaceKind = kind_from_toml(converter, entry, SURFACES)
-    scaled = surface if scale is None else Scaled(surface, scale)
-    whole: Any = scaled if interaction is None else Interacting(scaled, interaction)
-    whole = whole if plastic.yielding is None else Yielding(whole, plastic.yielding)
-    whole = whole if plastic.passes is None else RunIn(whole, plastic.passes)
-    found: SurfaceKind = whole
-    return found
+    return ChangedSurface(of=surface, **attrs.asdict(keys, recurse=False)) if changes else surface
 
 
 def map_from_toml(converter: Converter, value: object, _: object) -> HeightMap:
@@ -83,13 +60,7 @@ def _parts(entry: object) -> list[object]:
 
 
 def channel_from_toml(converter: Converter, value: object, _: object) -> int | str | None:
-    """Return the number or name of a channel.
-
-    Raises
-    ------
-    InputError
-        Anything else.
-    """
+    """Return the number or name of a channel; anything else is an InputError."""
     if isinstance(value, bool) or not isinstance(value, int | str | None):
         raise InputError(f"{shown(value)}; expected the number of a channel, from 0, or its name")
     return converter.structure(value, int) if isinstance(value, int) else value
@@ -98,10 +69,7 @@ def channel_from_toml(converter: Converter, value: object, _: object) -> int | s
 def prune_from_toml(converter: Converter, value: object, _: object) -> bool | float | None:
     """Return whether summits are pruned, or below which share of the height range.
 
-    Raises
-    ------
-    InputError
-        Anything but true, false, or a share from 0 to 1.
+    Raises InputError: anything but true, false, or a share from 0 to 1.
     """
     if value is None or isinstance(value, bool):
         return value

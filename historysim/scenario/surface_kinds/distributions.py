@@ -16,6 +16,8 @@ from historysim.scenario.surface_kinds.surface_kind import SURFACES, BuiltSurfac
 from historysim.tables import Column
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from historysim.surfaces.distribution import HeightDistribution
 
 Area = Annotated[float, Quantity("m2")]
@@ -100,7 +102,11 @@ class GaussianHeights(DistributedSummits):
         return Gaussian(self.rms_height)
 
 
-def _tabulated(height: Any, gap: Any, density: Any) -> "HeightDistribution":
+def _tabulated(  # one of height and gap is None
+    height: Any,  # noqa: ANN401 - numbers in any form that numpy takes
+    gap: Any,  # noqa: ANN401 - likewise
+    density: "npt.ArrayLike",
+) -> "HeightDistribution":
     from historysim.surfaces.distribution import Tabulated
 
     return Tabulated(height, density) if gap is None else Tabulated.from_gaps(gap, density)
@@ -108,8 +114,8 @@ def _tabulated(height: Any, gap: Any, density: Any) -> "HeightDistribution":
 
 def _height_or_gap(self: "InlineDistribution | DensityColumns") -> None:
     if (self.height is None) == (self.gap is None):
-        told = "neither height nor gap" if self.height is None else "both height and gap"
-        raise InputError(f"{told}; expected one of them")
+        came = "neither height nor gap" if self.height is None else "both height and gap"
+        raise InputError(f"{came}; expected one of them")
 
 
 @attrs.frozen(kw_only=True)
@@ -187,8 +193,8 @@ class DistributionTable(NumbersFile, DistributedSummits):
     def distribution(self, folder: Path) -> "HeightDistribution":
         """Return the distribution of the heights, read from the file."""
         units = {"height": "m", "gap": "m", "density": "1"}
-        found = self.table(folder, given(self.columns), units).columns
+        columns = self.table(folder, given(self.columns), units).columns
         try:
-            return _tabulated(found.get("height"), found.get("gap"), found["density"])
+            return _tabulated(columns.get("height"), columns.get("gap"), columns["density"])
         except InputError as error:
             raise misfit(f"{self.name}: {error}", "file") from error

@@ -143,14 +143,14 @@ class SummitTable(NumbersFile, SurfaceKind):
 
         units = {"height": "m", "radius": "m", "x": "m", "y": "m", "friction": "1"}
         rows = self.table(folder, given(self.columns), units)
-        found = rows.columns
+        columns = rows.columns
         for key, expected in (("radius", "more than 0"), ("friction", "0 or more")):
-            for row, value in enumerate(found.get(key, ())):
+            for row, value in enumerate(columns.get(key, ())):
                 if value < 0 or (value == 0 and key == "radius"):
                     problem = f"{rows.place(row)}: {key} is {value:g}; expected {expected}, in SI"
                     raise misfit(f"{self.name}: {problem}", "file")
-        summits = Summits(found["height"], found["radius"], found.get("x"), found.get("y"))
-        return BuiltSurface(summits, friction=found.get("friction"))
+        summits = Summits(columns["height"], columns["radius"], columns.get("x"), columns.get("y"))
+        return BuiltSurface(summits, friction=columns.get("friction"))
 
 
 @SURFACES.register

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import attrs
 
-from historysim.basics.fields import Length, Lengths, Number, Quantity
+from historysim.basics.fields import Key, Length, Lengths, Number, Quantity
 from historysim.basics.places import at, misfit
 from historysim.basics.wording import counted
 from historysim.errors import InputError
@@ -30,6 +30,8 @@ PREPARATION = (
 """Keys that prepare a map, beside its form."""
 
 Angle = Annotated[float, Quantity("rad")]
+
+_DEVIATIONS = Key(lambda number: number > 0, "a number of standard deviations, greater than 0")
 
 
 @attrs.frozen(kw_only=True)
@@ -254,19 +256,12 @@ class MeasuredMap(HeightMap):
     channel: int | str | None = None
     crop_x: Lengths | None = None
     crop_y: Lengths | None = None
-    spikes: Number | None = None
+    spikes: Number | None = attrs.field(default=None, validator=_DEVIATIONS)
     form: str = "plane"
     degree: int | None = None
-    outliers: Number | None = None
+    outliers: Number | None = attrs.field(default=None, validator=_DEVIATIONS)
     rms_height: Length | None = None
     mirrored: bool = False
-
-    def __attrs_post_init__(self) -> None:
-        """Check the thresholds."""
-        for key in ("spikes", "outliers"):
-            value = getattr(self, key)
-            if value is not None and not value > 0:
-                raise misfit(f"{value:g}; expected a number of standard deviations, greater than 0", key)
 
     def surface(self, folder: Path) -> "Surface":
         """Return the map of the file, prepared."""
@@ -281,15 +276,15 @@ class MeasuredMap(HeightMap):
         coarse = quantisation_notice(measured) if self.s_filter is None else None
         notices = [f"{self.file}: {coarse}"] if coarse else []
         if self.spikes is not None:
-            found = spikes(measured.heights, self.spikes)
-            measured = measured.without(found)
-            notices.append(f"{self.file}: {counted(int(found.sum()), 'point', 'points')} taken off as spikes")
+            wrong = spikes(measured.heights, self.spikes)
+            measured = measured.without(wrong)
+            notices.append(f"{self.file}: {counted(int(wrong.sum()), 'point', 'points')} taken off as spikes")
         with at("form"):
             measured = measured.detrended(self.form, self.degree)
         if self.outliers is not None:
-            found = outliers(measured.heights, self.outliers)
-            measured = measured.without(found)
-            notices.append(f"{self.file}: {counted(int(found.sum()), 'point', 'points')} taken off as outliers")
+            wrong = outliers(measured.heights, self.outliers)
+            measured = measured.without(wrong)
+            notices.append(f"{self.file}: {counted(int(wrong.sum()), 'point', 'points')} taken off as outliers")
         measured = self.filtered(measured)
         if self.rms_height is not None:
             with at("rms_height"):

@@ -46,5 +46,5 @@ class NormalCurveTable(NumbersFile, SurfaceKind):
 
     def build(self, folder: Path) -> BuiltSurface:
         """Read the curve."""
-        found = self.table(folder, given(self.columns), {"approach": "m", "load": "N", "area": "m2"}).columns
-        return BuiltSurface(None, curve=Curve(found["approach"], found["load"], found.get("area")))
+        columns = self.table(folder, given(self.columns), {"approach": "m", "load": "N", "area": "m2"}).columns
+        return BuiltSurface(None, curve=Curve(columns["approach"], columns["load"], columns.get("area")))

@@ -1,16 +1,12 @@
 """``surface.passes``: a height map that is run in before it is loaded."""
 
-from pathlib import Path
-from typing import Any
-
 import attrs
 
 from historysim.basics.fields import Force, Length
 from historysim.basics.places import at, misfit
 from historysim.contact.materials import MaterialPair
 from historysim.scenario.law_sections import WearSection
-from historysim.scenario.surface_kinds.map_kinds import HeightMap
-from historysim.scenario.surface_kinds.surface_kind import BuiltSurface, SurfaceKind
+from historysim.scenario.surface_kinds.surface_kind import BuiltSurface
 
 MOST_PASSES = 1000
 
@@ -70,12 +66,9 @@ class PassesSection:
     volume: str = "lost"
 
     def done(self, built: BuiltSurface, pair: MaterialPair, friction: object) -> BuiltSurface:
-        """Return the built after the passes.
+        """Return a surface after the passes.
 
-        Raises
-        ------
-        InputError
-            See `run_in`, or more than one coefficient of friction.
+        Raises InputError: see `run_in`, or more than one coefficient of friction.
         """
         from historysim.asperities.running_in import Pass, run_in
 
@@ -100,26 +93,9 @@ class PassesSection:
                 find=built.find,
             )
         first, last = records[0], records[-1]
-        told = (
+        notice = (
             f"run in by {len(records)} passes: preliminary displacement {first.preliminary_displacement * 1e9:.4g} nm "
             f"in the first, {last.preliminary_displacement * 1e9:.4g} nm in the last; {first.contact_count} and "
             f"{last.contact_count} contacts; volume {self.volume}"
         )
-        return attrs.evolve(built, surface=surface, summits=built.find(surface), notices=(*built.notices, told))
-
-
-@attrs.frozen
-class RunIn:
-    """Any height map, which is run in."""
-
-    kind: SurfaceKind
-    passes: PassesSection
-
-    def build(self, folder: Path) -> BuiltSurface:
-        """Make the surface as it comes; the passes need materials and friction, too."""
-        built = self.kind.build(folder)
-        kind: Any = self.kind
-        while not isinstance(kind, HeightMap) and hasattr(kind, "kind"):
-            kind = kind.kind
-        find = kind.found_summits if isinstance(kind, HeightMap) else None
-        return attrs.evolve(built, passes=self.passes, find=find)
+        return attrs.evolve(built, surface=surface, summits=built.find(surface), notices=(*built.notices, notice))

@@ -144,9 +144,9 @@ def _sought(
     key, between, wanted = question
     name, title = f"{what}_for_a_drift", f"the {what} for a drift"
     asked: dict[str, Any] = {"normal_load": normal_load, "between": between}
-    for told, ends in asked.items():
+    for argument, ends in asked.items():
         if not isinstance(ends, tuple | list) or len(ends) != 2:
-            with at(name, told):
+            with at(name, argument):
                 raise InputError(f"{ends!r}; expected two values")
     waypoints = [{"time": float(time), "normal_load": load} for time, load in enumerate(normal_load)]
     tables = {

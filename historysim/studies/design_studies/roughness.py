@@ -131,9 +131,9 @@ def nominal_area(
     }
     title = "one finish on larger and larger faces"
     tables = random_tables(pixel_size, shapes[0])
-    found = with_spread(swept("nominal_area", title, pair, tables, values, outputs=OUTPUTS, **options))
+    table = with_spread(swept("nominal_area", title, pair, tables, values, outputs=OUTPUTS, **options))
     areas = [math.prod(each) * pixel**2 for each in shapes]
-    return over_numbers(found, "surface_shape", "nominal_area", areas, told="nominal area", units="m2")
+    return over_numbers(table, "surface_shape", "nominal_area", areas, long_name="nominal area", units="m2")
 
 
 def random_tables(pixel_size: Quantity, shape: list[int]) -> dict[str, Any]:

@@ -84,8 +84,8 @@ def swept(
         section["together"] = [list(keys) for keys in together]
     section["over"] = plain(over)
     first = {**values, **{key: own[0] for key, own in several.items()}}
-    found = sweep(scenario_for(name, title, pair, {**tables, "sweep": section}, first), **options)
-    return found if several else found.squeeze()
+    table = sweep(scenario_for(name, title, pair, {**tables, "sweep": section}, first), **options)
+    return table if several else table.squeeze()
 
 
 def is_several(value: object) -> bool:
@@ -95,19 +95,19 @@ def is_several(value: object) -> bool:
     return isinstance(value, Iterable) and not isinstance(value, str)
 
 
-def with_spread(found: "xr.Dataset", along: str = "surface_seed") -> "xr.Dataset":
+def with_spread(table: "xr.Dataset", along: str = "surface_seed") -> "xr.Dataset":
     """Return a sweep with mean, standard deviation and quantiles over a dimension, where it has it."""
-    return found.assign(spread(found, along).data_vars) if along in found.dims else found
+    return table.assign(spread(table, along).data_vars) if along in table.dims else table
 
 
 def over_numbers(
-    found: "xr.Dataset", along: str, name: str, values: Sequence[float], *, told: str, units: str
+    table: "xr.Dataset", along: str, name: str, values: Sequence[float], *, long_name: str, units: str
 ) -> "xr.Dataset":
     """Return a sweep over arrays, such as ``[4, 4]``, whose dimension is a number that they stand for."""
-    if along not in found.dims:
-        return found
-    number = (along, np.asarray(values), {"long_name": told, "units": units})
-    return found.assign_coords({name: number}).swap_dims({along: name})
+    if along not in table.dims:
+        return table
+    number = (along, np.asarray(values), {"long_name": long_name, "units": units})
+    return table.assign_coords({name: number}).swap_dims({along: name})
 
 
 def _materials(pair: MaterialPair) -> dict[str, Any]:

@@ -90,11 +90,11 @@ def equal_asperities(
     }
     tables = _texture(pitch, counts if one else counts[0])
     outputs = ("preliminary_displacement", "peak_contact_area", "peak_approach")
-    found = swept(
+    table = swept(
         "equal_asperities", "n equal asperities in place of one", pair, tables, values, outputs=outputs, **options
     )
     numbers = [] if one else [nx * ny for nx, ny in counts]
-    return over_numbers(found, "surface_count", "asperity_count", numbers, told="number of asperities", units="1")
+    return over_numbers(table, "surface_count", "asperity_count", numbers, long_name="number of asperities", units="1")
 
 
 def texture_tolerances(  # noqa: PLR0913 - the keys of a scenario

@@ -52,10 +52,7 @@ def settled(explicit: str | None, units: Sequence[str], wanted: Sequence[str], c
 
     An explicit unit holds whatever the file says; without a unit from either, values are in the first that is wanted.
 
-    Raises
-    ------
-    InputError
-        A unit that does not fit; from the file alone, also units that are not the same, or unknown.
+    Raises InputError: a unit that does not fit; from the file alone, also units that are not the same, or unknown.
     """
     known = [unit for unit in units if _is_known(unit)]
     if explicit is not None:

@@ -6,13 +6,13 @@ Each is told from the samples alone, and only where it stands clear of the noise
 from collections.abc import Iterator
 from itertools import pairwise
 
-import attrs
 import numpy as np
 
 from historysim.basics.array_types import Floats, Integers
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.measured import scatter
+from historysim.measured.loop_values import LoopValues, Trace
 from historysim.measured.noise import FEWEST_SAMPLES, noise_of
 from historysim.measured.power_law import CONFIDENCE
 
@@ -30,45 +30,26 @@ DROP = 0.1
 DROPS = 2
 
 
-@attrs.frozen(eq=False)
-class Strokes:
-    """A record and its strokes.
+def instrument_faults(loops: LoopValues) -> list[str]:
+    """Return what the record of some loops looks like, a text for each fault.
 
-    Attributes
-    ----------
-    time, displacement, tangential_load : array (sample)
-        [s, m, N].
-    ends : array of int (loop, 3)
-        The samples at which each loop begins, turns back, and ends.
-    friction_force : array (loop, direction)
-        [N], of the forward and of the backward branch; NaN where it is not known.
-    noise : float
-        Standard deviation of the noise of the displacement [m].
+    None for a record of few samples, or one whose displacement has no noise that is known.
     """
-
-    time: Floats
-    displacement: Floats
-    tangential_load: Floats
-    ends: Integers
-    friction_force: Floats
-    noise: float
-
-
-def what_it_looks_like(strokes: Strokes) -> list[str]:
-    """Return what the record of some loops looks like, a text for each fault; none for a record of few samples."""
-    if strokes.time.size < FEWEST_SAMPLES:
+    trace, noise = loops.trace, loops.displacement_noise
+    if not noise or trace.time.size < FEWEST_SAMPLES:
         return []
+    whole = loops.large & ~loops.left_out_branches.any(axis=1)
+    ends = loops.ends[whole]
     return [
-        *_clipped(strokes),
-        *_spikes(strokes),
-        *_of_the_zero(strokes),
-        *_lost_motion(strokes),
-        *_stick_slip(strokes),
+        *_clipped(trace.tangential_load),
+        *_spikes(trace),
+        *_of_the_zero(loops.friction_force[whole]),
+        *_lost_motion(trace, ends, noise),
+        *_stick_slip(trace, ends),
     ]
 
 
-def _clipped(strokes: Strokes) -> Iterator[str]:
-    load = strokes.tangential_load
+def _clipped(load: Floats) -> Iterator[str]:
     for name, extreme in (("greatest", load.max()), ("least", load.min())):
         at = load == extreme
         edges = np.flatnonzero(np.diff(np.concatenate([[0], at.astype(np.int8), [0]])))
@@ -82,8 +63,8 @@ def _clipped(strokes: Strokes) -> Iterator[str]:
         )
 
 
-def _spikes(strokes: Strokes) -> Iterator[str]:
-    channels = {"tangential load": strokes.tangential_load, "displacement": strokes.displacement}
+def _spikes(trace: Trace) -> Iterator[str]:
+    channels = {"tangential load": trace.tangential_load, "displacement": trace.displacement}
     for name, values in channels.items():
         steps = np.diff(values)
         up, down = steps[:-1], -steps[1:]
@@ -94,12 +75,12 @@ def _spikes(strokes: Strokes) -> Iterator[str]:
             yield (
                 f"{counted(count, 'sample', 'samples')} of the {name}, {100 * count / values.size:.2g} %, stand out "
                 "from both neighbours: they look like spikes, which change what is read off; median = 5 at this "
-                "channel takes them off"
+                "channel removes them"
             )
 
 
-def _of_the_zero(strokes: Strokes) -> Iterator[str]:
-    forward, backward = strokes.friction_force.T
+def _of_the_zero(friction_force: Floats) -> Iterator[str]:
+    forward, backward = friction_force.T
     known = np.isfinite(forward) & np.isfinite(backward)
     if np.count_nonzero(known) < scatter.FEWEST_LOOPS:
         return
@@ -111,29 +92,29 @@ def _of_the_zero(strokes: Strokes) -> Iterator[str]:
     if wander.drifts and abs(wander.rise) > OFFSET * force:
         yield (
             f"the zero of the tangential load drifts by {quantity_text(wander.rise, 'N', 3)} along the record, "
-            f"{100 * abs(wander.rise) / force:.2g} % of the friction force: drift_free = true at this channel takes "
-            "it off"
+            f"{100 * abs(wander.rise) / force:.2g} % of the friction force: drift_free = true at this channel "
+            "removes it"
         )
     elif abs(offset) > max(OFFSET * force, wander.reach):
         yield (
             f"the tangential load has an offset of {quantity_text(offset, 'N', 3)}, {100 * abs(offset) / force:.2g} "
-            "% of the friction force, or friction differs between the directions: means of both are free of it, a "
-            "fit is not; centred = true at this channel takes it off"
+            "% of the friction force, or friction differs between the directions: means over both directions are "
+            "free of it, a fit is not; centred = true at this channel removes it"
         )
 
 
-def _branches(strokes: Strokes) -> Iterator[tuple[Floats, Floats, Floats]]:
+def _branches(trace: Trace, all_ends: Integers) -> Iterator[tuple[Floats, Floats, Floats]]:
     """Yield time, displacement from the reversal and load of each branch, in its own direction."""
-    moved, load = strokes.displacement, strokes.tangential_load
-    for first, last in [branch for ends in strokes.ends for branch in pairwise(ends)]:
+    moved, load = trace.displacement, trace.tangential_load
+    for first, last in [branch for ends in all_ends for branch in pairwise(ends)]:
         sign, part = (1.0 if moved[last] > moved[first] else -1.0), slice(first, last + 1)
-        yield strokes.time[part], sign * (moved[part] - moved[first]), sign * load[part]
+        yield trace.time[part], sign * (moved[part] - moved[first]), sign * load[part]
 
 
-def _lost_motion(strokes: Strokes) -> Iterator[str]:
+def _lost_motion(trace: Trace, ends: Integers, noise: float) -> Iterator[str]:
     """Tell displacement without load, at zero load or behind a reversal, from what the stiffness beside it takes."""
     ratios: dict[str, list[tuple[float, float, float]]] = {"zero": [], "reversal": []}
-    for time, unsorted, loads in _branches(strokes):
+    for time, unsorted, loads in _branches(trace, ends):
         order = np.argsort(unsorted, kind="stable")
         moved, load = unsorted[order], loads[order]
         force = float(np.mean(load[moved >= 0.75 * moved[-1]]))
@@ -150,32 +131,31 @@ def _lost_motion(strokes: Strokes) -> Iterator[str]:
         ratios["zero"].append(((high - low - beside), beside, speed))
         behind = (at(-0.5) - at(-0.8)) / 3
         ratios["reversal"].append((at(-0.9) - behind, behind, speed))
-    for place, found in ratios.items():
-        if len(found) < scatter.FEWEST_LOOPS:
+    for place, branches in ratios.items():
+        if len(branches) < scatter.FEWEST_LOOPS:
             continue
-        width, beside, speed = np.median(np.array(found), axis=0)
-        stroke = float(np.median(np.abs(np.diff(strokes.displacement[strokes.ends], axis=1))))
-        if width < max(LOST * stroke, TIMES * beside, SPIKE * strokes.noise):
+        width, beside, speed = np.median(np.array(branches), axis=0)
+        stroke = float(np.median(np.abs(np.diff(trace.displacement[ends], axis=1))))
+        if width < max(LOST * stroke, TIMES * beside, SPIKE * noise):
             continue
         of = quantity_text(float(width), "m", 2)
         if place == "zero":
             yield (
                 f"the displacement goes on by {of} at zero load: it looks like a free play in the path of the load, "
-                "which "
-                f'displacements and stiffness hold; free_play = "{of}" at the displacement takes it off'
+                f'which displacements and stiffness hold; free_play = "{of}" at the displacement removes it'
             )
         else:
             lag = f", or the load lags by {quantity_text(float(width / speed), 's', 2)}" if speed > 0 else ""
             yield (
                 f"the load stays for {of} behind a reversal: it looks like backlash of the drive{lag}; "
-                "energies and displacements hold it (shift at a channel takes a lag off)"
+                "energies and displacements hold it (shift at a channel removes a lag)"
             )
 
 
-def _stick_slip(strokes: Strokes) -> Iterator[str]:
+def _stick_slip(trace: Trace, ends: Integers) -> Iterator[str]:
     drops, branches, largest = 0, 0, 0.0
-    noise = noise_of(strokes.tangential_load)
-    for _, moved, load in _branches(strokes):
+    noise = noise_of(trace.tangential_load)
+    for _, moved, load in _branches(trace, ends):
         slides = load[moved >= 0.5 * moved[-1]]
         if slides.size < FEWEST_SAMPLES:
             continue

@@ -69,8 +69,8 @@ def test_a_log_is_said_to_be_one(folder):
 @pytest.mark.parametrize(
     ("record", "said"),
     [
-        (None, "None: has no loops to find; expected a history"),
-        (3.0, "3.0: has no loops to find; expected a history"),
+        (None, "None: cannot be evaluated; expected a history"),
+        (3.0, "3.0: cannot be evaluated; expected a history"),
         ("none.toml", "none.toml: there is no such file"),
         ("none.csv", "none.csv: there is no such file"),
     ],

@@ -1,0 +1,314 @@
+"""What friction loops of a record, measured or simulated, say; `splitting` finds them.
+
+The tangential displacement U and the load T that drives it
+count positive in one direction, so that friction takes energy: ∮ T dU > 0. A *branch* leads from one reversal to the
+next; on the forward one U rises, and T tends to +μN; on the backward one U falls, and T tends to -μN. Below, u and f
+are displacement and load of a branch in its own direction, u = ±(U - U_reversal) and f = ±T, with + on the forward
+branch, so that both branches look alike.
+
+What is read off a branch, with the choices that `Definitions` has:
+
+- **friction force** F: the mean of f over the displacement of the sliding part, ∫ f du / ∫ du, of a measured record
+  without the outermost sample, which may be behind the turn. An offset of T moves it
+  up on one branch and down on the other; the mean of both is free of it. Where the load still rises there, the branch
+  does not slide yet: F is a lower bound, and stays out of means.
+- **normal load** and **friction coefficient**: the mean of N over the same displacement, and F over it.
+- **preliminary displacement**: u where f has first come a given share p of the way from the reversal to F; the
+  **displacement from zero load** to the same place; and the **virgin displacement** θμδ, by Mindlin's curve through the
+  branch up to there. `preliminary` says what each is on a sphere, and how it stands noise.
+- **stiffness** at the reversal: the slope of the least-squares line through the first part of the branch, of U over T
+  where that part is told by the load, and of T over U where it is told by the displacement, so that noise of the other
+  channel does not tilt it. It is less than k_t = 8 G* Σa by what the curve bends there.
+
+and off a whole loop:
+
+- **energy**: ∮ T dU by the trapezoidal rule, exact for a polyline, closed by a straight line from the end back to the
+  start; **gaps** say how far those two are apart.
+
+Both integrals, of friction force and energy, take the samples of a branch in the order of their displacements. In the
+order of time, hum that displacement and load have in common would enclose an area of its own in each of its periods.
+
+Branches on which the normal load moves by more than `Definitions.load_share` have no values, and their loops no energy;
+see `load_steps`.
+"""
+
+import math
+from typing import Literal, Self
+
+import attrs
+import numpy as np
+
+from historysim.basics.array_types import Booleans, Floats, Integers
+from historysim.basics.wording import counted
+from historysim.errors import InputError
+from historysim.measured.definitions import Definitions
+from historysim.measured.loop_table import Along, LoopQuantity, LoopTable, same_amplitude, same_load
+from historysim.measured.power_law import CONFIDENCE
+from historysim.measured.scatter import Wander, of_values
+from historysim.measured.statistics import LoopStatistics
+
+Direction = Literal["forward", "backward", "both"]
+
+DIRECTIONS: tuple[Direction, Direction] = ("forward", "backward")
+
+# what each quantity is called, and its unit
+BRANCH_QUANTITIES = {
+    "friction_force": ("friction force", "N"),
+    "normal_load": ("normal load", "N"),
+    "friction_coefficient": ("friction coefficient", "1"),
+    "preliminary_displacement": ("preliminary displacement", "m"),
+    "displacement_from_zero_load": ("displacement from zero load", "m"),
+    "virgin_displacement": ("virgin displacement θμδ", "m"),
+    "tangential_stiffness": ("stiffness at reversal", "N m-1"),
+}
+OF_SLIDING = "friction_force", "normal_load", "friction_coefficient"
+"""The quantities of a branch that are read off its sliding part, and do not need the reversal."""
+OF_SLIP = (
+    "friction_force",
+    "friction_coefficient",
+    "preliminary_displacement",
+    "displacement_from_zero_load",
+    "virgin_displacement",
+)
+"""The quantities of a branch that are lower bounds where it does not come to slide."""
+LOOP_QUANTITIES = {
+    "dissipated_energy": ("energy per loop", "J"),
+    "displacement_gap": ("gap in displacement", "m"),
+    "tangential_load_gap": ("gap in tangential load", "N"),
+}
+
+CONTENT = "friction loops"
+"""What the attribute ``content`` of a file of loops says, by which such a file is known."""
+
+
+class NoLoopError(InputError):
+    """A record has no whole loop, or none is left after those that are skipped."""
+
+
+@attrs.frozen(eq=False)
+class Trace:
+    """The channels that loops are found in, over time; the normal load is None where it is not known."""
+
+    time: Floats
+    """(sample) Times that do not decrease [s]."""
+    displacement: Floats
+    """(sample) Tangential displacement U [m]."""
+    tangential_load: Floats
+    """(sample) T [N], positive in the direction of U."""
+    normal_load: Floats | None
+    """(sample) N [N]."""
+
+
+@attrs.frozen(eq=False)
+class LoopValues:
+    """What is read off the loops of a record.
+
+    Quantities of branches are arrays (loop, direction) with the forward branch first; NaN where a branch has no value.
+    Means over the loops (`statistics`, `rows`) are those of the `large` ones.
+
+    Attributes
+    ----------
+    trace : Trace
+        The record that they were found in.
+    definitions : Definitions
+    dead_band : float
+        The smallest swing of the displacement that was taken for a reversal [m].
+    number : array of int (loop)
+        Which loop of the record each one is, from 0.
+    ends : array of int (loop, 3)
+        The samples at which each loop begins, turns back, and ends.
+    left_out : tuple of (int, int)
+        Pieces of the record at its beginning and its end, from sample to sample, that are no part of a loop.
+    friction_force : array (loop, direction)
+        [N], positive.
+    normal_load : array (loop, direction)
+        Mean over the sliding part [N].
+    friction_coefficient : array (loop, direction)
+        [1].
+    preliminary_displacement : array (loop, direction)
+        From the reversal to a share of the limit [m].
+    displacement_from_zero_load : array (loop, direction)
+        From zero load to the same share [m].
+    virgin_displacement : array (loop, direction)
+        θμδ of the sphere that is nearest, without the instrument [m].
+    tangential_stiffness : array (loop, direction)
+        At the reversal [N/m].
+    dissipated_energy : array (loop)
+        ∮ T dU [J].
+    displacement_gap, tangential_load_gap : array (loop)
+        U [m] and T [N] at the end of the loop less those at its start.
+    amplitude : array (loop)
+        Half the mean length of the branches that are not left out [m].
+    left_out_branches : array of bool (loop, direction)
+        Branches that have no values, since the normal load moves on them, or since the record ends on them.
+    stepped_branches : array of bool (loop, direction)
+        Branches without preliminary displacement and stiffness, since they begin with a step of the normal load.
+    rising_branches : array of bool (loop, direction)
+        Branches on which the load still rises where they should slide (`Definitions.still_rising`): their friction is a
+        lower bound, and so are their displacements. They stay out of means.
+    told : tuple of str
+        What was left out, and why.
+    lateral_stiffness : float
+        Of an instrument in series whose drive the displacement is that of [N/m]; inf for that of the contact.
+    remarks : tuple of (label, text)
+        What was done to the record before.
+    displacement_noise : float
+        Standard deviation of the noise of the displacement, 0 where it is not known [m].
+    """
+
+    trace: Trace = attrs.field(repr=False)
+    definitions: Definitions
+    dead_band: float
+    number: Integers
+    ends: Integers
+    left_out: tuple[tuple[int, int], ...]
+    friction_force: Floats
+    normal_load: Floats
+    friction_coefficient: Floats
+    preliminary_displacement: Floats
+    displacement_from_zero_load: Floats
+    virgin_displacement: Floats
+    tangential_stiffness: Floats
+    dissipated_energy: Floats
+    displacement_gap: Floats
+    tangential_load_gap: Floats
+    amplitude: Floats
+    left_out_branches: Booleans
+    stepped_branches: Booleans
+    rising_branches: Booleans
+    told: tuple[str, ...] = ()
+    lateral_stiffness: float = math.inf
+    remarks: tuple[tuple[str, str], ...] = ()
+    displacement_noise: float = 0.0
+
+    def __len__(self) -> int:
+        """Return the number of loops."""
+        return self.number.size
+
+    @property
+    def large(self) -> Booleans:
+        """Which loops count in means (loop): see `Definitions.amplitude_share`."""
+        large: Booleans = self.amplitude >= self.definitions.amplitude_share * self.amplitude.max()
+        return large
+
+    @property
+    def load_level(self) -> Integers:
+        """Which normal load each loop is at (loop): a number from 0 that rises with it, or -1 where it is not known."""
+        with np.errstate(invalid="ignore"):
+            load = np.nansum(self.normal_load, axis=1) / np.isfinite(self.normal_load).sum(axis=1)
+        return same_load(load, self.definitions.load_share)
+
+    def without_first(self, count: int) -> Self:
+        """Return the loops without the first ones, so many of each series of loops that follow each other at one load.
+
+        A NoLoopError where none is left.
+        """
+        if not count:
+            return self
+        level = self.load_level
+        starts = np.flatnonzero(np.diff(level, prepend=-2))
+        place = np.arange(len(self)) - np.repeat(starts, np.diff(starts, append=len(self)))
+        kept = place >= count
+        if not kept.any():
+            raise NoLoopError(
+                f"no series of loops at one normal load has more than the {count:,} that are to be left out; expected "
+                "one with more: lower skip_per_level"
+            )
+        per_loop = [
+            *BRANCH_QUANTITIES,
+            *LOOP_QUANTITIES,
+            "number",
+            "ends",
+            "amplitude",
+            "left_out_branches",
+            "stepped_branches",
+            "rising_branches",
+        ]
+        note = f"the first {counted(count, 'loop is', 'loops are')} left out at each load, {(~kept).sum():,} in all"
+        return attrs.evolve(self, **{name: getattr(self, name)[kept] for name in per_loop}, told=(*self.told, note))
+
+    def by_load(self) -> LoopTable:
+        """Return statistics of the large loops, a row for each normal load; empty where that was not measured."""
+        level, load = self.load_level, self.normal_load
+        members = [np.flatnonzero((level == each) & self.large) for each in range(level.max() + 1)]
+        kept = tuple(each for each in members if each.size)
+        return self._table("normal_load", np.array([np.nanmean(load[each]) for each in kept]), kept)
+
+    def by_amplitude(self) -> LoopTable:
+        """Return statistics of all loops, a row for each class of amplitudes that spans a factor of two."""
+        classes = same_amplitude(self.amplitude)
+        members = tuple(np.flatnonzero(classes == each) for each in range(classes.max() + 1))
+        return self._table("amplitude", np.array([self.amplitude[each].mean() for each in members]), members)
+
+    def _table(self, along: Along, value: Floats, members: tuple[Integers, ...]) -> LoopTable:
+        quantities = {
+            name: LoopQuantity(label, unit, self._of_slid(name))
+            for name, (label, unit) in {**BRANCH_QUANTITIES, **LOOP_QUANTITIES}.items()
+            if not name.endswith("_gap")
+        }
+        return LoopTable(along, value, members, quantities, DIRECTIONS, self._attributes())
+
+    def statistics(self, quantity: str, direction: Direction = "both") -> LoopStatistics:
+        """Return mean and scatter of a quantity over the large loops, where it needs sliding over those that slid.
+
+        Parameters
+        ----------
+        quantity : str
+            The name of one of the arrays.
+        direction : {"forward", "backward", "both"}
+            For quantities of branches. "both" takes the mean of the two branches of each loop first.
+
+        Raises
+        ------
+        InputError
+            Another name.
+        """
+        if direction not in {*DIRECTIONS, "both"}:
+            raise InputError(f"direction is {direction!r}; expected 'forward', 'backward' or 'both'")
+        if quantity not in {**BRANCH_QUANTITIES, **LOOP_QUANTITIES}:
+            raise InputError(
+                f"quantity is {quantity!r}; expected one of {', '.join([*BRANCH_QUANTITIES, *LOOP_QUANTITIES])}"
+            )
+        return self._statistics(self._of_slid(quantity), direction)
+
+    def _statistics(self, values: Floats, direction: Direction) -> LoopStatistics:
+        if direction != "both" and values.ndim == 2:
+            values = values[:, DIRECTIONS.index(direction)]
+        return LoopStatistics.of(values[self.large])
+
+    def _of_slid(self, quantity: str) -> Floats:
+        """Return a quantity, NaN where a branch did not come to slide and it would be a lower bound."""
+        values: Floats = getattr(self, quantity)
+        return np.where(self.rising_branches, math.nan, values) if quantity in OF_SLIP else values
+
+    def wander(self, quantity: str) -> Wander | None:
+        """Return how the mean of a quantity over the large loops wanders, with its interval of 95 % and its drift.
+
+        None for fewer than three loops that have a value. Parameters and errors as in `statistics`.
+        """
+        self.statistics(quantity)
+        values = self._of_slid(quantity)[self.large]
+        values = values.reshape(len(values), -1).mean(axis=1)
+        return of_values(values[np.isfinite(values)], CONFIDENCE)
+
+    def _attributes(self) -> dict[str, str | float | int]:
+        """Return how the loops were found."""
+        return {
+            "dead_band": self.dead_band,
+            "sliding_part": str(self.definitions.sliding),
+            "preliminary_displacement_reached_at": self.definitions.reached,
+            "initial_part": str(self.definitions.initial),
+            "load_share": self.definitions.load_share,
+            "amplitude_share": self.definitions.amplitude_share,
+            "still_rising": self.definitions.still_rising,
+            **({"left_out": "; ".join(self.told)} if self.told else {}),
+        }
+
+    def text(self, quantity: str, unit: str, direction: Direction = "both") -> str:
+        """Return mean ± standard deviation of a quantity as a text; parameters and errors as in `statistics`."""
+        count, statistics = int(self.large.sum()), self.statistics(quantity, direction)
+        if statistics.count or quantity not in OF_SLIP:
+            return statistics.text(unit, count)
+        # nothing slid: what there is, is a lower bound
+        bound = self._statistics(getattr(self, quantity), direction)
+        return f"≥ {bound.text(unit, count)}" if bound.count else bound.text(unit, count)
