@@ -307,6 +307,26 @@ def test_what_else_is_followed_changes_nothing():
     assert state.evolved.slid_distance.max() > 0
 
 
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"friction": ShearStrength(0.3e9)},
+        {"follow_sliding": True},
+        {"friction": SlidFriction([0.0, 1.0], [FRICTION, FRICTION])},
+        {},
+    ],
+)
+def test_a_state_is_not_changed_by_what_starts_from_it(options):
+    """Both loads rise from nothing, so that the way to the first summit that yields is followed in chords, too."""
+    ensemble = rough(5, 1, yielding=LAW, **options)
+    for state in (ensemble.initial_state(), ensemble.advance(ensemble.initial_state(), normal_load=0.2e-3)):
+        before = state.to_bytes()
+        ends = [ensemble.advance(state, normal_load=2e-3, tangential_load=1e-5) for _ in range(3)]
+        assert state.to_bytes() == before
+        assert ends[0] == ends[1] == ends[2]
+        assert ends[0].yielded.yielding_load.any()
+
+
 # ---- first loading, running in ------------------------------------------------------------------------------------
 
 

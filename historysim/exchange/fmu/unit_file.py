@@ -163,8 +163,8 @@ def unit_files(
     state = job.ensemble.initial_state() if at is None else job.state(until=scalar("at", at))
     if state.memory.evolved:
         raise InputError(
-            "the asperities evolve (a law of friction, wear, or other summits), which a unit of co-simulation does not "
-            "follow; expected constant coefficients and summits"
+            "the asperities evolve (a law of friction, wear, yielding, or other summits), which a unit of "
+            "co-simulation does not follow; expected constant coefficients and summits"
         )
     curves = job.ensemble.curves
     resources = {"contact.bin": state.to_bytes()}

@@ -59,10 +59,10 @@ def reduce(
     found = exported(source, tell)
     ensemble = found.replay.ensemble
     changes = found.replay.changes
-    if changes.friction or changes.sliding or changes.wear or changes.geometry:
+    if changes.friction or changes.evolve:
         raise InputError(
-            "friction or summits change (a law of friction, wear, or events), which springs of a fixed limit do not "
-            "follow; expected constant coefficients and summits"
+            "friction or summits change (a law of friction, wear, yielding, or events), which springs of a fixed limit "
+            "do not follow; expected constant coefficients and summits"
         )
     loads, displacement, forces = _own_history(found.replay)
     moved = loads[np.append(False, np.diff(displacement) != 0.0)]
