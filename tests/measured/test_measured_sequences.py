@@ -161,7 +161,7 @@ def test_fit_finds_the_parameters_and_writes_them(folder):
     assert number(done.output, "misfit over noise") == pytest.approx(1, abs=0.15)
     assert "note" not in done.output
     fitted = scenario.load(folder / "out" / "found.toml")
-    assert f"{fitted.instrument.lateral_stiffness:.6g}" in done.output
+    assert f"{fitted.instrument.lateral_stiffness / 1e3:.6g} kN/m" in done.output
     assert "# fitted, 95 %: " in fitted.text
     assert "; a guess" in fitted.text
     # the fitted scenario is compared, replayed and fitted again where it is
