@@ -88,9 +88,12 @@ def main() -> int:
         gallery.draw(ROOT, pictures, arguments.workers)
     lay_out(source, pictures)
     warnings_are_errors = ["-W", "--keep-going"]
-    return build_main(
+    code = build_main(
         ["-q", *warnings_are_errors, "-c", str(HERE), "-d", str(source / ".doctrees"), str(source), str(output)]
     )
+    if not code:
+        sys.stdout.write(f"{output / 'index.html'}\n")
+    return code
 
 
 if __name__ == "__main__":

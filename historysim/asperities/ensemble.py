@@ -468,12 +468,10 @@ class Ensemble:
         Raises
         ------
         InputError
-            What is no instrument, or asperities that evolve.
+            What is no instrument.
         """
-        state = state or self.initial_state()
-        if state.memory.evolved:
-            raise InputError("asperities that evolve are not stepped in place; expected advance, path by path")
-        return Stepper(state, self._driven(saturate, instrument), self.curves)
+        walk = partial(self.walk, saturate=saturate, instrument=instrument)
+        return Stepper(state or self.initial_state(), self._driven(saturate, instrument), self.curves, walk)
 
     def load_state(self, path: str | Path) -> EnsembleState:
         """Return a state of this ensemble from a file that `EnsembleState.save` has written.

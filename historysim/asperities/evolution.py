@@ -1,19 +1,24 @@
 """What makes asperities evolve, as the library takes it: friction, wear, yielding, and where friction goes."""
 
 import contextlib
+import traceback
 from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import TracebackType
 from typing import Any
 
 import attrs
 import numpy as np
 
 from historysim.asperities.friction import FrictionGoal
+from historysim.asperities.law import Law
 from historysim.asperities.laws.friction_law import FrictionLaw, Loaded
 from historysim.asperities.wear import WearLaw
 from historysim.asperities.yielding import YieldingLaw
 from historysim.basics.array_types import Floats
 from historysim.basics.library import ffi, pointer
 from historysim.contact.materials import MaterialPair
+from historysim.errors import HistorySimError, InputError
 from historysim.memory.binding import fill, view
 
 
@@ -60,13 +65,13 @@ class Evolution:
             kept.append(fill(found.law, self.law.core()))
             if not found.law.kind:
                 found.law.kind = ffi.integer_const("HS_CALLERS_LAW")
-                kept.append(_callback("hs_law_function", self._coefficients(self.law), raised))
+                kept.append(_callback("hs_law_function", self.law, self._coefficients(self.law), raised))
                 found.law.function = kept[-1]
         if self.wear is not None:
             kept.append(fill(found.wear, self.wear.core()))
             if not found.wear.kind:
                 found.wear.kind = ffi.integer_const("HS_CALLERS_WEAR")
-                kept.append(_callback("hs_wear_function", _volumes(self.wear), raised))
+                kept.append(_callback("hs_wear_function", self.wear, _volumes(self.wear), raised))
                 found.wear.function = kept[-1]
         if self.yielding is not None:
             law = self.yielding
@@ -77,7 +82,7 @@ class Evolution:
             found.follow_sliding = self.follow_sliding
             if not found.yielding.kind:
                 found.yielding.kind = ffi.integer_const("HS_CALLERS_YIELDING")
-                kept.append(_callback("hs_yielding_function", self._first_loading(law), raised))
+                kept.append(_callback("hs_yielding_function", law, self._first_loading(law), raised))
                 found.yielding.function = kept[-1]
         try:
             yield found
@@ -88,23 +93,23 @@ class Evolution:
     def _coefficients(self, law: FrictionLaw) -> Callable[..., int]:
         def fill(_user: Any, loaded: Any, friction: Any) -> int:
             count = loaded.count
-            view(friction, count)[:] = law.coefficients(
-                Loaded(
-                    pair=self.pair,
-                    normal_load=view(loaded.normal_load, count),
-                    total_normal_load=loaded.total_normal_load,
-                    summit_radius=view(loaded.summit_radius, count),
-                    slid_distance=view(loaded.slid_distance, count),
-                )
+            given = Loaded(
+                pair=self.pair,
+                normal_load=view(loaded.normal_load, count),
+                total_normal_load=loaded.total_normal_load,
+                summit_radius=view(loaded.summit_radius, count),
+                slid_distance=view(loaded.slid_distance, count),
             )
+            _put(friction, count, law.coefficients(given), "coefficients", least=0.0)
             return 0
 
         return fill
 
     def _first_loading(self, law: YieldingLaw) -> Callable[..., int]:
         def fill(_user: Any, count: int, approach: Any, radius: Any, load: Any, contact_radius: Any) -> int:
-            found = law.first_loading(view(approach, count), view(radius, count), self.pair)
-            view(load, count)[:], view(contact_radius, count)[:] = found
+            loads, radii = law.first_loading(view(approach, count), view(radius, count), self.pair)
+            _put(load, count, loads, "loads of first loading")
+            _put(contact_radius, count, radii, "contact radii of first loading")
             return 0
 
         return fill
@@ -112,14 +117,39 @@ class Evolution:
 
 def _volumes(wear: WearLaw) -> Callable[..., int]:
     def fill(_user: Any, count: int, load: Any, slid: Any, energy: Any, volume: Any) -> int:
-        view(volume, count)[:] = wear.volume(view(load, count), view(slid, count), view(energy, count))
+        _put(volume, count, wear.volume(view(load, count), view(slid, count), view(energy, count)), "volumes")
         return 0
 
     return fill
 
 
-def _callback(kind: str, function: Callable[..., int], raised: list[BaseException]) -> Any:
-    def failed(_kind: Any, error: BaseException, _trace: Any) -> None:
-        raised.append(error)
+def _put(place: Any, count: int, values: Any, what: str, least: float = -np.inf) -> None:
+    """Hand the library what a law says of so many asperities, if these are numbers that it can have."""
+    try:
+        found = np.broadcast_to(np.asarray(values, dtype=np.float64), count)
+    except (TypeError, ValueError):
+        shape = f"an array {np.shape(values)}" if isinstance(values, np.ndarray) else repr(values)
+        raise InputError(f"the {what} are {shape}; expected a number for each of {count} asperities") from None
+    wrong = ~(np.isfinite(found) & (found >= least))
+    if wrong.any():
+        bound = f" of {least:g} or more" if least > -np.inf else ""
+        raise InputError(f"one of the {what} is {found[wrong][0]:g}; expected a finite number{bound}")
+    view(place, count)[:] = found
+
+
+def _callback(kind: str, law: Law, function: Callable[..., int], raised: list[BaseException]) -> Any:
+    def failed(_kind: Any, error: BaseException, trace: TracebackType) -> None:
+        raised.append(_of_law(law, error, trace) if isinstance(error, Exception) else error)
 
     return ffi.callback(kind, function, error=1, onerror=failed)
+
+
+def _of_law(law: Law, error: Exception, trace: TracebackType) -> Exception:
+    """Return the error of a law of the user's own as one that says whose it is, and where."""
+    if isinstance(error, HistorySimError):
+        return InputError(f"the law '{law.kind}': {error}").with_traceback(trace)
+    *_, last = traceback.extract_tb(trace)
+    where = f"{Path(last.filename).name}, line {last.lineno}"
+    found = InputError(f"the law '{law.kind}' fails in {where}: {type(error).__name__}: {error}")
+    found.__cause__ = error
+    return found

@@ -128,7 +128,7 @@ def run_in(
             raise InputError("the map has no summit left to press on; expected fewer passes, or less wear")
         ensemble = Ensemble.from_summits(pair, summits, friction, yielding=yielding)
         state = ensemble.advance(ensemble.initial_state(), normal_load=one.normal_load)
-        height, radius = summits.height.copy(), summits.radius.copy()
+        height, radius = summits.height, summits.radius
         if (left := state.yielded) is not None:
             height, radius = left.summit_height, left.summit_radius
         own = np.maximum(state.approach - (ensemble.highest_summit - height), 0.0)

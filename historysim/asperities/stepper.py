@@ -2,6 +2,7 @@
 
 import math
 import warnings
+from collections.abc import Callable
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -42,39 +43,47 @@ class Stepper:
     """A state that is stepped in place, for tight loops: of a controller, or of an integrator.
 
     `Ensemble.stepper` makes one. It gives the bits that `Ensemble.advance` and a replay give, at a cost that does not
-    grow with the depth of the memory. It can be pickled. What it was is lost with each step: `save` first where a step
-    may be undone, such as a trial inside an integrator's stages.
+    grow with the depth of the memory. Where asperities evolve each step costs what it costs there. It can be pickled.
+    What it was is lost with each step: `save` first where a step may be undone, such as a trial inside an integrator's
+    stages.
 
     Attributes
     ----------
     memory : hs_memory
-        What C code steps: ``hs_step(memory, …, drive, …)``. Its address is ``int(ffi.cast("intptr_t", memory))``.
+        What C code steps, unless asperities evolve: ``hs_step(memory, …, drive, …)``. Its address is
+        ``int(ffi.cast("intptr_t", memory))``. Where asperities evolve each step makes another one.
     drive : hs_drive
         How it is driven.
     """
 
-    def __init__(self, state: EnsembleState, drive: Any, curves: NormalCurves | None) -> None:
+    def __init__(
+        self, state: EnsembleState, drive: Any, curves: NormalCurves | None, walk: Callable[..., EnsembleState]
+    ) -> None:
         self.drive = drive
         self._curves = curves
+        self._walk = walk
         self._refusal = ffi.new("hs_refusal *")
         self.restore(state)
 
     def __getstate__(self) -> tuple[Any, ...]:
-        return self.save(), bytes(ffi.buffer(self.drive)), self._curves, self._start
+        return self.save(), bytes(ffi.buffer(self.drive)), self._curves, self._walk, self._start
 
     def __setstate__(self, kept: tuple[Any, ...]) -> None:
+        state, content, curves, walk, start = kept
         drive = ffi.new("hs_drive *")
-        ffi.memmove(drive, kept[1], len(kept[1]))
-        self.__init__(kept[0], drive, kept[2])  # type: ignore[misc] # what unpickling takes the place of
-        self._start = kept[3]
+        ffi.memmove(drive, content, len(content))
+        self.__init__(state, drive, curves, walk)  # type: ignore[misc] # what unpickling takes the place of
+        self._start = start
 
     def restore(self, state: EnsembleState) -> None:
         """Go on from a state of the same ensemble, such as one that `save` has returned."""
-        self.memory = copied(state.memory)
+        self._hold(copied(state.memory))
         check(lib.hs_memory_join(self.memory))
-        self._units = self.memory.contact.units
         self._start = state.approach
         self._reached, self._move, self._turns, self._time = self.memory.displacement, 0.0, 0, -math.inf
+
+    def _hold(self, memory: Any) -> None:
+        self.memory, self._units = memory, memory.contact.units
 
     def save(self) -> EnsembleState:
         """Return the present state, which later steps do not change."""
@@ -112,12 +121,17 @@ class Stepper:
         memory = self.memory
         normal, end = channel("normal", normal_load, normal_displacement, memory.normal_control, 0.0)
         tangential, goal = channel("tangential", tangential_load, tangential_displacement, memory.tangential_control)
-        if self._curves is not None:
-            self._curves.check_reach(paths_to(goals((normal, end)), goals((tangential, goal))))
         start = memory.approach
-        status = lib.hs_step(memory, normal, end, tangential, goal, self.drive, self._refusal)
-        if status:
-            check(status, self._refusal)
+        if memory.evolved:
+            paths = paths_to(goals((normal, end)), goals((tangential, goal)))
+            memory = self._walk(EnsembleState(memory), paths).memory
+            self._hold(memory)
+        else:
+            if self._curves is not None:
+                self._curves.check_reach(paths_to(goals((normal, end)), goals((tangential, goal))))
+            status = lib.hs_step(memory, normal, end, tangential, goal, self.drive, self._refusal)
+            if status:
+                check(status, self._refusal)
         # a ramp of both loads begins where the contact touches
         self._start = (max(start, 0.0) if normal == tangential == LOAD else start) * self._units.length
         move = memory.displacement - self._reached
@@ -146,7 +160,8 @@ class Stepper:
         """Return the derivatives of the loads in where the last step ended, on its side.
 
         They are exact where there is one friction coefficient or a displacement is controlled; of several coefficients
-        under two controlled loads, they are those of the straight path in (d, U) to the same end.
+        under two controlled loads, they are those of the straight path in (d, U) to the same end. Of asperities that
+        evolve they are those at held friction and shapes: a summit that is yielding is softer than that.
         """
         found = lib.hs_slopes_of(self.memory, self._start)
         return Slopes(found.tangential, found.coupling, found.normal)

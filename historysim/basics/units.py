@@ -36,6 +36,7 @@ _NAMES = {
     ),
     "s": "sample_time duration dt until at t_span",
     "Pa": "contact_modulus shear_modulus",
+    "N m-1": "lateral_stiffness",
     "J m-2": "work_of_adhesion",
     "m2": "nominal_area area",
     "m-2": "summit_density",

@@ -1,5 +1,6 @@
 """Commands that ask a log: verify, state, fork, append, log."""
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -63,12 +64,15 @@ def state(log: Path, moment: str | None, asperity: int | None, output: Path | No
     """Show the state at a time in LOG (NAME.history)."""
     if output is not None:
         check_outputs([Output(output, (RESULT if asperity is None else PICTURE,))], [log], force=force)
-    from historysim.basics.units import quantity_text
+    from historysim.basics.units import duration_text, quantity_text
     from historysim.log.event_log import EventLog
 
     with EventLog(log) as events:
-        time = float("inf") if moment is None else quantity_option("--at", moment, "s")
+        time = math.inf if moment is None else quantity_option("--at", moment, "s")
         ensemble_state = events.state(at=time, tell=notice)
+        last = events.events(len(events) - 1)[0].time if len(events) else math.inf
+        if last < time < math.inf:
+            notice(f"{log.name}: its last event is at {duration_text(last)}; this is the state that it left")
         if asperity is not None:
             from historysim.asperities.asperity_summary import reversal_table, summary
             from historysim.results.plots.single_asperity import plot_asperity

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.arguments import checked
 from historysim.basics.array_types import Floats
+from historysim.coupling.control_system import INPUTS
 from historysim.errors import InputError, LoadError
 
 if TYPE_CHECKING:
@@ -129,11 +130,18 @@ def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
     begin, end = (float(time) for time in span)
     make = _solver_class(method)
     given: dict[str, Any] = {"saturate": saturate, "instrument": instrument}
-    where = place(begin, checked("y0", y0))
+    start = checked("y0", y0)
+    if start.ndim != 1:
+        raise InputError(f"y0 has {start.ndim} dimensions; expected one, of the variables at the beginning")
+    where = place(begin, start)
     if not isinstance(where, Mapping):
         raise InputError(
             f"place returned {where!r}; expected targets of the contact, such as {{'tangential_displacement': y[0]}}"
         )
+
+    unknown = sorted(set(where) - set(INPUTS))
+    if unknown:
+        raise InputError(f"place returned {', '.join(map(repr, unknown))}; expected {', '.join(INPUTS)}")
 
     def moved(contact: "EnsembleState", targets: Mapping[str, float]) -> "EnsembleState":
         chosen: dict[str, Any] = {**targets, **given}
@@ -141,11 +149,15 @@ def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
 
     present = moved(state or ensemble.initial_state(), where)
 
-    def rate(t: float, y: Floats) -> npt.ArrayLike:
+    def rate(t: float, y: Floats) -> Floats:
         # `present` is that of the last accepted step, whatever has been tried since
-        return motion(t, y, moved(present, place(t, y)))
+        found = checked("dy/dt of motion", motion(t, y, moved(present, place(t, y))))
+        if found.shape != y.shape:
+            # one number would pass for all
+            raise InputError(f"motion returned {found.tolist()}; expected dy/dt of each of {y.size} variables")
+        return found
 
-    solver = make(rate, begin, checked("y0", y0), end, **options)
+    solver = make(rate, begin, start, end, **options)
     times, values, states, turns, evaluations = [begin], [solver.y.copy()], [present], 0, 0
     while solver.status == "running":
         message = solver.step()

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from historysim.basics.array_types import Floats
 from historysim.basics.files import replacing
 
-FORM = b"3"
+FORM = b"4"
 """Changes whenever the same arguments are to be computed anew."""
 DIGEST = "digest"
 """Name of the digest of all other arrays of a file."""

@@ -1,5 +1,6 @@
 """A rigid flat on a rough elastic half-space without friction, solved by Tamaas (Polonsky–Keer conjugate gradients)."""
 
+import math
 import time
 from typing import Any
 
@@ -54,6 +55,7 @@ class HalfSpace:
         sides = [side / self.unit for side in surface.size]
         self._model: Any = tamaas.ModelFactory.createModel(tamaas.model_type.basic_2d, sides, list(surface.shape))
         self._model.E, self._model.nu = 1.0, 0.0
+        self._pixel = [side / self.unit for side in surface.pixel_size]
         self._operator: Any = None
         kind = tamaas.PolonskyKeerRey
         self._solver: Any = kind(self._model, self.heights, ACCURACY, kind.pressure, kind.pressure)
@@ -78,6 +80,12 @@ class HalfSpace:
         stiffness[0, 0] = np.inf
         needed = np.fft.ifft2(np.fft.fft2(self.heights - self.heights.mean()) / stiffness).real
         return -float(needed.min())
+
+    @property
+    def slope(self) -> float:
+        """Rms slope of the map, by differences of neighbouring points."""
+        squares = (np.diff(self.heights, axis=axis) / side for axis, side in enumerate(self._pixel))
+        return math.sqrt(sum(float((each**2).mean()) for each in squares))
 
     def time_of_iteration(self) -> float:
         """Return how long a step of the conjugate gradients takes [s]: one displacement, and as much again."""

@@ -1,6 +1,7 @@
 """`NormalSolutions`: pressures of a rough contact at a row of loads, point by point, and the patches."""
 
 import math
+import os
 from collections.abc import Iterator
 from typing import Self
 
@@ -14,7 +15,7 @@ from historysim.basics.progress import progress_bar
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.interaction.cache import kept
-from historysim.interaction.few_points import FewPoints
+from historysim.interaction.few_points import EACH_TOUCH, FewPoints
 from historysim.interaction.half_space import HalfSpace
 from historysim.interaction.patches import patches_of
 from historysim.surfaces.heights import Surface
@@ -32,6 +33,16 @@ ITERATIONS = 60
 """Steps of the conjugate gradients that a load takes, after the one before it."""
 LONG = 30.0
 """Time that is announced before it begins [s]."""
+MUCH = 2**30
+"""Memory that is announced before it is taken [bytes]."""
+BYTES = 170 * 2**20
+"""Memory of the program, and of a contact of few points."""
+POINT_BYTES = {True: 112, False: 205}
+"""What is held of each point of a map that repeats, and of any other."""
+PRESSURE_BYTES = 24
+"""What is held of the pressure of a point in contact under a load."""
+AREA_PER_PRESSURE = 2.2
+"""A/A0 over p/(E* h'), with the rms slope h' of the map: about that while little of it touches."""
 MOST_CHANGE = 0.1
 """Change of the contact area without every second point, from which areas and patches are those of the grid."""
 
@@ -103,11 +114,13 @@ class NormalSolutions:
         Raises
         ------
         InputError
-            A map that cannot be solved, neither a load nor an approach, or the extra is not installed.
+            A map that cannot be solved, or not in the machine's memory, neither a load nor an approach, or the extra is
+            not installed.
         """
         load, approach = scalar("largest_load", largest_load, least=0), scalar("largest_approach", largest_approach)
         if load <= 0 and approach <= 0:
             raise InputError("nothing touches; expected a normal load or an approach of more than 0")
+        _check_memory(_held(surface), surface.shape)
         space = HalfSpace(surface)
         target = (load / (surface.nominal_area), approach / space.unit)
         key = (np.ascontiguousarray(surface.heights), np.array([*surface.pixel_size, surface.periodic, *target]))
@@ -116,11 +129,13 @@ class NormalSolutions:
             return _solve(space, surface, target, progress=progress, tell=tell)
 
         found = kept("normal_solutions", key, solved)
-        touching = (found["pressure"][-1] > 0).reshape(surface.shape)
+        point = found["point"].astype(np.int64)
+        touching = np.zeros(surface.shape, dtype=bool)
+        touching.flat[point] = True
         return cls(
             found["approach"] * space.unit,
-            (point := np.flatnonzero(touching)),
-            found["pressure"][:, point],
+            point,
+            found["pressure"],
             found["stiffness"] * space.unit,
             patches_of(touching, periodic=surface.periodic).ravel()[point],
             surface.shape,
@@ -195,30 +210,36 @@ def _solve(
     """Solve all loads, from the first touch, and the heaviest on the map with every second point left out."""
     _check_flattening(space, *target)
     count, cell = space.heights.size, math.prod(surface.size) / space.unit**2 / surface.heights.size
-    approaches, pressures, stiffnesses = [], [], []
+    rows: list[tuple[float, Integers, Floats, float]] = []
+    mean = 0.0
     for row in FewPoints(space.heights, space.influence, periodic=surface.periodic).rows():
-        pressure = np.zeros(count)
-        pressure[row.point] = row.pressure
-        approaches.append(row.approach)
-        pressures.append(pressure)
-        stiffnesses.append(float(row.growth.sum()) * cell)
-        if pressure.mean() >= target[0] * ABOVE and row.approach >= target[1] * ABOVE:
+        rows.append((row.approach, row.point, row.pressure, float(row.growth.sum()) * cell))
+        mean = float(row.pressure.sum()) / count
+        if mean >= target[0] * ABOVE and row.approach >= target[1] * ABOVE:
             break
     else:
-        first = float(pressures[-1].mean()) if pressures else 0.0
-        for approach, pressure in _heavier(space, first, target, progress=progress, tell=tell):
-            if not approaches or approach > approaches[-1]:
-                approaches.append(approach)
-                pressures.append(pressure)
-                stiffnesses.append(math.nan)
+        for approach, pressure in _heavier(space, surface, mean, target, progress=progress, tell=tell):
+            if not rows or approach > rows[-1][0]:
+                touching = np.flatnonzero(pressure)
+                rows.append((approach, touching, pressure[touching], math.nan))
+                mean = float(pressure.mean())
+    point = np.sort(rows[-1][1][rows[-1][2] > 0])
     return {
-        "approach": np.array(approaches),
-        "pressure": np.array(pressures),
-        "stiffness": np.array(stiffnesses),
-        "coarse": _change_at_half(
-            space, surface, float(pressures[-1].mean()), approaches[-1], float((pressures[-1] > 0).mean())
-        ),
+        "approach": np.array([row[0] for row in rows]),
+        "point": point,
+        "pressure": np.array([_at(point, *row[1:3]) for row in rows]),
+        "stiffness": np.array([row[3] for row in rows]),
+        "coarse": _change_at_half(space, surface, mean, rows[-1][0], point.size / count),
     }
+
+
+def _at(point: Integers, known: Integers, pressure: Floats) -> Floats:
+    """Return pressures at points, in rising order, of those where they are known."""
+    found = np.zeros(point.size)
+    place = np.searchsorted(point, known).clip(max=point.size - 1)
+    there = point[place] == known
+    found[place[there]] = pressure[there]
+    return found
 
 
 def _check_flattening(space: HalfSpace, pressure: float, approach: float) -> None:
@@ -235,22 +256,49 @@ def _check_flattening(space: HalfSpace, pressure: float, approach: float) -> Non
 
 
 def _heavier(
-    space: HalfSpace, first: float, target: tuple[float, float], *, progress: bool, tell: Teller
+    space: HalfSpace, surface: Surface, first: float, target: tuple[float, float], *, progress: bool, tell: Teller
 ) -> Iterator[tuple[float, Floats]]:
     """Yield approaches and pressures of loads from above a mean pressure to what is asked for."""
     top = _top(space, *target)
     first = first or top * LIGHTEST
     loads = np.geomspace(first, top, max(math.ceil(math.log(top / first) / math.log(STEP)), 1) + 1)[1:]
     seconds = loads.size * ITERATIONS * space.time_of_iteration()
-    if seconds > LONG:
-        sides = " × ".join(f"{side:,}" for side in space.heights.shape)
-        tell(f"the normal contact of {sides} points takes some {seconds / 60:.0f} min for {loads.size} loads, once")
+    touching = space.heights.size * min(AREA_PER_PRESSURE * top / space.slope, 1.0)
+    memory = _held(surface) + PRESSURE_BYTES * (loads.size + EACH_TOUCH) * touching
+    _check_memory(memory, surface.shape)
+    if seconds > LONG or memory > MUCH:
+        and_memory = f" and {memory / 2**30:.1f} GiB of memory" if memory > MUCH else ""
+        tell(
+            f"the normal contact of {_sides(surface.shape)} points takes some {seconds / 60:.0f} min{and_memory} for "
+            f"{loads.size} loads, once"
+        )
     with progress_bar(progress, "load", loads.size, desc="normal contact", delay=2) as count:
         for load in loads:
             found = space.solve(float(load))
             count()
             if found is not None:
                 yield found[0], found[1].ravel()
+
+
+def _held(surface: Surface) -> float:
+    """Return what is held of a map while it is solved, pressures of all loads left out [bytes]."""
+    return BYTES + POINT_BYTES[surface.periodic] * surface.heights.size
+
+
+def _check_memory(needed: float, shape: tuple[int, int]) -> None:
+    """Check that this machine, where it tells, has as much memory as is needed [bytes]."""
+    if not hasattr(os, "sysconf"):
+        return
+    there = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    if needed > there:
+        raise InputError(
+            f"the normal contact of {_sides(shape)} points takes some {needed / 2**30:.1f} GiB of memory, and this "
+            f"machine has {there / 2**30:.1f} GiB; expected a smaller map: cut it, or leave points out"
+        )
+
+
+def _sides(shape: tuple[int, int]) -> str:
+    return " × ".join(f"{side:,}" for side in shape)
 
 
 def _change_at_half(space: HalfSpace, surface: Surface, top: float, approach: float, area: float) -> Floats:

@@ -159,7 +159,10 @@ def _verify_result(output: Path, log: Path | None, *, progress: bool, tell: Tell
     if log is None and not beside.is_file():
         # what is no result has no log
         with _opened(output):
-            raise InputError(f"{output}: its log {beside} is not there; put it there, or say where it is with --log")
+            raise InputError(
+                f"{output}: its log {beside} is not there; put it there, or say where it is with --log, or make the "
+                f"result again from the log inside it: historysim run {output} -o again.nc"
+            )
     with LogFile(beside) as file, _opened(output) as result:
         # what it can be made again from has a checksum of its own
         if embedded_log.group_of(result) is not None:

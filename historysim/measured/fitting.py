@@ -17,6 +17,7 @@ import attrs
 import numpy as np
 
 from historysim.basics.array_types import Floats, Integers
+from historysim.basics.units import UNIT_OF, quantity_text
 from historysim.basics.wording import counted
 from historysim.measured import scatter
 from historysim.measured.misfit import what_is_left
@@ -73,15 +74,23 @@ class Parameter:
 
     def interval(self, unit: float = 1.0) -> str:
         """Return the confidence interval as a text, in a unit of that many SI units."""
-        return f"95 %: {_range(self.low / unit, self.high / unit)}"
+        known = self.high < UNDETERMINED * self.low
+        return f"95 %: {self.low / unit:.6g} to {self.high / unit:.6g}" if known else "95 %: not determined"
 
-    def noise_interval(self) -> str:
-        """Return what the interval would be if what is left were independent from sample to sample, as a text."""
-        return _range(self.noise_low, self.noise_high)
+    def text(self, told: str = "") -> str:
+        """Return estimate and interval with their unit, and behind the interval what else is told of it."""
+        return f"{self.text_of(self.value, 6)} (95 %: {self._range(self.low, self.high)}{told})"
 
+    def noise_text(self) -> str:
+        """Return what the interval would be if what is left were independent from sample to sample, with its unit."""
+        return self._range(self.noise_low, self.noise_high)
 
-def _range(low: float, high: float) -> str:
-    return f"{low:.6g} to {high:.6g}" if high < UNDETERMINED * low else "not determined"
+    def text_of(self, value: float, digits: int = 4) -> str:
+        """Return a value that it might have as a text with its unit."""
+        return quantity_text(value, UNIT_OF.get(self.name, "1"), digits)
+
+    def _range(self, low: float, high: float) -> str:
+        return f"{self.text_of(low, 6)} to {self.text_of(high, 6)}" if high < UNDETERMINED * low else "not determined"
 
 
 @attrs.frozen(eq=False)
@@ -128,10 +137,8 @@ class ParameterFit:
         first = int(not self.fits)
         lines = [("the model does not fit", text) for text in self.notes[:first]]
         for parameter in self.parameters:
-            interval = parameter.interval()
-            if self.loops_compared is not None:
-                interval += f"; were samples independent {parameter.noise_interval()}"
-            lines.append((parameter.name, f"{parameter.value:.6g}  ({interval})"))
+            samples = "" if self.loops_compared is None else f"; were samples independent {parameter.noise_text()}"
+            lines.append((parameter.name, parameter.text(samples)))
         lines.append(("intervals by", self._basis()))
         names = [parameter.name for parameter in self.parameters]
         lines += [
@@ -286,7 +293,8 @@ def _drifting(parameter: Parameter, wander: scatter.Wander) -> Parameter:
 
 def _drifts(parameters: Sequence[Parameter]) -> list[str]:
     return [
-        f"{each.name} drifts along the record, from {each.start:.4g} at its start to {each.end:.4g} at its end, by "
+        f"{each.name} drifts along the record, from {each.text_of(each.start)} at its start to "
+        f"{each.text_of(each.end)} at its end, by "
         f"{100 * each.slope_low:+.2g} to {100 * each.slope_high:+.2g} % (95 %); the estimate is that of its middle"
         for each in parameters
         if each.drifts

@@ -1225,8 +1225,11 @@ int hs_walk_evolving(hs_memory *memory, const hs_path *paths, int64_t count, con
     w.compliance = drive->compliance * memory->contact->units.stiffness;
     if (make_buffers(&w, memory->contact) != HS_OK) return HS_OUT_OF_MEMORY;
     status = hs_begin_recording(&recorder, memory->contact, rows);
-    if (status == HS_OK && w.wears) status = own_contact(memory);
-    if (status == HS_OK && !w.alone) status = make_spares(&w, memory, spare);
+    if (status == HS_OK && !w.alone) {
+        /* it changes places with copies whose summits change */
+        if (w.wears || w.yields) status = own_contact(memory);
+        if (status == HS_OK) status = make_spares(&w, memory, spare);
+    }
     for (int64_t p = 0; p < count && status == HS_OK; ++p) {
         hs_path path = hs_without_dimension(&memory->contact->units, paths + p);
         refusal->path = p;

@@ -193,7 +193,7 @@ typedef struct hs_refusal {
 } hs_refusal;
 
 /* Carry a memory along one straight path to targets in N or m; not a number holds a channel as it was controlled last.
- * Of a path that is refused nothing is changed. `refusal` may be NULL. */
+ * Of a path that is refused nothing is changed. Nothing evolves on it (see `hs_walk_evolving`). `refusal` may be NULL. */
 HS_API int hs_step(hs_memory *memory, int normal_control, double normal_target, int tangential_control,
                    double tangential_target, const hs_drive *drive, hs_refusal *refusal);
 /* Return a new memory that has done so; NULL where the path was not walked. */

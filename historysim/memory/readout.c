@@ -127,25 +127,60 @@ hs_slopes hs_slopes_of(const hs_memory *memory, double start) {
 
 /* ---- how far tractions are from Coulomb's law at every point ------------------------------------------------------------ */
 
-/* |τ|/(μ p) at the radius of a label: the same on all asperities of a group that have it. */
-static double traction_ratio(const hs_vertex *stack, int64_t depth, double friction, double label) {
-    double total = 0.0;
-    for (int64_t j = depth - 1; j > 0 && stack[j].label > label; --j) {
-        double low = hs_most(stack[j - 1].label, label);
-        total += stack[j].slope * (sqrt(stack[j].label - label) - sqrt(low - label));
+/* Where a point of the contact is, by the label from which on it touches: that itself where asperities carry, between knots
+ * the stiffness then, in proportion to the radius of an axisymmetric contact (Sneddon 1965). */
+static double place_of(hs_curve curve, double label) {
+    return curve.load ? hs_load_at(curve, label).slope : label;
+}
+
+/* By how much the pressure at a place rises between two approaches, times a factor of its own. Of asperities pressures are
+ * Hertz's; between knots they are those of the axisymmetric contact with this curve, whose dp/da is 1/√(P'² - s²). */
+static double rise_of_pressure(hs_curve curve, double low, double high, double place) {
+    if (!curve.load) return sqrt(hs_most(high - place, 0.0)) - sqrt(hs_most(low - place, 0.0));
+    double rise = 0.0;
+    int64_t i = hs_touching(curve.gap, curve.count, low);
+    for (i -= i > 0; i < curve.count && curve.gap[i] < high; ++i) {
+        double begin = hs_most(low, curve.gap[i]), end = i + 1 < curve.count ? hs_least(high, curve.gap[i + 1]) : high;
+        if (end <= begin) continue;
+        double bend = hs_bend_at(curve, i), last = curve.weight[i] + bend * (end - curve.gap[i]);
+        double first = hs_most(curve.weight[i] + bend * (begin - curve.gap[i]), place);
+        if (last <= place) continue;
+        double root = sqrt((last - place) * (last + place));
+        /* where the stiffness does not rise the logarithm is rounding */
+        rise += last - first > 1e-9 * last
+                    ? log((last + root) / (first + sqrt((first - place) * (first + place)))) / bend
+                    : (end - begin) / root;
     }
-    return fabs(total) / (friction * sqrt(stack[depth - 1].label - label));
+    return rise;
+}
+
+/* |τ|/(μ p) at a place. */
+static double traction_ratio(const hs_group *group, int64_t depth, double place) {
+    const hs_vertex *stack = group->stack;
+    double traction = 0.0, pressure = 0.0;
+    for (int64_t j = depth - 1; j > 0 && place_of(group->curve, stack[j].label) > place; --j) {
+        double rise = rise_of_pressure(group->curve, stack[j - 1].label, stack[j].label, place);
+        traction += stack[j].slope * rise;
+        pressure += rise;
+    }
+    return pressure > 0.0 ? fabs(traction) / (group->friction * pressure) : 0.0;
 }
 
 /* The largest |τ|/(μ p) of a group, found to about 1e-4. */
-static double largest_traction_ratio(const hs_vertex *stack, int64_t depth, double friction) {
-    if (depth < 2 || friction == 0.0) return 0.0;
-    double largest = fabs(stack[depth - 1].slope) / friction;
+static double largest_traction_ratio(const hs_group *group, int64_t depth) {
+    const hs_vertex *stack = group->stack;
+    if (depth < 2 || group->friction == 0.0) return 0.0;
+    double largest = 0.0;
+    /* at the edge of a punch, where nothing more comes into contact, all pressures are without end */
+    if (place_of(group->curve, stack[depth - 1].label) > place_of(group->curve, stack[depth - 2].label))
+        largest = fabs(stack[depth - 1].slope) / group->friction;
     for (int64_t j = 1; j < depth; ++j) {
         /* below a vertex tractions change with the root of the distance to it */
-        double high = stack[j].label, width = sqrt(high - stack[j - 1].label), best = 0.0, at_best = 0.0;
+        double high = place_of(group->curve, stack[j].label), best = 0.0, at_best = 0.0;
+        double width = sqrt(hs_most(high - place_of(group->curve, stack[j - 1].label), 0.0));
+        if (width == 0.0) continue;
         for (int i = 1; i <= SAMPLES; ++i) {
-            double x = width * i / SAMPLES, here = traction_ratio(stack, depth, friction, high - x * x);
+            double x = width * i / SAMPLES, here = traction_ratio(group, depth, high - x * x);
             if (here > best) {
                 best = here;
                 at_best = i;
@@ -155,8 +190,8 @@ static double largest_traction_ratio(const hs_vertex *stack, int64_t depth, doub
         double high_x = width * hs_least(at_best + 1.0, SAMPLES) / SAMPLES;
         for (int turn = 0; turn < 12; ++turn) {
             double third = (high_x - low_x) / 3.0, x_left = low_x + third, x_right = high_x - third;
-            double left = traction_ratio(stack, depth, friction, high - x_left * x_left);
-            double right = traction_ratio(stack, depth, friction, high - x_right * x_right);
+            double left = traction_ratio(group, depth, high - x_left * x_left);
+            double right = traction_ratio(group, depth, high - x_right * x_right);
             best = hs_most(best, hs_most(left, right));
             if (left < right)
                 low_x = x_left;
@@ -208,8 +243,10 @@ static void record_totals(const hs_memory *memory, hs_totals *totals, int satura
     for (int64_t index = 0; index < contact->groups && memory->depth[index] > 0; ++index) {
         const hs_vertex *stack = memory->vertices + index * memory->capacity;
         int64_t depth = memory->depth[index];
-        if (memory->steep[index])
-            ratio = hs_most(ratio, largest_traction_ratio(stack, depth, memory->friction[index]));
+        if (memory->steep[index]) {
+            hs_group group = hs_group_of(memory, index);
+            ratio = hs_most(ratio, largest_traction_ratio(&group, depth));
+        }
         limit += memory->friction[index] * stack[depth - 1].normal;
     }
     int64_t touching = hs_contact_count(memory);

@@ -128,7 +128,8 @@ WHERE_FRICTION_CHANGES = (
         "largest ratio of tangential traction to friction limit, |τ|/(μp), in the contact",
         extra={
             "comment": "1 where Coulomb's law holds at every point; more where a fall of friction has left springs "
-            "strained beyond it, which is the error of the model there"
+            "strained beyond it, which is the error of the model there; of normal curves and full interaction it is "
+            "that of a round contact with the same normal curve"
         },
         source="traction_ratio",
     ),

@@ -79,7 +79,7 @@ def fit_rows(runs: "Sequence[Run[Fit]]") -> Rows:
     names = next(list(run.result.values) for run in runs if run.result is not None)
 
     def row(fitted: "Fit") -> tuple[str, ...]:
-        values = tuple(f"{each.value:.6g} ({each.interval()})" for each in fitted.parameters)
+        values = tuple(each.text() for each in fitted.parameters)
         rms = quantity_text(fitted.comparison.left.rms, "N", 3)
         return (*values, f"{fitted.estimates.misfit:.3g}", rms)
 

@@ -207,6 +207,28 @@ def _drawn(what: object, name: str, title: str, chosen: _Options) -> "Drawn":
     return draw_figure(what, pictures, **chosen.place) if pictures else _ground(what, chosen)
 
 
+def _first_quantity(sweep: "xr.Dataset") -> str:
+    """Return what a sweep or its spread is mostly about, and of others, such as a design, the first number."""
+    known = (name for name in ("preliminary_displacement", "preliminary_displacement_mean") if name in sweep)
+    return next(known, str(next(iter(sweep.data_vars))))
+
+
+def _with_deviation(spread: "xr.Dataset", mean: str, deviation: str, place: "Place") -> "Drawn":
+    """Draw a mean that `historysim.spread` has given, with its standard deviation."""
+    from historysim.results.plots.swept import plot_swept
+
+    # under the name of what it is the mean of, which has words for its axis
+    name = mean.removesuffix("_mean")
+    text = str(spread[mean].attrs.get("long_name", name)).removeprefix("mean of: ")
+    drawn = {
+        name: spread[mean].assign_attrs(long_name=text),
+        "lower": spread[mean] - spread[deviation],
+        "upper": spread[mean] + spread[deviation],
+    }
+    title = "mean ± standard deviation"
+    return plot_swept(spread.assign(drawn), name, ends={"y": ("lower", "upper")}, title=title, **place)
+
+
 LOOPS = "loops"
 """The picture of loops over one another."""
 
@@ -225,9 +247,11 @@ def _sweep(what: "xr.Dataset", chosen: _Options) -> "Drawn":
         raise InputError(f"{next(iter(chosen.lines))}: belongs to the picture {LOOPS} of a sweep; expected it")
     from historysim.results.plots.swept import plot_swept
 
-    # what a sweep is mostly about, and of others, such as a design, the first number
-    quantity = "preliminary_displacement" if "preliminary_displacement" in what else str(next(iter(what.data_vars)))
-    return plot_swept(what, picture or quantity, **chosen.place)
+    quantity = picture or _first_quantity(what)
+    deviation = f"{quantity.removesuffix('_mean')}_standard_deviation"
+    if quantity.endswith("_mean") and deviation in what:
+        return _with_deviation(what, quantity, deviation, chosen.place)
+    return plot_swept(what, quantity, **chosen.place)
 
 
 def _dataset(what: "xr.Dataset", name: str, chosen: _Options) -> "Drawn":

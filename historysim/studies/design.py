@@ -40,7 +40,8 @@ CLOSE = 1e-9
 """Of the value that is found: how near it is to the root."""
 JUMPS = 1e-3
 """Of the target: how far the output may be from it where a root was found; beyond it the output jumps there."""
-
+MOST_NOTES = 10
+"""Notes on single points that are told."""
 
 QUANTILE = 0.95
 """Share of the points at which an output is below, or above, a limit, where nothing else is said."""
@@ -162,13 +163,7 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
         if not np.isfinite(values).any():
             # what keeps all points from a value is told once
             raise InputError(f"{scenario.path.name}: design: no value of {problem.key} was found; {roots[0].reason}")
-        for index, one in enumerate(roots):
-            where = ", ".join(f"{name} = {value}" for name, value in points[index].items())
-            if one.reason:
-                tell(f"{where or scenario.path.name}: {one.reason}")
-            if one.others:
-                more = counted(one.others, "more value", "more values")
-                tell(f"{where or scenario.path.name}: the least value counts; {more} of {problem.key} would do, too")
+        _tell_of(problem, points, roots, tell)
         with reported(scenario.path.name), at("design"):
             middle = float(np.nanmedian(values)) if problem.limit is None else _limited(problem, roots)
         beside = _each(_output_at, [(problem, point, middle) for point in points], chosen, count, progress=progress)
@@ -201,6 +196,29 @@ def problem_of(scenario: Scenario, section: DesignSection | None = None) -> tupl
     swept_coordinates(scenario, grid)
     share = QUANTILE if section.quantile is None else section.quantile
     return Problem(scenario, key, low, high, section.output, wanted, limit, share), grid
+
+
+def _tell_of(problem: Problem, points: Sequence[Point], roots: Sequence[Root], tell: Teller) -> None:
+    """Tell at which points no value was found, and why, and where it is not the only one."""
+    notes = []
+    for point, one in zip(points, roots, strict=True):
+        where = ", ".join(f"{name} = {value}" for name, value in point.items()) or problem.scenario.path.name
+        if one.reason and not (problem.limit and one.throughout):
+            notes.append(f"{where}: {one.reason}")
+        if one.others:
+            more = counted(one.others, "more value", "more values")
+            notes.append(f"{where}: the least value counts; {more} of {problem.key} would do, too")
+    for note in notes[:MOST_NOTES]:
+        tell(note)
+    if len(notes) > MOST_NOTES:
+        tell(f"… and {len(notes) - MOST_NOTES:,} more notes of this kind")
+    limit = quantity_text(problem.target, SUMMARIES[problem.output].units)
+    for side in ("below", "above"):
+        count = sum(problem.limit is not None and one.throughout == side for one in roots)
+        if count:
+            tell(
+                f"{problem.output} stays {side} {limit} over the whole of between at {count:,} of {len(roots):,} points"
+            )
 
 
 def _limited(problem: Problem, roots: Sequence[Root]) -> float:

@@ -9,6 +9,8 @@ from historysim.basics.wording import nearest
 from historysim.errors import InputError
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+LABELS = ("critical_asperity",)
+"""Numbers of a sweep that only name something, so that a mean of them says nothing."""
 
 
 def spread(found: xr.Dataset, along: str = "surface_seed", quantiles: Sequence[float] = QUANTILES) -> xr.Dataset:
@@ -48,7 +50,7 @@ def spread(found: xr.Dataset, along: str = "surface_seed", quantiles: Sequence[f
         raise InputError(f"quantiles are {quantiles!r}; expected numbers from 0 to 1")
     result: dict[str, xr.DataArray] = {}
     for name, values in found.data_vars.items():
-        if along not in values.dims or values.dtype.kind not in "fi":
+        if along not in values.dims or values.dtype.kind not in "fi" or name in LABELS:
             continue
         numbers, text = values.astype(float), str(values.attrs.get("long_name", name))
         count: xr.DataArray = numbers.notnull().sum(along)

@@ -105,6 +105,8 @@ def sweep(  # noqa: PLR0913 - the keys of [sweep], and how it is carried out
         swept_coordinates(scenario, grid)
     check_workers(workers)
     plan = _Plan(scenario, grid, outputs, None if store is None else Path(store))
+    kept = "" if store is None else f", {len(plan.cells):,} of them in {store} already"
+    logger.info("%s: %s cells%s", scenario.path.name, f"{len(plan.points):,}", kept)
     if executor is None and workers > 1:
         plan.carry_out(None, workers, progress=progress)
     else:

@@ -228,3 +228,40 @@ def test_totals_and_chosen_asperities_of_what_evolves():
         assert name not in totals
     for name in totals.variables:
         assert totals[name].values.tobytes() == whole[name].values.tobytes(), name
+
+
+EVOLVING = (
+    {"yielding": "kogut-etsion"},
+    {"yielding": "thornton", "follow_sliding": True},
+    {"wear": ArchardWear(coefficient=1e-4, hardness=6e9)},
+    {"follow_sliding": True},
+)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_state_is_never_changed_and_leads_to_the_same_again(seed):
+    """Whatever evolves, and whatever is done: from the state, from it again, and from its bytes."""
+    rng = np.random.default_rng(seed)
+    pair = hs.MaterialPair.from_moduli(contact_modulus=43e9, shear_modulus=9.2e9, hardness=5.5e9)
+    height, radius = np.append(0.0, rng.uniform(-60e-9, 0, 3)), rng.uniform(0.5e-6, 2e-6, 4)
+    friction = [0.2, ShearStrength(0.3e9), SlidFriction([0, 1e-7], [0.2, 0.3])][seed % 3]
+    ensemble = hs.Ensemble(pair, height, radius, friction, **EVOLVING[seed % 4])
+    state = ensemble.initial_state()
+    for _ in range(6):
+        load, pull = rng.uniform(0.2, 4) * 1e-3, {"tangential_load": rng.uniform(-1, 1) * 1e-4}
+        depth, moved = rng.uniform(-0.1, 1) * 1e-7, {"tangential_displacement": rng.uniform(-1, 1) * 30e-9}
+        one = [int(rng.integers(4))]
+        do, options = [
+            (ensemble.with_friction, {"friction": 0.3, "asperities": one}),
+            (ensemble.with_geometry, {"summit_height": -1e-8, "asperities": one, "saturate": True}),
+            (ensemble.advance, {"normal_load": load, "saturate": True} | pull),
+            (ensemble.advance, {"normal_load": load} | moved),
+            (ensemble.advance, {"normal_displacement": depth, "saturate": True} | pull),
+            (ensemble.advance, {"normal_displacement": depth, "instrument": hs.Instrument(1e6)} | moved),
+        ][rng.integers(6)]
+        before = state.to_bytes()
+        after = do(state, **options)
+        assert state.to_bytes() == before
+        assert do(state, **options) == after
+        assert do(type(state).from_bytes(before), **options) == after
+        state = after

@@ -89,10 +89,48 @@ def test_what_an_own_law_raises_comes_out():
     class Silent(laws.FrictionLaw):
         kind, depends_on, text = "silent", "own", "of a test"
 
-    with pytest.raises(ZeroDivisionError, match="asperities"):
+    class Interrupted(OwnSlid):
+        def coefficients(self, loaded):  # noqa: ARG002 - the arguments of a law
+            raise KeyboardInterrupt
+
+    where = r"the law 'own slid' fails in test_own_laws\.py, line \d+: ZeroDivisionError: \d asperities"
+    with pytest.raises(hs.InputError, match=where) as caught:
         end(friction=Failing())
-    with pytest.raises(NotImplementedError, match="Silent has no coefficients"):
+    assert isinstance(caught.value.__cause__, ZeroDivisionError)
+    with pytest.raises(hs.InputError, match="Silent has no coefficients"):
         end(friction=Silent())
+    with pytest.raises(KeyboardInterrupt):
+        end(friction=Interrupted())
+
+
+@pytest.mark.parametrize(
+    ("returned", "said"),
+    [
+        (np.full(7, 0.2), r"the coefficients are an array \(7,\); expected a number for each of \d asperities"),
+        (None, "one of the coefficients is nan; expected a finite number of 0 or more"),
+        ("rough", "the coefficients are 'rough'; expected a number"),
+        (-0.1, r"one of the coefficients is -0\.1; expected a finite number of 0 or more"),
+        (np.inf, "one of the coefficients is inf"),
+    ],
+)
+def test_what_an_own_law_returns_is_checked(returned, said):
+    class Odd(OwnSlid):
+        def coefficients(self, loaded):  # noqa: ARG002 - the arguments of a law
+            return returned
+
+    with pytest.raises(hs.InputError, match=f"the law 'own slid': {said}"):
+        end(friction=Odd())
+
+
+def test_volumes_of_an_own_law_are_checked_where_they_are_lost():
+    class Endless(OwnWear):
+        def volume(self, normal_load, slid_distance, dissipated_energy):
+            # what is asked for when the ensemble is made has another load
+            lost = super().volume(normal_load, slid_distance, dissipated_energy)
+            return lost if normal_load[0] == 1e-3 else np.full_like(lost, np.nan)
+
+    with pytest.raises(hs.InputError, match="the law 'own wear': one of the volumes is nan"):
+        end(wear=Endless())
 
 
 def test_a_wear_law_that_depends_on_the_parts_of_a_way_is_told():

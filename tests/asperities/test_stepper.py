@@ -54,6 +54,61 @@ def test_a_stepper_and_a_state_have_the_bits_of_a_replay(seed, several):
     assert stepper.dissipated_energy == state.dissipated_energy
 
 
+@pytest.mark.parametrize("kind", ["yields", "yields, by strength", "wears", "slides"])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_stepper_of_asperities_that_evolve_has_the_bits_of_advance(kind, seed):
+    rng = np.random.default_rng(seed)
+    pair = hs.MaterialPair.from_moduli(contact_modulus=43e9, shear_modulus=9.2e9, hardness=5.5e9)
+    height, radius = np.append(0.0, rng.uniform(-60e-9, 0, 4)), rng.uniform(0.5e-6, 2e-6, 5)
+    options = {
+        "yields": {"yielding": "kogut-etsion"},
+        "yields, by strength": {"yielding": "thornton", "friction": hs.laws.ShearStrength(0.3e9)},
+        "wears": {"wear": hs.wear.ArchardWear(coefficient=1e-4, hardness=6e9)},
+        "slides": {"follow_sliding": True},
+    }[kind]
+    ensemble = hs.Ensemble(pair, height, radius, **({"friction": 0.2} | options))
+    driven = {"saturate": True, "instrument": hs.Instrument(1e6)} if seed == 1 else {"saturate": seed == 2}
+    state, stepper = ensemble.initial_state(), ensemble.stepper(**driven)
+    for k in range(8):
+        where = {"normal_displacement": rng.uniform(0.05, 1) * 15e-9 * (k + 2)} if k % 3 else {}
+        where |= {"normal_load": rng.uniform(0.2, 2) * 1e-3} if k % 3 == 0 else {}
+        where |= {"tangential_displacement": rng.uniform(-1, 1) * 40e-9} if k % 4 else {"tangential_load": 1e-5}
+        before, state = state, ensemble.advance(state, **where, **driven)
+        if k % 3 == 1:
+            # a trial that yields farther, and is taken back
+            stepper.step(normal_displacement=300e-9)
+            stepper.restore(before)
+        if k % 4 == 1:
+            stepper = pickle.loads(pickle.dumps(stepper))  # noqa: S301 - our own
+        stepper.step(**where)
+        assert stepper.save() == state
+        assert stepper.tangential_load == state.tangential_load
+        assert stepper.dissipated_energy == state.dissipated_energy
+    if "yields" in kind:
+        assert np.count_nonzero(state.yielded.yielding_load) > 1
+
+
+def test_a_step_of_summits_that_yield_that_is_refused_changes_nothing():
+    pair = hs.MaterialPair.from_moduli(contact_modulus=43e9, shear_modulus=9.2e9, hardness=5.5e9)
+    stepper = hs.Ensemble(pair, [0.0, -30e-9], 1e-6, 0.2, yielding="kogut-etsion").stepper()
+    stepper.step(normal_load=1e-3)
+    stepper.step(tangential_load=1e-4)
+    before = stepper.save()
+    with pytest.raises(hs.FrictionLimitError):
+        stepper.step(normal_load=3e-3, tangential_load=1e-3)
+    assert stepper.save() == before
+    # what has yielded is elastic up to there, and its slopes are those of differences
+    stepper.step(normal_displacement=0.8 * stepper.approach)
+    kept, found, step = stepper.save(), stepper.slopes(), 1e-12
+
+    def load(move):
+        stepper.restore(kept)
+        stepper.step(normal_displacement=kept.approach + move)
+        return stepper.normal_load
+
+    assert found.normal == pytest.approx((load(step) - load(-step)) / (2 * step), rel=1e-5)
+
+
 def test_many_paths_at_once_are_as_many_single_ones():
     ensemble = rough()
     start = ensemble.advance(ensemble.initial_state(), normal_load=0.3)

@@ -205,7 +205,7 @@ def test_a_law_of_the_users_own():
     broken = Softer()
     ensemble = rough(3, 1, yielding=broken)
     broken.break_it = "raises"
-    with pytest.raises(RuntimeError, match="own"):
+    with pytest.raises(InputError, match=r"law 'softer' fails in test_yielding\.py, line .*: RuntimeError: of the"):
         ensemble.advance(ensemble.initial_state(), normal_load=1e-3)
 
 
@@ -305,6 +305,26 @@ def test_what_else_is_followed_changes_nothing():
         ends.append((state.tangential_load, state.approach, state.dissipated_energy))
     np.testing.assert_allclose(ends[1:], [ends[0]] * 2, rtol=2e-3)
     assert state.evolved.slid_distance.max() > 0
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"friction": ShearStrength(0.3e9)},
+        {"follow_sliding": True},
+        {"friction": SlidFriction([0.0, 1.0], [FRICTION, FRICTION])},
+        {},
+    ],
+)
+def test_a_state_is_not_changed_by_what_starts_from_it(options):
+    """Both loads rise from nothing, so that the way to the first summit that yields is followed in chords, too."""
+    ensemble = rough(5, 1, yielding=LAW, **options)
+    for state in (ensemble.initial_state(), ensemble.advance(ensemble.initial_state(), normal_load=0.2e-3)):
+        before = state.to_bytes()
+        ends = [ensemble.advance(state, normal_load=2e-3, tangential_load=1e-5) for _ in range(3)]
+        assert state.to_bytes() == before
+        assert ends[0] == ends[1] == ends[2]
+        assert ends[0].yielded.yielding_load.any()
 
 
 # ---- first loading, running in ------------------------------------------------------------------------------------

@@ -439,6 +439,10 @@ def test_the_state_is_told_at_any_time(ran):
     assert "normal load              50 mN\n" in done.output
     assert "tangential load          4 mN\n" in done.output
     assert "tangential load          8 mN\n" in call("state", "ball.history").output
+    assert "Note" not in done.output
+    after = call("state", "ball.history", "--at", "200 s").output
+    assert "ball.history: its last event is at 1 s; this is the state that it left" in after
+    assert "tangential load          8 mN\n" in after
     assert call("state", "ball.history", "--at", "0.5", "-o", "all.nc").output.endswith("all.nc\n")
     with netCDF4.Dataset(ran / "all.nc") as all_asperities:
         assert all_asperities["tangential_load"][0, 0] == pytest.approx(4e-3)

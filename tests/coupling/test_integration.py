@@ -107,5 +107,15 @@ def test_nonsense_is_refused():
         solve_ivp(free, 1.0, [0.0, SPEED], ENSEMBLE, place)
     with pytest.raises(hs.InputError, match=r"place returned 1\.0; expected targets of the contact"):
         solve_ivp(free, (0.0, 1e-3), [0.0, SPEED], ENSEMBLE, lambda _t, _y: 1.0)
+    with pytest.raises(hs.InputError, match="place returned 'displacement'; expected normal_load, normal_displacement"):
+        solve_ivp(free, (0.0, 1e-3), [0.0, SPEED], ENSEMBLE, lambda _t, y: {"displacement": y[0]})
+    for y0, motion, said in (
+        ([0.0, SPEED], lambda _t, y, _contact: [y[1]], r"motion returned \[4e-05\]; expected dy/dt of each of 2"),
+        ([0.0, SPEED], lambda _t, _y, _contact: None, "dy/dt of motion is nan; expected a finite number"),
+        ([0.0, SPEED], lambda _t, _y, _contact: [0.0, np.nan], r"dy/dt of motion\[1\] is nan"),
+        ([[0.0, SPEED]], free, "y0 has 2 dimensions; expected one"),
+    ):
+        with pytest.raises(hs.InputError, match=said):
+            solve_ivp(motion, (0.0, 1e-3), y0, ENSEMBLE, place, state=PRESSED)
     with pytest.raises(hs.FrictionLimitError):
         solve_ivp(free, (0.0, 1e-3), [0.0, SPEED], ENSEMBLE, lambda t, _y: {"tangential_load": 100 * t}, state=PRESSED)

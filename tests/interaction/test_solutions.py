@@ -1,3 +1,6 @@
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from dense_contact import DenseContact
@@ -201,14 +204,41 @@ def test_a_contact_of_few_points_is_told():
     assert NormalSolutions.of(balls(0.0), largest_approach=1.0).notices == ()
 
 
-def test_how_long_it_takes_is_told_before(monkeypatch):
+def test_time_and_memory_are_told_before_and_too_much_is_refused(monkeypatch):
     from historysim.interaction import few_points, solutions
 
     monkeypatch.setattr(few_points, "MOST_POINTS", 8)
-    monkeypatch.setattr(solutions, "LONG", 0.0)
     told = []
-    NormalSolutions.of(rough(3, 32), largest_approach=0.3, tell=told.append)
+    for name, approach in (("LONG", 0.3), ("MUCH", 0.25)):
+        monkeypatch.setattr(solutions, name, 0.0)
+        NormalSolutions.of(rough(3, 32), largest_approach=approach, tell=told.append)
     assert "the normal contact of 32 × 32 points takes some 0 min for" in told[0]
+    assert "takes some 0 min and 0.2 GiB of memory for" in told[1]
+    monkeypatch.setitem(solutions.POINT_BYTES, True, 1e15)
+    with pytest.raises(hs.InputError, match=r"32 × 32 points takes some .* GiB of memory, and this machine has .* GiB"):
+        NormalSolutions.of(rough(3, 32), largest_approach=0.2)
+
+
+PEAK = """
+import resource
+import historysim as hs
+from historysim.interaction import solutions
+surface = hs.random_surface((512, 512), 0.5e-6, 24e-9, 20e-6, seed=1, autocorrelation="gaussian")
+if not {periodic}:
+    surface = hs.Surface(surface.heights, surface.pixel_size)
+solutions.NormalSolutions.of(surface, largest_load={load})
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024, solutions._held(surface))
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="memory is counted in other units")
+@pytest.mark.parametrize(("periodic", "load"), [(True, 2e-13), (False, 6e-14)])
+def test_the_memory_that_is_told_is_what_it_takes(periodic, load):
+    program = PEAK.format(periodic=periodic, load=load)
+    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True)
+    peak, told = map(float, ran.stdout.split())
+    assert 0.75 * told < peak < 1.15 * told
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ from scipy import stats
 
 import historysim as hs
 from historysim.errors import InputError
-from historysim.measured.fitting import fit_parameters
+from historysim.measured.fitting import Parameter, fit_parameters
 from historysim.measured.measurement import Measurement
 from historysim.measured.observation import observe
 
@@ -92,6 +92,13 @@ def test_intervals_of_the_halves_of_a_record_overlap():
     assert first[1].startswith("the model leaves 1.")
     assert "% from branch to branch" in first[1]
     assert "were samples independent" in dict(rest)["friction"]
+
+
+def test_an_estimate_is_told_with_its_unit():
+    stiffness = Parameter("lateral_stiffness", 3.34e5, 3.3e5, 3.4e5, 3.32e5, 3.36e5)
+    assert stiffness.text() == "334 kN/m (95 %: 330 kN/m to 340 kN/m)"
+    assert stiffness.noise_text() == "332 kN/m to 336 kN/m"
+    assert Parameter("friction", 0.2, 0.15, 0.25).text() == "0.2 (95 %: 0.15 to 0.25)"
 
 
 def test_few_loops_have_the_interval_of_noise_alone():

@@ -157,11 +157,11 @@ def test_fit_finds_the_parameters_and_writes_them(folder):
     assert files(folder) == ["measured.csv", "out", "s.toml"]
     assert files(folder / "out") == ["found.png", "found.toml"]
     assert number(done.output, "friction ") == pytest.approx(0.2, rel=1e-3)
-    assert number(done.output, "lateral_stiffness") == pytest.approx(synthetic.STIFFNESS, rel=0.02)
+    assert number(done.output, "lateral_stiffness") == pytest.approx(synthetic.STIFFNESS / 1e3, rel=0.02)  # in kN/m
     assert number(done.output, "misfit over noise") == pytest.approx(1, abs=0.15)
     assert "note" not in done.output
     fitted = scenario.load(folder / "out" / "found.toml")
-    assert f"{fitted.instrument.lateral_stiffness:.6g}" in done.output
+    assert f"{fitted.instrument.lateral_stiffness / 1e3:.6g} kN/m" in done.output
     assert "# fitted, 95 %: " in fitted.text
     assert "; a guess" in fitted.text
     # the fitted scenario is compared, replayed and fitted again where it is

@@ -1,5 +1,7 @@
 """A change of friction: a jump is what many small falls are, and how far the springs then are from Coulomb's law."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from polylines import Polylines
@@ -65,6 +67,65 @@ def test_the_springs_are_as_far_from_coulombs_law_as_is_told(turns, factor, by_r
     lines = dict(analysis.summary(history))
     assert ("traction" in lines) == (largest > 1.05)
     assert "traction" not in lines or f"{largest:.2f}" in lines["traction"]
+
+
+def rise_of_pressure(stiffness, touch, low, high, place):
+    """∫ da/√(P'² - s²) by the midpoint rule in √(a - h), with h where P' = s; times a factor of its own."""
+    if high <= touch:
+        return 0.0
+    x = np.linspace(np.sqrt(max(low - touch, 0.0)), np.sqrt(high - touch), 2001)
+    middle = 0.5 * (x[1:] + x[:-1])
+    return float(np.sum(2 * middle * np.diff(x) / np.sqrt(stiffness(touch + middle**2) ** 2 - place**2)))
+
+
+@pytest.mark.parametrize(
+    ("load", "stiffness", "touch"),
+    [
+        (lambda a: 4 / 3 * a**1.5 * (1 + 1e-5 * a), lambda a: 2 * a**0.5, lambda s: (s / 2) ** 2),
+        (lambda a: a**2, lambda a: 2 * a, lambda s: s / 2),
+        (lambda a: a**1.25, lambda a: 1.25 * a**0.25, lambda s: (s / 1.25) ** 4),
+    ],
+)
+@pytest.mark.parametrize(("turns", "factor", "ratio"), [(fall[0], fall[1], fall[-1]) for fall in FALLS[1:]])
+def test_round_contacts_of_a_normal_curve_tell_the_same(turns, factor, ratio, load, stiffness, touch):
+    approach = np.geomspace(1e-4, 1.01, 300)
+    table = hs.Ensemble.from_normal_curves(UNIT, approach, load(approach), friction=FRICTION)
+    state = turned(turns, table, FRICTION * load(1.0))
+    events = [hs.NormalDisplacement(0.0, 1.0)]
+    events += [hs.TangentialLoad(1.0 + k, turn * FRICTION * load(1.0)) for k, turn in enumerate(turns)]
+    events += [hs.TangentialDisplacement(8.0, state.tangential_displacement)]
+    events += [hs.FrictionChange(9.0, factor * FRICTION)]
+    history = hs.replay(table, events, record="totals")
+    told = float(history.largest_traction_ratio[-1])
+    if load(1.0) == pytest.approx(4 / 3, rel=1e-4):
+        assert told == pytest.approx(ratio, rel=3e-3)
+    state = table.advance(state, tangential_displacement=state.tangential_displacement)
+    vertices = table.advance(state, friction=factor * FRICTION).vertices()
+    ends, largest = vertices["label"] * state.memory.contact.units.length, 0.0
+    # below each vertex, where the largest are
+    for place in np.concatenate([stiffness(end) * (1 - np.linspace(1e-4, 0.2, 20) ** 2) for end in ends[1:]]):
+        rises = np.array([rise_of_pressure(stiffness, touch(place), *pair, place) for pair in pairwise(ends)])
+        here = abs(vertices["slope"][1:] @ rises) / (factor * FRICTION * rises.sum())
+        largest = max(largest, here)
+    assert told == pytest.approx(largest, rel=2e-3)
+
+
+def test_the_middle_of_a_punch_has_the_ratio_of_its_loads():
+    table = hs.Ensemble.from_normal_curves(UNIT, [0.25, 0.5, 0.75, 1.0], [0.5, 1.0, 1.5, 2.0], friction=FRICTION)
+    events = [hs.NormalLoad(0.0, 1.8), hs.TangentialLoad(1.0, 0.8), hs.TangentialLoad(2.0, 0.2)]
+    events += [hs.TangentialDisplacement(3.0, 0.1), hs.FrictionChange(4.0, 0.2)]
+    history = hs.replay(table, events)
+    assert history.largest_traction_ratio.values == pytest.approx(1.0)
+    assert "traction" not in dict(analysis.summary(history))
+    curve = np.linspace(0.0, 1.0, 40)[1:]
+    round_one = hs.Ensemble.from_normal_curves(UNIT, curve, curve**2, friction=FRICTION)
+    events = [
+        hs.NormalDisplacement(0.0, 1.0),
+        hs.TangentialDisplacement(1.0, 0.45),
+        hs.TangentialDisplacement(2.0, 0.0),
+    ]
+    told = dict(analysis.summary(hs.replay(round_one, [*events, hs.FrictionChange(3.0, 0.1)])))
+    assert told["traction"].endswith("Coulomb's law, if the contact were round")
 
 
 def test_without_a_change_of_friction_no_ratio_is_recorded():

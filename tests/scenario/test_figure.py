@@ -204,6 +204,10 @@ def test_from_the_shell(write, tmp_path, monkeypatch):
         (["a.nc", "b.nc", "--step", "3"], "step: belongs to one file"),
         (["a.nc", "b.nc", "--set", "friction.coefficient=1"], "--set: belongs to one scenario"),
         (["a.nc", "--picture", "slip-map", "--steps", "K"], "takes none; expected with loops, slip-fronts, traction"),
+        (
+            ["a.nc", "--picture", "traction", "--step", "K"],
+            "step K: the picture traction takes several; expected steps",
+        ),
         (["a.nc", "--picture", "traction", "--steps", "K,,L"], "--steps 'K,,L': expected texts with a comma"),
         (["a.nc", "--picture", "traction", "--labels", "one"], "labels has 1; expected one for each of 2 states"),
         ([str(path), "--steps", "K"], "steps: .* has no such lines"),

@@ -92,6 +92,24 @@ def test_where_there_is_none_it_says_why(ball):
         hs.design(ball, "surface.radius", ["1 mm", "1 m"], "1 µm")
 
 
+def test_points_that_keep_a_limit_over_the_whole_range_are_told_in_one_line(ball):
+    told = []
+    most = displacement(70e-3, 0.1, 1e-3) - displacement(50e-3, 0.1, 1e-3)
+    over = {"friction.coefficient": [0.05, 0.1, 0.2]}
+    limit = {"below": 1.5 * most, "quantile": 0.9}
+    hs.design(ball, "surface.radius", ["1 mm", "1 m"], over=over, tell=told.append, **limit)
+    assert told == [f"drift stays below {1.5e9 * most:.4g} nm over the whole of between at 2 of 3 points"]
+
+
+def test_many_points_without_a_value_are_cut_short(ball):
+    told = []
+    most = displacement(70e-3, 0.1, 1e-3) - displacement(50e-3, 0.1, 1e-3)
+    over = {"friction.coefficient": [*np.linspace(0.05, 0.1, 13), 0.2]}
+    hs.design(ball, "surface.radius", ["1 mm", "1 m"], 1.5 * most, over=over, tell=told.append)
+    assert len(told) == 11
+    assert told[-1] == "… and 3 more notes of this kind"
+
+
 def test_a_range_in_which_the_target_is_met_twice_is_told(ball):
     """A swing of the tangential displacement, up or down by as much, has the same peak load."""
     last = BALL.index("    { time = 2")

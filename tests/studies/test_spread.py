@@ -33,6 +33,27 @@ def test_spread_is_that_of_numpy_over_what_is_there(found):
     assert "failure_mean" not in spread
 
 
+def test_a_label_has_no_mean(found):
+    told = hs.spread(found.assign(critical_asperity=found.drift))
+    assert "drift_mean" in told
+    assert not [name for name in told if str(name).startswith("critical_asperity")]
+
+
+def test_its_picture_has_means_with_their_deviation(found):
+    swept = found.assign(preliminary_displacement=2e-9 * found.drift).assign_attrs(content="sweep")
+    spread = hs.spread(swept)
+    figure = hs.plot(spread)
+    (axes,) = figure.axes
+    (bars,) = axes.containers
+    middle = bars.lines[0].get_ydata()
+    ends = np.array([part[:, 1] for part in bars.lines[2][0].get_segments()[:2]])
+    factor = middle[0] / spread.preliminary_displacement_mean.values[0]
+    np.testing.assert_allclose(middle, factor * spread.preliminary_displacement_mean, rtol=1e-12)
+    deviation = factor * spread.preliminary_displacement_standard_deviation.values[:2]
+    np.testing.assert_allclose(ends, np.array([middle[:2] - deviation, middle[:2] + deviation]).T, rtol=1e-9)
+    assert "mean ± standard deviation" in [text.get_text() for text in figure.texts]
+
+
 def test_nothing_left_is_nan():
     empty = xr.Dataset({"drift": ("surface_seed", [np.nan, np.nan])})
     spread = hs.spread(empty)

@@ -10,7 +10,7 @@ from historysim.basics.findings import Finding
 from historysim.basics.units import duration_text, quantity_text
 from historysim.errors import InputError
 from historysim.results.analysis.preliminary import capacity, friction_of
-from historysim.results.analysis.recorded import CHANGING_HEIGHT, Recorded, is_complete, present_friction
+from historysim.results.analysis.recorded import CHANGING_HEIGHT, Recorded, is_complete, of_patches, present_friction
 from historysim.results.analysis.slips import NEVER, first_steps, order_of_sliding
 
 MOST_COEFFICIENTS = 4
@@ -83,8 +83,9 @@ def summary(history: Recorded, slide_times: Floats | None = None) -> list[tuple[
         "largest_traction_ratio" in history
         and (largest := history["largest_traction_ratio"].values.max()) > WORTH_TELLING
     ):
+        whose = ", if the contact were round" if of_patches(history) else ""
         lines.append(
-            ("traction", f"up to {largest:.2f} μp where friction fell: the model is that far from Coulomb's law")
+            ("traction", f"up to {largest:.2f} μp where friction fell: the model is that far from Coulomb's law{whose}")
         )
     return [*lines, *(("warning", finding.text) for finding in validity(history))]
 

@@ -50,6 +50,11 @@ STATES = ("full_stick", "partial_slip", "gross_slip")
 """Those of asperities in contact, from 1 on."""
 
 
+def of_patches(history: Recorded) -> bool:
+    """Return whether the recorded asperities are patches, of normal curves or of full interaction."""
+    return bool(history.sizes.get("asperity")) and "summit_radius" not in history
+
+
 def check_recorded(history: Recorded, *names: str) -> None:
     """Check that a history holds variables of its asperities.
 
@@ -63,7 +68,7 @@ def check_recorded(history: Recorded, *names: str) -> None:
     missing = [name for name in names if name not in history]
     if not missing:
         return
-    if history.sizes.get("asperity") and "summit_radius" not in history:
+    if of_patches(history):
         raise InputError(
             f"the history is of patches of an interacting contact, which have no {missing[0]}; expected one of "
             "asperities, each with a radius"

@@ -87,7 +87,7 @@ def _draw_loops(axes: "Axes", comparison: Comparison) -> None:
         "ms": 2.4,
         "markeredgewidth": 0,
         "rasterized": True,
-        "zorder": 3,
+        "zorder": 2,
     }
     load, modelled = observation.tangential_load, response.tangential_load
     axes.plot(observation.displacement[shown] * factor, load[shown] * force, color=MEASURED, label="measured", **dots)
@@ -104,7 +104,8 @@ def _draw_loops(axes: "Axes", comparison: Comparison) -> None:
     )
     # of a long record no more than a page can show, and all turning points
     order = order[np.union1d(np.arange(0, order.size, -(-order.size // MOST_POINTS)), observation.turns)]
-    line: dict[str, Any] = {"color": MODEL, "linewidth": 0.8, "rasterized": True}
+    # over the points, among whose noise it would not be seen
+    line: dict[str, Any] = {"color": MODEL, "linewidth": 0.8, "rasterized": True, "zorder": 3}
     axes.plot(response.displacement[order] * factor, modelled[order] * force, label="model", **line)
     if not comparison.instrument.rigid:
         stiffness = comparison.instrument.lateral_stiffness

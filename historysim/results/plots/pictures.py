@@ -102,7 +102,10 @@ def draw(what: Any, name: str, place: Place | None = None, *, of: str = HISTORY,
         whose = "" if one else "of several results "
         raise InputError(f"picture is {name!r}; {whose}expected one of {', '.join(known)}")
     for option, value in options.items():
-        if option not in attrs.fields_dict(known[name]):
+        own = attrs.fields_dict(known[name])
+        if f"{option}s" in own:
+            raise InputError(f"{option} {value}: the picture {name} takes several; expected {option}s")
+        if option not in own:
             others = ", ".join(each for each, kind in known.items() if option in attrs.fields_dict(kind))
             with_it = f"with {others}" if others else "none"
             raise InputError(f"{option} {value}: the picture {name} takes none; expected {with_it}")

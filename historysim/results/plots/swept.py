@@ -136,8 +136,8 @@ def draw_swept(
         given = {}
         for axis, names in (ends or {}).items():
             times = factor if axis == "y" else _factor(sweep, along_name)
-            low, high = (np.nanmean(column(name, times), axis=1) for name in names)
-            middle = np.nanmean(numbers, axis=1) if axis == "y" else along
+            low, high = (_means(column(name, times)) for name in names)
+            middle = _means(numbers) if axis == "y" else along
             given[f"{axis}err"] = np.maximum([middle - low, high - middle], 0.0)
         # lines may lie on one another: those below are the larger ones
         size = max(5.0 - 0.6 * number, 2.0) if len(members) > 1 else 3.5
@@ -264,6 +264,12 @@ def _member(sweep: xr.Dataset, each: str, member: int) -> str:
     if "seed" in each:
         return cell_label(sweep, each, member)
     return member_text(sweep, each, member)
+
+
+def _means(numbers: Floats) -> Floats:
+    """Return the mean of each row of what is there; NaN where nothing is."""
+    count = np.isfinite(numbers).sum(axis=1)
+    return np.where(count > 0, np.nansum(numbers, axis=1) / np.maximum(count, 1), np.nan)
 
 
 def _draw(
