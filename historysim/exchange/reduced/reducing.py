@@ -61,7 +61,7 @@ def reduce(
     found = exported(source, tell)
     ensemble = found.replay.ensemble
     changes = found.replay.changes
-    if ensemble.evolves or changes.friction or changes.evolve:
+    if changes.friction or changes.evolve:
         raise InputError(f"{EVOLVES}, which springs of a fixed limit do not follow; {CONSTANT}")
     loads, displacement, forces = _own_history(found.replay)
     moved = loads[np.append(False, np.diff(displacement) != 0.0)]
