@@ -5,6 +5,7 @@ accepted step. A step in which the contact turns round is cut at its turning poi
 and each piece of the motion is one straight path of the contact.
 """
 
+import inspect
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +16,7 @@ import numpy.typing as npt
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.arguments import checked
 from historysim.basics.array_types import Floats
+from historysim.basics.wording import nearest
 from historysim.coupling.control_system import INPUTS
 from historysim.errors import InputError, LoadError
 
@@ -26,6 +28,8 @@ Motion = Callable[[float, Floats, "EnsembleState"], npt.ArrayLike]
 Place = Callable[[float, Floats], Mapping[str, float]]
 
 METHODS = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA")
+GIVEN = ("fun", "t0", "y0", "t_bound", "extraneous")
+"""Parameters of scipy's solvers that are no options; the last takes all other names."""
 LOOKS = 8
 """Equal parts of a step, at the ends of which it is looked whether the contact has turned round."""
 ROUNDING = 1e-12
@@ -113,7 +117,7 @@ def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
     Raises
     ------
     InputError
-        What is no time, no variable, no method, or what `Ensemble.advance` cannot use.
+        What is no time, no variable, no method, no option of it, or what `Ensemble.advance` cannot use.
     FrictionLimitError
         A load beyond the friction limit, also of a trial.
     LoadError
@@ -129,6 +133,7 @@ def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
         raise InputError(f"t_span is {t_span!r}; expected two times, the beginning and the end")
     begin, end = (float(time) for time in span)
     make = _solver_class(method)
+    _check_options(make, options)
     given: dict[str, Any] = {"saturate": saturate, "instrument": instrument}
     start = checked("y0", y0)
     if start.ndim != 1:
@@ -197,6 +202,14 @@ def _solver_class(method: str | type[Any]) -> type[Any]:
         raise InputError(f"method is {method!r}; expected one of {', '.join(METHODS)}, or a class of scipy's OdeSolver")
     found: type[Any] = getattr(integrate, str(method))
     return found
+
+
+def _check_options(make: type[Any], options: Mapping[str, object]) -> None:
+    """Check that a solver has options of these names; scipy's own warns of another one, and goes on without it."""
+    known = [name for name in inspect.signature(make).parameters if name not in GIVEN]
+    for name in options:
+        if name not in known:
+            raise InputError(f"{name!r} is no option of {make.__name__}; {nearest(name, known)}")
 
 
 def _first_turn(dense: Callable[[float], Floats], start: float, end: float, place: Place) -> float | None:

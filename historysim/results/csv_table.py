@@ -1,6 +1,7 @@
 """Tables of questions and of loops as CSV files: one row for each member of the first dimension."""
 
 import csv
+import itertools
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -28,9 +29,9 @@ FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
 def write_csv(table: xr.Dataset | xr.DataArray, path: str | Path) -> None:
     """Write a table to a CSV file, which appears under its name when it is complete.
 
-    The header has names, the member of a second dimension, and units: ``energy 17 [J]`` is the energy of asperity 17.
-    What has other dimensions is left out. A table that is
-    larger than memory is read in blocks.
+    Rows are the members of the first dimension. The header has names, the members of further dimensions, and units:
+    ``energy 17 [J]`` is the energy of asperity 17. What has another first dimension is left out. A table that is larger
+    than memory is read in blocks.
 
     Parameters
     ----------
@@ -60,7 +61,7 @@ def _rows(dataset: xr.Dataset) -> Iterator[list[Any]]:
     if dims is None:
         raise InputError("the table has no dimension; expected one with a row for each member of its first dimension")
     along = dims[0]
-    columns = [name for name, each in dataset.variables.items() if each.dims[:1] == (along,) and each.ndim <= 2]
+    columns = [name for name, each in dataset.variables.items() if each.dims[:1] == (along,)]
     # what tells the rows apart comes first
     columns.sort(key=lambda name: name not in dataset.coords)
     header = []
@@ -68,12 +69,11 @@ def _rows(dataset: xr.Dataset) -> Iterator[list[Any]]:
         variable = dataset[name]
         unit = variable.attrs.get("units", "")
         suffix = f" [{unit}]" if unit and unit != "1" else ""
-        if variable.ndim == 1:
-            header.append(f"{name}{suffix}")
-            continue
-        second = variable.dims[1]
-        members = dataset[second].values if second in dataset.coords else range(variable.shape[1])
-        header += [f"{name} {member}{suffix}" for member in members]
+        members = (
+            dataset[dim].values if dim in dataset.coords else range(size)
+            for dim, size in list(variable.sizes.items())[1:]
+        )
+        header += [" ".join(map(str, (name, *each))) + suffix for each in itertools.product(*members)]
     yield header
     size, at_once = dataset.sizes[along], max(1, CELLS_AT_ONCE // max(len(header), 1))
     for first in range(0, size, at_once):

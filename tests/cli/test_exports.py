@@ -1,6 +1,7 @@
 """The commands fmu and reduce."""
 
 import json
+import re
 import subprocess
 import sys
 import zipfile
@@ -8,6 +9,7 @@ import zipfile
 import pytest
 from c_core import ROOT
 
+import historysim as hs
 from historysim.basics.compiler import compiler
 
 SCENARIO = ROOT / "scenarios" / "03_constant_load.toml"
@@ -48,6 +50,11 @@ def test_fmu_starts_from_a_state_of_a_log(tmp_path, monkeypatch):
         assert f"{number}.fmu" in said(tmp_path, "fmu", name, "--at", "12.5 s", "-o", f"{number}.fmu")
     states = {zipfile.ZipFile(tmp_path / f"{number}.fmu").read("resources/contact.bin") for number in range(3)}
     assert len(states) == 1
+    notes = []
+    hs.write_fmu(tmp_path / "out.nc", tmp_path / "late.fmu", at="1 h", tell=notes.append)
+    assert [re.sub(r"at \S+ s", "at … s", note) for note in notes] == [
+        "out: its last event is at … s; the unit starts from the state that it left"
+    ]
 
 
 @pytest.mark.parametrize(

@@ -109,6 +109,10 @@ def test_nonsense_is_refused():
         solve_ivp(free, (0.0, 1e-3), [0.0, SPEED], ENSEMBLE, lambda _t, _y: 1.0)
     with pytest.raises(hs.InputError, match="place returned 'displacement'; expected normal_load, normal_displacement"):
         solve_ivp(free, (0.0, 1e-3), [0.0, SPEED], ENSEMBLE, lambda _t, y: {"displacement": y[0]})
+    with pytest.raises(hs.InputError, match="'rtoll' is no option of RK45; did you mean 'rtol'"):
+        solve_ivp(free, (0.0, 1e-3), [0.0, SPEED], ENSEMBLE, place, rtoll=1e-9)
+    with pytest.raises(hs.InputError, match="'events' is no option of LSODA; expected one of first_step"):
+        solve_ivp(free, (0.0, 1e-3), [0.0, SPEED], ENSEMBLE, place, method="LSODA", events=[])
     for y0, motion, said in (
         ([0.0, SPEED], lambda _t, y, _contact: [y[1]], r"motion returned \[4e-05\]; expected dy/dt of each of 2"),
         ([0.0, SPEED], lambda _t, _y, _contact: None, "dy/dt of motion is nan; expected a finite number"),

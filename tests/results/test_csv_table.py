@@ -35,6 +35,17 @@ def test_a_row_for_each_member_of_the_first_dimension(tmp_path, monkeypatch, at_
     assert rows == [["3", "0.0", "1.0", "2.0", "0.25"], ["4", "1.5", "3.0", "4.5", "nan"]]
 
 
+def test_members_of_further_dimensions_stand_in_the_header(tmp_path):
+    spread = xr.Dataset(
+        {"drift": (("load", "seed", "quantile"), np.arange(8.0).reshape(2, 2, 2), {"units": "m"})},
+        {"load": ("load", [0.1, 0.2], {"units": "N"}), "quantile": [0.05, 0.95]},
+    )
+    write_csv(spread, tmp_path / "t.csv")
+    header, *rows = read(tmp_path / "t.csv")
+    assert header == ["load [N]", *(f"drift {seed} {quantile} [m]" for seed in (0, 1) for quantile in (0.05, 0.95))]
+    assert rows == [["0.1", "0.0", "1.0", "2.0", "3.0"], ["0.2", "4.0", "5.0", "6.0", "7.0"]]
+
+
 def test_an_array_is_a_table_too_and_numbers_come_back(tmp_path):
     pair = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
     history = hs.replay(hs.Ensemble(pair, 0.0, 1e-3, 0.2), [hs.NormalLoad(0.0, 0.1), hs.TangentialLoad(1.0, 0.011)])

@@ -23,6 +23,7 @@ from historysim.basics.files import replacing
 from historysim.basics.notices import Teller, silent
 from historysim.basics.progress import progress_bar
 from historysim.basics.targets import Output, check_outputs, marked
+from historysim.basics.units import duration_text, seconds
 from historysim.basics.wording import listed
 from historysim.errors import InputError, InstallationError
 from historysim.exchange.exported import CONSTANT, EVOLVES, Exportable, Exported, exported
@@ -142,6 +143,11 @@ def write_fmu(  # noqa: PLR0913 - options by name, as the command has them
     chosen = _checked_platforms(platforms)
     found = exported(source, tell)
     check_outputs([Output(output, (FMU,))], found.files, force=force)
+    at = None if at is None else scalar("at", seconds(at))
+    events = found.replay.events
+    if at is not None and len(events) and at > events[-1].time:
+        last = duration_text(events[-1].time)
+        tell(f"{found.name}: its last event is at {last}; the unit starts from the state that it left")
     controls = Controls(normal, tangential, found.replay.saturate if saturate is None else saturate)
     files = unit_files(found, controls, at=at, fmi=fmi, platforms=chosen, progress=progress)
     with replacing(output) as unfinished, zipfile.ZipFile(unfinished, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -160,7 +166,7 @@ def unit_files(
 ) -> dict[str, bytes]:
     """Return all files of a unit by their names; parameters and errors as for `write_fmu`."""
     job = source.replay
-    state = job.ensemble.initial_state() if at is None else job.state(until=scalar("at", at))
+    state = job.ensemble.initial_state() if at is None else job.state(until=at)
     if state.memory.evolved:
         raise InputError(f"{EVOLVES}, which a unit of co-simulation does not follow; {CONSTANT}")
     curves = job.ensemble.curves
