@@ -339,7 +339,7 @@ def rising(**change):
         ({"area": np.ones((41, 3))}, "area has 3 columns and load 1"),
         ({"area": APPROACH[::-1] + 0.01}, "area of patch 0 falls"),
         ({"area": np.zeros(41)}, "area is 0 in row 0 of patch 0, which carries"),
-        ({"load": "stiff"}, "load is 'stiff'"),
+        ({"load": "stiff"}, "load: 'stiff' is not one number and its unit"),
     ],
 )
 def test_tables_that_no_contact_has_are_refused(change, message):
