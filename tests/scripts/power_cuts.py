@@ -341,7 +341,7 @@ def with_pragma(text: str) -> Iterator[None]:
 
 
 def journal_removed() -> AbstractContextManager[object]:
-    return mock.patch.object(log_file, "_settle", lambda path: journal_of(path).unlink(missing_ok=True))
+    return mock.patch.object(log_file, "settle", lambda path: journal_of(path).unlink(missing_ok=True))
 
 
 CHANGES = {
@@ -351,7 +351,7 @@ CHANGES = {
     "journal = OFF on append": ("append", lambda: with_pragma("journal_mode = OFF")),
     "the result not synced before its rename": ("run", lambda: without(unfinished, "sync_file")),
     "no sync of the folder that rows are written in": ("run of a log", lambda: without(unfinished, "sync_folder")),
-    "the journal of a log that is replaced left to the new one": ("run anew", lambda: without(log_file, "_settle")),
+    "the journal of a log that is replaced left to the new one": ("run anew", lambda: without(log_file, "settle")),
     "the journal of a log that is replaced removed at once": ("run anew", journal_removed),
 }
 """Each with the workload that finds it out."""

@@ -58,7 +58,8 @@ def _laid_out(figure: "Figure") -> bool:
     """Lay out a figure, and return whether there is room for its panels."""
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
-        figure.draw_without_rendering()
+        if engine := figure.get_layout_engine():
+            engine.execute(figure)
     return not any("not applied" in str(each.message) for each in told)
 
 
