@@ -60,6 +60,8 @@ def _laid_out(figure: "Figure") -> bool:
         warnings.simplefilter("always")
         if engine := figure.get_layout_engine():
             engine.execute(figure)
+            for axes in figure.axes:
+                axes.apply_aspect()
     return not any("not applied" in str(each.message) for each in told)
 
 
