@@ -157,12 +157,9 @@ static double rise_of_pressure(hs_curve curve, double low, double high, double p
 /* |τ|/(μ p) at a place. */
 static double traction_ratio(const hs_group *group, int64_t depth, double place) {
     const hs_vertex *stack = group->stack;
-    double traction = 0.0, pressure = 0.0;
-    for (int64_t j = depth - 1; j > 0 && place_of(group->curve, stack[j].label) > place; --j) {
-        double rise = rise_of_pressure(group->curve, stack[j - 1].label, stack[j].label, place);
-        traction += stack[j].slope * rise;
-        pressure += rise;
-    }
+    double traction = 0.0, pressure = rise_of_pressure(group->curve, stack[0].label, stack[depth - 1].label, place);
+    for (int64_t j = depth - 1; j > 0 && place_of(group->curve, stack[j].label) > place; --j)
+        traction += stack[j].slope * rise_of_pressure(group->curve, stack[j - 1].label, stack[j].label, place);
     return pressure > 0.0 ? fabs(traction) / (group->friction * pressure) : 0.0;
 }
 
