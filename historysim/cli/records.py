@@ -175,13 +175,14 @@ def loops(
         )
     for path in pictures:
         save(plot_loops(evaluation, model, title=file.name), path)
-    tables: list[Sequence[tuple[str, ...]]] = [] if evaluation.large.all() else [evaluation.by_amplitude().rows()]
+    several_loads = len(by_load) > 1
+    tables: list[Sequence[tuple[str, ...]]] = [by_load.rows() if several_loads else evaluation.rows()]
     below: Sequence[tuple[str, str]] = ()
-    if len(by_load) > 1:
-        tables.append(by_load.rows())
+    if several_loads:
         below = [(label, both) for label, *_, both in evaluation.rows() if label.startswith(("largest", "loops"))]
-    else:
-        tables.append(evaluation.rows())
+    if not evaluation.large.all():
+        (heading, *directions), *rows = evaluation.by_amplitude().rows()
+        tables.insert(several_loads, [(f"{heading}, all loads" if several_loads else heading, *directions), *rows])
     files = [target.path for target in outputs]
     tell(Answer(evaluation.summary(), tables, files, evaluation.to_dataset, below), as_json=as_json)
 

@@ -280,6 +280,23 @@ def test_how_adhesive_a_scenario_is(folder):
     assert "expected a scenario" in call("plot", "ball.nc", "--adhesion").output
 
 
+@pytest.mark.parametrize(
+    ("loads", "headings"),
+    [([0.01], ["amplitude", "quantity"]), ([0.01, 0.02], ["normal load", "amplitude, all loads"])],
+)
+def test_a_table_over_amplitude_says_where_it_mixes_loads(folder, loads, headings):
+    pair = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
+    events = []
+    for part, load in enumerate(loads):
+        swings = [end * 1e-9 for end in (20, -20, 20, -20, 20, 2, -2, 2, -2, 2, 20, -20, 20)]
+        events += [hs.NormalLoad(20 * part, load), hs.NormalLoad(20 * part + 14, load)]
+        events += [hs.TangentialDisplacement(20 * part + time, end) for time, end in enumerate(swings, 1)]
+    events.sort(key=lambda event: event.time)
+    hs.replay(hs.Ensemble(pair, 0.0, 1e-3, 0.2), events, substeps=20).to_netcdf(folder / "two.nc")
+    lines = call("loops", "two.nc", "--dead-band", "1 nm").output.splitlines()
+    assert [line.split("  ")[0] for line in lines if "  forward  " in line] == headings
+
+
 def test_loops_are_written_drawn_and_read_again(folder):
     swings = ", ".join(f'{{ after = 1, tangential_displacement = "{(-1) ** turn * 100} nm" }}' for turn in range(5))
     text = SCENARIO.replace('{ after = 1, tangential_load = "8 mN" }', swings)
