@@ -139,14 +139,7 @@ def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
     if start.ndim != 1:
         raise InputError(f"y0 has {start.ndim} dimensions; expected one, of the variables at the beginning")
     where = place(begin, start)
-    if not isinstance(where, Mapping):
-        raise InputError(
-            f"place returned {where!r}; expected targets of the contact, such as {{'tangential_displacement': y[0]}}"
-        )
-
-    unknown = sorted(set(where) - set(INPUTS))
-    if unknown:
-        raise InputError(f"place returned {', '.join(map(repr, unknown))}; expected {', '.join(INPUTS)}")
+    _check_targets(where)
 
     def moved(contact: "EnsembleState", targets: Mapping[str, float]) -> "EnsembleState":
         chosen: dict[str, Any] = {**targets, **given}
@@ -202,6 +195,17 @@ def _solver_class(method: str | type[Any]) -> type[Any]:
         raise InputError(f"method is {method!r}; expected one of {', '.join(METHODS)}, or a class of scipy's OdeSolver")
     found: type[Any] = getattr(integrate, str(method))
     return found
+
+
+def _check_targets(where: object) -> None:
+    """Check that what ``place`` returned are targets of the contact by their names."""
+    if not isinstance(where, Mapping):
+        raise InputError(
+            f"place returned {where!r}; expected targets of the contact, such as {{'tangential_displacement': y[0]}}"
+        )
+    unknown = sorted(set(where) - set(INPUTS))
+    if unknown:
+        raise InputError(f"place returned {', '.join(map(repr, unknown))}; expected {', '.join(INPUTS)}")
 
 
 def _check_options(make: type[Any], options: Mapping[str, object]) -> None:
