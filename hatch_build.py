@@ -3,7 +3,7 @@
 The library (`historysim/basics/libhistorysim.so`) knows nothing of Python: a C compiler is enough, Python's headers are
 not needed, and one wheel serves all versions of Python. Where there is no C compiler either, the package ``ziglang``
 brings one for the time of the build. The environment's ``CC``, ``CFLAGS`` and ``LDFLAGS`` are honoured, but for what
-would change the bits of results.
+would change the bits of results, and for the level of optimisation, which is -O3 unless they hold -O0.
 
 The public headers are the declarations: cffi reads them now, into `historysim/basics/_declarations.py`, so that nothing
 need be parsed when the package is imported.
@@ -30,7 +30,7 @@ _SPEC = importlib.util.spec_from_file_location("compiler", HERE / PLACE / "compi
 _COMPILING: Any = importlib.util.module_from_spec(_SPEC)  # type: ignore[arg-type] # the file is there
 _SPEC.loader.exec_module(_COMPILING)  # type: ignore[union-attr]
 SAME_BITS, ZIG = _COMPILING.SAME_BITS, _COMPILING.ZIG
-compiler, own_options, compile_shared = _COMPILING.compiler, _COMPILING.own_options, _COMPILING.compile_shared
+compiler, options, compile_shared = _COMPILING.compiler, _COMPILING.options, _COMPILING.compile_shared
 
 COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
 FOR_CPP_ALONE = re.compile(r"^[ \t]*#[ \t]*ifdef __cplusplus$.*?^[ \t]*#[ \t]*endif", re.DOTALL | re.MULTILINE)
@@ -87,7 +87,7 @@ def compile_library(root: Path, library: Path) -> None:
     files = (file.relative_to(root) for file in root.glob("historysim/**/*.c"))
     # what is exported as source to other programs is no part of it
     sources = sorted(str(root / file) for file in files if file.parts[1] != "exchange")
-    command = [*(compiler() or ZIG), "-O3", *own_options()]
+    command = [*(compiler() or ZIG), *options()]
     try:
         compile_shared(command, sources, library, windows=sys.platform == "win32")
     except RuntimeError as error:

@@ -104,6 +104,13 @@ static int64_t carry_one(hs_batch_vertex *stack, int64_t depth, double mu, doubl
     return top + 1;
 }
 
+int hs_batch_takes(const hs_batch *batch, const double *approach, const double *displacement, double largest) {
+    int good = 1;
+    /* comparisons with what is no number are false */
+    for (int64_t i = 0; i < batch->count; ++i) good &= (fabs(approach[i]) <= largest) & (fabs(displacement[i]) <= largest);
+    return good;
+}
+
 int hs_batch_step(hs_batch *batch, const double *approach, const double *displacement, double *normal_load,
                   double *tangential_load) {
     for (int64_t i = 0; i < batch->count; ++i) {
@@ -198,19 +205,36 @@ void hs_batch_free(hs_batch *batch) {
     free(batch);
 }
 
+static int is_there(const hs_batch *batch, int64_t contact) { return contact >= 0 && contact < batch->count; }
+
 void hs_batch_forget(hs_batch *batch, int64_t contact) {
+    if (!is_there(batch, contact)) return;
     memset(batch->vertices + batch->place[contact], 0, sizeof *batch->vertices);
     batch->depth[contact] = 0;
 }
 
 int64_t hs_batch_take(const hs_batch *batch, int64_t contact, hs_batch_vertex *vertices) {
+    if (!is_there(batch, contact)) return -1;
     int64_t depth = batch->depth[contact], filled = depth > 1 ? depth : 1;
     memcpy(vertices, batch->vertices + batch->place[contact], (size_t)filled * sizeof *vertices);
     return depth;
 }
 
+/* Whether a contact of a coefficient could remember vertices. */
+static int could_be(const hs_batch_vertex *vertices, int64_t depth, double mu) {
+    if (depth < 0 || depth == 1 || !isfinite(vertices[0].label) || !isfinite(vertices[0].anchor)) return 0;
+    for (int64_t j = 1; j < depth; ++j) {
+        const hs_batch_vertex *here = vertices + j;
+        if (!(isfinite(here->label) && isfinite(here->anchor) && isfinite(here->force))) return 0;
+        if (!(here->label >= here[-1].label && fabs(here->slope) <= mu)) return 0;
+    }
+    return depth > 0 ? vertices[0].label == 0.0 && vertices[0].force == 0.0 : vertices[0].label <= 0.0;
+}
+
 int hs_batch_put(hs_batch *batch, int64_t contact, const hs_batch_vertex *vertices, int64_t depth) {
     int64_t filled = depth > 1 ? depth : 1;
+    if (!is_there(batch, contact)) return HS_FOREIGN;
+    if (!could_be(vertices, depth, batch->friction[batch->frictions > 1 ? contact : 0])) return HS_NOT_A_STATE;
     if (filled > batch->room[contact] && relocate(batch, contact, filled + 2) != HS_OK) return HS_OUT_OF_MEMORY;
     memcpy(batch->vertices + batch->place[contact], vertices, (size_t)filled * sizeof *vertices);
     batch->depth[contact] = depth;
@@ -227,6 +251,7 @@ static double change_without(const hs_batch_vertex *vertex) {
 /* Anchors then differ on one side of zero between the neighbours. Springs that are moved alike come no further apart, and
  * T = ∫ v P'' da, so that no later load differs by more than the present one. */
 double hs_batch_shorten(hs_batch *batch, int64_t contact, int64_t most) {
+    if (!is_there(batch, contact)) return NAN;
     hs_batch_vertex *stack = batch->vertices + batch->place[contact];
     double mu = batch->friction[batch->frictions > 1 ? contact : 0], lost = 0.0;
     int64_t depth = batch->depth[contact];

@@ -1,5 +1,6 @@
 """The C library as the other rooms call it: who owns a memory, what its numbers are, and what it raises."""
 
+import threading
 from collections.abc import Mapping
 from typing import Any, NamedTuple, Protocol
 
@@ -7,6 +8,8 @@ import numpy as np
 
 from historysim.basics.array_types import Array, Floats, Integers
 from historysim.basics.library import ffi, lib, pointer
+from historysim.basics.units import quantity_text
+from historysim.basics.wording import counted
 from historysim.errors import FrictionLimitError, InputError
 
 LOAD: int = lib.HS_LOAD
@@ -58,28 +61,26 @@ class Memory(Protocol):
     capacity: int
     deep: Any
     evolved: Any
+    slides: Any
+    slid_labels: Any
+    clock: Any
     known_label: float
     known_slope: float
+    identity: int
     normal_control: int
     tangential_control: int
+    lost_slides: int
 
 
 class Slopes(NamedTuple):
-    """Derivatives of the loads at the end of a path in where it ends, its start being what it is.
-
-    Attributes
-    ----------
-    tangential : float
-        ∂T/∂U at a held approach [N/m].
-    coupling : float
-        ∂T/∂d at a held displacement [N/m], with the approach d.
-    normal : float
-        ∂N/∂d [N/m].
-    """
+    """Derivatives of the loads at the end of a path in where it ends [N/m], its start being what it is."""
 
     tangential: float
+    """∂T/∂U at a held approach."""
     coupling: float
+    """∂T/∂d at a held displacement, with the approach d."""
     normal: float
+    """∂N/∂d."""
 
 
 def new_contact(
@@ -89,19 +90,48 @@ def new_contact(
     group: Integers | None,
     contact_modulus: float,
     displacement_ratio: float,
+    watched: Floats | None = None,
 ) -> Any:
-    """Return a contact of summits, or of knots with a stiffness; see ``hs_contact_new``."""
+    """Return a contact of summits, or of knots with a stiffness; see ``hs_contact_new``, ``hs_contact_watch``."""
     knots = ffi.NULL if stiffness is None else pointer(stiffness)
     groups = ffi.NULL if group is None else pointer(group)
     made = lib.hs_contact_new(
         height.size, pointer(height), pointer(radius), knots, groups, contact_modulus, displacement_ratio
     )
-    return ffi.gc(_there(made), lib.hs_contact_free)
+    contact = ffi.gc(_there(made), lib.hs_contact_free)
+    if watched is not None:
+        check(lib.hs_contact_watch(contact, watched.size, pointer(watched)))
+    return contact
 
 
-def new_memory(contact: Any, friction: Floats) -> Any:
-    """Return the memory of a contact that nothing has happened to, with a coefficient for each asperity."""
-    return owned(lib.hs_memory_new(contact, pointer(friction)))
+def new_memory(contact: Any, friction: Floats, more: bytes = b"") -> Any:
+    """Return the memory of a contact that nothing has happened to, with a coefficient for each asperity.
+
+    What else it belongs to, such as laws, is given as bytes.
+    """
+    memory = owned(lib.hs_memory_new(contact, pointer(friction)))
+    memory.identity = lib.hs_digest(memory.identity, ffi.from_buffer(more), len(more))
+    return memory
+
+
+def check_belongs(memory: Any, like: Any) -> None:
+    """Check that a memory belongs to the contact, the friction and the laws of another one."""
+    if not lib.hs_belongs(memory, like):
+        mine, other = _asperities_of(memory), _asperities_of(like)
+        more = "" if mine != other else ", whose summits, friction or laws are others"
+        raise InputError(f"the state is of {mine}; expected one of this ensemble's, of {other}{more}")
+
+
+def _asperities_of(memory: Any) -> str:
+    """Say of which asperities a memory is, as far as it knows."""
+    contact, units = memory.contact, memory.contact.units
+    modulus = 0.75 * units.load / units.length**2
+    moduli = modulus, 0.25 * modulus * units.length / units.displacement
+    noun = ("element", "elements of normal curves") if contact.load else ("asperity", "asperities")
+    yields = " that yield" if memory.evolved and memory.evolved.virgin_height else ""
+    contact_modulus, shear_modulus = (quantity_text(each, "Pa") for each in moduli)
+    radius = "" if contact.load else f", radii up to {quantity_text(units.length, 'm')}"
+    return f"{counted(contact.count, *noun)}{yields} with E* = {contact_modulus}, G* = {shear_modulus}{radius}"
 
 
 def owned(memory: Any) -> Any:
@@ -120,42 +150,50 @@ def _there(made: Any) -> Any:
     return made
 
 
-def drive(tolerance: float, compliance: float, saturate: bool, threads: int = 1) -> Any:
-    """Return how a contact is driven; see ``hs_drive``."""
-    return ffi.new("hs_drive *", (tolerance, compliance, saturate, threads))
+def drive(tolerance: float, compliance: float, saturate: bool, threads: int = 1, *, heeds: bool = True) -> Any:
+    """Return how a contact is driven; see ``hs_drive``. One that ``heeds`` stops a walk at a signal."""
+    return ffi.new("hs_drive *", (tolerance, compliance, saturate, threads, _HEARS if heeds else ffi.NULL))
+
+
+_heard = threading.local()
+
+
+def _hear(_kind: object, error: BaseException, _trace: object) -> None:
+    _heard.error = error
+
+
+# on its way into Python the interpreter runs the handlers of signals, and what they raise ends the walk
+_HEARS = ffi.callback("int(void *)", lambda _: 0, error=1, onerror=_hear)
 
 
 def check(status: int, refusal: Any = None) -> None:
-    """Raise what a status says.
-
-    Raises
-    ------
-    FrictionLimitError
-        |T| > Σ μ N, with the position of the path.
-    MemoryError
-    """
+    """Raise what a status says."""
+    if status == lib.HS_INTERRUPTED:
+        raise vars(_heard).pop("error", KeyboardInterrupt())
     if status == lib.HS_BEYOND_LIMIT:
         raise FrictionLimitError(refusal.request, refusal.limit, refusal.path)
     if status == lib.HS_OUT_OF_MEMORY:
         raise MemoryError("there is not enough memory for what the asperities remember")
+    if status == lib.HS_FOREIGN:
+        raise InputError("an asperity does not exist, or a memory is of other ones; expected those of one ensemble")
     if status != lib.HS_OK:
         raise RuntimeError(f"the memory's library returned {status}")
 
 
-def advanced(memory: Any, normal: tuple[int, float], tangential: tuple[int, float], driven: Any) -> Any:
-    """Return a new memory after one straight path to targets in N or m; not a number holds a channel.
-
-    Raises
-    ------
-    FrictionLimitError
-        |T| > Σ μ N.
-    """
-    after = lib.hs_advance(memory, *normal, *tangential, driven, ffi.NULL)
+def advanced(memory: Any, normal: int, end: float, tangential: int, goal: float, driven: Any) -> Any:
+    """Return a new memory after one straight path: how each channel is controlled, and its target in N or m, or NaN."""
+    after = _advance(memory, normal, end, tangential, goal, driven, _NOTHING)
     if not after:
+        if "error" in vars(_heard):
+            check(lib.HS_INTERRUPTED)
         refusal = ffi.new("hs_refusal *")
-        lib.hs_advance(memory, *normal, *tangential, driven, refusal)
+        _advance(memory, normal, end, tangential, goal, driven, refusal)
         check(refusal.status, refusal)
-    return ffi.gc(after, lib.hs_memory_free)
+    return _ended_by(after, _free)
+
+
+# what a tight loop need not look up
+_advance, _free, _ended_by, _NOTHING = lib.hs_advance, lib.hs_memory_free, ffi.gc, ffi.NULL
 
 
 def group_of_each(memory: Any) -> Integers:
@@ -165,6 +203,23 @@ def group_of_each(memory: Any) -> Integers:
     order, first = view(contact.order, contact.count), view(contact.first, contact.groups + 1)
     found[order] = np.repeat(np.arange(contact.groups), np.diff(first))
     return found
+
+
+def slide_times(memory: Any) -> Floats:
+    """Return when asperities, or what is watched, first slid as a whole [s]; NaN where they have not."""
+    contact = memory.contact
+    found = np.empty(contact.watched or contact.count)
+    lib.hs_slide_times(memory, pointer(found))
+    return found
+
+
+def untimed(memory: Any) -> Any:
+    """Return a memory that knows no times: itself, or a copy."""
+    if not memory.slides:
+        return memory
+    memory = copied(memory)
+    lib.hs_forget_slides(memory)
+    return memory
 
 
 def friction_of_each(memory: Any) -> Floats:
@@ -208,15 +263,11 @@ def to_bytes(memory: Any) -> bytes:
 
 
 def from_bytes(content: bytes, like: Any = None) -> Any:
-    """Return the memory that bytes are of; it shares the contact of another one where that is the same.
-
-    Raises
-    ------
-    InputError
-        Bytes that are damaged, or of something else.
-    """
+    """Return the memory that bytes are of; which belongs where another one does, and shares its contact."""
     made, why = ffi.new("hs_memory **"), ffi.new("const char **")
-    contact = ffi.NULL if like is None else like.contact
-    if lib.hs_memory_read(ffi.from_buffer(content), len(content), contact, made, why) != lib.HS_OK:
+    status = lib.hs_memory_read(ffi.from_buffer(content), len(content), like or ffi.NULL, made, why)
+    if status == lib.HS_FOREIGN:
+        check_belongs(from_bytes(content), like)
+    if status != lib.HS_OK:
         raise InputError(f"{ffi.string(why[0]).decode()}; expected a state that was saved whole")
     return owned(made[0])

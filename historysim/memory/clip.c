@@ -93,5 +93,11 @@ int64_t hs_carry_and_clip(const hs_group *group, hs_losses *losses, int64_t dept
     hs_vertex *stack = scratch + hs_room_to_clip(depth);
     int64_t segment, count = carried(group, depth, to, load, stack, &segment);
     if (losses && to.d < from.d) hs_lose_withdrawn(group, losses, depth, segment, &from, &to);
-    return clip(group, losses, stack, count, to, cone, scratch, stiffness);
+    count = clip(group, losses, stack, count, to, cone, scratch, stiffness);
+    if (losses && hs_is_timed(group->memory)) {
+        int slides = hs_sliding_side(scratch, count, count - 1, to.v, cone->friction) != 0.0;
+        double label = slides ? scratch[count - 2].label : HUGE_VAL;
+        hs_find_slides(group, depth, &from, &to, cone->friction - cone->gain, label, 1);
+    }
+    return count;
 }

@@ -113,6 +113,8 @@ static hs_contact *blank(int64_t count, int64_t groups, int knots, const hs_unit
     contact->units = *units;
     contact->datum = datum;
     contact->references = 1;
+    contact->watched = 0;
+    contact->watch = NULL;
     return contact;
 }
 
@@ -169,5 +171,19 @@ hs_contact *hs_contact_held(hs_contact *contact) {
 }
 
 void hs_contact_free(hs_contact *contact) {
-    if (contact && __atomic_sub_fetch(&contact->references, 1, __ATOMIC_ACQ_REL) == 0) free(contact);
+    if (!contact || __atomic_sub_fetch(&contact->references, 1, __ATOMIC_ACQ_REL) > 0) return;
+    free(contact->watch);
+    free(contact);
+}
+
+int hs_contact_watch(hs_contact *contact, int64_t count, const double *approach) {
+    double *watch = (double *)malloc((size_t)count * sizeof *watch);
+    if (!watch || contact->groups > 1 || contact->watch) {
+        free(watch);
+        return watch ? HS_FOREIGN : HS_OUT_OF_MEMORY;
+    }
+    for (int64_t i = 0; i < count; ++i) watch[i] = approach[i] / contact->units.length;
+    contact->watched = count;
+    contact->watch = watch;
+    return HS_OK;
 }

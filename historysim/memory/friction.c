@@ -13,6 +13,7 @@ static int fall(hs_memory *memory, const double *friction, hs_aim aim) {
     int64_t groups = memory->contact->groups, touching = 0, room = hs_room_to_clip(hs_deepest(memory));
     double d = memory->approach, v0 = memory->displacement, v1 = aim.value;
     hs_point from = {d, v0};
+    hs_tick(memory, memory->clock.end);
     hs_vertex *scratch = (hs_vertex *)malloc(2 * (size_t)room * sizeof *scratch);
     double *before = (double *)malloc(2 * (size_t)groups * sizeof *before);
     int status = scratch && before ? hs_memory_reserve(memory, room) : HS_OUT_OF_MEMORY;
@@ -20,6 +21,7 @@ static int fall(hs_memory *memory, const double *friction, hs_aim aim) {
         /* the very loads that the edges have */
         hs_shares shares;
         shares.load = before + groups;
+        shares.from = NULL;
         while (touching < groups && memory->depth[touching] > 0) ++touching;
         shares.count = touching;
         for (int64_t index = 0; index < touching; ++index)
@@ -116,7 +118,7 @@ static int change(hs_memory *memory, const double *friction, hs_aim aim, double 
         falls |= memory->depth[index] > 0 && friction[index] < memory->friction[index];
     if (!falls) {
         memcpy(memory->friction, friction, groups * sizeof *friction);
-        hs_tell_steep(memory);
+        hs_note_steep(memory);
         return HS_OK;
     }
     double *there = (double *)malloc(2 * groups * sizeof *there), *first = there + groups;
@@ -125,7 +127,7 @@ static int change(hs_memory *memory, const double *friction, hs_aim aim, double 
     double before = hs_friction_limit(memory, memory->approach, memory->normal_load);
     memcpy(memory->friction, friction, groups * sizeof *first);
     double after = hs_friction_limit(memory, memory->approach, memory->normal_load);
-    hs_tell_steep(memory);
+    hs_note_steep(memory);
     memcpy(memory->friction, first, groups * sizeof *first);
     if (aim.rigid == 0.0 && fabs(force) > after)
         held = hs_least(hs_most((before - fabs(force)) / (before - after), 0.0), 1.0);
@@ -137,7 +139,7 @@ static int change(hs_memory *memory, const double *friction, hs_aim aim, double 
         status = fall(memory, friction, hs_to_displacement(memory->displacement));
     if (status == HS_OK) {
         memcpy(memory->friction, friction, groups * sizeof *friction);
-        hs_tell_steep(memory);
+        hs_note_steep(memory);
         memory->tangential_load = aim.rigid == 0.0 ? force : hs_total_force(memory);
     }
     free(there);

@@ -82,6 +82,7 @@ int hs_shares_at(const hs_memory *memory, double d, double load, hs_shares *shar
     const hs_contact *contact = memory->contact;
     int64_t count;
     shares->load = shares->one;
+    shares->from = NULL;
     if (contact->groups == 1) {
         shares->count = d > contact->sorted_gap[0];
         shares->one[0] = load;

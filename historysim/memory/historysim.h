@@ -35,7 +35,9 @@ enum hs_status {
     HS_BEYOND_LIMIT = 1,  /* a tangential load asks for more than friction holds: nothing was changed */
     HS_OUT_OF_MEMORY = 2, /* what was to be changed is of no use any more */
     HS_LAW_FAILED = 3,    /* a law of the caller's said that it failed; what was to be changed is of no use any more */
-    HS_NOT_A_STATE = 4    /* bytes that are no memory of this version, or damaged ones */
+    HS_NOT_A_STATE = 4,   /* bytes that are no memory of this version, or damaged ones */
+    HS_FOREIGN = 5,       /* a memory, asperities or coefficients of another contact: nothing was changed */
+    HS_INTERRUPTED = 6    /* the caller's function has stopped a walk; what was to be changed is of no use any more */
 };
 
 /* How a channel is controlled. */
@@ -73,6 +75,8 @@ typedef struct hs_contact {
     const double *sorted_gap;    /* (count) of all asperities by ascending gap */
     const double *sorted_weight; /* (count) */
     hs_units units;
+    int64_t watched;             /* labels in `watch`, or 0 */
+    double *watch;               /* ascending labels that are watched for sliding in place of asperities */
     double datum;                /* height of the highest summit at the start, where gaps are 0 [m] */
     int64_t references;
 } hs_contact;
@@ -87,6 +91,9 @@ HS_API hs_contact *hs_contact_new(int64_t count, const double *summit_height, co
                                   const double *stiffness, const int64_t *group, double contact_modulus,
                                   double displacement_ratio);
 HS_API void hs_contact_free(hs_contact *contact);
+/* Watch ascending approaches of first touch [m] in place of asperities: `hs_slide_times` then says when all springs slide that
+ * have touched from there on. For a contact of one group, before there is a memory of it. */
+HS_API int hs_contact_watch(hs_contact *contact, int64_t count, const double *approach);
 
 /* Approach of the highest summit [m] at which a contact carries a normal load [N]. */
 HS_API double hs_approach_at(const hs_contact *contact, double normal_load);
@@ -124,6 +131,13 @@ typedef struct hs_evolved {
     double yielded_energy;   /* of all of them [J] */
 } hs_evolved;
 
+/* When the present straight path begins and ends [s], NaN where that is not known; and which loads it ends at where
+ * both go straight, NaN where approach and displacement do. */
+typedef struct hs_clock {
+    double begin, end;
+    double load, force;
+} hs_clock;
+
 typedef struct hs_memory {
     hs_contact *contact;
     double approach;        /* of the highest summit */
@@ -140,15 +154,25 @@ typedef struct hs_memory {
     int64_t capacity;
     struct hs_deep *deep;   /* deeper vertices of a single stack, which copies share; NULL where `vertices` has all */
     hs_evolved *evolved;    /* NULL where asperities do not evolve */
-    double known_label;     /* where P' of a single group was worked out last; not a number where it is not known */
+    struct hs_slides *slides; /* when asperities first slid, which copies share; NULL where none has while times were known */
+    double slid_labels[2];  /* between which all asperities of a single group have */
+    hs_clock clock;
+    double known_label;     /* where P' of a single group was worked out last; NaN where it is not known */
     double known_slope;     /* that P', which the next question about it need not work out again */
+    uint64_t identity;      /* what it belongs to, as the contact and its friction were at the start; copies keep it */
     int32_t normal_control; /* how each channel was controlled last, and is held */
     int32_t tangential_control;
+    int32_t lost_slides; /* whether there was no memory to note when an asperity has slid */
+    int32_t unused;
 } hs_memory;
 
 /* Make the memory of a contact that nothing has happened to, with one coefficient for each asperity, of which those of
  * one group are the same. NULL where there is no memory. */
 HS_API hs_memory *hs_memory_new(hs_contact *contact, const double *friction);
+/* Digest bytes on top of what was digested before: what else a memory belongs to, such as laws, goes into its `identity`. */
+HS_API uint64_t hs_digest(uint64_t before, const void *bytes, size_t size);
+/* Whether two memories belong to the same contact, friction and laws, so that one may take the place of the other. */
+HS_API int hs_belongs(const hs_memory *memory, const hs_memory *like);
 /* Follow from now on what asperities become. */
 HS_API int hs_memory_evolve(hs_memory *memory);
 /* Follow from now on also how asperities yield, which have not yet. */
@@ -158,11 +182,16 @@ HS_API hs_memory *hs_memory_copy(const hs_memory *memory);
 /* Have all vertices of a memory stand in `vertices`, none in `deep`. */
 HS_API int hs_memory_join(hs_memory *memory);
 HS_API void hs_memory_free(hs_memory *memory);
+/* Fill in when asperities (in the caller's numbering), or what is watched, first slid as a whole [s], NaN where they have not, or the
+ * paths had no times; and forget that. */
+HS_API void hs_slide_times(const hs_memory *memory, double *time);
+HS_API void hs_forget_slides(hs_memory *memory);
 
 /* ---- steps ------------------------------------------------------------------------------------------------------------ */
 
 /* One straight path of both channels. A channel goes `fraction` of the way from where it is to its target, in N or m.
- * `parts` equal parts are walked, the inner ends recorded from `first_row` on; `recorded` says whether the end is, too. */
+ * `parts` equal parts are walked, the inner ends recorded from `first_row` on; `recorded` says whether the end is, too.
+ * It lasts from `begin` to `end`, so that it is known when asperities first slide; NaN where nobody asks. */
 typedef struct hs_path {
     double normal_target;
     double normal_fraction;
@@ -174,6 +203,7 @@ typedef struct hs_path {
     int32_t tangential_control;
     int32_t recorded;
     int32_t unused;
+    double begin, end; /* [s] */
 } hs_path;
 
 /* How the contact is driven. */
@@ -182,6 +212,8 @@ typedef struct hs_drive {
     double compliance; /* of an instrument in series with the contact [m/N]; tangential displacements are its drive's */
     int32_t saturate;  /* whether a tangential load beyond the friction limit is held at the limit */
     int32_t threads;   /* that share the work on many asperities, 1 or more; the bits do not depend on it */
+    int (*interrupted)(void *user); /* asked every few milliseconds; other than 0 stops the walk; may be NULL */
+    void *user;
 } hs_drive;
 
 /* Why a path was not walked. */
@@ -192,7 +224,7 @@ typedef struct hs_refusal {
     int64_t path;
 } hs_refusal;
 
-/* Carry a memory along one straight path to targets in N or m; not a number holds a channel as it was controlled last.
+/* Carry a memory along one straight path to targets in N or m; NaN holds a channel as it was controlled last.
  * Of a path that is refused nothing is changed. Nothing evolves on it (see `hs_walk_evolving`). `refusal` may be NULL. */
 HS_API int hs_step(hs_memory *memory, int normal_control, double normal_target, int tangential_control,
                    double tangential_target, const hs_drive *drive, hs_refusal *refusal);
@@ -266,15 +298,15 @@ HS_API hs_slopes hs_slopes_of(const hs_memory *memory, double start);
 HS_API double hs_stiffness(const hs_memory *memory, int direction);
 /* dN/dd [N/m]. */
 HS_API double hs_normal_stiffness(const hs_memory *memory);
-/* Tangential elastic energy of all asperities [J]; not a number where there is no memory. */
+/* Tangential elastic energy of all asperities [J]; NaN where there is no memory. */
 HS_API double hs_stored_energy(const hs_memory *memory);
 HS_API int64_t hs_contact_count(const hs_memory *memory);
 
 /* ---- friction and summits that change at rest --------------------------------------------------------------------------- */
 
 /* Give each asperity (in the caller's numbering) another coefficient from now on, while a controlled tangential load stays,
- * or the displacement of an instrument's drive. Asperities that are not alike in it no longer share what they remember. A
- * load that friction no longer holds is still asked for. */
+ * or the displacement of an instrument's drive. Asperities that are not alike in it no longer share what they remember;
+ * knots of a normal curve are alike. A load that friction no longer holds is still asked for. */
 HS_API int hs_set_friction(hs_memory *memory, const double *friction, const hs_drive *drive);
 
 /* ---- evolution: friction that depends on how asperities are loaded, wear, other summits ---------------------------------- */
@@ -365,6 +397,7 @@ typedef struct hs_evolution {
     double goal_fraction;   /* of the way there that the path goes */
     int32_t follow_sliding; /* whether asperities that only yield are followed as they slide, too */
     int32_t unused;
+    int64_t count;          /* asperities that `goal` and `critical_approach` are of */
 } hs_evolution;
 
 /* Fill in the coefficients (count) that a law gives asperities. */
@@ -376,7 +409,8 @@ HS_API int hs_lost_volumes(const hs_wear *wear, int64_t count, const double *nor
 HS_API int hs_first_loading(const hs_yielding *yielding, double contact_modulus, int64_t count, const double *approach,
                             const double *summit_radius, double *normal_load, double *contact_radius);
 
-/* Do what `hs_walk` does where asperities evolve; the memory was made so. Only a single path may have a goal. */
+/* Do what `hs_walk` does where asperities evolve; the memory was made so, of as many asperities. Only a single path may
+ * have a goal. */
 HS_API int hs_walk_evolving(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows,
                             const hs_drive *drive, double until, const hs_evolution *evolution, hs_refusal *refusal);
 /* Give asperities other summits [m] (asperity) at the present approach and displacement. Those that are `fresh` are new
@@ -384,7 +418,7 @@ HS_API int hs_walk_evolving(hs_memory *memory, const hs_path *paths, int64_t cou
 HS_API int hs_set_summits(hs_memory *memory, const double *summit_height, const double *summit_radius,
                           const uint8_t *fresh, const hs_evolution *evolution);
 
-/* The memory of one asperity by itself, with what its group remembers; NULL where there is no memory. */
+/* The memory of one asperity by itself, with what its group remembers; NULL where there is no memory, or no such asperity. */
 HS_API hs_memory *hs_memory_of_one(const hs_memory *memory, int64_t asperity);
 
 /* ---- bytes ---------------------------------------------------------------------------------------------------------------- */
@@ -392,9 +426,9 @@ HS_API hs_memory *hs_memory_of_one(const hs_memory *memory, int64_t asperity);
 /* A memory with its contact as bytes, which any machine of the same byte order reads. */
 HS_API size_t hs_memory_size(const hs_memory *memory);
 HS_API int hs_memory_write(const hs_memory *memory, void *bytes, size_t size);
-/* Make the memory again. Bytes that are damaged, or of something else, are refused: `why` then says what is wrong. Where the
- * contact is `like` another one, unless that is NULL, they share it. */
-HS_API int hs_memory_read(const void *bytes, size_t size, hs_contact *like, hs_memory **memory, const char **why);
+/* Make the memory again. Bytes that are damaged, or of something else, are refused: `why` then says what is wrong. Unless it
+ * is NULL, what is read has to belong where `like` does, and shares its contact where that is as it was. */
+HS_API int hs_memory_read(const void *bytes, size_t size, const hs_memory *like, hs_memory **memory, const char **why);
 /* Look whether numbers that somebody has filled in make a memory; NULL, or what is wrong. */
 HS_API const char *hs_memory_check(const hs_memory *memory);
 
@@ -438,9 +472,12 @@ HS_API hs_batch *hs_batch_new(int64_t count, int64_t frictions, const double *fr
                               const double *scale, double displacement_ratio);
 HS_API hs_batch *hs_batch_copy(const hs_batch *batch);
 HS_API void hs_batch_free(hs_batch *batch);
+/* Whether all of them, one per contact, are numbers, and at most so large in size. */
+HS_API int hs_batch_takes(const hs_batch *batch, const double *approach, const double *displacement, double largest);
 /* Carry each contact straight to its approach and displacement [m], and tell its loads [N]. */
 HS_API int hs_batch_step(hs_batch *batch, const double *approach, const double *displacement, double *normal_load,
                          double *tangential_load);
+/* Functions that take the number of a contact do nothing where there is none, and return -1, HS_FOREIGN or NaN. */
 /* Make a contact new. */
 HS_API void hs_batch_forget(hs_batch *batch, int64_t contact);
 /* Have a contact remember so many vertices at most (3 or more; other numbers are taken for 3), by leaving out those that
@@ -449,7 +486,7 @@ HS_API double hs_batch_shorten(hs_batch *batch, int64_t contact, int64_t most);
 /* Copy what a contact remembers to vertices of the caller's, with room for its depth or for 1, whichever is more; returns
  * the depth, 0 where it does not touch. */
 HS_API int64_t hs_batch_take(const hs_batch *batch, int64_t contact, hs_batch_vertex *vertices);
-/* Have a contact remember what was taken from one of the same friction and scale. */
+/* Have a contact remember what was taken from one of the same friction and scale; what none could remember is refused. */
 HS_API int hs_batch_put(hs_batch *batch, int64_t contact, const hs_batch_vertex *vertices, int64_t depth);
 
 #ifdef __cplusplus

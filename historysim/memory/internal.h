@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "historysim.h"
+#include "normal.h"
 
 #ifdef __cplusplus
 #define restrict __restrict
@@ -23,17 +23,35 @@
 /* sums over asperities go through so many lanes, which are added in a fixed order: the bits are the same everywhere */
 #define HS_LANES 8
 
-/* Loops over asperities are compiled for narrow and for wide processors, and the one that fits is taken: the same bits. */
-#if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GLIBC__)
-#define HS_WIDE __attribute__((target_clones("avx512f", "avx2", "default")))
+/* Loops over asperities are vectorised whatever the level of optimisation: gcc's -O2 leaves most of them as they stand. Its
+ * attribute may forget options of the command line, so those that keep the bits stand in it again. */
+#if defined(__GNUC__) && !defined(__clang__) && defined(__OPTIMIZE__)
+#define HS_VECTORISED __attribute__((noinline, optimize("O3", "fp-contract=off", "no-math-errno", "no-trapping-math")))
 #else
-#define HS_WIDE
+#define HS_VECTORISED
+#endif
+/* They are compiled for narrow and for wide processors, and the one that fits is taken: the same bits. Elsewhere than under
+ * glibc the choice is not there at load time, and vectors are those of the least processor of the platform. */
+#if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GLIBC__)
+#define HS_WIDE HS_VECTORISED __attribute__((target_clones("avx512f", "avx2", "default")))
+#else
+#define HS_WIDE HS_VECTORISED
 #endif
 
-static inline double hs_least(double a, double b) { return b < a ? b : a; }
-static inline double hs_most(double a, double b) { return b > a ? b : a; }
-/* Bounded on both sides. */
-static inline double hs_within(double value, double bound) { return hs_least(hs_most(value, -bound), bound); }
+/* What is compiled once for each of its constant arguments. */
+#ifdef __GNUC__
+#define HS_INLINE static inline __attribute__((always_inline))
+#else
+#define HS_INLINE static inline
+#endif
+
+/* What is called seldom, and shall not take registers where it is called. */
+#ifdef __GNUC__
+#define HS_APART __attribute__((noinline, cold))
+#else
+#define HS_APART
+#endif
+
 static inline double hs_lanes_sum(const double *lane) {
     return ((lane[0] + lane[1]) + (lane[2] + lane[3])) + ((lane[4] + lane[5]) + (lane[6] + lane[7]));
 }
@@ -51,47 +69,6 @@ static inline double hs_toward(double present, double target, double fraction) {
     return fraction == 1.0 ? target : present + fraction * (target - present);
 }
 
-/* ---- normal.c: the load P(a) of asperities, and the approach at a load ---- */
-
-typedef struct hs_load {
-    double load;
-    double slope; /* dP/da */
-} hs_load;
-
-/* Asperities in ascending gap, or knots, which have loads. */
-typedef struct hs_curve {
-    const double *gap;
-    const double *weight;
-    const double *load;
-    int64_t count;
-} hs_curve;
-
-int64_t hs_touching(const double *gap, int64_t count, double approach);
-/* P'' between a knot and the next one, which are not at one place; 0 beyond the last one. */
-static inline double hs_bend_at(hs_curve curve, int64_t i) {
-    return i + 1 < curve.count ? (curve.weight[i + 1] - curve.weight[i]) / (curve.gap[i + 1] - curve.gap[i]) : 0.0;
-}
-hs_load hs_load_between_knots(hs_curve curve, double approach);
-hs_load hs_sum_of_loads(const double *gap, const double *weight, int64_t touching, double approach);
-double hs_label_at(hs_curve curve, double total, double guess, double rigid, double compliance);
-double hs_cube_root(double x);
-
-static inline hs_load hs_load_of_one(double gap, double weight, double approach) {
-    double depth = hs_most(approach - gap, 0.0), half_chord = weight * sqrt(depth);
-    hs_load found = {half_chord * depth, 1.5 * half_chord};
-    return found;
-}
-/* P(a) and P'(a). */
-static inline hs_load hs_load_at(hs_curve curve, double approach) {
-    if (curve.load) return hs_load_between_knots(curve, approach);
-    if (curve.count == 1) return hs_load_of_one(curve.gap[0], curve.weight[0], approach);
-    return hs_sum_of_loads(curve.gap, curve.weight, hs_touching(curve.gap, curve.count, approach), approach);
-}
-static inline hs_curve hs_all_of(const hs_contact *contact) {
-    hs_curve all = {contact->sorted_gap, contact->sorted_weight, contact->load, contact->count};
-    return all;
-}
-
 /* ---- groups ---- */
 
 /* One friction group: its summits, what they have dissipated, and its vertices. */
@@ -101,6 +78,7 @@ typedef struct hs_group {
     hs_vertex *stack;
     double friction;
     int64_t start;     /* position of its first asperity */
+    hs_memory *memory;
     hs_memory *single; /* the memory where there is no other group, which notes what it knows; otherwise NULL */
 } hs_group;
 
@@ -112,6 +90,7 @@ static inline hs_group hs_group_of(const hs_memory *memory, int64_t index) {
                       memory->vertices + index * memory->capacity,
                       memory->friction[index],
                       start,
+                      (hs_memory *)memory,
                       contact->groups == 1 ? (hs_memory *)memory : NULL};
     return group;
 }
@@ -181,12 +160,14 @@ hs_memory *hs_memory_blank(hs_contact *contact, int64_t capacity, int evolves);
 const struct hs_deep *hs_below(const struct hs_deep *deep);
 /* Have stacks hold so many vertices each. */
 int hs_memory_reserve(hs_memory *memory, int64_t capacity);
-/* Copy all from a memory of the same contact. */
+/* Copy all from a memory of the same contact and groups. */
 int hs_memory_assign(hs_memory *memory, const hs_memory *from);
 /* Put another memory in the place of this one; the other is no longer there. */
 void hs_memory_take(hs_memory *memory, hs_memory *other);
 hs_memory *hs_memory_outer_copy(const hs_memory *memory, int64_t more);
 int hs_memory_split(hs_memory *memory);
+/* Whether a memory can evolve so: it is followed, and arrays are of its asperities. */
+int hs_can_evolve(const hs_memory *memory, const hs_evolution *evolution);
 /* The memory itself where nothing lies deep, or a copy that is to be freed with all vertices in `vertices`; NULL where there
  * is no memory. */
 const hs_memory *hs_whole(const hs_memory *memory, hs_memory **joined);
@@ -205,6 +186,52 @@ int hs_join_groups(hs_memory *memory, const double *gap, const double *weight, d
 int64_t hs_deepest(const hs_memory *memory);
 int hs_any_steep(const hs_memory *memory);
 double hs_total_force(const hs_memory *memory);
+
+/* ---- slides.c: when asperities first slide as a whole ---- */
+
+/* Times by asperity, in the caller's numbering, NaN for those that have not slid; copies of a memory share them. */
+struct hs_slides {
+    int64_t references;
+    int64_t number; /* of those that have */
+    double time[1];
+};
+struct hs_slides *hs_slides_held(struct hs_slides *slides);
+void hs_slides_let_go(struct hs_slides *slides);
+/* Give a memory times of its own that have been read; returns a status. */
+int hs_slides_assign(hs_memory *memory, const double *time);
+/* Of asperities that have slid since a start, take the times from another memory that knows them; returns a status. */
+int hs_slides_replace(hs_memory *memory, const hs_memory *start, const hs_memory *other);
+
+static inline int hs_has_slid(const hs_memory *memory, int64_t asperity) {
+    return memory->slides && !isnan(memory->slides->time[asperity]);
+}
+/* Let the clock go on to a time, on a path that is straight in approach and displacement. */
+static inline void hs_tick(hs_memory *memory, double time) {
+    hs_clock clock = {memory->clock.end, isnan(memory->clock.end) ? memory->clock.end : time, NAN, NAN};
+    memory->clock = clock;
+}
+/* Set the clock to a time, from which on paths are timed; NaN where they are not. */
+static inline void hs_set_clock(hs_memory *memory, double time) {
+    hs_clock clock = {time, time, NAN, NAN};
+    memory->clock = clock;
+}
+static inline int hs_is_timed(const hs_memory *memory) { return !isnan(memory->clock.end); }
+/* Note which asperities of a group first slide on a straight path, on which its coefficient goes straight from `friction` to its
+ * own: those whose springs all slip at the end, which are those from a label on, and those that are lifted off. The stack is
+ * the one before the path. Where it is `uneven`, springs may reach the limit in any order. */
+void hs_find_slides(const hs_group *group, int64_t depth, const hs_point *from, const hs_point *to, double friction, double label,
+                    int uneven);
+static inline void hs_note_slides(const hs_group *group, int64_t depth, const hs_point *from, const hs_point *to,
+                                  double friction, double label, int uneven) {
+    const hs_memory *memory = group->memory;
+    const hs_contact *contact = memory->contact;
+    const int64_t last = group->curve.count - 1;
+    const double top = hs_most(from->d, to->d), low = to->d < from->d ? hs_least(label, to->d) : label;
+    if (!hs_is_timed(memory) || (low >= memory->slid_labels[0] && top <= memory->slid_labels[1])) return;
+    if (!contact->watched && (group->curve.gap[last] < low || (last == 0 && hs_has_slid(memory, contact->order[group->start]))))
+        return;
+    hs_find_slides(group, depth, from, to, friction, label, uneven);
+}
 
 /* ---- losses.c: energies ---- */
 
@@ -231,6 +258,24 @@ typedef struct hs_losses {
 } hs_losses;
 
 void hs_no_losses(hs_losses *losses, int64_t groups);
+/* Add what waits to the array of all asperities. */
+void hs_work_out(hs_losses *losses, double *each);
+/* Put off what an asperity loses, which stands at a position of the array of all. */
+static inline void hs_put_off(hs_losses *losses, double gap, double weight, int64_t position, double *each,
+                              const hs_slip *slip) {
+    if (!(slip->low < slip->high && slip->high > gap)) return;
+    if (losses->number == HS_MOST_PIECES) hs_work_out(losses, each);
+    int p = losses->number++;
+    losses->whose[p] = position;
+    losses->gap[p] = gap;
+    losses->weight[p] = weight;
+    losses->low[p] = slip->low;
+    losses->high[p] = slip->high;
+    losses->slip_low[p] = slip->slip_low;
+    losses->slip_high[p] = slip->slip_high;
+    losses->drag_low[p] = slip->drag_low;
+    losses->drag_high[p] = slip->drag_high;
+}
 /* Spread over a group what it loses. */
 void hs_lose(const hs_group *group, hs_losses *losses, const hs_slip *slip);
 /* Add all of it to what the asperities, and all together, have dissipated. */
@@ -309,7 +354,8 @@ typedef struct hs_force {
 typedef struct hs_shares {
     int64_t count;
     double *load;
-    double one[1]; /* place for that of a single group */
+    const double *from; /* where their ways begin; NULL where that is the approach */
+    double one[1];      /* place for the load of a single group */
 } hs_shares;
 
 /* Note the first segment on which slip of a sign may end, which for small paths it does: the outermost, or, where that lies
@@ -320,6 +366,8 @@ void hs_guess_front(hs_fronts *fronts, int64_t index, const hs_group *group, int
 hs_force hs_force_of_group(const hs_group *group, int64_t depth, hs_point from, hs_point to, double load,
                            hs_fronts *fronts, int64_t index);
 int hs_force_at(hs_memory *memory, const hs_shares *shares, hs_fronts *fronts, hs_point to, hs_force *found);
+/* Tangential load on a straight path at a point of it. */
+int hs_force_on_way(hs_memory *memory, hs_fronts *fronts, double d, double v, double *force);
 int hs_displacement_at(hs_memory *memory, const hs_shares *shares, double d, hs_aim aim, double *found);
 int hs_displacement_with(hs_memory *memory, const hs_shares *shares, hs_fronts *fronts, double d, hs_aim aim, double *found);
 int hs_found_displacement(hs_memory *memory, const hs_shares *shares, hs_fronts *fronts, double d, hs_aim aim, double *found);
@@ -343,17 +391,30 @@ double hs_approach_for(const hs_memory *memory, double load);
 /* ---- move.c: all groups on one straight path ---- */
 
 int hs_move(hs_memory *memory, double d, double load, hs_aim aim);
+/* Note which asperities of several groups first slide on the way to a point where both loads go straight, as the clock says. */
+int hs_note_slides_on_ramp(hs_memory *memory, hs_point to);
 /* The same as `hs_move` where the loads of the groups at d, and the aim of the path in (d, V), are known. */
 int hs_carry(hs_memory *memory, const hs_shares *shares, double d, double load, hs_aim aim, hs_aim path);
 /* Tell of each group whether its polyline is steeper than μ. */
-void hs_tell_steep(hs_memory *memory);
+void hs_note_steep(hs_memory *memory);
+/* Which springs slide: the side of the cone on which those of segment j do, 1 or -1; 0 where they stick. */
+double hs_sliding_side(const hs_vertex *stack, int64_t depth, int64_t j, double displacement, double friction);
 /* Whether there is one group, which any aim moves by one update. */
 int hs_is_alone(const hs_memory *memory);
 int hs_make_room(hs_memory *memory);
 
 /* ---- ramp.c, limit.c, walk.c ---- */
 
-int hs_ramp(hs_memory *memory, double load, double force, double tolerance);
+/* Count work, a unit of which takes about a microsecond, and ask at times whether the caller wants no more of it. */
+static inline int hs_goes_on(const hs_drive *drive, int64_t *work, int64_t more) {
+    *work += more;
+    if (*work < 4096 || !drive->interrupted) return HS_OK;
+    *work = 0;
+    return drive->interrupted(drive->user) ? HS_INTERRUPTED : HS_OK;
+}
+
+/* Carry a memory along a straight ramp of both loads, which ends at a time. */
+int hs_ramp(hs_memory *memory, double load, double force, double time, const hs_drive *drive);
 
 /* What is asked of the contact along one path: both channels at its ends. Where `both` are loads the normal load is
  * straight in the share, otherwise the approach is. Forces are those asked for, whether friction holds them or not. */
@@ -375,7 +436,7 @@ void hs_cut(const hs_memory *memory, const hs_request *request, hs_pieces *piece
 void hs_overload(const hs_memory *memory, const hs_request *request, const hs_pieces *pieces, double *asked,
                  double *limit);
 int hs_follow(hs_memory *memory, const hs_request *request, const hs_pieces *pieces, double before, double share,
-              double tolerance, int *side);
+              const double *times, const hs_drive *drive, int *side);
 
 /* A path that is planned: what it asks for, and how it goes there. */
 typedef struct hs_plan {
@@ -383,6 +444,7 @@ typedef struct hs_plan {
     hs_aim aim;
     int meets; /* whether a load meets the friction limit on the way */
     hs_pieces pieces;
+    double times[2]; /* at which it begins and ends [s] */
     double v[2];    /* displacements in between are straight from the first to the second */
     int ends_apart; /* whether a tangential load ends where nothing touches */
 } hs_plan;
@@ -393,7 +455,7 @@ void hs_destination(const hs_memory *memory, const hs_path *path, double complia
 /* Targets of `path` are dimensionless here, and so is the compliance. `direct` where nothing is recorded on the way. */
 int hs_planned(hs_memory *memory, const hs_path *path, double compliance, int saturate, int direct, hs_plan *plan,
                hs_refusal *refusal);
-int hs_walk_on(hs_memory *memory, const hs_plan *plan, double before, double share, double tolerance, int *held);
+int hs_walk_on(hs_memory *memory, const hs_plan *plan, double before, double share, const hs_drive *drive, int *held);
 
 /* ---- laws.c ---- */
 
@@ -406,10 +468,13 @@ double hs_worn_summit(const hs_wear *wear, double first, double last, double mea
 
 /* ---- yielding.c ---- */
 
-/* Approach up to which no asperity yields, or yields on. */
+/* Approach up to which no asperity yields, or yields on; and one of them (in the caller's numbering). */
 double hs_next_yield(const hs_memory *memory, const hs_yielding *law);
 /* Approach at which all carry a normal load that lets some of them yield on the way. */
 int hs_yielding_approach(const hs_memory *memory, const hs_evolution *evolution, double load, double *approach);
+double hs_yields_at(const hs_memory *memory, const hs_yielding *law, int64_t asperity);
+/* Load of all at an approach, which some of them may yield on the way to. */
+int hs_yielding_load(const hs_memory *memory, const hs_evolution *evolution, double d, double *load);
 /* Tell which asperities (in the caller's numbering) yield on the way to an approach; and have them become what they are
  * there, but for the contact and what is remembered. */
 int hs_those_to_yield(const hs_memory *memory, const hs_evolution *evolution, double d, uint8_t *which);
@@ -417,15 +482,37 @@ int hs_yield_to(hs_memory *memory, const hs_evolution *evolution, double d, uint
 
 /* ---- readout.c ---- */
 
+/* What the inner vertices of a group gave its asperities in the row before, as far as they stay from row to row. */
+typedef struct hs_inner {
+    hs_vertex *stack; /* (depth) as it was at the row before */
+    int64_t depth;
+    int64_t capacity;
+    int64_t summed; /* vertices of which `force` of the recorder holds the sum, the deepest first */
+} hs_inner;
+
+/* Which springs of a group slide: labels where the slip annulus at the edge ends, which is the edge where it sticks, and of
+ * the outermost spring that slides, minus infinity where nothing does; and what the edge says. */
+typedef struct hs_zone {
+    double boundary, outermost;
+    double friction, slope;
+} hs_zone;
+
 /* Rows that are written, and what it takes to write them. */
 typedef struct hs_recorder {
     const hs_rows *rows;
     hs_contact *contact; /* whose order the columns are known in */
     int64_t *place;      /* (column) position of each recorded asperity */
+    int64_t *group;      /* (column) */
     double *gap;         /* (column) */
     double *weight;      /* (column) */
-    double *scratch;     /* (4, count) */
-    int8_t *states;      /* (count) */
+    double *load;        /* (column) dimensionless normal loads of the row before */
+    double *scratch;     /* (count) shares of tangential loads that inner vertices have */
+    double *force;       /* (count) sums over the inner vertices that stay */
+    hs_inner *inner;     /* (group) */
+    hs_zone *zones;      /* (group) of this row; NULL where there are no columns */
+    int64_t groups;
+    int64_t row;     /* the row before, by this recorder; -1 where there is none of this contact */
+    double approach; /* in that row */
 } hs_recorder;
 int hs_begin_recording(hs_recorder *recorder, hs_contact *contact, const hs_rows *rows);
 int hs_record(hs_recorder *recorder, const hs_memory *memory, int64_t row, int saturated);

@@ -210,35 +210,53 @@ static double request_at(const hs_memory *memory, const hs_request *request, con
     return hs_within(hs_toward(request->force[0], request->force[1], share), limit);
 }
 
+/* Let the clock go on along the limit, where a load is straight in time if both are prescribed. */
+static void tick_along_limit(hs_memory *memory, int both, double load, double side, double time) {
+    hs_tick(memory, time);
+    if (!both) return;
+    memory->clock.load = load;
+    memory->clock.force = side * memory->friction[0] * load;
+}
+
 /* Carry the contact along the friction limit to approach d, where it carries `load`.
  *
  * With the approach falling the displacement stays. With the approach rising it keeps pace with the springs that need most
  * to slide as soon as they touch. */
-static int slide(hs_memory *memory, double d, double load, double side) {
+static int slide(hs_memory *memory, const hs_request *request, double d, double load, double side, double time) {
     const hs_contact *contact = memory->contact;
     double limit = hs_friction_limit(memory, memory->approach, memory->normal_load), steepest = 0.0;
     if (side * memory->tangential_load < (1.0 - HS_TIE) * limit) {
+        /* at once */
+        hs_tick(memory, memory->clock.end);
         int status = hs_move(memory, memory->approach, memory->normal_load, hs_to_load(side * limit));
         if (status != HS_OK) return status;
     }
-    if (d <= memory->approach) return hs_move(memory, d, load, hs_to_displacement(memory->displacement));
+    const double from = memory->approach, load0 = memory->normal_load, begin = memory->clock.end;
+    if (d <= from) {
+        tick_along_limit(memory, request->both, load, side, time);
+        return hs_move(memory, d, load, hs_to_displacement(memory->displacement));
+    }
     for (int64_t index = 0; index < contact->groups; ++index) {
         double touch = contact->gap[contact->first[index]];
         if (touch >= d) break;
         if (memory->friction[index] <= steepest) continue;
         if (touch > memory->approach) {
             double reached = memory->displacement + side * steepest * (touch - memory->approach);
-            int status = hs_move(memory, touch, hs_load_at(hs_all_of(contact), touch).load, hs_to_displacement(reached));
+            double there = hs_load_at(hs_all_of(contact), touch).load;
+            double share = request->both ? (there - load0) / (load - load0) : (touch - from) / (d - from);
+            tick_along_limit(memory, request->both, there, side, hs_toward(begin, time, share));
+            int status = hs_move(memory, touch, there, hs_to_displacement(reached));
             if (status != HS_OK) return status;
         }
         steepest = memory->friction[index];
     }
+    tick_along_limit(memory, request->both, load, side, time);
     return hs_move(memory, d, load, hs_to_displacement(memory->displacement + side * steepest * (d - memory->approach)));
 }
 
 /* Walk a request, cut into pieces, from one share to another; tell which limit it follows there. */
 int hs_follow(hs_memory *memory, const hs_request *request, const hs_pieces *pieces, double before, double share,
-              double tolerance, int *side) {
+              const double *times, const hs_drive *drive, int *side) {
     *side = 0;
     for (int k = 0; k < pieces->count; ++k) {
         double end = pieces->end[k], stop = hs_least(end, share), d, load;
@@ -246,10 +264,11 @@ int hs_follow(hs_memory *memory, const hs_request *request, const hs_pieces *pie
         if (end <= before && k < pieces->count - 1) continue;
         *side = pieces->side[k];
         place_on(memory, request, stop, &d, &load);
+        double time = hs_toward(times[0], times[1], stop);
         if (*side != 0) {
-            status = slide(memory, d, load, *side);
+            status = slide(memory, request, d, load, *side, time);
         } else if (request->both) {
-            status = hs_ramp(memory, load, request_at(memory, request, pieces, k, stop, d, load), tolerance);
+            status = hs_ramp(memory, load, request_at(memory, request, pieces, k, stop, d, load), time, drive);
         } else {
             double d_end, load_end;
             place_on(memory, request, end, &d_end, &load_end);
@@ -263,6 +282,7 @@ int hs_follow(hs_memory *memory, const hs_request *request, const hs_pieces *pie
                 hs_free_shares(&shares);
                 aim = hs_to_displacement(hs_toward(memory->displacement, reached, (stop - before) / (end - before)));
             }
+            hs_tick(memory, time);
             if (status == HS_OK) status = hs_move(memory, d, load, aim);
         }
         if (status != HS_OK) return status;

@@ -94,7 +94,7 @@ HS_WIDE static void energies(hs_losses *losses) {
     }
 }
 
-static void work_out(hs_losses *losses, double *each) {
+void hs_work_out(hs_losses *losses, double *each) {
     double lane[HS_LANES] = {0};
     energies(losses);
     hs_add(lane, losses->energy, losses->number);
@@ -108,23 +108,11 @@ void hs_lose(const hs_group *group, hs_losses *losses, const hs_slip *slip) {
         losses->total += spread(group->curve, group->each, slip);
         return;
     }
-    if (!(slip->low < slip->high && slip->high > group->curve.gap[0])) return;
-    /* the array of all asperities begins before that of the group */
-    if (losses->number == HS_MOST_PIECES) work_out(losses, group->each - group->start);
-    int p = losses->number++;
-    losses->whose[p] = group->start;
-    losses->gap[p] = group->curve.gap[0];
-    losses->weight[p] = group->curve.weight[0];
-    losses->low[p] = slip->low;
-    losses->high[p] = slip->high;
-    losses->slip_low[p] = slip->slip_low;
-    losses->slip_high[p] = slip->slip_high;
-    losses->drag_low[p] = slip->drag_low;
-    losses->drag_high[p] = slip->drag_high;
+    hs_put_off(losses, group->curve.gap[0], group->curve.weight[0], group->start, group->each - group->start, slip);
 }
 
 void hs_settle(hs_losses *losses, hs_memory *memory) {
-    if (losses->number) work_out(losses, memory->each);
+    if (losses->number) hs_work_out(losses, memory->each);
     memory->dissipated += losses->total;
     losses->total = 0.0;
 }

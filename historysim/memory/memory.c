@@ -79,13 +79,53 @@ hs_memory *hs_memory_blank(hs_contact *contact, int64_t capacity, int evolves) {
     memory->evolved = evolved;
     memory->contact = hs_contact_held(contact);
     memory->deep = NULL;
+    memory->slides = NULL;
     memory->known_label = memory->known_slope = NAN;
     return memory;
+}
+
+/* FNV-1a of words in place of bytes, each of which is spread over all bits. */
+uint64_t hs_digest(uint64_t before, const void *bytes, size_t size) {
+    const unsigned char *at = (const unsigned char *)bytes;
+    for (size_t done = 0; done < size; done += 8) {
+        uint64_t word = 0;
+        memcpy(&word, at + done, size - done < 8 ? size - done : 8);
+        before = (before ^ word) * 1099511628211u;
+        before ^= before >> 32;
+    }
+    return before;
+}
+
+/* All that a contact is made of, and its coefficients at the start. */
+static uint64_t identity_of(const hs_contact *contact, const double *friction) {
+    size_t size = (size_t)contact->count * sizeof(double);
+    uint64_t found = hs_digest((uint64_t)contact->count, &contact->units, sizeof contact->units);
+    found = hs_digest(found, &contact->datum, sizeof contact->datum);
+    const void *arrays[] = {contact->gap, contact->weight, contact->order, friction};
+    for (int k = 0; k < 4; ++k) found = hs_digest(found, arrays[k], size);
+    return hs_digest(found, contact->first, (size_t)(contact->groups + 1) * sizeof *contact->first);
+}
+
+int hs_belongs(const hs_memory *memory, const hs_memory *like) {
+    const hs_contact *one = memory->contact, *other = like->contact;
+    /* all but the first are so where nobody has forged it */
+    return memory->identity == like->identity && one->count == other->count && !one->load == !other->load &&
+           memcmp(&one->units, &other->units, sizeof one->units) == 0 && one->datum == other->datum &&
+           (hs_evolves(memory) > 1) == (hs_evolves(like) > 1);
+}
+
+int hs_can_evolve(const hs_memory *memory, const hs_evolution *evolution) {
+    int yields = evolution->yielding.kind != HS_NO_YIELDING;
+    return hs_evolves(memory) > yields && ((!yields && !evolution->goal) || evolution->count == memory->contact->count);
 }
 
 hs_memory *hs_memory_new(hs_contact *contact, const double *friction) {
     hs_memory *memory = hs_memory_blank(contact, 4, 0);
     if (!memory) return NULL;
+    memory->identity = identity_of(contact, friction);
+    memory->slid_labels[0] = memory->slid_labels[1] = 0.0;
+    memory->lost_slides = 0;
+    hs_set_clock(memory, NAN);
     memory->approach = memory->displacement = memory->normal_load = 0.0;
     memory->tangential_load = memory->dissipated = memory->excess = 0.0;
     memory->normal_control = memory->tangential_control = HS_LOAD;
@@ -136,6 +176,7 @@ int hs_memory_yield(hs_memory *memory) {
 
 static void empty(hs_memory *memory) {
     let_go(memory->deep);
+    hs_slides_let_go(memory->slides);
     hs_contact_free(memory->contact);
     free(memory->friction);
     free(memory->vertices);
@@ -162,8 +203,16 @@ static void copy_now(hs_memory *target, const hs_memory *source) {
     target->tangential_load = source->tangential_load;
     target->dissipated = source->dissipated;
     target->excess = source->excess;
+    if (target->slides != source->slides) {
+        hs_slides_let_go(target->slides);
+        target->slides = hs_slides_held(source->slides);
+    }
+    memcpy(target->slid_labels, source->slid_labels, sizeof target->slid_labels);
+    target->clock = source->clock;
+    target->lost_slides = source->lost_slides;
     target->known_label = source->known_label;
     target->known_slope = source->known_slope;
+    target->identity = source->identity;
     target->normal_control = source->normal_control;
     target->tangential_control = source->tangential_control;
 }
@@ -182,8 +231,8 @@ static void copy_stacks(hs_memory *target, const hs_memory *source) {
 
 int64_t hs_deepest(const hs_memory *memory) {
     int64_t most = 0;
-    /* the groups that touch are the first ones */
-    for (int64_t index = 0; index < memory->contact->groups && memory->depth[index] > 0; ++index)
+    /* amid a chord summits that yield stand after some that touch on it, and have no vertices yet */
+    for (int64_t index = 0; index < memory->contact->groups; ++index)
         if (memory->depth[index] > most) most = memory->depth[index];
     return most;
 }
@@ -275,6 +324,7 @@ int hs_memory_reserve(hs_memory *memory, int64_t capacity) {
 }
 
 int hs_memory_assign(hs_memory *memory, const hs_memory *from) {
+    if (memory->contact->groups != from->contact->groups || !hs_belongs(memory, from)) return HS_FOREIGN;
     if (hs_memory_reserve(memory, hs_deepest(from) + 2) != HS_OK) return HS_OUT_OF_MEMORY;
     copy_numbers(memory, from);
     copy_stacks(memory, from);
@@ -322,6 +372,7 @@ static hs_memory *of_parts(const hs_memory *memory, hs_contact *contact, const i
         return NULL;
     }
     copy_now(parts, memory);
+    parts->slid_labels[0] = parts->slid_labels[1] = 0.0;
     if (parts->evolved) copy_evolved(parts->evolved, memory->evolved, contact->count);
     for (int64_t i = 0; i < contact->count; ++i) each[memory->contact->order[i]] = memory->each[i];
     for (int64_t i = 0; i < contact->count; ++i) parts->each[i] = each[contact->order[i]];
@@ -375,6 +426,8 @@ int hs_part_ways(hs_memory *memory, const double *first_key, const double *secon
     int64_t parts = 0, *group = (int64_t *)malloc(2 * count * sizeof *group), *parent = group + count;
     if (!group) return HS_OUT_OF_MEMORY;
     int status = part(contact, first_key, second_key, group, &parts);
+    /* knots are one contact */
+    if (status == HS_OK && parts > contact->groups && contact->load) status = HS_FOREIGN;
     if (status == HS_OK && parts > contact->groups) {
         status = hs_memory_join(memory);
         double *gap = (double *)malloc(2 * count * sizeof *gap), *weight = gap + count;
@@ -489,6 +542,7 @@ int hs_join_groups(hs_memory *memory, const double *gap, const double *weight, d
 hs_memory *hs_memory_of_one(const hs_memory *memory, int64_t asperity) {
     const hs_contact *contact = memory->contact;
     int64_t position = 0, from = 0;
+    if (asperity < 0 || asperity >= contact->count) return NULL;
     if (memory->deep) {
         hs_memory *joined, *one;
         const hs_memory *whole = hs_whole(memory, &joined);
@@ -504,6 +558,8 @@ hs_memory *hs_memory_of_one(const hs_memory *memory, int64_t asperity) {
     hs_contact_free(one);
     if (!found) return NULL;
     copy_now(found, memory);
+    hs_forget_slides(found);
+    found->identity = hs_digest(memory->identity, &asperity, sizeof asperity);
     found->friction[0] = memory->friction[from];
     found->each[0] = memory->each[position];
     found->depth[0] = contact->gap[position] < memory->approach ? memory->depth[from] : 0;

@@ -25,6 +25,8 @@ int hs_move(hs_memory *memory, double d, double load, hs_aim aim) {
     if (aim.compliance != 0.0 && !(shares.count > 0 && hs_is_alone(memory))) {
         path = hs_to_displacement(0.0);
         status = hs_displacement_at(memory, &shares, d, aim, &path.value);
+        hs_point to = {d, path.value};
+        if (status == HS_OK) status = hs_note_slides_on_ramp(memory, to);
     }
     if (status == HS_OK) status = hs_carry(memory, &shares, d, load, aim, path);
     hs_free_shares(&shares);
@@ -37,11 +39,96 @@ static void put_back(hs_memory *memory, int64_t index, const hs_vertex *clipped,
     memory->depth[index] = depth;
 }
 
+/* Note that all springs of a group of one asperity slide, down to a label. */
+HS_APART static void slides_whole(hs_memory *memory, int64_t index, const hs_point *from, const hs_point *to, double low) {
+    hs_group group = hs_group_of(memory, index);
+    hs_find_slides(&group, memory->depth[index], from, to, group.friction, low, 0);
+}
+
+/* Do what `hs_move_group` mostly does to a group of one asperity: the front moves inward on one segment, or all springs slide.
+ * Adds to the force, and returns 1; or 0, with nothing changed, where it is something else, such as a vertex wiped out by a
+ * tie. Compiled once more for an approach that is `held`, as it mostly is. */
+HS_INLINE int slide_one(hs_memory *memory, int64_t index, hs_losses *losses, const hs_point *from, const hs_point *to,
+                        double load, int held, double *force) {
+    const int64_t place = memory->contact->first[index], depth = memory->depth[index];
+    const double friction = memory->friction[index], gap = memory->contact->gap[place], weight = memory->contact->weight[place];
+    const double d = to->d, v = to->v;
+    hs_vertex *stack = memory->vertices + index * memory->capacity, front;
+    if (memory->contact->first[index + 1] > place + 1 || depth < 2) return 0;
+    hs_edge edge = {depth - 1, stack[depth - 1].label, stack[depth - 1].anchor, 0.0, 0.0};
+    if (held && d != edge.label) return 0;
+    if (!held && d < edge.label) edge = hs_edge_at(stack, depth, d, load);
+    int grows = !held && d > edge.label;
+    double change = v - edge.anchor, sign = change >= 0.0 ? 1.0 : -1.0, slope = sign * friction;
+    double hold = held ? 0.0 : friction * (d - edge.label), tie = HS_TIE * (fabs(v) + fabs(edge.anchor) + friction * d);
+    if (grows ? fabs(change) < hold - tie : fabs(change) <= tie) {
+        *force += held ? stack[depth - 1].tangential : 0.0;
+        return held;
+    }
+    hs_slip piece = {edge.label, d, sign * change - hold, 0.0, 0.0, 0.0};
+    if (grows && piece.slip_low <= tie) return 0;
+    int64_t kept = edge.segment;
+    for (; kept > 0; --kept) {
+        double slip = sign * (v - stack[kept - 1].anchor) - friction * (d - stack[kept - 1].label);
+        if (slip < -tie && stack[kept].slope != slope) break;
+        if (slip <= tie) return 0;
+        piece.low = stack[kept - 1].label;
+        piece.slip_low = slip;
+    }
+    double inner_slope = stack[kept].slope;
+    if (kept > 0) {
+        front = stack[kept - 1];
+        piece.low = hs_most(piece.low - piece.slip_low / (friction - sign * inner_slope), front.label);
+        piece.slip_low = 0.0;
+        if (piece.low == front.label) return 0;
+        double there = hs_load_of_one(gap, weight, piece.low).load;
+        front.tangential += inner_slope * (there - front.normal);
+        front.normal = there;
+    } else {
+        inner_slope = front.normal = front.tangential = 0.0;
+    }
+    front = hs_vertex_of(piece.low, v - slope * (d - piece.low), inner_slope, v, front.normal, front.tangential);
+    if (piece.low <= gap && hs_is_timed(memory) && !hs_has_slid(memory, memory->contact->order[place]))
+        slides_whole(memory, index, from, to, piece.low);
+    double lag = 0.0;
+    if (!held) {
+        double whole = sign * (v - from->v) - friction * (d - from->d);
+        if (whole > 0.0) lag = 0.5 * (d - from->d) / whole;
+    }
+    if (!held && d < from->d) {
+        hs_group group = hs_group_of(memory, index);
+        hs_lose_withdrawn(&group, losses, depth, edge.segment, from, to);
+    }
+    piece.drag_low = friction * (held ? d - piece.low : hs_most(d - piece.low - lag * piece.slip_low, 0.0));
+    for (int64_t j = kept > 0 ? kept : 1; j <= edge.segment; ++j) {
+        piece.high = j == edge.segment ? edge.label : stack[j].label;
+        piece.slip_high = piece.slip_low + (friction - sign * stack[j].slope) * (piece.high - piece.low);
+        piece.drag_high = friction * (held ? d - piece.high : hs_most(d - piece.high - lag * piece.slip_high, 0.0));
+        hs_put_off(losses, gap, weight, place, memory->each, &piece);
+        piece.low = piece.high;
+        piece.slip_low = piece.slip_high;
+        piece.drag_low = piece.drag_high;
+    }
+    if (grows) {
+        piece.high = d;
+        piece.slip_high = piece.drag_high = 0.0;
+        hs_put_off(losses, gap, weight, place, memory->each, &piece);
+    }
+    double reached = front.tangential + slope * (load - front.normal);
+    stack[kept] = front;
+    stack[kept + 1] = hs_vertex_of(d, v, slope, v, load, reached);
+    memory->depth[index] = kept + 2;
+    *force += reached;
+    return 1;
+}
+
 int hs_carry(hs_memory *memory, const hs_shares *shares, double d, double load, hs_aim aim, hs_aim path) {
     hs_point from = {memory->approach, memory->displacement};
     double reached = path.value, force = 0.0;
     int still = d == from.d && path.value == from.v && path.compliance == 0.0;
     int64_t groups = memory->contact->groups;
+    int given = path.compliance == 0.0 && groups > 1;
+    const hs_point to = {d, path.value};
     hs_losses losses;
     hs_vertex *scratch = NULL;
     hs_no_losses(&losses, groups);
@@ -54,9 +141,16 @@ int hs_carry(hs_memory *memory, const hs_shares *shares, double d, double load, 
         int64_t depth = memory->depth[index];
         if (index >= shares->count && depth == 0) break;
         hs_fetch_ahead(memory, index);
+        if (given && index < shares->count && !memory->steep[index]) {
+            double own = shares->load[index];
+            if (d == from.d ? slide_one(memory, index, &losses, &from, &to, own, 1, &force)
+                            : slide_one(memory, index, &losses, &from, &to, own, 0, &force))
+                continue;
+        }
         hs_group group = hs_group_of(memory, index);
         if (index >= shares->count) {
             hs_point to = {d, reached};
+            hs_note_slides(&group, depth, &from, &to, group.friction, HUGE_VAL, memory->steep[index]);
             hs_lose_withdrawn(&group, &losses, depth, 1, &from, &to);
             memory->depth[index] = 0;
             memory->steep[index] = 0;
@@ -89,7 +183,7 @@ int hs_carry(hs_memory *memory, const hs_shares *shares, double d, double load, 
     return HS_OK;
 }
 
-void hs_tell_steep(hs_memory *memory) {
+void hs_note_steep(hs_memory *memory) {
     for (int64_t index = 0; index < memory->contact->groups; ++index)
         memory->steep[index] = (uint8_t)hs_is_steep(memory->vertices + index * memory->capacity, memory->depth[index],
                                                     memory->friction[index]);

@@ -13,6 +13,8 @@ rows are recorded on the way."""
 
 STILL = (0.0, 0.0)
 """Target and fraction of a channel that is held."""
+UNTIMED = (np.nan, np.nan)
+"""Beginning and end of a path whose times are not known."""
 
 
 class Goals(NamedTuple):
@@ -26,7 +28,14 @@ class Goals(NamedTuple):
     fraction: npt.ArrayLike = 1.0
 
 
-def paths_to(normal: Goals, tangential: Goals, *, parts: npt.ArrayLike = 1, recorded: npt.ArrayLike = True) -> Paths:
+def paths_to(
+    normal: Goals,
+    tangential: Goals,
+    *,
+    parts: npt.ArrayLike = 1,
+    recorded: npt.ArrayLike = True,
+    times: tuple[npt.ArrayLike, npt.ArrayLike] = UNTIMED,
+) -> Paths:
     """Return the straight paths to the goals of both channels, whose rows follow one another from row 0 on.
 
     Parameters
@@ -37,11 +46,14 @@ def paths_to(normal: Goals, tangential: Goals, *, parts: npt.ArrayLike = 1, reco
         Equal parts that are walked; the inner ends are recorded.
     recorded : array_like (path)
         Whether the end is recorded, too.
+    times : pair of array_like (path)
+        When paths begin and end [s]; NaN where that is not known.
     """
-    columns = np.broadcast_arrays(*(np.atleast_1d(entry) for entry in (*normal, *tangential, parts, recorded)))
+    entries = (*normal, *tangential, parts, recorded, *times)
+    columns = np.broadcast_arrays(*(np.atleast_1d(entry) for entry in entries))
     paths = np.zeros(columns[0].size, dtype=PATH)
     names = [f"{channel}_{name}" for channel in ("normal", "tangential") for name in Goals._fields]
-    for name, column in zip((*names, "parts", "recorded"), columns, strict=True):
+    for name, column in zip((*names, "parts", "recorded", "begin", "end"), columns, strict=True):
         paths[name] = column
     rows = paths["parts"] - 1 + paths["recorded"]
     paths["first_row"] = np.cumsum(rows) - rows

@@ -142,6 +142,7 @@ static int64_t slip_group(const hs_group *group, hs_losses *losses, int64_t dept
     double v1 = aim.value;
     if (compliance != 0.0) v1 = front.anchor + slope * (d1 - front.label) + rigid * at->sign * at->slip;
     hs_point to = {d1, v1};
+    hs_note_slides(group, depth, from, &to, group->friction, front.label, 0);
     if (d1 < from->d) hs_lose_withdrawn(group, losses, depth, edge->segment, from, &to);
     lose_slipped(group, losses, from, &to, edge, at, front.label);
     if (kept == 0) {
@@ -190,6 +191,7 @@ int64_t hs_move_group(const hs_group *group, hs_losses *losses, int64_t depth, c
     *reached = v1;
     if (d1 < from->d) {
         hs_point to = {d1, v1};
+        hs_note_slides(group, depth, from, &to, friction, HUGE_VAL, 0);
         hs_lose_withdrawn(group, losses, depth, edge.segment, from, &to);
         stack[edge.segment] = hs_vertex_of(d1, edge.anchor, stack[edge.segment].slope, v1, load, edge.tangential);
         return edge.segment + 1;

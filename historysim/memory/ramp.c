@@ -2,9 +2,10 @@
 
 #include "internal.h"
 
-#define MOST_CHORDS (1 << 14)
-/* part by which the changes from one count of chords to the next may miss the order of the error */
-#define DISORDER 0.15
+/* chords of one ramp, after which steps are no longer made smaller */
+#define MOST_CHORDS (1 << 13)
+/* share of a ramp where its loads or groups turn a corner: so many steps together may miss the whole tolerance */
+#define CORNERS 64
 /* of Gauss's quadrature on (0, 1) */
 #define NODES 5
 static const double node[NODES] = {0.04691007703066802, 0.23076534494715845, 0.5, 0.7692346550528415, 0.9530899229693319};
@@ -13,20 +14,6 @@ static const double node_weight[NODES] = {0.11846344252809454, 0.239314335249683
 /* a front that passes a summit bends the way; of one summit it does not, and of many each bends it little */
 #define FEW_SUMMITS 100
 #define FEW_PANELS 6
-
-/* Tangential load on a path at a point of it. */
-static int force_on_way(hs_memory *memory, hs_fronts *fronts, double d, double v, double *force) {
-    hs_shares shares;
-    hs_force found;
-    hs_point to = {d, v};
-    double load = hs_load_at(hs_all_of(memory->contact), d).load;
-    int status = hs_shares_at(memory, d, load, &shares);
-    if (status != HS_OK) return status;
-    status = hs_force_at(memory, &shares, fronts, to, &found);
-    hs_free_shares(&shares);
-    *force = found.force;
-    return status;
-}
 
 /* Work that the way of the loads takes beyond that of a chord, to (d1, v1) where they are `load` and `force`.
  *
@@ -41,11 +28,11 @@ static int extra_work(hs_memory *memory, hs_fronts *fronts, double d1, double v1
     for (int k = 0; k < panels * NODES; ++k) {
         double share = (k / NODES + node[k % NODES]) / panels, reached, raised;
         double d = hs_toward(memory->approach, d1, share), v = hs_toward(memory->displacement, v1, share);
-        int status = force_on_way(memory, fronts, d, v, &reached);
+        int status = hs_force_on_way(memory, fronts, d, v, &reached);
         if (status != HS_OK) return status;
         hs_load carried = hs_load_at(hs_all_of(memory->contact), d);
         d += (memory->normal_load + rate * (reached - memory->tangential_load) - carried.load) / carried.slope;
-        status = force_on_way(memory, fronts, d, v, &raised);
+        status = hs_force_on_way(memory, fronts, d, v, &raised);
         if (status != HS_OK) return status;
         more += node_weight[k % NODES] / panels * (raised - reached);
     }
@@ -78,6 +65,8 @@ static int corrected_chord(hs_memory *memory, double load, double force) {
         if (status == HS_OK) status = hs_shares_at(memory, d1, load, &shares);
         if (status == HS_OK) {
             status = hs_displacement_with(memory, &shares, &fronts, d1, aim, &v1);
+            hs_point to = {d1, v1};
+            if (status == HS_OK) status = hs_note_slides_on_ramp(memory, to);
             if (status == HS_OK) status = extra_work(memory, &fronts, d1, v1, load, force, &more);
             if (status == HS_OK) status = hs_carry(memory, &shares, d1, load, aim, hs_to_displacement(v1));
             hs_free_shares(&shares);
@@ -94,86 +83,132 @@ static int corrected_chord(hs_memory *memory, double load, double force) {
     return status;
 }
 
-static int in_chords(hs_memory *memory, double load, double force, int64_t chords) {
-    double load0 = memory->normal_load, force0 = memory->tangential_load;
-    for (int64_t k = 1; k <= chords; ++k) {
-        double share = (double)k / (double)chords;
-        double step_load = hs_toward(load0, load, share), step_force = hs_toward(force0, force, share);
-        int status = hs_move(memory, hs_approach_for(memory, step_load), step_load, hs_to_load(step_force));
+/* A ramp that is walked in chords: where it leads, and by how much energy and displacement may be off in all. */
+typedef struct ramp {
+    double load[2], force[2];
+    double energy, displacement;
+    double times[2];
+    const hs_drive *drive;
+    int64_t chords, work;
+} ramp;
+
+/* Let the clock go on to the end of a path that is straight in both loads. */
+static void begin_chord(hs_memory *memory, double load, double force, double time) {
+    hs_tick(memory, time);
+    memory->clock.load = load;
+    memory->clock.force = force;
+}
+
+static int chord(hs_memory *memory, ramp *way, double share) {
+    double load = hs_toward(way->load[0], way->load[1], share), force = hs_toward(way->force[0], way->force[1], share);
+    ++way->chords;
+    begin_chord(memory, load, force, hs_toward(way->times[0], way->times[1], share));
+    int status = hs_move(memory, hs_approach_for(memory, load), load, hs_to_load(force));
+    return status == HS_OK ? hs_goes_on(way->drive, &way->work, 2 + memory->contact->count / 16) : status;
+}
+
+/* Walk from a share of a ramp to another in one chord, and from the same state in two; tell how much they are apart. */
+static int step(const hs_memory *memory, ramp *way, double from, double to, hs_memory *coarse, hs_memory *fine,
+                double *apart) {
+    int status = hs_memory_assign(coarse, memory);
+    if (status == HS_OK) status = hs_memory_assign(fine, memory);
+    coarse->clock.end = NAN;
+    if (status == HS_OK) status = chord(coarse, way, to);
+    if (status == HS_OK) status = chord(fine, way, 0.5 * (from + to));
+    if (status == HS_OK) status = chord(fine, way, to);
+    double energy = fabs(fine->dissipated - coarse->dissipated) / way->energy;
+    *apart = hs_most(energy, fabs(fine->displacement - coarse->displacement) / way->displacement);
+    return status;
+}
+
+/* Energies of two chords and of one, extrapolated to those of many; none is gained. */
+static void extrapolate(const hs_memory *start, const hs_memory *coarse, hs_memory *fine) {
+    for (int64_t i = 0; i < start->contact->count; ++i)
+        fine->each[i] = hs_most(fine->each[i] + (fine->each[i] - coarse->each[i]) / 3.0, start->each[i]);
+    fine->dissipated = hs_most(fine->dissipated + (fine->dissipated - coarse->dissipated) / 3.0, start->dissipated);
+}
+
+/* Walk a ramp in steps that are as long as its tolerances let them be. The error of two chords is a third of what they are
+ * apart from one where the way is smooth; it is all of it where it turns a corner, as where a group begins to slide, or at
+ * the friction limit. */
+static int in_steps(hs_memory *memory, ramp *way, hs_memory *coarse, hs_memory *fine) {
+    double share = 0.0, length = 0.125;
+    while (share < 1.0) {
+        double end = hs_least(share + length, 1.0), apart;
+        length = end - share;
+        int status = step(memory, way, share, end, coarse, fine, &apart), enough = way->chords > MOST_CHORDS;
         if (status != HS_OK) return status;
+        double allowed = hs_most(3.0 * length, 1.0 / CORNERS);
+        if (apart <= allowed || enough) {
+            extrapolate(memory, coarse, fine);
+            hs_memory kept = *memory;
+            *memory = *fine;
+            *fine = kept;
+            share = end;
+        }
+        double factor = apart > 0.0 ? 0.9 * sqrt(allowed / apart) : 4.0;
+        length = enough ? 1.0 / CORNERS : length * hs_least(hs_most(factor, 0.1), 4.0);
     }
     return HS_OK;
+}
+
+/* Walk a ramp until its energy is known to a tolerance of what it dissipates, which is found on the way. */
+static int settled(const hs_memory *memory, ramp *way, hs_memory *walked, hs_memory *coarse, hs_memory *fine) {
+    const double touch = memory->contact->sorted_gap[0], friction = hs_largest_friction(memory);
+    double highest = hs_most(memory->approach, hs_approach_for(memory, way->load[1]));
+    double reach = friction * (highest - touch), start = memory->dissipated;
+    /* little beside much is told no better than by rounding */
+    double rounding = HS_TIE * (start + friction * hs_most(way->load[0], way->load[1]) * reach);
+    double energy = HUGE_VAL, tolerance = way->drive->tolerance, accuracy = sqrt(tolerance);
+    for (;;) {
+        way->energy = hs_most(accuracy * energy, rounding);
+        /* the state does not depend on the chords of a single group */
+        way->displacement = hs_is_alone(memory) ? HUGE_VAL : 0.1 * accuracy * reach;
+        int status = hs_memory_assign(walked, memory);
+        if (hs_is_alone(memory)) walked->clock.end = NAN;
+        if (status == HS_OK) status = in_steps(walked, way, coarse, fine);
+        double lost = walked->dissipated - start;
+        int known = 2.0 * lost >= energy;
+        if (status != HS_OK || way->chords > MOST_CHORDS || (known && accuracy == tolerance)) return status;
+        energy = lost;
+        if (known) accuracy = tolerance;
+    }
 }
 
 /* Carry all groups along the straight ramp in (N, T) to (load, force).
  *
  * One straight path in (d, V) ends in the exact state where there is one friction group, and its energy is exact where N is
  * constant or nothing slips. Where N changes little, the energy of that one chord is corrected for what the ramp departs
- * from it. Otherwise the ramp is walked in chords whose ends lie on it, more of them each time, until the energy,
- * extrapolated, and with several groups the displacement too, change by less than `tolerance` (relative to what the ramp
+ * from it. Otherwise the ramp is walked in chords whose ends lie on it, short where the way bends much, until the energy,
+ * extrapolated, and with several groups the displacement too, are known to the tolerance of the drive (relative to what the ramp
  * dissipates, and to the displacement at which the contact slides). */
-int hs_ramp(hs_memory *memory, double load, double force, double tolerance) {
+int hs_ramp(hs_memory *memory, double load, double force, double time, const hs_drive *drive) {
     const double touch = memory->contact->sorted_gap[0];
     if (memory->approach < touch && load > 0.0) memory->approach = touch;
-    double load0 = memory->normal_load, force0 = memory->tangential_load, start = memory->dissipated;
+    double load0 = memory->normal_load, force0 = memory->tangential_load;
     double rise = load - load0, part = rise != 0.0 ? rise / hs_most(load, load0) : 0.0;
     int sticks = fabs(force - force0) <= hs_least_friction(memory) * rise;
     /* the error of a corrected chord is a small multiple of the square of the relative change */
-    int small = rise == 0.0 || part * part <= tolerance;
+    int small = rise == 0.0 || part * part <= drive->tolerance;
     int corrects = small && rise != 0.0 && fabs(force - force0) > hs_largest_friction(memory) * fabs(rise);
-    if (corrects && !sticks) return corrected_chord(memory, load, force);
-    if (small || sticks) return in_chords(memory, load, force, 1);
-    /* then the state does not depend on the chords */
-    int single = hs_is_alone(memory);
-    /* with several groups the error falls in steps, as groups slip earlier or later */
-    int64_t ratio = single ? 2 : 3;
-    double square = (double)(ratio * ratio), weight = 1.0 / (square - 1.0);
-    double energy = 0.0, last_change = 0.0;
-    int fell = 1, agreed = 0, status = HS_OK;
-    hs_memory *whole = NULL, *coarse = NULL, *fine = NULL;
-    for (int64_t chords = 1;; chords *= ratio) {
-        fine = hs_memory_copy(memory);
-        status = fine ? in_chords(fine, load, force, chords) : HS_OUT_OF_MEMORY;
-        if (status != HS_OK) break;
-        if (chords == 1) {
-            whole = hs_memory_copy(fine);
-            if (!whole) {
-                status = HS_OUT_OF_MEMORY;
-                break;
-            }
-        } else {
-            double extrapolated = fine->dissipated + weight * (fine->dissipated - coarse->dissipated);
-            double drift = fabs(fine->displacement - coarse->displacement);
-            double reach = hs_largest_friction(memory) * (hs_most(memory->approach, fine->approach) - touch);
-            double change = fabs(fine->dissipated - coarse->dissipated);
-            /* beside much that was dissipated before, little is told no better than by rounding */
-            double told = hs_most(tolerance * (extrapolated - start), HS_TIE * start);
-            int settled = fabs(extrapolated - energy) <= told;
-            /* while the changes do not fall by ratio², as they have to, two extrapolations may agree by chance */
-            int falls = fabs(last_change - square * change) <= DISORDER * last_change || chords == ratio;
-            int needed = single && falls && fell ? 1 : 2;
-            last_change = change;
-            fell = falls;
-            agreed = settled && (single || drift <= tolerance * reach) ? agreed + 1 : 0;
-            if (agreed >= needed || chords > MOST_CHORDS) break;
-            energy = extrapolated;
-        }
-        hs_memory_free(coarse);
-        coarse = fine;
-        fine = NULL;
+    ramp way = {{load0, load}, {force0, force}, HUGE_VAL, HUGE_VAL, {memory->clock.end, time}, drive, 0, 0};
+    if (corrects && !sticks) {
+        begin_chord(memory, load, force, time);
+        return corrected_chord(memory, load, force);
     }
-    hs_memory *kept = single ? whole : fine, *spare = single ? fine : whole;
-    if (status == HS_OK) {
-        for (int64_t i = 0; i < memory->contact->count; ++i) {
-            double extrapolated = fine->each[i] + weight * (fine->each[i] - coarse->each[i]);
-            kept->each[i] = hs_most(extrapolated, memory->each[i]);
-        }
-        kept->dissipated = hs_most(fine->dissipated + weight * (fine->dissipated - coarse->dissipated), start);
-        hs_memory_take(memory, kept);
-        kept = NULL;
+    if (small || sticks) return chord(memory, &way, 1.0);
+    hs_memory *walked = hs_memory_copy(memory), *coarse = hs_memory_copy(memory), *fine = hs_memory_copy(memory);
+    int status = walked && coarse && fine ? settled(memory, &way, walked, coarse, fine) : HS_OUT_OF_MEMORY;
+    if (status == HS_OK && hs_is_alone(memory)) {
+        status = chord(memory, &way, 1.0);
+        memcpy(memory->each, walked->each, (size_t)memory->contact->count * sizeof *memory->each);
+        memory->dissipated = walked->dissipated;
+    } else if (status == HS_OK) {
+        hs_memory_take(memory, walked);
+        walked = NULL;
     }
-    hs_memory_free(kept);
-    hs_memory_free(spare);
+    hs_memory_free(walked);
     hs_memory_free(coarse);
+    hs_memory_free(fine);
     return status;
 }

@@ -4,11 +4,15 @@
 
 /* places in each segment at which tractions are looked at, before the largest is refined */
 #define SAMPLES 16
+/* vertices that are summed up one by one, and terms of the series that stands for more of them from afar */
+#define NEAR_BY 64
+#define TERMS 16
+/* asperities of a group from which sums are kept from row to row */
+#define WORTH_KEEPING 8
 
 /* ---- which springs slide ----------------------------------------------------------------------------------------------- */
 
-/* The side of the cone on which the springs of segment j slide, 1 or -1; 0 where they stick. */
-static double sliding_side(const hs_vertex *stack, int64_t depth, int64_t j, double displacement, double friction) {
+double hs_sliding_side(const hs_vertex *stack, int64_t depth, int64_t j, double displacement, double friction) {
     double slope = stack[j].slope;
     if (fabs(slope) != friction) return 0.0;
     double side = copysign(1.0, slope), reach = stack[depth - 1].label - stack[j].label;
@@ -17,48 +21,52 @@ static double sliding_side(const hs_vertex *stack, int64_t depth, int64_t j, dou
     return fabs(over) <= tie ? side : 0.0;
 }
 
-/* Labels where the slip annulus at the edge ends, which is the edge where it sticks, and of the outermost spring that
- * slides, minus infinity where nothing does. After a fall of μ an inner disc may slide while the edge sticks. */
-static void slip_zones(const hs_vertex *stack, int64_t depth, double displacement, double friction, int steep,
-                       double *boundary, double *outermost) {
+/* Which springs of a group slide. After a fall of μ an inner disc may slide while the edge sticks. */
+static hs_zone slip_zone(const hs_vertex *stack, int64_t depth, double displacement, double friction, int steep) {
     int64_t top = depth - 1;
     double edge = stack[top].label;
-    *boundary = edge;
-    *outermost = -HUGE_VAL;
-    if (sliding_side(stack, depth, top, displacement, friction) != 0.0) {
-        *boundary = stack[top - 1].label;
-        *outermost = edge;
-        return;
+    hs_zone zone = {edge, -HUGE_VAL, friction, stack[top].slope};
+    if (hs_sliding_side(stack, depth, top, displacement, friction) != 0.0) {
+        zone.boundary = stack[top - 1].label;
+        zone.outermost = edge;
+        return zone;
     }
     for (int64_t j = top - 1; steep && j > 0; --j)
-        if (sliding_side(stack, depth, j, displacement, friction) != 0.0) {
-            *outermost = stack[j].label;
-            return;
+        if (hs_sliding_side(stack, depth, j, displacement, friction) != 0.0) {
+            zone.outermost = stack[j].label;
+            break;
         }
+    return zone;
+}
+
+/* Add the stiffness of a group, of which the springs below a label stick but for inner discs. */
+static inline void add_stiffness(const hs_memory *memory, int64_t index, double direction, double label, double *stiffness) {
+    hs_group group = hs_group_of(memory, index);
+    const hs_vertex *stack = group.stack;
+    int64_t depth = memory->depth[index];
+    int everywhere = direction == 0.0 || group.friction == 0.0;
+    int known = group.single && label == memory->known_label;
+    *stiffness += known ? memory->known_slope : hs_load_at(group.curve, label).slope;
+    for (int64_t j = memory->steep[index] ? depth - 2 : 0; j > 0; --j) {
+        double side = hs_sliding_side(stack, depth, j, memory->displacement, group.friction);
+        if (side != 0.0 && (everywhere || side == direction))
+            *stiffness -= hs_load_at(group.curve, stack[j].label).slope - hs_load_at(group.curve, stack[j - 1].label).slope;
+    }
 }
 
 /* dT/dV at a fixed approach when the displacement goes on in a direction, 1 or -1; with 0 that of the springs that stick
  * now, without those that slide either way. */
 static double sticking_stiffness(const hs_memory *memory, double direction) {
-    double v = memory->displacement, stiffness = 0.0;
+    double stiffness = 0.0;
     for (int64_t index = 0; index < memory->contact->groups && memory->depth[index] > 0; ++index) {
         hs_fetch_ahead(memory, index);
-        hs_group group = hs_group_of(memory, index);
-        const hs_vertex *stack = group.stack;
+        double friction = memory->friction[index];
+        const hs_vertex *stack = memory->vertices + index * memory->capacity;
         int64_t depth = memory->depth[index];
-        int everywhere = direction == 0.0 || group.friction == 0.0;
         /* an annulus at the edge, and inner discs where the polyline is steep */
-        double side = sliding_side(stack, depth, depth - 1, v, group.friction);
-        int64_t outer = side != 0.0 && (everywhere || side == direction) ? depth - 2 : depth - 1;
-        double label = stack[outer].label;
-        int known = group.single && label == memory->known_label;
-        stiffness += known ? memory->known_slope : hs_load_at(group.curve, label).slope;
-        for (int64_t j = memory->steep[index] ? depth - 2 : 0; j > 0; --j) {
-            side = sliding_side(stack, depth, j, v, group.friction);
-            if (side != 0.0 && (everywhere || side == direction))
-                stiffness -= hs_load_at(group.curve, stack[j].label).slope -
-                             hs_load_at(group.curve, stack[j - 1].label).slope;
-        }
+        double side = hs_sliding_side(stack, depth, depth - 1, memory->displacement, friction);
+        int slides = side != 0.0 && (direction == 0.0 || friction == 0.0 || side == direction);
+        add_stiffness(memory, index, direction, stack[slides ? depth - 2 : depth - 1].label, &stiffness);
     }
     return stiffness;
 }
@@ -102,7 +110,7 @@ hs_slopes hs_slopes_of(const hs_memory *memory, double start) {
         hs_load edge = hs_load_at(group.curve, d1);
         found.normal += edge.slope;
         found.tangential += edge.slope;
-        if (d1 > d0 && top > 0 && sliding_side(stack, depth, top, v1, friction) == 0.0) {
+        if (d1 > d0 && top > 0 && hs_sliding_side(stack, depth, top, v1, friction) == 0.0) {
             double first = hs_most(d0, group.curve.gap[0]), way = d1 - d0;
             hs_load inner = hs_load_at(group.curve, first);
             double rise = edge.load - inner.load;
@@ -111,7 +119,7 @@ hs_slopes hs_slopes_of(const hs_memory *memory, double start) {
         }
         int64_t last = memory->steep[index] || top < 1 ? 0 : top - 1;
         for (int64_t j = top; j > last; --j) {
-            double side = sliding_side(stack, depth, j, v1, friction);
+            double side = hs_sliding_side(stack, depth, j, v1, friction);
             if (side == 0.0) continue;
             double upper = hs_load_at(group.curve, stack[j].label).slope;
             double lower = hs_load_at(group.curve, stack[j - 1].label).slope;
@@ -154,12 +162,72 @@ static double rise_of_pressure(hs_curve curve, double low, double high, double p
     return rise;
 }
 
+/* Vertices from `first` up to `last`, as places far below them see them: with labels a = center + t and jumps J of slope,
+ * Σ J √(a - s) = √(center - s) Σ_k C(1/2, k) (Σ J t^k) / (center - s)^k. Moments Σ J t^k are over reach^k. */
+typedef struct cluster {
+    int64_t first, last;
+    double center, reach;
+    double moment[TERMS];
+} cluster;
+
+/* Clusters of the vertices of a deep stack: the halves of the one at i are at 2 i + 1 and 2 i + 2. */
+static void gather(cluster *clusters, int64_t i, const hs_vertex *stack, int64_t depth, int64_t first, int64_t last) {
+    cluster *own = clusters + i;
+    own->first = first;
+    own->last = last;
+    own->center = 0.5 * (stack[first].label + stack[last].label);
+    own->reach = 0.5 * (stack[last].label - stack[first].label);
+    memset(own->moment, 0, sizeof own->moment);
+    for (int64_t j = first; j <= last; ++j) {
+        double below = j > 0 ? stack[j].slope : 0.0, above = j + 1 < depth ? stack[j + 1].slope : 0.0;
+        double term = below - above, ratio = own->reach > 0.0 ? (stack[j].label - own->center) / own->reach : 0.0;
+        for (int k = 0; k < TERMS; ++k, term *= ratio) own->moment[k] += term;
+    }
+    if (last - first < NEAR_BY) return;
+    int64_t middle = (first + last) / 2;
+    gather(clusters, 2 * i + 1, stack, depth, first, middle);
+    gather(clusters, 2 * i + 2, stack, depth, middle + 1, last);
+}
+
+/* The clusters of a stack, the whole of it first; NULL where its vertices are few, or there is no memory for them. */
+static cluster *clusters_of(const hs_vertex *stack, int64_t depth) {
+    int64_t leaves = 1;
+    while (leaves * NEAR_BY < depth) leaves *= 2;
+    cluster *clusters = leaves > 1 ? (cluster *)malloc((size_t)(2 * leaves) * sizeof *clusters) : NULL;
+    if (clusters) gather(clusters, 0, stack, depth, 0, depth - 1);
+    return clusters;
+}
+
+/* Σ J √(a - s) of the vertices of a cluster above a place s. */
+static double traction_of(const cluster *clusters, int64_t i, const hs_vertex *stack, int64_t depth, double place) {
+    const cluster *own = clusters + i;
+    double away = own->center - place, sum = 0.0;
+    if (stack[own->last].label <= place) return 0.0;
+    if (away > 3.0 * own->reach) {
+        double ratio = own->reach / away;
+        /* C(1/2, k + 1) = C(1/2, k) (1/2 - k)/(k + 1), from the last term on */
+        for (int k = TERMS - 1; k > 0; --k) sum = (sum + own->moment[k]) * ratio * (1.5 - k) / k;
+        return sqrt(away) * (sum + own->moment[0]);
+    }
+    if (own->last - own->first >= NEAR_BY)
+        return traction_of(clusters, 2 * i + 1, stack, depth, place) +
+               traction_of(clusters, 2 * i + 2, stack, depth, place);
+    for (int64_t j = own->last; j >= own->first && stack[j].label > place; --j) {
+        double below = j > 0 ? stack[j].slope : 0.0, above = j + 1 < depth ? stack[j + 1].slope : 0.0;
+        sum += (below - above) * sqrt(stack[j].label - place);
+    }
+    return sum;
+}
+
 /* |τ|/(μ p) at a place. */
-static double traction_ratio(const hs_group *group, int64_t depth, double place) {
+static double traction_ratio(const hs_group *group, int64_t depth, const cluster *clusters, double place) {
     const hs_vertex *stack = group->stack;
     double traction = 0.0, pressure = rise_of_pressure(group->curve, stack[0].label, stack[depth - 1].label, place);
-    for (int64_t j = depth - 1; j > 0 && place_of(group->curve, stack[j].label) > place; --j)
-        traction += stack[j].slope * rise_of_pressure(group->curve, stack[j - 1].label, stack[j].label, place);
+    if (clusters)
+        traction = traction_of(clusters, 0, stack, depth, place);
+    else
+        for (int64_t j = depth - 1; j > 0 && place_of(group->curve, stack[j].label) > place; --j)
+            traction += stack[j].slope * rise_of_pressure(group->curve, stack[j - 1].label, stack[j].label, place);
     return pressure > 0.0 ? fabs(traction) / (group->friction * pressure) : 0.0;
 }
 
@@ -168,6 +236,7 @@ static double largest_traction_ratio(const hs_group *group, int64_t depth) {
     const hs_vertex *stack = group->stack;
     if (depth < 2 || group->friction == 0.0) return 0.0;
     double largest = 0.0;
+    cluster *clusters = group->curve.load ? NULL : clusters_of(stack, depth);
     /* at the edge of a punch, where nothing more comes into contact, all pressures are without end */
     if (place_of(group->curve, stack[depth - 1].label) > place_of(group->curve, stack[depth - 2].label))
         largest = fabs(stack[depth - 1].slope) / group->friction;
@@ -177,7 +246,7 @@ static double largest_traction_ratio(const hs_group *group, int64_t depth) {
         double width = sqrt(hs_most(high - place_of(group->curve, stack[j - 1].label), 0.0));
         if (width == 0.0) continue;
         for (int i = 1; i <= SAMPLES; ++i) {
-            double x = width * i / SAMPLES, here = traction_ratio(group, depth, high - x * x);
+            double x = width * i / SAMPLES, here = traction_ratio(group, depth, clusters, high - x * x);
             if (here > best) {
                 best = here;
                 at_best = i;
@@ -187,8 +256,8 @@ static double largest_traction_ratio(const hs_group *group, int64_t depth) {
         double high_x = width * hs_least(at_best + 1.0, SAMPLES) / SAMPLES;
         for (int turn = 0; turn < 12; ++turn) {
             double third = (high_x - low_x) / 3.0, x_left = low_x + third, x_right = high_x - third;
-            double left = traction_ratio(group, depth, high - x_left * x_left);
-            double right = traction_ratio(group, depth, high - x_right * x_right);
+            double left = traction_ratio(group, depth, clusters, high - x_left * x_left);
+            double right = traction_ratio(group, depth, clusters, high - x_right * x_right);
             best = hs_most(best, hs_most(left, right));
             if (left < right)
                 low_x = x_left;
@@ -197,6 +266,7 @@ static double largest_traction_ratio(const hs_group *group, int64_t depth) {
         }
         largest = hs_most(largest, best);
     }
+    free(clusters);
     return largest;
 }
 
@@ -233,19 +303,27 @@ static void record_yielded(const hs_memory *memory, hs_totals *totals) {
     if (memory->normal_load > 0.0) totals->yielded_share = hs_least(on_yielded / memory->normal_load, 1.0);
 }
 
-static void record_totals(const hs_memory *memory, hs_totals *totals, int saturated) {
+/* Where there are columns, note the zones of all groups for them. */
+static void record_totals(hs_recorder *recorder, const hs_memory *memory, hs_totals *totals, int saturated) {
     const hs_contact *contact = memory->contact;
     const hs_units *units = &contact->units;
-    double limit = 0.0, ratio = 1.0;
-    for (int64_t index = 0; index < contact->groups && memory->depth[index] > 0; ++index) {
+    double limit = 0.0, ratio = 1.0, stiffness = 0.0;
+    int64_t index = 0;
+    for (; index < contact->groups && memory->depth[index] > 0; ++index) {
+        hs_fetch_ahead(memory, index);
         const hs_vertex *stack = memory->vertices + index * memory->capacity;
         int64_t depth = memory->depth[index];
+        hs_zone zone = slip_zone(stack, depth, memory->displacement, memory->friction[index], memory->steep[index]);
+        if (recorder->zones) recorder->zones[index] = zone;
+        add_stiffness(memory, index, 0.0, zone.boundary, &stiffness);
         if (memory->steep[index]) {
             hs_group group = hs_group_of(memory, index);
             ratio = hs_most(ratio, largest_traction_ratio(&group, depth));
         }
         limit += memory->friction[index] * stack[depth - 1].normal;
     }
+    hs_zone none = {-HUGE_VAL, -HUGE_VAL, 0.0, 0.0};
+    for (; recorder->zones && index < contact->groups; ++index) recorder->zones[index] = none;
     int64_t touching = hs_contact_count(memory);
     totals->normal_load = memory->normal_load * units->load;
     totals->tangential_load = memory->tangential_load * units->load;
@@ -253,7 +331,7 @@ static void record_totals(const hs_memory *memory, hs_totals *totals, int satura
     totals->displacement = memory->displacement * units->displacement;
     totals->contact_count = (double)touching;
     totals->real_contact_area = contact->load ? 0.0 : real_area(contact, touching, memory->approach) * units->area;
-    totals->tangential_stiffness = sticking_stiffness(memory, 0.0) * units->stiffness;
+    totals->tangential_stiffness = stiffness * units->stiffness;
     totals->dissipated_energy = memory->dissipated * units->energy;
     totals->friction_limit = limit * units->load;
     totals->saturated = saturated ? 1.0 : 0.0;
@@ -269,12 +347,11 @@ static void record_totals(const hs_memory *memory, hs_totals *totals, int satura
     if (hs_evolves(memory) > 1) record_yielded(memory, totals);
 }
 
-/* The share of their tangential loads that the inner vertices of their group give asperities. */
-HS_WIDE static void inner_forces(const hs_group *group, int64_t depth, double *restrict force, int64_t count) {
+/* Add the share of their tangential loads that the vertices from `first` up to `last` of their group give asperities. */
+HS_WIDE static void add_inner_forces(const hs_group *group, int64_t first, int64_t last, double *restrict force) {
     const hs_vertex *stack = group->stack;
     const double *restrict gap = group->curve.gap, *restrict weight = group->curve.weight;
-    memset(force, 0, (size_t)count * sizeof *force);
-    for (int64_t j = 1; j < depth - 1; ++j) {
+    for (int64_t j = first; j <= last; ++j) {
         double label = stack[j].label, jump = stack[j].slope - stack[j + 1].slope;
         int64_t touching = hs_touching(gap, group->curve.count, label);
         for (int64_t i = 0; i < touching; ++i) {
@@ -284,31 +361,111 @@ HS_WIDE static void inner_forces(const hs_group *group, int64_t depth, double *r
     }
 }
 
-/* Fill in loads, radii and slip states of asperities in any order.
+/* Whether a kept stack and a present one give terms up to the same vertex. */
+static int alike(const hs_vertex *one, const hs_vertex *other) {
+    return one->label == other->label && one->slope == other->slope;
+}
+
+/* Note the stack for the next row; where there is no memory for it, the next row sums up anew. */
+static void keep_stack(hs_inner *inner, const hs_vertex *stack, int64_t depth, int64_t same) {
+    if (depth > inner->capacity) {
+        hs_vertex *more = (hs_vertex *)realloc(inner->stack, (size_t)(2 * depth) * sizeof *more);
+        inner->depth = 0;
+        if (!more) return;
+        inner->stack = more;
+        inner->capacity = 2 * depth;
+    }
+    memcpy(inner->stack + same, stack + same, (size_t)(depth - same) * sizeof *stack);
+    inner->depth = depth;
+}
+
+/* The share of their tangential loads that the inner vertices of their group give asperities.
+ *
+ * Vertex j adds what its label and its jump of slope say. Deep vertices stay from row to row: their sum is kept, so that a
+ * row costs what has changed. The order of the sum is that of the vertices, and so are its bits. */
+static void inner_forces(hs_recorder *recorder, const hs_memory *memory, int64_t index) {
+    const hs_group own = hs_group_of(memory, index), *group = &own;
+    hs_inner *inner = recorder->inner + index;
+    const hs_vertex *stack = group->stack;
+    double *kept = recorder->force + group->start, *force = recorder->scratch + group->start;
+    int64_t touching = hs_touching(group->curve.gap, group->curve.count, memory->approach);
+    int64_t same = 0, depth = memory->depth[index], least = inner->depth < depth ? inner->depth : depth;
+    while (same < least && alike(inner->stack + same, stack + same)) ++same;
+    int64_t stays = same > 2 && group->curve.count >= WORTH_KEEPING ? same - 2 : 0;
+    if (stays < inner->summed) inner->summed = 0;
+    if (stays > 0 && inner->summed == 0) memset(kept, 0, (size_t)group->curve.count * sizeof *kept);
+    add_inner_forces(group, inner->summed + 1, stays, kept);
+    inner->summed = stays;
+    if (stays > 0)
+        memcpy(force, kept, (size_t)touching * sizeof *force);
+    else
+        memset(force, 0, (size_t)touching * sizeof *force);
+    add_inner_forces(group, stays + 1, depth - 2, force);
+    if (group->curve.count >= WORTH_KEEPING) keep_stack(inner, stack, depth, same);
+}
+
+/* The same of a group of one asperity. */
+static inline double inner_force_of_one(const hs_vertex *stack, int64_t depth, double gap, double weight) {
+    double force = 0.0;
+    for (int64_t j = 1; j < depth - 1; ++j) {
+        double jump = stack[j].slope - stack[j + 1].slope, depth_there = stack[j].label - gap;
+        if (depth_there > 0.0) force += jump * weight * depth_there * sqrt(depth_there);
+    }
+    return force;
+}
+
+/* Fill in normal loads, also without dimension, and contact radii of asperities in any order. */
+HS_WIDE static void project_normal(const double *restrict gap, const double *restrict weight, int64_t count,
+                                   double approach, const hs_units *units, double *restrict load,
+                                   double *restrict normal, double *restrict radius) {
+    const double load_unit = units->load, radius_unit = units->radius;
+    for (int64_t i = 0; i < count; ++i) {
+        double own = approach - gap[i] > 0.0 ? approach - gap[i] : 0.0, x = sqrt(own);
+        load[i] = x * own * weight[i];
+        normal[i] = load[i] * load_unit;
+        radius[i] = weight[i] * x * radius_unit;
+    }
+}
+
+/* Fill in the tangential load, stick radius and slip state of an asperity.
  *
  * `force` holds the share of the tangential load that the inner vertices have, dimensionless, and gets that of the edge;
  * rounding does not carry it beyond the limit. */
-HS_WIDE static void project(const double *restrict gap, const double *restrict weight, int64_t count, double approach,
-                    double boundary, double outermost, double friction, double slope, const hs_units *units,
-                    double *restrict force, double *restrict normal, double *restrict radius, double *restrict stick,
-                    int8_t *restrict state) {
+static inline void project_one(double gap, double weight, double load, double approach, double boundary, double outermost,
+                               double friction, double slope, double load_unit, double radius_unit,
+                               double *restrict force, double *restrict stick, int8_t *restrict state) {
+    double inner = boundary - gap > 0.0 ? boundary - gap : 0.0, limit = friction * fabs(load);
+    double share = *force + slope * load;
+    share = share > -limit ? share : -limit;
+    share = share < limit ? share : limit;
+    int touches = gap < approach;
+    int slip = boundary > gap ? HS_PARTIAL_SLIP : HS_GROSS_SLIP;
+    slip = outermost > gap ? slip : HS_FULL_STICK;
+    *force = touches ? share * load_unit : 0.0;
+    *stick = weight * sqrt(inner) * radius_unit;
+    *state = (int8_t)(touches ? slip : HS_SEPARATED);
+}
+
+/* Of asperities of one group in any order. */
+HS_WIDE static void project_group(const double *restrict gap, const double *restrict weight, const double *restrict load,
+                                  int64_t count, double approach, const hs_zone *zone, const hs_units *units,
+                                  double *restrict force, double *restrict stick, int8_t *restrict state) {
+    const double boundary = zone->boundary, outermost = zone->outermost, friction = zone->friction, slope = zone->slope;
     const double load_unit = units->load, radius_unit = units->radius;
-    for (int64_t i = 0; i < count; ++i) {
-        double own = approach - gap[i] > 0.0 ? approach - gap[i] : 0.0;
-        double inner = boundary - gap[i] > 0.0 ? boundary - gap[i] : 0.0;
-        double x = sqrt(own), load = x * own * weight[i], limit = friction * fabs(load);
-        double share = force[i] + slope * load;
-        share = share > -limit ? share : -limit;
-        share = share < limit ? share : limit;
-        int touches = gap[i] < approach;
-        int slip = boundary > gap[i] ? HS_PARTIAL_SLIP : HS_GROSS_SLIP;
-        slip = outermost > gap[i] ? slip : HS_FULL_STICK;
-        force[i] = touches ? share * load_unit : 0.0;
-        normal[i] = load * load_unit;
-        radius[i] = weight[i] * x * radius_unit;
-        stick[i] = weight[i] * sqrt(inner) * radius_unit;
-        state[i] = (int8_t)(touches ? slip : HS_SEPARATED);
-    }
+    for (int64_t i = 0; i < count; ++i)
+        project_one(gap[i], weight[i], load[i], approach, boundary, outermost, friction, slope, load_unit, radius_unit,
+                    force + i, stick + i, state + i);
+}
+
+/* Of asperities of any groups, with the numbers of their zones one after the other. */
+HS_WIDE static void project_mixed(const double *restrict gap, const double *restrict weight, const double *restrict load,
+                                  int64_t count, double approach, double (*restrict zone)[HS_AT_ONCE],
+                                  const hs_units *units, double *restrict force, double *restrict stick,
+                                  int8_t *restrict state) {
+    const double load_unit = units->load, radius_unit = units->radius;
+    for (int64_t i = 0; i < count; ++i)
+        project_one(gap[i], weight[i], load[i], approach, zone[0][i], zone[1][i], zone[2][i], zone[3][i], load_unit,
+                    radius_unit, force + i, stick + i, state + i);
 }
 
 /* Fill in the columns of a curve with knots: what the springs of each knot carry, those that touch from its label up to that of
@@ -319,8 +476,7 @@ static void record_knots(const hs_recorder *recorder, const hs_memory *memory, i
     const hs_vertex *stack = memory->vertices;
     const hs_units *units = &memory->contact->units;
     int64_t depth = memory->depth[0], columns = rows->columns;
-    double boundary, outermost;
-    slip_zones(stack, depth, memory->displacement, memory->friction[0], memory->steep[0], &boundary, &outermost);
+    double boundary = recorder->zones[0].boundary, outermost = recorder->zones[0].outermost;
     for (int64_t c = 0; c < columns; ++c) {
         int64_t i = recorder->place[c], at = row * columns + c, j = 1;
         double label = curve.gap[i], force[2], load[2];
@@ -343,63 +499,103 @@ static void record_knots(const hs_recorder *recorder, const hs_memory *memory, i
     }
 }
 
-/* Project one group onto arrays of its asperities, or, where it is alone, of the columns. */
-static void record_group(const hs_recorder *recorder, const hs_memory *memory, int64_t index, int64_t row) {
+/* Fill in tangential loads, which hold the share of inner vertices, stick radii and slip states of the columns. */
+static void record_tangential(const hs_recorder *recorder, const hs_memory *memory, int64_t at) {
     const hs_rows *rows = recorder->rows;
-    const hs_contact *contact = memory->contact;
-    hs_group group = hs_group_of(memory, index);
-    const hs_vertex *stack = group.stack;
-    int64_t depth = memory->depth[index], count = contact->count, columns = rows->columns;
-    int64_t touching = hs_touching(group.curve.gap, group.curve.count, memory->approach);
-    double *force = recorder->scratch + group.start, boundary, outermost;
-    inner_forces(&group, depth, force, touching);
-    slip_zones(stack, depth, memory->displacement, group.friction, memory->steep[index], &boundary, &outermost);
-    if (contact->groups > 1) {
-        project(group.curve.gap, group.curve.weight, touching, memory->approach, boundary, outermost, group.friction,
-                stack[depth - 1].slope, &contact->units, force, force + count, force + 2 * count, force + 3 * count,
-                recorder->states + group.start);
+    const hs_units *units = &memory->contact->units;
+    double zone[4][HS_AT_ONCE], *force = rows->tangential_load + at, *stick = rows->stick_radius + at;
+    int8_t *state = rows->slip_state + at;
+    if (recorder->groups == 1) {
+        project_group(recorder->gap, recorder->weight, recorder->load, rows->columns, memory->approach, recorder->zones, units,
+                      force, stick, state);
         return;
     }
-    /* straight into the row, which takes half as long */
-    double *target = rows->tangential_load + row * columns;
-    int64_t reached = hs_touching(group.curve.gap, count, stack[depth > 1 ? depth - 2 : 0].label);
-    for (int64_t c = 0; c < columns; ++c) target[c] = recorder->place[c] < reached ? force[recorder->place[c]] : 0.0;
-    project(recorder->gap, recorder->weight, columns, memory->approach, boundary, outermost, group.friction,
-            stack[depth - 1].slope, &contact->units, target, rows->normal_load + row * columns,
-            rows->contact_radius + row * columns, rows->stick_radius + row * columns, rows->slip_state + row * columns);
+    for (int64_t begin = 0; begin < rows->columns; begin += HS_AT_ONCE) {
+        int count = hs_size_of_block(rows->columns - begin);
+        for (int i = 0; i < count; ++i) {
+            const hs_zone *own = recorder->zones + recorder->group[begin + i];
+            zone[0][i] = own->boundary;
+            zone[1][i] = own->outermost;
+            zone[2][i] = own->friction;
+            zone[3][i] = own->slope;
+        }
+        project_mixed(recorder->gap + begin, recorder->weight + begin, recorder->load + begin, count, memory->approach, zone,
+                      units, force + begin, stick + begin, state + begin);
+    }
 }
 
-static void record_asperities(const hs_recorder *recorder, const hs_memory *memory, int64_t row) {
+static void record_asperities(hs_recorder *recorder, const hs_memory *memory, int64_t row) {
     const hs_rows *rows = recorder->rows;
-    if (memory->contact->load && memory->depth[0] > 0) {
+    const hs_contact *contact = memory->contact;
+    if (contact->load && memory->depth[0] > 0) {
         record_knots(recorder, memory, row);
         return;
     }
-    int64_t columns = rows->columns, count = memory->contact->count, at = row * columns;
-    for (int64_t index = 0; index < memory->contact->groups && memory->depth[index] > 0; ++index)
-        record_group(recorder, memory, index, row);
-    if (memory->contact->groups == 1 && memory->depth[0] > 0) return;
-    for (int64_t c = 0; c < columns; ++c) {
-        int64_t i = recorder->place[c];
-        int touches = recorder->gap[c] < memory->approach;
-        const double *numbers = recorder->scratch + i;
-        rows->tangential_load[at + c] = touches ? numbers[0] : 0.0;
-        rows->normal_load[at + c] = touches ? numbers[count] : 0.0;
-        rows->contact_radius[at + c] = touches ? numbers[2 * count] : 0.0;
-        rows->stick_radius[at + c] = touches ? numbers[3 * count] : 0.0;
-        rows->slip_state[at + c] = touches ? recorder->states[i] : (int8_t)HS_SEPARATED;
+    int64_t columns = rows->columns, at = row * columns, before = recorder->row * columns;
+    double *normal = rows->normal_load + at, *radius = rows->contact_radius + at;
+    if (recorder->row < 0 || memory->approach != recorder->approach) {
+        project_normal(recorder->gap, recorder->weight, columns, memory->approach, &contact->units, recorder->load, normal,
+                       radius);
+    } else {
+        memcpy(normal, rows->normal_load + before, (size_t)columns * sizeof *normal);
+        memcpy(radius, rows->contact_radius + before, (size_t)columns * sizeof *radius);
     }
+    for (int64_t index = 0; index < contact->groups && memory->depth[index] > 0; ++index) {
+        int64_t i = contact->first[index];
+        if (contact->first[index + 1] == i + 1)
+            recorder->scratch[i] = inner_force_of_one(memory->vertices + index * memory->capacity, memory->depth[index],
+                                                      contact->gap[i], contact->weight[i]);
+        else
+            inner_forces(recorder, memory, index);
+    }
+    /* of what does not touch there stands something old, which is not taken */
+    for (int64_t c = 0; c < columns; ++c) rows->tangential_load[at + c] = recorder->scratch[recorder->place[c]];
+    record_tangential(recorder, memory, at);
+    recorder->row = row;
+    recorder->approach = memory->approach;
 }
 
-/* Find where the recorded asperities stand in the order of a contact. */
+static void forget_rows(hs_recorder *recorder) {
+    for (int64_t index = 0; index < recorder->groups; ++index) free(recorder->inner[index].stack);
+    free(recorder->inner);
+    recorder->inner = NULL;
+    recorder->zones = NULL;
+    recorder->groups = 0;
+    recorder->row = -1;
+}
+
+/* The group of the asperity at a position. */
+static int64_t group_at(const hs_contact *contact, int64_t i) {
+    int64_t low = 0, high = contact->groups;
+    while (high - low > 1) {
+        int64_t middle = (low + high) / 2;
+        if (contact->first[middle] <= i)
+            low = middle;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+/* Find where the recorded asperities stand in the order of a contact, of which no row has been written. */
 static int place_columns(hs_recorder *recorder, hs_contact *contact) {
     const hs_rows *rows = recorder->rows;
+    for (int64_t c = 0; c < rows->columns; ++c)
+        if (rows->asperity[c] < 0 || rows->asperity[c] >= contact->count) return HS_FOREIGN;
     int64_t *position = (int64_t *)malloc((size_t)contact->count * sizeof *position);
-    if (!position) return HS_OUT_OF_MEMORY;
+    forget_rows(recorder);
+    recorder->inner = (hs_inner *)calloc((size_t)contact->groups, sizeof *recorder->inner + sizeof *recorder->zones);
+    if (!position || !recorder->inner) {
+        free(position);
+        return HS_OUT_OF_MEMORY;
+    }
+    recorder->groups = contact->groups;
+    recorder->zones = (hs_zone *)(recorder->inner + contact->groups);
     for (int64_t i = 0; i < contact->count; ++i) position[contact->order[i]] = i;
     for (int64_t c = 0; c < rows->columns; ++c) {
         int64_t i = position[rows->asperity[c]];
         recorder->place[c] = i;
+        recorder->group[c] = group_at(contact, i);
         recorder->gap[c] = contact->gap[i];
         recorder->weight[c] = contact->weight[i];
     }
@@ -411,20 +607,26 @@ static int place_columns(hs_recorder *recorder, hs_contact *contact) {
 int hs_begin_recording(hs_recorder *recorder, hs_contact *contact, const hs_rows *rows) {
     recorder->rows = rows;
     recorder->place = NULL;
+    recorder->inner = NULL;
+    recorder->zones = NULL;
+    recorder->groups = 0;
     if (!rows || rows->columns == 0) return HS_OK;
     size_t columns = (size_t)rows->columns, count = (size_t)contact->count;
-    recorder->place = (int64_t *)malloc(columns * 24 + count * 33);
+    recorder->place = (int64_t *)calloc(5 * columns + 2 * count, sizeof(double));
     if (!recorder->place) return HS_OUT_OF_MEMORY;
-    recorder->gap = (double *)(recorder->place + columns);
+    recorder->group = recorder->place + columns;
+    recorder->gap = (double *)(recorder->group + columns);
     recorder->weight = recorder->gap + columns;
-    recorder->scratch = recorder->weight + columns;
-    recorder->states = (int8_t *)(recorder->scratch + 4 * count);
+    recorder->load = recorder->weight + columns;
+    recorder->scratch = recorder->load + columns;
+    recorder->force = recorder->scratch + count;
     int status = place_columns(recorder, contact);
     if (status != HS_OK) hs_end_recording(recorder);
     return status;
 }
 
 void hs_end_recording(hs_recorder *recorder) {
+    forget_rows(recorder);
     free(recorder->place);
     recorder->place = NULL;
 }
@@ -434,25 +636,16 @@ int hs_record(hs_recorder *recorder, const hs_memory *memory, int64_t row, int s
     const hs_evolved *evolved = memory->evolved;
     const hs_contact *contact = memory->contact;
     int64_t columns = rows->columns, at = row * columns;
-    record_totals(memory, rows->totals + row, saturated);
+    if (columns && contact != recorder->contact && place_columns(recorder, memory->contact) != HS_OK)
+        return HS_OUT_OF_MEMORY;
+    record_totals(recorder, memory, rows->totals + row, saturated);
     if (columns == 0) return HS_OK;
-    if (contact != recorder->contact && place_columns(recorder, memory->contact) != HS_OK) return HS_OUT_OF_MEMORY;
     if (rows->normal_load) record_asperities(recorder, memory, row);
     if (rows->dissipated_energy)
         for (int64_t c = 0; c < columns; ++c)
             rows->dissipated_energy[at + c] = memory->each[recorder->place[c]] * contact->units.energy;
-    if (rows->friction)
-        for (int64_t c = 0; c < columns; ++c) {
-            int64_t low = 0, high = contact->groups, i = recorder->place[c];
-            while (high - low > 1) {
-                int64_t middle = (low + high) / 2;
-                if (contact->first[middle] <= i)
-                    low = middle;
-                else
-                    high = middle;
-            }
-            rows->friction[at + c] = memory->friction[low];
-        }
+    for (int64_t c = 0; c < columns && rows->friction; ++c)
+        rows->friction[at + c] = memory->friction[recorder->group[c]];
     if (!evolved) return HS_OK;
     double *target[] = {rows->slid_distance, rows->worn_volume, rows->summit_height, rows->summit_radius};
     const double *source[] = {evolved->slid_distance, evolved->worn_volume, evolved->summit_height,

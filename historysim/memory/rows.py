@@ -39,7 +39,7 @@ class Rows:
         except KeyError:
             raise AttributeError(name) from None
 
-    def handed(self, asperities: Integers) -> Any:
+    def as_struct(self, asperities: Integers) -> Any:
         """Return the rows of asperities (column) as the library takes them; all of it has to outlive the call."""
         found = ffi.new("hs_rows *")
         found.columns, found.asperity = asperities.size, pointer(asperities)

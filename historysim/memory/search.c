@@ -81,6 +81,7 @@ int hs_force_at(hs_memory *memory, const hs_shares *shares, hs_fronts *fronts, h
         hs_group group = hs_group_of(memory, index);
         int64_t depth = memory->depth[index];
         hs_force part = {0.0, 0.0, 0.0};
+        if (shares->from) from.d = shares->from[index];
         if (memory->steep[index] && depth > 0) {
             if (!scratch) {
                 size_t room = 2 * (size_t)hs_room_to_clip(hs_deepest(memory));
@@ -106,6 +107,19 @@ int hs_force_at(hs_memory *memory, const hs_shares *shares, hs_fronts *fronts, h
     return HS_OK;
 }
 
+int hs_force_on_way(hs_memory *memory, hs_fronts *fronts, double d, double v, double *force) {
+    hs_shares shares;
+    hs_force found;
+    hs_point to = {d, v};
+    double load = hs_load_at(hs_all_of(memory->contact), d).load;
+    int status = hs_shares_at(memory, d, load, &shares);
+    if (status != HS_OK) return status;
+    status = hs_force_at(memory, &shares, fronts, to, &found);
+    hs_free_shares(&shares);
+    *force = found.force;
+    return status;
+}
+
 static void guess_fronts(hs_memory *memory, const hs_shares *shares, hs_fronts *fronts, double sign) {
     for (int64_t index = 0; index < shares->count; ++index) {
         hs_fetch_ahead(memory, index);
@@ -118,9 +132,9 @@ static void guess_fronts(hs_memory *memory, const hs_shares *shares, hs_fronts *
 
 /* Displacement nearest to the present one at which, on a straight path to approach d1, every spring slides. */
 static double sliding_displacement(const hs_memory *memory, const hs_shares *shares, double d1, double side) {
-    double d0 = memory->approach, v0 = memory->displacement, reach = -HUGE_VAL;
+    double v0 = memory->displacement, reach = -HUGE_VAL;
     for (int64_t index = 0; index < shares->count; ++index) {
-        double friction = memory->friction[index];
+        double friction = memory->friction[index], d0 = shares->from ? shares->from[index] : memory->approach;
         const hs_vertex *stack = memory->vertices + index * memory->capacity;
         if (d1 > d0) reach = hs_most(reach, side * v0 + friction * (d1 - d0));
         for (int64_t j = 0; j < memory->depth[index]; ++j) {

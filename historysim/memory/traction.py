@@ -65,7 +65,7 @@ class TractionMemory:
     def recorded(self) -> Rows:
         """The row that a recorder would write of this asperity."""
         rows = blank_rows(1, 1)
-        check(lib.hs_read(self.memory, rows.handed(THE_ONE), 0))
+        check(lib.hs_read(self.memory, rows.as_struct(THE_ONE), 0))
         return rows
 
     @property

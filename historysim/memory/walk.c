@@ -35,6 +35,8 @@ int hs_planned(hs_memory *memory, const hs_path *path, double compliance, int sa
     request->load[1] = load;
     request->force[0] = force0;
     request->force[1] = plan->aim.value;
+    plan->times[0] = path->begin;
+    plan->times[1] = path->end;
     plan->v[0] = memory->displacement;
     plan->v[1] = plan->aim.value;
     plan->ends_apart = by_force && !both && d1 <= touch;
@@ -59,20 +61,22 @@ int hs_planned(hs_memory *memory, const hs_path *path, double compliance, int sa
     return HS_OK;
 }
 
-int hs_walk_on(hs_memory *memory, const hs_plan *plan, double before, double share, double tolerance, int *held) {
+int hs_walk_on(hs_memory *memory, const hs_plan *plan, double before, double share, const hs_drive *drive, int *held) {
     const hs_request *request = &plan->request;
+    double time = hs_toward(plan->times[0], plan->times[1], share);
     int side = 0, status;
     if (plan->meets) {
-        status = hs_follow(memory, request, &plan->pieces, before, share, tolerance, &side);
+        status = hs_follow(memory, request, &plan->pieces, before, share, plan->times, drive, &side);
     } else if (request->both) {
         status = hs_ramp(memory, hs_toward(request->load[0], request->load[1], share),
-                         hs_toward(request->force[0], request->force[1], share), tolerance);
+                         hs_toward(request->force[0], request->force[1], share), time, drive);
     } else {
         double d = hs_toward(request->d[0], request->d[1], share);
         double load = d == request->d[1] ? request->load[1] : hs_load_at(hs_all_of(memory->contact), d).load;
         hs_aim aim = hs_to_displacement(hs_toward(plan->v[0], plan->v[1], share));
         /* what has left the contact on the way says no more where it was to go */
         if (share == 1.0 && !(plan->ends_apart && before > 0.0)) aim = plan->aim;
+        hs_tick(memory, time);
         status = hs_move(memory, d, load, aim);
         if (status == HS_OK && plan->ends_apart && share == 1.0) memory->tangential_load = plan->aim.value;
     }
@@ -103,7 +107,7 @@ hs_path hs_without_dimension(const hs_units *units, const hs_path *path) {
     return found;
 }
 
-/* The path to targets, of which not a number holds a channel. */
+/* The path to targets; NaN holds a channel. */
 static hs_path path_to(int normal_control, double normal_target, int tangential_control, double tangential_target) {
     int normal_held = isnan(normal_target), tangential_held = isnan(tangential_target);
     hs_path path = {normal_held ? 0.0 : normal_target,
@@ -115,7 +119,9 @@ static hs_path path_to(int normal_control, double normal_target, int tangential_
                     normal_control,
                     tangential_control,
                     1,
-                    0};
+                    0,
+                    NAN,
+                    NAN};
     return path;
 }
 
@@ -125,8 +131,9 @@ static int stepped(hs_memory *memory, const hs_path *given, const hs_drive *driv
     hs_plan plan;
     int held;
     refusal->path = 0;
+    hs_set_clock(memory, NAN);
     int status = hs_planned(memory, &path, drive->compliance * units->stiffness, drive->saturate, 1, &plan, refusal);
-    if (status == HS_OK) status = hs_walk_on(memory, &plan, 0.0, 1.0, drive->tolerance, &held);
+    if (status == HS_OK) status = hs_walk_on(memory, &plan, 0.0, 1.0, drive, &held);
     refusal->status = status;
     if (status != HS_OK) return status;
     memory->normal_control = path.normal_control;
@@ -176,6 +183,7 @@ int hs_walk(hs_memory *memory, const hs_path *paths, int64_t count, const hs_row
     hs_recorder recorder;
     hs_plan plan;
     int flag = 0;
+    int64_t work = 0, each = 1 + (memory->contact->count + (rows ? rows->columns : 0)) / 16;
     int status = hs_memory_join(memory);
     if (status == HS_OK) status = hs_begin_recording(&recorder, memory->contact, rows);
     if (status != HS_OK) return status;
@@ -186,12 +194,15 @@ int hs_walk(hs_memory *memory, const hs_path *paths, int64_t count, const hs_row
         hs_path path = hs_without_dimension(units, paths + p);
         double before = 0.0;
         refusal->path = p;
+        hs_set_clock(memory, path.begin);
         status = hs_planned(memory, &path, compliance, drive->saturate, path.parts == 1 && until == 1.0, &plan, refusal);
         for (int64_t part = 1; part <= path.parts && status == HS_OK; ++part) {
             double share = until * ((double)part / (double)path.parts);
             int held;
-            status = hs_walk_on(memory, &plan, before, share, drive->tolerance, &held);
+            status = hs_walk_on(memory, &plan, before, share, drive, &held);
             before = share;
+            if (status == HS_OK) status = hs_goes_on(drive, &work, each);
+            if (status == HS_OK && memory->lost_slides) status = HS_OUT_OF_MEMORY;
             if (status != HS_OK) break;
             /* several paths may lead to one row */
             flag |= held;

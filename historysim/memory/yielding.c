@@ -99,13 +99,16 @@ static double elastic_to(const hs_yielding *law, const hs_evolved *evolved, int6
     return hs_most(law->critical_approach[i], evolved->yielded_to[i]);
 }
 
-double hs_next_yield(const hs_memory *memory, const hs_yielding *law) {
-    const hs_contact *contact = memory->contact;
+double hs_yields_at(const hs_memory *memory, const hs_yielding *law, int64_t asperity) {
     const hs_evolved *evolved = memory->evolved;
-    double flat = -HUGE_VAL;
-    for (int64_t i = 0; i < contact->count; ++i)
-        flat = hs_most(flat, evolved->virgin_height[i] - elastic_to(law, evolved, i));
-    return (contact->datum - flat) / contact->units.length;
+    double flat = evolved->virgin_height[asperity] - elastic_to(law, evolved, asperity);
+    return (memory->contact->datum - flat) / memory->contact->units.length;
+}
+
+double hs_next_yield(const hs_memory *memory, const hs_yielding *law) {
+    double next = HUGE_VAL;
+    for (int64_t i = 0; i < memory->contact->count; ++i) next = hs_least(next, hs_yields_at(memory, law, i));
+    return next;
 }
 
 /* Summits that yield on the way to an approach: which, their approaches, and what follows. */
@@ -158,6 +161,14 @@ static int load_at(const hs_memory *memory, const hs_evolution *evolution, doubl
     int status = on_first_loading(evolution, place);
     for (int64_t k = 0; k < place->count && status == HS_OK; ++k) *load += place->load[k];
     *load /= memory->contact->units.load;
+    return status;
+}
+
+int hs_yielding_load(const hs_memory *memory, const hs_evolution *evolution, double d, double *load) {
+    yielding_summits place;
+    int status = gather(&place, memory->contact->count);
+    if (status == HS_OK) status = load_at(memory, evolution, d, &place, load);
+    free(place.which);
     return status;
 }
 

@@ -35,6 +35,7 @@ class Evolving:
         lib.hs_contact_free(contact)
         self.drive = ffi.new("hs_drive *", {"tolerance": tolerance, "saturate": saturate, "threads": 1})
         self.refusal, self.evolution = ffi.new("hs_refusal *"), ffi.new("hs_evolution *")
+        self.evolution.count = self.count
         self.evolution.contact_modulus = modulus
         self.kept = []
         self._fill(self.evolution.law, LAWS, law or {})

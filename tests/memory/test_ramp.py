@@ -1,7 +1,12 @@
 """The energy of ramps of both loads, however much the normal load changes on them."""
 
+import shutil
+import subprocess
+import sys
+
 import numpy as np
 import pytest
+from c_core import SUPPORT, WARNINGS, compiled
 
 import historysim as hs
 
@@ -69,3 +74,18 @@ def test_asperities_share_the_corrected_energy():
     shares = [ensemble.asperity(i, state).dissipated_energy for i in range(4)]
     assert sum(shares) == pytest.approx(state.dissipated_energy, rel=1e-12)
     assert min(shares) > 0
+
+
+@pytest.mark.skipif(sys.platform != "linux" or not shutil.which("gcc"), reason="counts by an option of GNU's linker")
+def test_random_ramps_take_few_chords_and_end_where_thousands_of_parts_end(tmp_path):
+    program = compiled(["gcc"], SUPPORT / "ramps.c", tmp_path, "-O2", *WARNINGS, "-Wl,--wrap=hs_move")
+    run = lambda *words: subprocess.run([program, *words], capture_output=True, text=True, check=True).stdout  # noqa: E731
+    chords = np.array([int(line.split()[2]) for line in run("0", "50", "10").splitlines()])
+    assert chords.size == 500
+    # one in ten took 29,525 while all chords were of one length
+    assert np.median(chords) < 600
+    assert np.quantile(chords, 0.99) < 4_000
+    assert chords.max() < 9_000
+    distances = np.array([line.split()[3:] for line in run("0", "5", "6", "1000").splitlines()], dtype=float)
+    # one tolerance for the ramp, and one for those that it is compared with
+    assert np.abs(distances).max() < 2e-6

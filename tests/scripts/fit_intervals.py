@@ -12,14 +12,14 @@ import synthetic
 
 def held(part, count):
     """Count for fits of friction and of a stiffness in series, and for the mean friction of loops."""
-    by_fit, by_loops, off = synthetic.held(part, range(count))
+    by_fit, by_loops, off, reach = synthetic.held(part, range(count))
     friction, stiffness = np.mean(by_fit, axis=0)
     bias = 100 * np.mean(off, axis=0)
     error = 100 * np.std(off, axis=0, ddof=1) / np.sqrt(count)
     told = ", ".join(f"{value:+.3f} ± {of:.3f} %" for value, of in zip(bias, error, strict=True))
     print(
         f"{part}: fits {friction:.0%} friction, {stiffness:.0%} stiffness; loops {np.mean(by_loops):.0%} of {count}; "
-        f"off by {told}",
+        f"off by {told}; {' and '.join(f'{wide:.2f}' for wide in synthetic.too_wide(off, reach))} times as wide as due",
         flush=True,
     )
 

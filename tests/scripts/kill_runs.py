@@ -138,8 +138,8 @@ class Runs:
 
     def act(self):
         with self.told.open("w", encoding="utf-8", buffering=1) as told:
-            tell = functools.partial(print, file=told)
-            hs.run(self.scenario, self.output, resume=True, snapshot_every=EVERY, tell=tell).close()
+            notify = functools.partial(print, file=told)
+            hs.run(self.scenario, self.output, resume=True, snapshot_every=EVERY, notify=notify).close()
 
     def before(self):
         self.rows = last_snapshot(self.log)

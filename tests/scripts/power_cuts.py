@@ -11,7 +11,6 @@ is the older one or the new one, whole; and a resume goes on after the last snap
 
 import argparse
 import ctypes
-import os
 import shutil
 import sys
 import tempfile
@@ -32,7 +31,7 @@ import historysim as hs
 from historysim.basics import files
 from historysim.log import file as log_file
 from historysim.log.file import LogFile
-from historysim.recording import unfinished
+from historysim.recording import netcdf
 
 SCENARIO = """
 [materials]
@@ -109,9 +108,9 @@ def written(folder: Path, text: str) -> Path:
     return path
 
 
-def run(source: Path, output: Path, *, resume: bool = False, tell: Callable[[str], None] = print) -> None:
+def run(source: Path, output: Path, *, resume: bool = False, notify: Callable[[str], None] = print) -> None:
     """Run a scenario or a log."""
-    hs.run(source, output, resume=resume, snapshot_every=EVERY, tell=tell).close()
+    hs.run(source, output, resume=resume, snapshot_every=EVERY, notify=notify).close()
 
 
 def journal_of(path: Path) -> Path:
@@ -170,7 +169,7 @@ def before_a_resume(folder: Path, made: Sample) -> None:
 
 
 def a_resume(folder: Path, _: Sample, mark: Mark) -> None:
-    run(folder / TOML, folder / RESULT, resume=True, tell=nothing)
+    run(folder / TOML, folder / RESULT, resume=True, notify=nothing)
     mark("done")
 
 
@@ -227,7 +226,7 @@ def resumed(folder: Path, source: Path, rows: int) -> None:
     """Resume a run, and check that it goes on after so many rows."""
     told = folder / "told"
     with told.open("w", encoding="utf-8") as stream:
-        run(source, folder / RESULT, resume=True, tell=lambda text: print(text, file=stream))
+        run(source, folder / RESULT, resume=True, notify=lambda text: print(text, file=stream))
     check_start(told, rows)
     told.unlink()
 
@@ -318,12 +317,12 @@ def without(module: ModuleType, name: str) -> AbstractContextManager[object]:
 
 
 def no_sync_of_rows() -> AbstractContextManager[object]:
-    return mock.patch.object(os, "fdatasync", nothing)
+    return mock.patch.object(netcdf.FileRecorder, "flush", nothing)
 
 
 @contextmanager
 def no_sync_of_folders() -> Iterator[None]:
-    with without(files, "sync_folder"), without(log_file, "sync_folder"), without(unfinished, "sync_folder"):
+    with without(files, "sync_folder"), without(log_file, "sync_folder"), without(netcdf, "sync_folder"):
         yield
 
 
@@ -349,8 +348,8 @@ CHANGES = {
     "no sync of the folder": ("run", no_sync_of_folders),
     "synchronous = OFF": ("append", lambda: with_pragma("synchronous = OFF")),
     "journal = OFF on append": ("append", lambda: with_pragma("journal_mode = OFF")),
-    "the result not synced before its rename": ("run", lambda: without(unfinished, "sync_file")),
-    "no sync of the folder that rows are written in": ("run of a log", lambda: without(unfinished, "sync_folder")),
+    "the result not synced before its rename": ("run", lambda: without(netcdf, "sync_file")),
+    "no sync of the folder that rows are written in": ("run of a log", lambda: without(netcdf, "sync_folder")),
     "the journal of a log that is replaced left to the new one": ("run anew", lambda: without(log_file, "settle")),
     "the journal of a log that is replaced removed at once": ("run anew", journal_removed),
 }

@@ -5,7 +5,7 @@ import tomllib
 from hypothesis import strategies as st
 
 from historysim.scenario.loading_kinds import written
-from historysim.surfaces import distribution, random, textured
+from historysim.surfaces import distribution, random
 
 SPHERE = """
 [materials]
@@ -228,8 +228,7 @@ def keep_small(monkeypatch):
     for module, name in (
         (written, "MOST_EVENTS"),
         (distribution, "MOST_SUMMITS"),
-        (textured, "MOST_SUMMITS"),
-        (random, "MOST_PIXELS"),
+        (random, "MOST_POINTS"),
     ):
         monkeypatch.setattr(module, name, 1000)
     monkeypatch.setenv("HISTORYSIM_MOST_STEPS", "1000")

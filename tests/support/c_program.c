@@ -5,7 +5,7 @@
 #include "historysim.h"
 
 static int failures = 0;
-static const hs_drive drive = {1e-9, 0.0, 0, 1};
+static const hs_drive drive = {1e-9, 0.0, 0, 1, NULL, NULL};
 
 static void expect(const char *what, double found, double wanted, double tolerance) {
     printf("%-30s %.15e, expected %.15e\n", what, found, wanted);

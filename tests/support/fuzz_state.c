@@ -36,7 +36,7 @@ static void read_all(const hs_memory *memory) {
 /* New states, each by another step; what is refused is as welcome as what is not. */
 static void step_all(const hs_memory *memory) {
     const hs_units *units = &memory->contact->units;
-    const hs_drive drives[] = {{1e-2, 0.0, 0, 1}, {1e-2, 1.0 / units->stiffness, 1, 1}};
+    const hs_drive drives[] = {{1e-2, 0.0, 0, 1, NULL, NULL}, {1e-2, 1.0 / units->stiffness, 1, 1, NULL, NULL}};
     double near = memory->approach * units->length, load = memory->normal_load * units->load;
     double place = memory->displacement * units->displacement, force = memory->tangential_load * units->load;
     const double approaches[] = {NAN, 1.5 * near, 0.5 * near, -1e-9, near};
@@ -56,7 +56,7 @@ static void change_all(hs_memory *memory) {
     int64_t count = memory->contact->count;
     double *friction = (double *)malloc((size_t)count * sizeof *friction);
     uint8_t *fresh = (uint8_t *)calloc((size_t)count, 1);
-    const hs_drive drive = {1e-2, 0.0, 1, 1};
+    const hs_drive drive = {1e-2, 0.0, 1, 1, NULL, NULL};
     hs_evolution evolution;
     hs_refusal refusal;
     memset(&evolution, 0, sizeof evolution);
@@ -68,7 +68,7 @@ static void change_all(hs_memory *memory) {
     int status = hs_set_friction(memory, friction, &drive);
     if (status == HS_OK) status = hs_memory_evolve(memory);
     hs_path path = {0.0, 0.0, 0.9 * memory->displacement * memory->contact->units.displacement, 1.0, 1, 0,
-                    HS_DISPLACED, HS_DISPLACED, 0, 0};
+                    HS_DISPLACED, HS_DISPLACED, 0, 0, 0.0, 1.0};
     if (status == HS_OK) status = hs_walk_evolving(memory, &path, 1, NULL, &drive, 1.0, &evolution, &refusal);
     if (status == HS_OK) {
         for (int64_t i = 0; i < count; ++i) friction[i] = fabs(memory->evolved->summit_radius[i]) + 1e-9;
@@ -80,19 +80,20 @@ static void change_all(hs_memory *memory) {
 
 int LLVMFuzzerTestOneInput(const uint8_t *given, size_t size);
 int LLVMFuzzerTestOneInput(const uint8_t *given, size_t size) {
-    uint64_t sum = 14695981039346656037u;
     unsigned char *bytes = (unsigned char *)malloc(size ? size : 1);
     const char *why = NULL;
     hs_memory *memory, *again;
     memcpy(bytes, given, size);
-    for (size_t i = 0; i + sizeof sum < size; ++i) sum = (sum ^ bytes[i]) * 1099511628211u;
-    if (size > sizeof sum) memcpy(bytes + size - sizeof sum, &sum, sizeof sum);
+    if (size > sizeof(uint64_t)) {
+        uint64_t sum = hs_digest(0, bytes, size - sizeof sum);
+        memcpy(bytes + size - sizeof sum, &sum, sizeof sum);
+    }
     if (hs_memory_read(bytes, size, NULL, &memory, &why) == HS_OK) {
         /* what was read is written as it was, and is shared with what is alike */
         unsigned char *written = (unsigned char *)malloc(size);
         require(hs_memory_size(memory) == size && hs_memory_write(memory, written, size) == HS_OK);
         require(memcmp(bytes, written, size) == 0);
-        require(hs_memory_read(written, size, memory->contact, &again, &why) == HS_OK);
+        require(hs_memory_read(written, size, memory, &again, &why) == HS_OK);
         require(again->contact == memory->contact);
         free(written);
         read_all(memory);

@@ -50,7 +50,7 @@ int main(void) {
     /* a ball of silicon of 1 mm on glass, about; pressed with 50 mN */
     const double height = 0.0, radius = 1e-3, friction = 0.2, forces[] = {12e-3, 45e-3, -10e-3, 9e-3, -45e-3, 45e-3, 0.0};
     hs_contact *contact = hs_contact_new(1, &height, &radius, NULL, NULL, 50e9, 0.6);
-    material its = {hs_memory_new(contact, &friction), NULL, {1e-6, 0.0, 0, 1}};
+    material its = {hs_memory_new(contact, &friction), NULL, {1e-6, 0.0, 0, 1, NULL, NULL}};
     double place = 0.0;
     int status = hs_step(its.committed, HS_LOAD, 50e-3, HS_DISPLACED, 0.0, &its.drive, NULL);
     if (status != HS_OK || revert_to_last_commit(&its) != 0) return 2;

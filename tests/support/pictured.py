@@ -9,8 +9,7 @@ import numpy as np
 
 import historysim as hs
 from historysim.contact.adhesion import branch
-from historysim.measured import observation
-from historysim.measured.comparison import Comparison
+from historysim.measured.comparison import Comparison, observe, passed
 from historysim.measured.measurement import Measurement
 
 PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
@@ -152,9 +151,9 @@ def compared():
     record = Measurement(
         np.arange(float(u.size)), {"normal_load": normal, "tangential_displacement": u}, {"tangential_load": load}
     )
-    observed = observation.observe(record)
+    observed = observe(record)
     instrument = hs.Instrument(1e7)
-    return record, Comparison.of(observed, observation.passed(ball(), instrument, observed), instrument)
+    return record, Comparison.of(observed, passed(ball(), instrument, observed), instrument)
 
 
 @cache
@@ -199,8 +198,8 @@ def reduced():
 
 PICTURES = {
     "history": lambda **p: hs.plot(rough(), picture="history", **p),
-    "history-totals": lambda **p: hs.plot_history(totals(), **p),
-    "history-wear": lambda **p: hs.plot_history(worn(), **p),
+    "history-totals": lambda **p: hs.plots.history(totals(), **p),
+    "history-wear": lambda **p: hs.plots.history(worn(), **p),
     "panels": lambda **p: hs.plot(rough(), panels=["loop", "energy"], **p),
     "loop": lambda **p: hs.plot(rough(), picture="loop", **p),
     "loops-states": lambda **p: hs.plot(rough(), picture="loops", **p),
@@ -212,46 +211,41 @@ PICTURES = {
     "traction-friction": lambda **p: hs.plot(friction_changes(), picture="traction", **p),
     "slip-fronts": lambda **p: hs.plot(rough(), picture="slip-fronts", **p),
     "stiffness": lambda **p: hs.plot(rough(), picture="stiffness", **p),
-    "wear": lambda **p: hs.plot_wear(worn(), **p),
+    "wear": lambda **p: hs.plots.wear(worn(), **p),
     "yielding": lambda **p: hs.plot(yielded(), picture="yielding", **p),
     "reduced": lambda **p: hs.plot(reduced(), **p),
-    "surface": lambda **p: hs.plot_surface(height_map(), title=TITLE, **p),
-    "profile": lambda **p: hs.plot_surface(hs.Surface(height_map().heights[:, :1], (1e-6, 1e-6)), **p),
-    "heights": lambda **p: hs.plot_heights(height_map(), title=TITLE, **p),
-    "summits": lambda **p: hs.plot_summit_scatter(_summits(), ["first", "second", "third"], title=TITLE, **p),
-    "summits-apart": lambda **p: hs.plot_summit_scatter(
-        _summits(), ["first", "second", "third"], apart=True, title=TITLE, **p
-    ),
-    "measured-loops": lambda **p: hs.plot_loops(loops(), title=TITLE, **p),
-    "measured-levels": lambda **p: hs.plot_loops(compared()[1].measured, compared()[1].model, **p),
+    "surface": lambda **p: hs.plots.surface(height_map(), title=TITLE, **p),
+    "profile": lambda **p: hs.plots.surface(hs.Surface(height_map().heights[:, :1], (1e-6, 1e-6)), **p),
+    "heights": lambda **p: hs.plots.map(height_map(), title=TITLE, **p),
+    "summits": lambda **p: hs.plots.summits(_summits(), title=TITLE, **p),
+    "summits-apart": lambda **p: hs.plots.summits(_summits(), apart=True, title=TITLE, **p),
+    "measured-loops": lambda **p: hs.plots.measured_loops(loops(), title=TITLE, **p),
+    "measured-levels": lambda **p: hs.plots.measured_loops(compared()[1].measured, model=compared()[1].model, **p),
     "loop-trends": lambda **p: hs.plot(loops().to_dataset(), **p),
     "loop-levels": lambda **p: hs.plot(levels().by_load(), **p),
-    "comparison": lambda **p: hs.plot_comparison(compared()[1], TITLE, **p),
+    "comparison": lambda **p: hs.plots.comparison(compared()[1], title=TITLE, **p),
     "record": lambda **p: hs.plot(compared()[0], **p),
     "sliding": lambda **p: hs.plot(slid(), **p),
-    "asperity": lambda **p: hs.plot_asperity(_asperity(), **p),
-    "adhesion-map": lambda **p: hs.plot_adhesion_map(
+    "asperity": lambda **p: hs.plots.asperity(_asperity(), **p),
+    "adhesion-map": lambda **p: hs.plots.adhesion_map(
         {"silicon": (0.5, 10.0), "glass": (8.0, 200.0), "pulled": (0.05, -0.2)}, **p
     ),
     "adhesion-branch": lambda **p: hs.plot(_branch(), **p),
-    "swept": lambda **p: hs.plot_swept(sweep(), "preliminary_displacement", title=TITLE, **p),
-    "bars": lambda **p: hs.plot_bars(
-        _pairs(), "preliminary_displacement", {"smooth": ["a", "b"], "rough": ["a", "b"]}, **p
+    "swept": lambda **p: hs.plots.curve(sweep(), quantity="preliminary_displacement", title=TITLE, **p),
+    "bars": lambda **p: hs.plots.bars(
+        _pairs(), quantity="preliminary_displacement", groups={"smooth": ["a", "b"], "rough": ["a", "b"]}, **p
     ),
-    "together": lambda **p: hs.plot_together(
-        rough(), marks=hs.LoopMarks(loads=True, first_loading=(0.02, 0.05)), title=TITLE, **p
-    ),
+    "together": lambda **p: hs.plots.loops(rough(), loads=True, first_loading=(0.02, 0.05), title=TITLE, **p),
     "figure": lambda **p: hs.plot(_figured(), **p),
 }
 
 
 def _summits():
-    return [
-        hs.random_surface(
-            shape=(64, 64), pixel_size=1e-6, rms_height=30e-9, autocorrelation_length=8e-6, seed=seed
-        ).summits(rule=9)
-        for seed in (1, 2, 3)
-    ]
+    rough = {"shape": (64, 64), "pixel_size": 1e-6, "rms_height": 30e-9, "autocorrelation_length": 8e-6}
+    return {
+        name: hs.random_surface(**rough, seed=seed).summits(rule=9)
+        for seed, name in enumerate(("first", "second", "third"), 1)
+    }
 
 
 def _asperity():

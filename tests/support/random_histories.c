@@ -119,6 +119,7 @@ static void choose_evolution(history *h) {
     int kind = below(5);
     memset(&h->evolution, 0, sizeof h->evolution);
     h->evolution.contact_modulus = h->modulus;
+    h->evolution.count = h->count;
     law->kind = h->calls_pow ? (int)HS_POWER_LAW : kinds[kind];
     law->depends_on = h->calls_pow ? 1 + below(2) : dependence[kind];
     law->coefficient = between(0.05, 0.5);
@@ -247,6 +248,8 @@ static void choose_goals(history *h, hs_path *path) {
     if (isnan(path->tangential_target)) path->tangential_target = path->tangential_fraction = 0.0;
     path->parts = one_in(3) ? 1 + below(4) : 1;
     path->recorded = !one_in(4);
+    path->begin = one_in(2) ? between(0.0, 1.0) : NAN;
+    path->end = path->begin + 1.0;
 }
 
 /* ---- events ---- */
@@ -285,7 +288,7 @@ static void do_step(history *h) {
 /* Swings that become smaller: each is remembered, what lies deep is shared by copies. */
 static void do_spiral(history *h) {
     double size = h->reach * between(0.1, 1.0), sign = 1.0;
-    hs_drive drive = {1e-3, 0.0, 1, 1};
+    hs_drive drive = {1e-3, 0.0, 1, 1, NULL, NULL};
     doing = "spiral";
     for (int k = 50 + below(200); k > 0; --k, sign = -sign) {
         size *= 0.99;
@@ -304,7 +307,7 @@ static void do_spiral(history *h) {
 static void do_set_friction(history *h) {
     double friction[MOST], all = between(0.02, 0.9), falls = one_in(2) ? 1.0 : between(0.3, 1.0);
     const hs_contact *contact = h->memory->contact;
-    int kind = below(4);
+    int kind = h->knots ? 0 : below(4);
     doing = "friction";
     for (int64_t g = 0; g < contact->groups; ++g)
         for (int64_t i = contact->first[g]; i < contact->first[g + 1]; ++i)
@@ -410,9 +413,9 @@ static void do_summits(history *h) {
     require(status == HS_OK || status == HS_LAW_FAILED, "fails");
     const char *wrong = hs_memory_check(h->memory);
     require(!wrong, wrong ? wrong : "");
-    hs_path back = {load, 1.0, 0.0, 0.0, 1, 0, HS_LOAD, HS_DISPLACED, 0, 0};
+    hs_path back = {load, 1.0, 0.0, 0.0, 1, 0, HS_LOAD, HS_DISPLACED, 0, 0, NAN, NAN};
     hs_refusal refusal;
-    hs_drive drive = {1e-3, 0.0, 1, 1};
+    hs_drive drive = {1e-3, 0.0, 1, 1, NULL, NULL};
     status = hs_walk_evolving(h->memory, &back, 1, NULL, &drive, 1.0, &h->evolution, &refusal);
     require(status == HS_OK || status == HS_LAW_FAILED, "is not pressed again");
 }
@@ -471,7 +474,7 @@ static void do_bytes(history *h) {
     size_t size;
     doing = "bytes";
     unsigned char *bytes = bytes_of(h->memory, &size);
-    int status = hs_memory_read(bytes, size, one_in(2) ? h->memory->contact : NULL, &again, &why);
+    int status = hs_memory_read(bytes, size, one_in(2) ? h->memory : NULL, &again, &why);
     require(status == HS_OK, why ? why : "is not read");
     require_alike(again, h->memory, "what is read is another state");
     hs_memory_free(h->memory);

@@ -3,7 +3,7 @@
 import numpy as np
 
 import historysim as hs
-from historysim.exchange.reduced.virgin import VirginCurve
+from historysim.exchange.reduced.placing import VirginCurve, _chords, _tops
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=7e10, shear_modulus=2e10)
 LOAD = 0.05
@@ -39,3 +39,20 @@ def job(ensemble, *, load=LOAD, varies=False, start=0.0):
     if varies:
         events += [hs.NormalLoad(float(t) + 0.5, load * part) for t, part in enumerate((1.0, 0.6, 0.8, 0.5, 1.0), 1)]
     return hs.Replay(ensemble, sorted(events, key=lambda event: event.time), substeps=5)
+
+
+def worst_history(curve, node):
+    """Return displacements of reversals, from rest, after which the error is as large as the bound [m].
+
+    The error of the virgin curve rises and falls once between two nodes. The spiral turns so that dE_r/dr is 1 where it
+    rises and -1 where it falls.
+    """
+    ends, _, chord = _chords(curve, node)
+    turns = np.sort(np.concatenate([node, _tops(curve, ends, chord)]))[::-1]
+    # E_r falls with r below the outermost turn: the spring that is nearest to sliding has slid back
+    place, side, reached = -turns[0], 1.0, [-turns[0]]
+    for turn in turns[1:]:
+        place += side * 2.0 * turn
+        reached.append(place)
+        side = -side
+    return np.array(reached)

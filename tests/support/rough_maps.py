@@ -8,6 +8,8 @@ import pytest
 from hypothesis import assume
 from hypothesis import strategies as st
 
+from historysim.surfaces.heights import Surface
+
 EPS = np.finfo(float).eps
 NAN = math.nan
 PIXEL = (2e-6, 3e-6)
@@ -81,3 +83,15 @@ def sum_of_waves(shape, seed=5):
         height * np.cos(2 * np.pi * (k * i / shape[0] + m * j / shape[1]) + phase)
         for ((k, m), height), phase in zip(WAVES.items(), phases, strict=True)
     )
+
+
+def height_statistics(z, pixel, *, periodic=False):
+    return Surface(z, pixel, periodic).statistics()
+
+
+def autocorrelation(z, pixel, *, periodic=False):
+    return Surface(z, pixel, periodic).autocorrelation()
+
+
+def power_spectral_density(z, pixel, *, periodic=False):
+    return Surface(z, pixel, periodic).power_spectral_density()

@@ -7,7 +7,8 @@ import attrs
 import numpy as np
 
 import historysim as hs
-from historysim.measured import fitting, observation
+from historysim.measured import fitting
+from historysim.measured.comparison import observe, passed
 from historysim.measured.measurement import Measurement
 from historysim.measured.reduction import turning_points
 
@@ -56,8 +57,8 @@ def measured(kind, seed, amplitude=200e-9, loads=(50e-3, 90e-3), loops=2, rate=1
         {"tangential_load": np.zeros(time.size)},
         {"tangential_displacement": 20e-9},
     )
-    exact = observation.observe(record, displacement_noise=0.0, load_noise=1.0)
-    load = observation.passed(*model(kind)(TRUTHS[kind]), exact).tangential_load
+    exact = observe(record, displacement_noise=0.0, load_noise=1.0)
+    load = passed(*model(kind)(TRUTHS[kind]), exact).tangential_load
     random = np.random.default_rng(seed)
     seen = np.isin(time, sampled)
     return attrs.evolve(
@@ -76,19 +77,19 @@ def fitted(kind, seed, **shape):
     """Fit a simulated record that turns between samples, from a start 30 % off."""
     start = {name: 1.3 * value for name, value in TRUTHS[kind].items()}
     record = measured(kind, seed, **{"rate": 10.03, **shape})
-    return fitting.fit_parameters(model(kind), start, observation.observe(record))
+    return fitting.fit_parameters(model(kind), start, observe(record))
 
 
 def fitted_both(record):
     """Fit the friction coefficient of a ball, and the stiffness in series with it."""
     start = {name: 1.3 * value for name, value in TRUTHS["ball"].items()}
-    return fitting.fit_parameters(model("ball"), start, observation.observe(record))
+    return fitting.fit_parameters(model("ball"), start, observe(record))
 
 
 def fitted_friction(record):
     """Fit the friction coefficient of a ball alone."""
     return fitting.fit_parameters(
-        lambda values: model("ball")({**TRUTHS["ball"], **values}), {"friction": 0.26}, observation.observe(record)
+        lambda values: model("ball")({**TRUTHS["ball"], **values}), {"friction": 0.26}, observe(record)
     )
 
 
@@ -209,14 +210,23 @@ RECORDS = {
 
 
 def held(part, seeds):
-    """Say whether the intervals of each record hold the truth, of a fit and of loops, and how far fits are off."""
-    by_fit, by_loops, off = [], [], []
+    """Say whether the intervals of each record hold the truth, of a fit and of loops.
+
+    Behind that, how far fits are off and how far their intervals reach, as logarithms.
+    """
+    by_fit, by_loops, off, reach = [], [], [], []
     for seed in seeds:
         record = RECORDS[part](seed)
         found = fitted_both(record)
         by_fit.append([holds(each) for each in found.parameters])
         off.append([np.log(value / TRUTHS["ball"][name]) for name, value in found.values.items()])
+        reach.append([np.log(each.high / each.low) / 2 for each in found.parameters])
         loops = hs.loops(record)
         wander = loops.wander("friction_coefficient")
         by_loops.append(abs(loops.statistics("friction_coefficient").mean - 0.2) <= wander.reach)
-    return by_fit, by_loops, off
+    return by_fit, by_loops, off, reach
+
+
+def too_wide(off, reach):
+    """Give the mean reach of intervals of 95 % over what the scatter of the estimates asks for."""
+    return np.mean(reach, axis=0) / (1.96 * np.std(off, axis=0, ddof=1))

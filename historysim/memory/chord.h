@@ -1,0 +1,164 @@
+/* What the files share that follow asperities as they evolve: evolution.c, settle.c, chord.c, stations.c, sliding.c, shape.c. */
+#ifndef HISTORYSIM_CHORD_H
+#define HISTORYSIM_CHORD_H
+
+#include "internal.h"
+
+/* first touches and onsets of yielding at which a path is cut, and sizes by which changes are measured */
+#define MOST_CUTS 15
+#define SIZES 9
+
+/* Where the channels are at the ends of one path, dimensionless. */
+typedef struct route {
+    int both, by_load, by_force;
+    int ends_apart; /* whether a tangential load of 0 ends where nothing touches */
+    double d[2], load[2], tangential[2];
+    double apart[2]; /* then displacements are straight from the first to the second */
+    double times[2]; /* [s] */
+    hs_contact *first; /* contact at its start, where what a normal load is on the way follows from it */
+} route;
+
+/* Where the friction of a group is at a share of a chord. */
+typedef struct station {
+    double share;
+    double amid; /* between the station before and this one */
+    double friction;
+} station;
+
+/* Shapes of summits that wear on a chord, and what takes them there; arrays are by asperity, in the caller's numbering. */
+typedef struct worn_shapes {
+    double *begun;                   /* distances slid before any wear [m] */
+    double *first, *last;            /* approaches at which an asperity begins and ends to slide [m] */
+    double *mean_load, *energy;      /* meanwhile [N], and what it dissipates [J] */
+    double *lost, *taken;            /* volumes, and what of them shapes the summit [m³] */
+    double *mid_height, *mid_radius; /* summits amid and at the end [m] */
+    double *end_height, *end_radius;
+} worn_shapes;
+
+/* Which summits yield on a chord, and where. */
+typedef struct yielding_chord {
+    int now;         /* whether any does on this chord */
+    double onset;    /* share of the path at which the first of them does */
+    double next;     /* approach at which one does, NaN where it is not known */
+    double *from;    /* approach at which the edge of a summit that yields starts the chord */
+    double *steeper; /* R'/R of its radii, before and after */
+    uint8_t *changed;
+    int64_t *place; /* positions by ascending gap */
+} yielding_chord;
+
+/* A walk: what makes asperities evolve, and buffers, which are as many as asperities (in the caller's numbering unless
+ * they say otherwise), or as groups. */
+typedef struct walk {
+    const hs_evolution *evolution;
+    const hs_drive *drive;
+    int64_t work; /* since the caller was asked whether to go on */
+    int wears, yields;
+    int parted; /* whether groups may have come to remember the same again */
+    int alone;  /* whether asperities yield and nothing else of them is followed */
+    double compliance;
+    double moved; /* by the chord, as it was last found [m] */
+    route course;
+    worn_shapes shape;
+    yielding_chord yield;
+    double *goal[2];       /* friction at both ends of the path */
+    double *slid, *ahead;  /* distances on a chord, and as they were foreseen [m] */
+    double *gap;           /* at the start of a chord */
+    double *before;        /* dissipated at the start of a chord */
+    double *nowhere;       /* dissipated on ways that are only tried */
+    int64_t *depth;        /* of the stack of a group, at its first asperity */
+    station *stations;     /* of all groups */
+    int64_t most;          /* of them that there is room for */
+    int64_t *first_station; /* (group + 1) */
+    double *asked[4];      /* loads, radii, distances, coefficients that a law is asked for */
+    double *load, *friction; /* (group) at the end of a chord */
+    double *edge;          /* (group) approach at which it starts the chord */
+    uint8_t *steep;        /* (group) */
+    int64_t cuts;          /* shares of the path at which chords end: what happens begins there */
+    double cut[MOST_CUTS];
+    int64_t left;          /* chords that a path may still take */
+    double tolerated;      /* part of what is */
+    double size[SIZES], whole[SIZES]; /* what changes are measured by, and what that is at least on this path */
+    int64_t room, kept_room; /* vertices in `scratch` and `kept` */
+    hs_vertex *scratch, *kept;
+    void *memory;
+} walk;
+
+/* A straight way of one group: its ends, its coefficients at the start, amid and at the end, and the side on which its
+ * springs slip. */
+typedef struct way {
+    hs_point from, to;
+    double friction[3];
+    double side;
+} way;
+
+/* The end of a chord. */
+typedef struct target {
+    double d, load, v;
+    double force;  /* tangential, where it is controlled */
+    double excess; /* that is asked for beyond the friction limit */
+    int64_t touching;
+} target;
+
+/* Where the edge of a group starts a chord, and how much steeper a cone is than μ there. */
+static inline double starts_at(const walk *w, const hs_memory *memory, int64_t g) {
+    return w->yield.now ? w->yield.from[memory->contact->order[memory->contact->first[g]]] : memory->approach;
+}
+static inline double steeper(const walk *w, const hs_memory *memory, int64_t g) {
+    return w->yield.now ? w->yield.steeper[memory->contact->order[memory->contact->first[g]]] : 1.0;
+}
+
+/* ---- shape.c: summits that wear or yield ---- */
+
+/* Give the asperities of a contact of its own other summits in its place, of which those of a group are alike; depths
+ * are those in `depth` (asperity) where the group still touches. */
+void hs_set_shape(hs_memory *memory, const double *height, const double *radius, const int64_t *depth);
+/* Forget the springs that have gone with what was worn. */
+void hs_forget_worn(hs_memory *memory);
+void hs_note_gaps(walk *w, const hs_contact *contact);
+void hs_note_depths(walk *w, const hs_memory *memory);
+/* Reshape a memory, and return the elastic energy that is lost by it. */
+double hs_wear_to(walk *w, hs_memory *memory, const double *height, const double *radius, double stored);
+/* Have summits lose what they do on a chord as it is foreseen: volumes, and the shapes amid it and at its end. */
+int hs_foresee_wear(walk *w, const hs_memory *memory, const target *end);
+/* Where the channels are at a share of a path on which summits yield; a load that follows from the approach is not known
+ * before they have. */
+int hs_yielding_end(const walk *w, const hs_memory *memory, double share, double *d, double *load);
+int hs_yield_on(walk *w, hs_memory *memory, double d);
+
+/* ---- stations.c: friction on a chord ---- */
+
+/* Put down where the friction of each group is on a chord to approach d, where all carry `load`; asperities slide so
+ * far meanwhile. What does not touch holds no friction by a law. */
+int hs_put_stations(walk *w, const hs_memory *memory, double d, double load, double share, const double *ahead);
+
+/* ---- sliding.c: how far asperities slide ---- */
+
+void hs_slide_on(const hs_group *group, int64_t depth, const double *gap, const int64_t *whose, way on, double unit,
+    int steep, double *slid);
+/* Tell how far asperities slide on the straight way to the end of a chord. Those whose friction bends are carried there
+ * and put back, if `ahead`; otherwise they are told when they are carried. */
+int hs_slide_all(walk *w, hs_memory *memory, const target *end, int ahead);
+void hs_add_slides(const walk *w, hs_memory *memory);
+
+/* ---- chord.c: one chord ---- */
+
+/* Carry one group to the end of a chord from station to station; where its friction bends it is told what it slides. */
+int hs_carry_by_stations(walk *w, hs_memory *memory, int64_t g, const target *end, double *each, hs_losses *losses);
+/* Carry a memory along one chord, to a share of the path. */
+int hs_chord(walk *w, hs_memory *memory, double share, hs_refusal *refusal);
+
+/* ---- settle.c: as many chords as it takes ---- */
+
+/* Carry the first of three memories from one share of the path to another, in as many chords as it takes. */
+int hs_settle_in_chords(walk *w, hs_memory *memory, hs_memory *coarse, hs_memory *fine, double before, double share,
+    hs_refusal *refusal);
+/* Do the same. Where the clock is known and asperities first slide, the way is walked once more to find when. */
+int hs_settle_timed(walk *w, hs_memory *memory, hs_memory *coarse, hs_memory *fine, double before, double share,
+    hs_refusal *refusal);
+
+/* ---- evolution.c: paths ---- */
+
+/* Have a memory hold a contact that it shares with nobody, so that it can be changed where it is. */
+int hs_own_contact(hs_memory *memory);
+
+#endif

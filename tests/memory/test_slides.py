@@ -1,0 +1,236 @@
+"""The instants at which asperities first slide: closed forms, recorded rows of 200 times finer steps, and states."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import historysim as hs
+
+E, G, MU = 40e9, 8e9, 0.2
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=E, shear_modulus=G)
+THETA = E / (4 * G)
+HEIGHTS = np.array([0.0, -20e-9, -35e-9, -60e-9, -1e-6])
+RADII = np.array([10e-6, 30e-6, 15e-6, 40e-6, 10e-6])
+FRICTION = np.array([0.2, 0.12, 0.25, 0.2, 0.2])
+DEPTH = 100e-9
+ENSEMBLE = hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION)
+GROSS, SEPARATED = 3, 0
+FINE = 200
+
+share = st.floats(-1, 1).map(lambda value: round(value, 3))
+normal = st.one_of(
+    share.map(lambda value: (hs.NormalLoad, 0.01 + 0.01 * value)),
+    share.map(lambda value: (hs.NormalDisplacement, (50 + 70 * value) * 1e-9)),
+)
+tangential = st.one_of(
+    share.map(lambda value: (hs.TangentialLoad, 4e-3 * value)),
+    share.map(lambda value: (hs.TangentialDisplacement, 40e-9 * value)),
+)
+friction = st.floats(0.05, 0.4).map(lambda value: (hs.FrictionChange, round(value, 3)))
+moments = st.lists(st.tuples(st.none() | normal, st.none() | tangential, st.none() | friction), min_size=2, max_size=6)
+
+
+def first_rows(history):
+    """The first row at which each asperity slides; -1 for never."""
+    slides = history["slip_state"].values == GROSS
+    return np.where(slides.any(axis=0), slides.argmax(axis=0), -1)
+
+
+def test_at_a_held_approach_each_slides_at_its_preliminary_displacement():
+    events = [hs.NormalDisplacement(0.0, DEPTH), hs.TangentialDisplacement(2.0, 100e-9)]
+    found = hs.replay(ENSEMBLE, events, record="all").contact.first_slips()
+    expected = 2 * THETA * FRICTION * (HEIGHTS + DEPTH) / 100e-9
+    assert found["slide_time"].values[:4] == pytest.approx(expected[:4], rel=1e-12)
+    assert found["slide_rank"].values.tolist() == [*np.argsort(np.argsort(expected[:4])).tolist(), -1]
+    assert np.isnan(found["slide_time"].values[4])
+    assert found["slide_step"].values.tolist() == [1, 1, 1, 1, -1]
+
+
+def test_under_two_loads_the_last_slides_at_the_friction_limit():
+    """Of two alike but for their heights the lower one slides where the load is Σ over both of Mindlin's T(U)."""
+    heights, radius, load = np.array([0.0, -30e-9]), 10e-6, 2e-3
+    ensemble = hs.Ensemble(PAIR, heights, radius, MU)
+    events = [hs.NormalLoad(0.0, load), hs.TangentialLoad(1.0, MU * load)]
+    found = hs.replay(ensemble, events).contact.first_slips()["slide_time"].values
+    depth = ensemble.approach_at(load) + heights
+    own = 4 / 3 * E * np.sqrt(radius) * depth**1.5
+    high = MU * own[0] * (1 - (1 - depth[1] / depth[0]) ** 1.5)
+    # the friction limit is met where the displacement is known to the power of 2/3 of rounding
+    assert found == pytest.approx([1.0, (high + MU * own[1]) / (MU * load)], abs=1e-9)
+
+
+def test_an_asperity_that_touches_while_the_contact_slides_does_so_at_once():
+    events = [hs.NormalDisplacement(0.0, 10e-9), hs.TangentialDisplacement(1.0, 50e-9)]
+    more = [hs.NormalDisplacement(1.0, 10e-9), hs.NormalDisplacement(2.0, 50e-9), hs.TangentialDisplacement(2.0, 90e-9)]
+    times = hs.replay(ENSEMBLE, [*events, *more], record="all").contact.first_slips()["slide_time"].values
+    assert times[1:3] == pytest.approx([1.25, 1.625], rel=1e-12)
+
+
+def test_what_is_lifted_off_under_a_load_slides_before_and_what_was_not_strained_does_not():
+    up = hs.NormalDisplacement(2.0, -1e-9)
+    strained = [hs.NormalDisplacement(0.0, 50e-9), hs.TangentialDisplacement(1.0, 5e-9), up]
+    history = hs.replay(hs.Ensemble(PAIR, 0.0, 1e-5, MU), [*strained, hs.TangentialDisplacement(2.0, 5e-9)])
+    assert (history.slip_state.values != GROSS).all()
+    # δ falls from 50 nm by 51 nm in two seconds; it slides where θμδ is 5 nm
+    assert history.contact.first_slips()["slide_time"].values == pytest.approx(2 * (50 - 5 / (THETA * MU)) / 51)
+    bare = hs.replay(hs.Ensemble(PAIR, 0.0, 1e-5, MU), [hs.NormalDisplacement(1.0, 50e-9), up])
+    assert bare.contact.slides_first().size == 0
+
+
+def test_a_fall_of_friction_makes_asperities_slide_at_its_time():
+    events = [hs.NormalDisplacement(0.0, DEPTH), hs.TangentialDisplacement(1.0, 15e-9), hs.FrictionChange(1.5, 0.15)]
+    times = hs.replay(ENSEMBLE, events, record="all").contact.first_slips()["slide_time"].values
+    before = THETA * FRICTION * (HEIGHTS + DEPTH)
+    after = THETA * 0.15 * (HEIGHTS + DEPTH)
+    expected = np.where(before < 15e-9, before / 15e-9, np.where(after < 15e-9, 1.5, np.nan))
+    expected[4] = np.nan
+    np.testing.assert_allclose(times, expected, rtol=1e-12)
+
+
+def test_after_a_fall_of_friction_the_slip_front_comes_to_the_middle_late():
+    """Springs further out stick that touched later, when the one in the middle has met its limit."""
+    events = [hs.NormalLoad(0.0, 0.01), hs.FrictionChange(0.0, 0.375), hs.TangentialLoad(1.0, 4e-3)]
+    events += [hs.NormalDisplacement(2.0, 120e-9), hs.FrictionChange(2.0, 0.25), hs.NormalLoad(3.0, 0.01)]
+    fine = hs.replay(ENSEMBLE, events, substeps=FINE, saturate=True, record="all")
+    seen = fine.time.values[first_rows(fine)[:4]]
+    found = fine["slide_time"].values[:4]
+    assert ((found <= seen) & (found >= seen - 1 / FINE)).all()
+
+
+@settings(max_examples=40, deadline=None)
+@given(moments=moments, saturate=st.booleans(), alike=st.booleans(), stiffness=st.none() | st.floats(1e5, 1e7))
+def test_each_instant_lies_between_the_fine_rows_where_it_begins(moments, saturate, alike, stiffness):
+    """Rows that are 200 times finer bracket each instant, whatever is controlled; their own answer is the same."""
+    events = [kind(float(time), value) for time, one in enumerate(moments) for kind, value in filter(None, one)]
+    if not events:
+        return
+    ensemble = hs.Ensemble(PAIR, HEIGHTS, RADII, MU if alike else FRICTION)
+    given = {"saturate": saturate, "record": "all"}
+    if stiffness is not None:
+        given["instrument"] = hs.Instrument(lateral_stiffness=stiffness)
+    try:
+        # unlike hs.replay it does not warn where nothing touches
+        fine = hs.Replay(ensemble, events, substeps=FINE, **given).dataset()
+    except hs.LoadError:
+        return
+    found = fine["slide_time"].values
+    coarse = hs.Replay(ensemble, events, **given).dataset()["slide_time"].values
+    np.testing.assert_allclose(found, coarse, rtol=0, atol=1e-6)
+    time, states = fine.time.values, fine.slip_state.values
+    for moment, seen, state in zip(found, first_rows(fine), states.T, strict=True):
+        if np.isnan(moment):
+            assert seen == -1
+            continue
+        row = np.searchsorted(time, moment * (1 - 1e-12))
+        slides = state[row : row + 2] == GROSS
+        # it is lost again before the next row, or moved back by another event at the same time
+        unseen = state[row] == SEPARATED or np.abs(moment - [event.time for event in events]).min() < 1e-9
+        assert slides.any() or unseen
+        if seen != -1:
+            assert moment <= time[seen] + 1e-9
+
+
+def test_a_file_and_a_history_in_memory_say_the_same(tmp_path):
+    scenario = tmp_path / "s.toml"
+    scenario.write_text(
+        '[materials]\nfirst = "silicon"\nsecond = "float glass"\n[friction]\ncoefficient = 0.2\n'
+        '[surface]\nkind = "summits"\nheight = [0.0, "-20 nm"]\nradius = "10 µm"\n'
+        '[[loading.waypoints]]\ntime = 0.0\nnormal_load = "5 mN"\n'
+        '[[loading.waypoints]]\ntime = 1.0\ntangential_load = "1 mN"\n',
+        encoding="utf-8",
+    )
+    memory = hs.run(scenario)
+    with hs.run(scenario, tmp_path / "s.nc") as file:
+        xr.testing.assert_equal(file.contact.first_slips(), memory.contact.first_slips())
+        told = dict(file.contact.summary())["first to slide"]
+    first = memory.contact.first_slips()["slide_time"].values[1]
+    assert told == f"asperity 1 at {first:.6g} s; asperity 0 last at 1 s"
+    assert dict(hs.show(tmp_path / "s.nc"))["first to slide"] == told
+
+
+def bisected(job, asperity, slid, waiting, turns=20):
+    """The instant at which an asperity begins to slide between two times, by states of replays that end there."""
+    for _ in range(turns):
+        middle = 0.5 * (slid + waiting)
+        state = job.ensemble.asperity(asperity, job.state(until=middle)).slip_state
+        slid, waiting = (middle, waiting) if state == GROSS else (slid, middle)
+    return slid
+
+
+EVOLVING = {
+    "alike": ({}, MU),
+    "one coefficient each": ({}, FRICTION),
+    "law": ({}, hs.laws.PowerLaw(0.2, reference_load=3e-3, exponent=-0.2)),
+    "wear": ({"wear": hs.wear.ArchardWear(coefficient=1e-3, hardness=6e9)}, MU),
+    "yielding": ({"yielding": hs.yielding.Thornton(hardness=2e9, poissons_ratio=0.3)}, MU),
+}
+LOADED = [hs.NormalLoad(0.0, 8e-3), hs.NormalLoad(1.0, 10e-3), hs.TangentialLoad(1.0, 1.9e-3)]
+DRIVEN = [hs.NormalDisplacement(0.0, 80e-9), hs.NormalDisplacement(1.0, DEPTH), hs.TangentialDisplacement(1.0, 40e-9)]
+
+
+@pytest.mark.parametrize("events", [LOADED, DRIVEN], ids=["loads", "displacements"])
+@pytest.mark.parametrize("kind", EVOLVING)
+def test_states_at_times_between_rows_say_the_same(kind, events):
+    more, friction = EVOLVING[kind]
+    job = hs.Replay(hs.Ensemble(PAIR, HEIGHTS, RADII, friction, **more), events, saturate=True, record="all")
+    found = job.dataset()["slide_time"].values
+    rows = first_rows(hs.Replay(job.ensemble, events, substeps=20, saturate=True, record="all").dataset())
+    assert (rows[:4] > 0).any()
+    assert np.isnan(found[rows == -1]).all()
+    accuracy = 1e-5 if job.ensemble.evolves else 1e-6
+    for one in np.flatnonzero(rows > 0):
+        expected = bisected(job, one, rows[one] / 20, (rows[one] - 1) / 20)
+        assert found[one] == pytest.approx(expected, abs=accuracy)
+
+
+def test_patches_slide_where_the_stick_zone_ends_at_their_first_touch():
+    approach = np.linspace(10e-9, 100e-9, 10)
+    depth = np.maximum(approach[:, None] + [0.0, -20e-9, -45e-9], 0.0)
+    load = 4 / 3 * E * np.sqrt([1e-5, 3e-5, 2e-5]) * depth**1.5
+    ensemble = hs.Ensemble.from_normal_curves(PAIR, approach, load, friction=MU)
+    events = [hs.NormalDisplacement(0.0, 90e-9), hs.TangentialDisplacement(1.0, 1.1 * THETA * MU * 90e-9)]
+    history = hs.replay(ensemble, events, substeps=FINE)
+    first = ensemble.first_touch
+    assert history["slide_time"].values == pytest.approx((90e-9 - first) / (1.1 * 90e-9), rel=1e-12)
+    seen = history.time.values[first_rows(history)]
+    assert ((history["slide_time"].values <= seen) & (seen < history["slide_time"].values + 1 / FINE)).all()
+    ramp = [hs.NormalLoad(0.0, 0.01), hs.NormalLoad(1.0, 0.012), hs.TangentialLoad(1.0, 0.99 * MU * 0.012)]
+    history = hs.replay(ensemble, ramp, substeps=FINE)
+    slid = ~np.isnan(history["slide_time"].values)
+    seen = history.time.values[first_rows(history)]
+    assert slid.sum() == 2
+    assert ((seen - 1 / FINE < history["slide_time"].values) & (history["slide_time"].values <= seen))[slid].all()
+
+
+def test_a_change_of_friction_or_of_geometry_slides_at_its_time_and_a_state_keeps_it():
+    events = [*LOADED[:1], hs.TangentialLoad(1.0, 1e-3), hs.GeometryChange(1.5, summit_height=-1e-7, asperities=(0,))]
+    job = hs.Replay(ENSEMBLE, [*events, hs.NormalLoad(2.0, 9e-3)], saturate=True, record="all")
+    state = job.state(until=1.2)
+    again = hs.EnsembleState.from_bytes(state.to_bytes(), ENSEMBLE.initial_state())
+    np.testing.assert_array_equal(ENSEMBLE.slide_time(again), ENSEMBLE.slide_time(state))
+    assert np.isfinite(job.dataset()["slide_time"].values).any()
+    # by hand there are no times, and states are equal without them
+    moved = ENSEMBLE.advance(ENSEMBLE.initial_state(), normal_load=8e-3)
+    moved = ENSEMBLE.advance(moved, tangential_load=1e-3)
+    assert moved == hs.Replay(ENSEMBLE, events[:2], record="all").state()
+    assert np.isnan(ENSEMBLE.slide_time(moved)).all()
+
+
+def test_results_of_versions_without_the_instants_ask_for_another_replay():
+    history = hs.replay(ENSEMBLE, DRIVEN).drop_vars("slide_time")
+    for question in (history.contact.slides_first, history.contact.first_slips):
+        with pytest.raises(hs.InputError, match="replay its log again"):
+            question()
+    assert "first to slide" not in dict(history.contact.summary())
+
+
+def test_what_slides_after_the_end_of_a_part_is_left_out():
+    events = [hs.NormalDisplacement(0.0, DEPTH), hs.TangentialDisplacement(2.0, 100e-9)]
+    history = hs.replay(ENSEMBLE, events, substeps=10, record="all")
+    times = history.contact.first_slips()["slide_time"].values
+    part = history.isel(step=slice(0, 4)).contact.first_slips()["slide_time"].values
+    np.testing.assert_array_equal(part, np.where(times <= history.time.values[3], times, np.nan))
+    with pytest.raises(hs.InputError, match="no slip_state"):
+        hs.replay(ENSEMBLE, events, record="totals").contact.slides_first()
