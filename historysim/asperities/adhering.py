@@ -1,7 +1,4 @@
-"""How adhesive the asperities of an ensemble are: which theory of adhesion each of them needs.
-
-The replay leaves adhesion out; these numbers tell where that is justified.
-"""
+"""Which theory of adhesion the asperities of an ensemble need; the replay leaves adhesion out."""
 
 from typing import Any
 
@@ -15,7 +12,7 @@ from historysim.basics.array_types import Floats, Integers
 from historysim.contact import adhesion, hertz
 from historysim.errors import InputError
 
-ADHESIVE = 5.0
+LARGEST_LOAD = 5.0
 """Load over that of pull-off up to which equilibria are followed: beyond, adhesion hardly shows in their curve."""
 
 
@@ -23,28 +20,8 @@ ADHESIVE = 5.0
 class AdheringAsperities:
     """The asperities that touch, in the order of their normal loads, the greatest first.
 
-    Attributes
-    ----------
-    asperity : array (touching)
-        Index in the ensemble.
-    normal_load : array (touching)
-        Load N of each by Hertz [N].
-    load_parameter : array (touching)
-        N/(πWR) [1].
-    maugis_parameter : array (touching)
-        λ [1].
-    regime : array (touching) of Regime
-        Zone of the adhesion map.
-    pull_off_load : array (touching)
-        Load at which each would be pulled off, by Maugis [N], < 0.
-    summit_radius : array (touching)
-        R [m].
-    contact_modulus : float
-        E* [Pa].
-    work_of_adhesion : float
-        W [J/m²].
-    equilibrium_separation : float
-        z0 [m].
+    ``asperity`` has their indices, ``load_parameter`` N/(πWR), ``maugis_parameter`` λ, ``regime`` their zone of the
+    adhesion map, and ``pull_off_load`` the load at which each would be pulled off, by Maugis [N], < 0.
     """
 
     asperity: Integers
@@ -82,18 +59,7 @@ class AdheringAsperities:
         }
 
     def branch(self, asperity: int) -> adhesion.Branch:
-        """Return the equilibria of one asperity by Maugis, up to its normal load, as far as adhesion shows.
-
-        Parameters
-        ----------
-        asperity : int
-            Index in the ensemble, of an asperity that touches.
-
-        Raises
-        ------
-        InputError
-            It does not touch.
-        """
+        """Return the equilibria of an asperity that touches, by Maugis, up to its load, as far as adhesion shows."""
         found = np.flatnonzero(self.asperity == asperity)
         if not found.size:
             raise InputError(
@@ -104,7 +70,7 @@ class AdheringAsperities:
             summit_radius=float(self.summit_radius[found[0]]),
             contact_modulus=self.contact_modulus,
             work_of_adhesion=self.work_of_adhesion,
-            max_load=min(float(self.normal_load[found[0]]), -ADHESIVE * float(self.pull_off_load[found[0]])),
+            max_load=min(float(self.normal_load[found[0]]), -LARGEST_LOAD * float(self.pull_off_load[found[0]])),
             equilibrium_separation=self.equilibrium_separation,
         )
 
@@ -123,11 +89,6 @@ def adhering_asperities(
         W [J/m²], > 0.
     equilibrium_separation : float
         z0 [m], > 0.
-
-    Raises
-    ------
-    InputError
-        A number that is not finite or out of range.
     """
     modulus = ensemble.pair.contact_modulus
     separation = ensemble.highest_summit - scalar("approach", approach, above=0)

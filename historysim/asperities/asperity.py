@@ -62,7 +62,7 @@ class Asperity:
     memory: "TractionMemory"
 
     def __repr__(self) -> str:
-        told = [
+        parts = [
             f"normal load {quantity_text(self.normal_load, 'N')}",
             f"tangential load {quantity_text(self.tangential_load, 'N')}",
             f"contact radius {quantity_text(self.contact_radius, 'm')}",
@@ -70,7 +70,7 @@ class Asperity:
             counted(self.reversal_points.size, "reversal point", "reversal points"),
         ]
         state = self.slip_state.name.lower().replace("_", " ")
-        return f"<Asperity {self.index}: {state}{''.join(f', {text}' for text in told)}>"
+        return f"<Asperity {self.index}: {state}{''.join(f', {text}' for text in parts)}>"
 
     @property
     def friction(self) -> float:
@@ -179,3 +179,24 @@ class Asperity:
     def _pressure(self, distance: Floats, contact_radius: float) -> Floats:
         peak = 2.0 * self.pair.contact_modulus / (math.pi * self.summit_radius)
         return peak * half_chord(distance, contact_radius)
+
+
+def summary(asperity: Asperity) -> list[tuple[str, str]]:
+    """Return the state of an asperity in a few lines."""
+    return [
+        ("asperity", str(asperity.index)),
+        ("slip state", asperity.slip_state.name.lower().replace("_", " ")),
+        ("normal load", quantity_text(asperity.normal_load, "N")),
+        ("tangential load", quantity_text(asperity.tangential_load, "N")),
+        ("contact radius", quantity_text(asperity.contact_radius, "m")),
+        ("stick radius", quantity_text(asperity.stick_radius, "m")),
+        ("dissipated energy", quantity_text(asperity.dissipated_energy, "J")),
+    ]
+
+
+def reversal_table(asperity: Asperity) -> list[tuple[str, str, str]]:
+    """Return the reversal points that are remembered, from the edge inward, as strings under a heading."""
+    rows = [("reversal point", "radius", "turned at displacement")]
+    for number, point in enumerate(asperity.reversal_points):
+        rows.append((str(number), quantity_text(point.radius, "m"), quantity_text(point.displacement, "m")))
+    return rows

@@ -6,12 +6,18 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.asperities.friction import coulomb
-from historysim.basics.arguments import checked, one_per
+from historysim.basics.arguments import checked, one_per, workable
 from historysim.basics.array_types import Floats
 from historysim.basics.library import ffi, lib, pointer
+from historysim.basics.limits import LARGEST, SMALLEST
+from historysim.basics.one_at_a_time import OneAtATime
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.memory.binding import check
+
+# what a step need not look up
+_FLOAT, _DOUBLES, _row_of = np.dtype(np.float64), ffi.typeof("double[]"), ffi.from_buffer
+_takes, _step = lib.hs_batch_takes, lib.hs_batch_step
 
 
 class ContactBatch:
@@ -19,7 +25,8 @@ class ContactBatch:
 
     Each path of each contact is straight in its approach and displacement and is carried exactly, as an `Ensemble` of
     one asperity would carry it. The displacement is along one direction, which the caller keeps. Energies are not kept:
-    what friction takes is the work of the loads less what comes back.
+    what friction takes is the work of the loads less what comes back. A batch is of one thread at a time: another one
+    that comes in meanwhile gets an error.
 
     Parameters
     ----------
@@ -50,17 +57,23 @@ class ContactBatch:
     [0.000642 0.      ]
     """
 
+    _loads: Floats
+    _rows: tuple[Any, ...]
+
     def __init__(self, pair: MaterialPair, radius: npt.ArrayLike, friction: npt.ArrayLike, count: int) -> None:
         if not isinstance(pair, MaterialPair):
             raise InputError(f"pair is {pair!r}; expected a MaterialPair")
         if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 1:
             raise InputError(f"count is {count!r}; expected a whole number of contacts, 1 or more")
-        radii = checked("radius", radius, above=0)
+        radii = workable("radius", checked("radius", radius, above=0), smallest=SMALLEST)
         if radii.size > 1:
             radii = one_per("contact", "contacts", "radius", radii, int(count))
         coefficients = coulomb(friction, int(count)) if np.size(friction) > 1 else coulomb(friction, 1)
         scale = np.atleast_1d(4.0 / 3.0 * pair.contact_modulus * np.sqrt(radii))
-        self.normal_load, self.tangential_load = np.zeros(count), np.zeros(count)
+        self._count = int(count)
+        self.__dict__.update(_held(np.zeros((2, self._count))))
+        self._place = OneAtATime("the batch: a batch for each thread, such as batch.save()")
+        self._of = coefficients.tobytes(), scale.tobytes(), pair.displacement_ratio
         made = lib.hs_batch_new(
             count, coefficients.size, pointer(coefficients), scale.size, pointer(scale), pair.displacement_ratio
         )
@@ -68,7 +81,19 @@ class ContactBatch:
 
     def __len__(self) -> int:
         """Return the number of contacts."""
-        return self.normal_load.size
+        return self._count
+
+    @property
+    def normal_load(self) -> Floats:
+        """Normal loads after the last step [N] (contact)."""
+        loads: Floats = self._loads[0]
+        return loads
+
+    @property
+    def tangential_load(self) -> Floats:
+        """Tangential loads after the last step [N] (contact)."""
+        loads: Floats = self._loads[1]
+        return loads
 
     def __repr__(self) -> str:
         return f"<ContactBatch: {len(self)} contacts, {np.count_nonzero(self.normal_load)} touch>"
@@ -87,11 +112,23 @@ class ContactBatch:
         Raises
         ------
         InputError
-            Numbers that are not finite, or not one for each contact.
+            Numbers that are not finite, or not one for each contact, or another thread steps it; nothing is changed.
         """
-        places = self._each("approach", approach), self._each("tangential_displacement", tangential_displacement)
-        loads = self.normal_load, self.tangential_load
-        check(lib.hs_batch_step(self._batch, *map(pointer, (*places, *loads))))
+        places = self._as_they_are(approach, tangential_displacement)
+        if places is None:
+            given = ("approach", approach), ("tangential_displacement", tangential_displacement)
+            places = tuple([pointer(self._each(*each)) for each in given])
+        with self._place:
+            check(_step(self._batch, *places, *self._rows))
+
+    def _as_they_are(self, *given: Any) -> tuple[Any, ...] | None:
+        """Return what the library takes as it is; None where something has to be converted, or is refused."""
+        for values in given:
+            plain = type(values) is np.ndarray and values.dtype is _FLOAT and values.shape == (self._count,)
+            if not plain or not values.flags.c_contiguous:
+                return None
+        places = tuple([_row_of(_DOUBLES, values) for values in given])
+        return places if _takes(self._batch, *places, LARGEST) else None
 
     def forget(self, contacts: npt.ArrayLike) -> None:
         """Make contacts new, such as where grains have new neighbours: unloaded, at δ = U = 0.
@@ -104,14 +141,15 @@ class ContactBatch:
         chosen = np.atleast_1d(np.asarray(contacts))
         if not np.issubdtype(chosen.dtype, np.integer) or not np.all((chosen >= 0) & (chosen < len(self))):
             raise InputError(f"contacts is {contacts!r}; expected indices from 0 to {len(self) - 1}")
-        for contact in chosen.tolist():
-            lib.hs_batch_forget(self._batch, contact)
-        self.normal_load[chosen] = self.tangential_load[chosen] = 0.0
+        with self._place:
+            for contact in chosen.tolist():
+                lib.hs_batch_forget(self._batch, contact)
+            self._loads[:, chosen] = 0.0
 
     def save(self) -> Self:
         """Return an independent copy, such as before a trial."""
         saved = type(self).__new__(type(self))
-        saved.__dict__.update(self._copied())
+        saved.__dict__.update(self.__dict__ | {"_place": self._place.another()} | self._copied())
         return saved
 
     def restore(self, saved: Self) -> None:
@@ -120,21 +158,32 @@ class ContactBatch:
         Raises
         ------
         InputError
-            Another number of contacts.
+            Another number of contacts, or other radii, friction or materials.
         """
         if len(saved) != len(self):
             raise InputError(f"saved has {len(saved)} contacts; expected {len(self)}")
-        self.__dict__.update(saved._copied())
+        if saved._of != self._of:
+            raise InputError(
+                "saved is of other radii, friction or materials; expected what save() of this batch returned"
+            )
+        copied = saved._copied()
+        with self._place:
+            self.__dict__.update(copied)
 
     def _copied(self) -> dict[str, Any]:
-        loads = {"normal_load": self.normal_load.copy(), "tangential_load": self.tangential_load.copy()}
-        return {**loads, "_batch": _owned(lib.hs_batch_copy(self._batch))}
+        with self._place:
+            return _held(self._loads.copy()) | {"_batch": _owned(lib.hs_batch_copy(self._batch))}
 
     def _each(self, name: str, values: npt.ArrayLike) -> Floats:
-        array = checked(name, values)
+        array = workable(name, checked(name, values))
         if array.shape != (len(self),):
             raise InputError(f"{name} has shape {array.shape}; expected one number for each of {len(self)} contacts")
         return np.ascontiguousarray(array)
+
+
+def _held(loads: Floats) -> dict[str, Any]:
+    """Return the loads of a batch, and where they stand, as the library takes it."""
+    return {"_loads": loads, "_rows": tuple(map(pointer, loads))}
 
 
 def _owned(batch: Any) -> Any:

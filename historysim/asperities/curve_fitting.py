@@ -1,9 +1,9 @@
 """From a table of a normal curve to what the memory replays: knots, between which the stiffness dP/da goes straight.
 
-The load P is then a parabola between two knots, and convex wherever the stiffness rises: a flat punch is one knot whose
-stiffness is there at once. A table that is convex is met exactly at its rows. One that noise makes otherwise gets the
-convex curve that is nearest to it (a monotone regression of the stiffness), with as much noise as is told, or as
-the differences of neighbouring rows show.
+The load P is then a parabola between two knots, and convex wherever the stiffness rises: a flat punch is one knot, with
+its stiffness there at once. A table that is convex is met exactly at its rows. One that noise makes otherwise gets the
+convex curve that is nearest to it (a monotone regression of the stiffness), with as much noise as is given, or as the
+differences of neighbouring rows show.
 """
 
 import math
@@ -67,13 +67,8 @@ def through(approach: Floats, load: Floats, stiffness: Floats | None = None) -> 
     Between two rows there is one knot more, which is where the stiffnesses at the rows, and the load between them,
     want it (Schumaker 1983). Below the first row the load is a power of the approach.
 
-    Parameters
-    ----------
-    approach, load : array (row)
-        [m], [N].
-    stiffness : array (row), optional
-        dP/da just before rows, where it is known, not a number where not; P is straight up to the first. By default
-        it follows from three rows each [N/m].
+    The stiffness dP/da just before rows [N/m] is NaN where it is not known, and P is then straight up to the first; by
+    default it follows from three rows each.
     """
     from scipy.optimize import isotonic_regression
 
@@ -157,15 +152,7 @@ def estimated_noise(approach: Floats, load: Floats) -> Floats:
 
 
 class Regression:
-    """Convex curves that are nearest to noisy tables of the same approaches.
-
-    Parameters
-    ----------
-    approach : array (row)
-        [m].
-    noise : array (row)
-        Standard deviations of the loads [N], > 0.
-    """
+    """Convex curves nearest to noisy tables of the same approaches [m], with deviations of the loads > 0 [N] (row)."""
 
     def __init__(self, approach: Floats, noise: Floats) -> None:
         count = min(MOST_NODES, 2 * approach.size)
@@ -192,8 +179,7 @@ class Regression:
     def error(self, load: Floats) -> float:
         """Return what the curve of loads (row) may be off by [N].
 
-        It is the largest error of `REPLICAS` tables with other noise, with what there may be between rows and
-        what is left at rows beyond the noise.
+        That is the worst of `REPLICAS` tables with other noise, the error between rows, and what is beyond the noise.
         """
         curve = self.of(load)
         at_nodes, at_rows, rng = curve.loads(self.nodes), curve.loads(self._approach), np.random.default_rng(SEED)
@@ -208,15 +194,15 @@ class Regression:
 def error_between(approach: Floats, load: Floats, *, straight: bool = False) -> float:
     """Return the largest error between the rows of a convex table [N].
 
-    Every third row is kept, in turn, and the differences at the others are taken; between all rows they are
-    smaller. No convex curve through the rows differs by more than the triangles between their secants let it, which
-    bounds it where that is less. Up to the first row the load may be known to be straight.
+    Up to the first row the load may be known to be straight.
     """
+    # every third row is kept, in turn, and the differences at the others are taken; between all rows they are smaller.
+    # No convex curve through the rows differs by more than the triangles between their secants let it
     height = _triangles(approach, load)
     height[0] *= not straight
     if approach.size < LEFT_OUT * LEFT_OUT:
         return float(height.max())
-    # of the first touch there is one row alone that tells
+    # one row alone shows the first touch
     found = float(height[0]) * UNKNOWN
     for start in range(LEFT_OUT):
         kept = np.zeros(approach.size, dtype=bool)

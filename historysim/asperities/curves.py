@@ -60,22 +60,14 @@ class NormalCurves:
 
     Attributes
     ----------
-    approach : array (row)
-        Of the whole contact, from first touch [m].
-    load : array (row, patch)
-        Normal loads N_i [N].
-    label : array (element)
-        Approaches of the knots [m]; 0 of a Hertzian contact.
-    stiffness : array (element), optional
-        dP/da at the knots [N/m].
-    weight : array (element), optional
-        k of P(a) = k a^(3/2) [N/m^1.5], of a Hertzian contact.
-    area : array (row, patch), optional
-        Contact areas A_i [m²].
-    noise : array (row), optional
-        Standard deviations of the noise of the total [N], where there is any.
-    x, y : array (patch), optional
-        Positions [m].
+    approach, load, area, noise
+        Of the table: approaches of the whole contact from first touch (row) [m], loads N_i (row, patch) [N], contact
+        areas A_i (row, patch) [m²], and standard deviations of the noise of the total (row) [N], where there is any.
+    label, stiffness, weight
+        Of the curve: approaches of the knots (element) [m], 0 of a Hertzian contact; dP/da there (element) [N/m]; or k
+        of P(a) = k a^(3/2) (element) [N/m^1.5], of a Hertzian contact.
+    x, y
+        Positions (patch) [m].
     """
 
     approach: Floats
@@ -101,20 +93,22 @@ class NormalCurves:
     ) -> Self:
         """Return the curves of a table; see `Ensemble.from_normal_curves`."""
         rows, loads, areas = _table(approach, load, area)
-        told = None if noise is None else _noise(noise, rows.size)
-        places = (None if place is None else np.atleast_1d(checked("x and y", place)) for place in (x, y))
-        known: dict[str, Any] = {"area": areas, **dict(zip("xy", places, strict=True))}
+        deviation = None if noise is None else _noise(noise, rows.size)
+        places = {
+            name: None if place is None else np.atleast_1d(checked(name, place)) for name, place in (("x", x), ("y", y))
+        }
+        known: dict[str, Any] = {"area": areas, **places}
         total = loads.sum(axis=1)
-        exact = told is None and rows.size <= MOST_ROWS and is_convex(rows, total)
+        exact = deviation is None and rows.size <= MOST_ROWS and is_convex(rows, total)
         if exact and loads.shape[1] == 1 and (found := hertzian(rows, total)):
             return cls(rows, loads, np.zeros(1), weight=np.array([found]), **known)
         if exact:
             curve = through(rows, total)
         else:
-            told = estimated_noise(rows, total) if told is None else told
-            curve = Regression(rows, told).of(total)
-            _check_convex(rows, total, curve, told)
-        return cls(rows, loads, *curve, noise=told, **known)
+            deviation = estimated_noise(rows, total) if deviation is None else deviation
+            curve = Regression(rows, deviation).of(total)
+            _check_convex(rows, total, curve, deviation)
+        return cls(rows, loads, *curve, noise=deviation, **known)
 
     @classmethod
     def from_exact(cls, approach: Floats, load: Floats, area: Floats, stiffness: Floats, **known: Floats) -> Self:
@@ -150,7 +144,7 @@ class NormalCurves:
         return self.stiffness is not None and bool(self.label[1] < 0.1 * self.approach[0])
 
     @property
-    def misfit(self) -> float:
+    def residual(self) -> float:
         """Largest difference between the total that is replayed and that of the table, over the largest load."""
         total = self.load.sum(axis=1)
         return float(np.abs(self.total(self.approach) - total).max() / total[-1])
@@ -166,7 +160,7 @@ class NormalCurves:
         """
         total = self.load.sum(axis=1)
         if self.weight is not None:
-            return self.misfit
+            return self.residual
         if self.noise is not None:
             return Regression(self.approach, self.noise).error(total) / float(total[-1])
         straight = not self.guessed_before_rows
@@ -196,19 +190,7 @@ class NormalCurves:
         return inner
 
     def project(self, elements: Rows, friction: float, patches: Integers, rows: Rows) -> None:
-        """Fill in rows of patches from rows of all elements.
-
-        Parameters
-        ----------
-        elements : Rows
-            Of all elements, in their order.
-        friction : float
-            Coefficient that bounds the tangential loads.
-        patches : array (column)
-            Indices to record, in the order of the columns of ``rows``.
-        rows : Rows
-            Radii are those of circles of the same area.
-        """
+        """Fill in rows of patches (column) from rows of all elements; radii are those of circles of the same area."""
         rows.totals[...] = elements.totals
         approach, stick = elements.totals["approach"], self.stick_approach(elements)
         first = self.first_touch
@@ -230,24 +212,18 @@ class NormalCurves:
                 "area": np.vstack([np.zeros(patches.size), known[:, patches]]),
                 "first_touch": first[patches],
             }
-            handed = ffi.new("hs_patches *")
-            handed.count, handed.rows = patches.size, self.approach.size
+            struct = ffi.new("hs_patches *")
+            struct.count, struct.rows = patches.size, self.approach.size
             arrays = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
             for name, array in arrays.items():
-                setattr(handed, name, pointer(array))
+                setattr(struct, name, pointer(array))
             everything = np.arange(self.label.size)
             given = pointer(np.ascontiguousarray(approach)), pointer(stick)
-            projected = elements.handed(everything), approach.size, *given, friction, rows.handed(patches)
-            check(lib.hs_record_patches(handed, *projected))
+            projected = elements.as_struct(everything), approach.size, *given, friction, rows.as_struct(patches)
+            check(lib.hs_record_patches(struct, *projected))
 
     def check_reach(self, paths: Paths) -> None:
-        """Check that paths stay within the table; their targets are in N and m.
-
-        Raises
-        ------
-        CurveEndError
-            One does not; the error has its position.
-        """
+        """Check that paths, with targets in N and m, stay within the table; a CurveEndError has the path's position."""
         load, approach = float(self.load[-1].sum()), float(self.approach[-1])
         by_load = paths["normal_control"] == LOAD
         end = np.where(by_load, load, approach) * (1.0 + ROUNDING)
@@ -260,10 +236,10 @@ class NormalCurves:
 
 
 def _noise(noise: npt.ArrayLike, rows: int) -> Floats:
-    told = checked("noise", noise, above=0)
-    if told.size not in (1, rows) or told.ndim > 1:
-        raise InputError(f"noise has shape {told.shape}; expected one number, or {rows}, one for each load")
-    return np.broadcast_to(told, rows).astype(np.float64)
+    given = checked("noise", noise, above=0)
+    if given.size not in (1, rows) or given.ndim > 1:
+        raise InputError(f"noise has shape {given.shape}; expected one number, or {rows}, one for each load")
+    return np.broadcast_to(given, rows).astype(np.float64)
 
 
 def _check_convex(rows: Floats, total: Floats, curve: Knots, noise: Floats) -> None:
@@ -295,14 +271,14 @@ def _table(
         rows, loads, areas = rows[1:], loads[1:], None if areas is None else areas[1:]
     if rows.size < FEWEST:
         raise InputError(f"the normal curve has {rows.size} rows with a load; expected {FEWEST} or more")
-    for name, wrong, told in (
+    for name, wrong, expected in (
         ("approach", np.diff(rows, prepend=0.0) <= 0, "above the one before it; the first touch is at 0"),
         ("load", loads.sum(axis=1) <= 0, "more than 0 from first touch on; take the approach from first touch"),
     ):
         if wrong.any():
             row = int(wrong.argmax())
             value = rows[row] if name == "approach" else loads[row].sum()
-            raise InputError(f"{name} is {value:.6g} in row {row} of the normal curve; expected a value {told}")
+            raise InputError(f"{name} is {value:.6g} in row {row} of the normal curve; expected a value {expected}")
     for name, values in (("load", loads), ("area", areas)):
         if values is None:
             continue
@@ -311,7 +287,7 @@ def _table(
             raise InputError(f"{name} is {values.min():.6g} in row {row} of patch {patch}; expected 0 or more")
         reached = np.maximum.accumulate(values, axis=0)
         falls = (reached - values)[1:] / np.maximum(values.max(axis=0), 1e-300)
-        # the load of one patch is the total, whose noise is smoothed
+        # the load of one patch is the total, and its noise is smoothed
         if (name == "area" or values.shape[1] > 1) and falls.max() > NOT_CONVEX:
             row, patch = (int(index) for index in np.unravel_index(falls.argmax(), falls.shape))
             raise InputError(

@@ -1,5 +1,6 @@
-"""`Ensemble`: asperities that share one approach and one tangential displacement, and how their state moves."""
+"""`Ensemble`: bodies that share one approach and one tangential displacement; `Patches`: those of normal curves."""
 
+import json
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
@@ -11,9 +12,8 @@ import numpy.typing as npt
 from historysim.asperities.channel_goals import channel, goals, goals_of
 from historysim.asperities.curves import NormalCurves, Superposition
 from historysim.asperities.evolution import Evolution
-from historysim.asperities.friction import FrictionGoal, at_start, coulomb
+from historysim.asperities.friction import FrictionGoal, FrictionLaw, at_start, coulomb
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
-from historysim.asperities.laws.friction_law import FrictionLaw
 from historysim.asperities.state import EnsembleState
 from historysim.asperities.stepper import Stepper, Totals
 from historysim.asperities.wear import WearLaw, check_wear
@@ -22,6 +22,7 @@ from historysim.basics.arguments import checked, one_per, scalar, workable
 from historysim.basics.array_types import Floats, Integers
 from historysim.basics.display import html_table
 from historysim.basics.library import ffi, lib, pointer
+from historysim.basics.limits import SMALLEST
 from historysim.basics.units import quantity_text, range_text
 from historysim.basics.wording import counted
 from historysim.contact.materials import MaterialPair
@@ -29,12 +30,15 @@ from historysim.errors import InputError
 from historysim.memory.binding import (
     DISPLACED,
     LOAD,
+    Memory,
     advanced,
     check,
+    check_belongs,
     copied,
     drive,
     new_contact,
     new_memory,
+    slide_times,
     stack,
     view,
 )
@@ -58,6 +62,18 @@ EVOLVED = (
 """What is recorded of asperities that evolve, beside what always is."""
 
 
+def check_pair(pair: MaterialPair) -> MaterialPair:
+    """Return the argument, which has to be a pair of materials."""
+    if not isinstance(pair, MaterialPair):
+        raise InputError(f"pair is {pair!r}; expected a MaterialPair")
+    return pair
+
+
+def _read_only(values: Floats) -> Floats:
+    values.flags.writeable = False
+    return values
+
+
 # slots would leave no place for what is computed once
 @attrs.frozen(eq=False, init=False, repr=False, slots=False)
 class Ensemble:
@@ -77,11 +93,7 @@ class Ensemble:
     nominal_area : float, optional
         Area that the asperities stand on [m²], > 0; carried along, without influence.
     tolerance : float
-        Relative change of displacement and energy at which a ramp of both loads that has to be
-        refined is taken as settled (see `ramp`).
-    curves : NormalCurves, optional
-        Of patches, whose elements the summits then are; `from_normal_curves` makes both. Asperities are
-        then the patches.
+        Relative change of displacement and energy at which a ramp of both loads that has to be refined is settled.
     wear : WearLaw, optional
         What sliding takes from the asperities (see `historysim.asperities.wear`).
     follow_sliding : bool
@@ -93,8 +105,8 @@ class Ensemble:
     Raises
     ------
     InputError
-        A number that is not finite or out of range, arrays of different lengths, patches that shall evolve, summits
-        that shall both wear and yield, or a law of yielding whose hardness is not known.
+        A number that is not finite or out of range, arrays of different lengths, both wear and yielding, or a law of
+        yielding without a known hardness.
 
     Examples
     --------
@@ -131,15 +143,11 @@ class Ensemble:
         y: "npt.ArrayLike | None" = None,
         nominal_area: float | None = None,
         tolerance: float = 1e-6,
-        curves: NormalCurves | None = None,
         wear: WearLaw | None = None,
         follow_sliding: bool = False,
         yielding: "YieldingLaw | str | None" = None,
     ) -> None:
-        if not isinstance(pair, MaterialPair):
-            raise InputError(f"pair is {pair!r}; expected a MaterialPair")
-        if not (wear is None or isinstance(wear, WearLaw)):
-            raise InputError(f"wear is {wear!r}; expected a WearLaw, such as ArchardWear(coefficient=…, hardness=…)")
+        check_pair(pair)
         if wear is not None:
             check_wear(wear)
         each = partial(one_per, "asperity", "asperities")
@@ -148,47 +156,42 @@ class Ensemble:
             raise InputError("summit_height is empty; expected one number, or a list with one per asperity")
         count = max(height.size, np.size(summit_radius))
         height = each("summit_height", height, count)
-        law = friction if isinstance(friction, FrictionLaw) else None
-        coefficients = at_start(friction, count)
-        coefficients.flags.writeable = False
-        radii = each("summit_radius", summit_radius, count, above=0)
-        # the unit of length is the largest
-        workable("summit_radius", radii.max())
+        radius = each("summit_radius", summit_radius, count, above=0)
+        # the unit of length is the largest radius, beside which others may be ever so small
+        workable("summit_radius", radius.max(), smallest=SMALLEST)
+        workable("summit_radius", radius)
+        workable("summit_height", height)
         self.__attrs_init__(
             pair=pair,
             summit_height=height,
-            summit_radius=radii,
-            friction=coefficients,
+            summit_radius=radius,
+            friction=_read_only(at_start(friction, count)),
             x=None if x is None else each("x", x, count),
             y=None if y is None else each("y", y, count),
             tolerance=float(checked("tolerance", tolerance, above=0)),
-            curves=curves,
+            curves=None,
             nominal_area=None if nominal_area is None else scalar("nominal_area", nominal_area, above=0),
-            law=law,
+            law=friction if isinstance(friction, FrictionLaw) else None,
             wear=wear,
             follow_sliding=bool(follow_sliding),
-            yielding=law_on_summits(yielding, pair, radii),
+            yielding=law_on_summits(yielding, pair, radius),
         )
         if self.yielding is not None and wear is not None:
             raise InputError(
-                "summits shall both wear and yield, and a summit that wears is not the one that yielded; expected one "
-                "of wear and yielding: passes of a map have both"
-            )
-        if curves is not None and (law is not None or self.evolves):
-            raise InputError(
-                "patches of one contact share one coefficient and keep their normal curves; expected a number for "
-                "friction, and neither wear, yielding nor slid distances, or an ensemble of summits"
+                "wear and yielding cannot be combined, since a summit that wears is not the one that yielded; give one "
+                "of them, or passes of a map, which have both"
             )
 
     @classmethod
-    def from_summits(cls, pair: MaterialPair, summits: Any, friction: "npt.ArrayLike", **options: Any) -> Self:
-        """Make an ensemble of summits, which have ``height``, ``radius``, ``x`` and ``y`` [m]."""
+    def from_summits(
+        cls, pair: MaterialPair, summits: Any, friction: "npt.ArrayLike | FrictionLaw", **options: Any
+    ) -> Self:
+        """Make an ensemble of summits, which have ``height``, ``radius``, ``x`` and ``y`` [m]; options as above."""
         options = {"x": summits.x, "y": summits.y, "nominal_area": getattr(summits, "nominal_area", None)} | options
         return cls(pair, summits.height, summits.radius, friction, **options)
 
-    @classmethod
+    @staticmethod
     def from_normal_curves(
-        cls,
         pair: MaterialPair,
         approach: "npt.ArrayLike",
         load: "npt.ArrayLike",
@@ -196,8 +199,11 @@ class Ensemble:
         friction: float = 0.2,
         *,
         noise: "npt.ArrayLike | None" = None,
-        **options: Any,
-    ) -> Self:
+        highest_summit: float = 0.0,
+        x: "npt.ArrayLike | None" = None,
+        y: "npt.ArrayLike | None" = None,
+        tolerance: float = 1e-6,
+    ) -> "Ensemble":
         """Make an ensemble of patches of one contact, which may press on one another, of their normal curves.
 
         Tangential loads are superpositions of normal ones, whatever the shape of the contact and however its
@@ -213,7 +219,7 @@ class Ensemble:
         load : array_like (row) or (row, patch)
             Normal load of each patch at that approach [N]; one column alone is the whole contact, as an
             indentation measures it. Their sum rises ever faster, or as fast, as that of a flat punch does. A sum that
-            does is met exactly; of another one the nearest that does is taken (see `NormalCurves.misfit` and
+            does is met exactly; of another one the nearest that does is taken (see `NormalCurves.residual` and
             `NormalCurves.error`).
         area : array_like, of the shape of ``load``, optional
             Contact areas [m²]; without them there are no areas in the history.
@@ -222,54 +228,41 @@ class Ensemble:
         noise : array_like, optional
             Standard deviation of the noise of the total load [N], one number or one for each row with a load; by
             default none where the total is convex, otherwise what differences of neighbouring rows show.
-        **options
-            ``x`` and ``y``, positions of the patches [m] (patch); ``highest_summit``, height of the flat at first
-            touch [m]; ``tolerance``.
+        highest_summit : float
+            Height of the flat at first touch [m].
+        x, y : array_like (patch), optional
+            Positions of the patches [m].
+        tolerance : float
+            As for `Ensemble`.
 
         Raises
         ------
         InputError
             A table that no elastic contact has: the message names the row.
         """
-        if not isinstance(pair, MaterialPair):
-            raise InputError(f"pair is {pair!r}; expected a MaterialPair")
-        places = {name: options.pop(name) for name in ("x", "y") if name in options}
-        top = scalar("highest_summit", options.pop("highest_summit", 0.0))
-        curves = NormalCurves.from_table(approach, load, area, noise=noise, **places)
-        return cls._of_curves(pair, curves, friction, top, **options)
+        curves = NormalCurves.from_table(approach, load, area, noise=noise, x=x, y=y)
+        return Patches(pair, curves, friction, highest_summit=highest_summit, tolerance=tolerance)
 
-    @classmethod
-    def _of_curves(cls, pair: MaterialPair, curves: NormalCurves, friction: float, top: float, **options: Any) -> Self:
-        if curves.weight is None:
-            # knots have none; their unit of length is the range of the table
-            radius = np.full(curves.label.size, curves.approach[-1])
-        else:
-            radius = (0.75 * curves.weight / pair.contact_modulus) ** 2
-        return cls(pair, top - curves.label, radius, scalar("friction", friction, least=0), curves=curves, **options)
-
-    @classmethod
+    @staticmethod
     def from_solutions(
-        cls, pair: MaterialPair, solutions: "NormalSolutions", friction: float = 0.2, **options: Any
-    ) -> Self:
+        pair: MaterialPair, solutions: "NormalSolutions", friction: float = 0.2, *, tolerance: float = 1e-6
+    ) -> "Ensemble":
         """Make an ensemble of the patches of a rough contact; see `from_normal_curves`, which raises its errors."""
         x, y = solutions.position
-        load, stiffness = (each * pair.contact_modulus for each in (solutions.load, solutions.stiffness))
+        load, stiffness = (each * check_pair(pair).contact_modulus for each in (solutions.load, solutions.stiffness))
         curves = NormalCurves.from_exact(solutions.approach, load, solutions.area, stiffness, x=x, y=y)
-        return cls._of_curves(pair, curves, friction, solutions.highest_summit, **options)
+        return Patches(pair, curves, friction, highest_summit=solutions.highest_summit, tolerance=tolerance)
 
     def __repr__(self) -> str:
         friction = f"friction {self._friction_text}" if self.law is None else f"friction of {self.law.text}"
-        if self.curves is not None:
-            return f"<Ensemble: {counted(len(self), 'patch', 'patches')} with normal curves, {friction}>"
-        told = [f"{name} {text}" for name, text in self._summit_ranges]
-        return f"<Ensemble: {counted(len(self), 'asperity', 'asperities')}, {', '.join(told)}, {friction}>"
+        ranges = [f"{name} {text}" for name, text in self._summit_ranges]
+        return f"<Ensemble: {', '.join([self._counted, *ranges, friction])}>"
 
     def _repr_html_(self) -> str:
-        patches = self.curves is not None
         return html_table(
             [
-                ("patches" if patches else "asperities", f"{len(self):,}"),
-                *([] if patches else self._summit_ranges),
+                (self._counted.split()[1], f"{len(self):,}"),
+                *self._summit_ranges,
                 ("friction", self._friction_text if self.law is None else self.law.text),
                 *([] if self.wear is None else [("wear", self.wear.text)]),
                 *([] if self.yielding is None else [("yielding", self.yielding.text)]),
@@ -277,6 +270,10 @@ class Ensemble:
                 ("shear modulus G*", quantity_text(self.pair.shear_modulus, "Pa")),
             ]
         )
+
+    @property
+    def _counted(self) -> str:
+        return counted(len(self), "asperity", "asperities")
 
     @property
     def _friction_text(self) -> str:
@@ -290,7 +287,7 @@ class Ensemble:
 
     def __len__(self) -> int:
         """Return the number of asperities, or of patches."""
-        return self.elements if self.curves is None else len(self.curves)
+        return self.elements
 
     @property
     def elements(self) -> int:
@@ -317,25 +314,17 @@ class Ensemble:
     @property
     def first_touch(self) -> Floats:
         """Approach at which each asperity or patch first touches [m]."""
-        if self.curves is None:
-            return self.highest_summit - self.summit_height
-        return self.curves.first_touch
+        return self.highest_summit - self.summit_height
 
     @property
     def coordinates(self) -> dict[str, Floats]:
         """What is known of each asperity or patch: heights, radii, friction at the start, positions."""
-        if self.curves is None:
-            known = {
-                "summit_height": self.summit_height,
-                "summit_radius": self.summit_radius,
-                "friction": self.friction,
-            }
-            places = {"x": self.x, "y": self.y}
-        else:
-            height = self.highest_summit - self.curves.first_touch
-            known = {"summit_height": height, "friction": np.full(len(self), self.friction[0])}
-            places = {"x": self.curves.x, "y": self.curves.y}
-        return known | {name: place for name, place in places.items() if place is not None}
+        known = {"summit_height": self.summit_height, "summit_radius": self.summit_radius, "friction": self.friction}
+        return known | self._positions
+
+    @property
+    def _positions(self) -> dict[str, Floats]:
+        return {name: place for name, place in (("x", self.x), ("y", self.y)) if place is not None}
 
     @property
     def highest_summit(self) -> float:
@@ -344,7 +333,7 @@ class Ensemble:
 
     def initial_state(self) -> EnsembleState:
         """Return the unloaded state: the highest summit just touches, nothing is remembered."""
-        return EnsembleState(self._beginning)
+        return EnsembleState(self._beginning, self._beginning)
 
     def advance(
         self,
@@ -360,13 +349,11 @@ class Ensemble:
     ) -> EnsembleState:
         """Return the state after one joint straight path; ``state`` itself is not changed.
 
-        With both loads given, the path is straight in (N, T); with a displacement, straight in the
-        approach and U. A channel that is not named is held as it was controlled last: a load stays, or
-        a displacement does.
+        With both loads given, the path is straight in (N, T); with a displacement, straight in the approach and U. A
+        channel that is not named is held as it was controlled last: a load stays, or a displacement does.
 
-        An instrument makes tangential displacements those of its drive, U + T/k_s: U is found so that
-        they are reached, or held. It is a parameter of the path and no part of the state, so give it with
-        each path that it drives.
+        An instrument makes tangential displacements those of its drive, U + T/k_s: U is found so that they are reached,
+        or held. It is a parameter of the path and no part of the state, so give it with each path that it drives.
 
         Parameters
         ----------
@@ -389,20 +376,21 @@ class Ensemble:
         FrictionLimitError
             |T| > Σ μ N.
         InputError
-            A value that is not finite, a negative normal load, both a load and a displacement of one channel, or
-            what is no instrument.
+            A value that is not finite, a negative normal load, or both a load and a displacement of one channel.
         """
-        memory = state.memory
+        # a tight loop gets by with one comparison
+        start = self._beginning
+        memory = state.memory if getattr(state, "like", None) is start else self._memory_of(state)
         normal = channel("normal", normal_load, normal_displacement, memory.normal_control, 0.0)
         tangential = channel("tangential", tangential_load, tangential_displacement, memory.tangential_control)
         if self.curves is not None:
             self.curves.check_reach(paths_to(goals(normal), goals(tangential)))
-        driven = self._drive if instrument is RIGID and not saturate else self._driven(saturate, instrument)
         if memory.evolved:
             paths = paths_to(goals(normal), goals(tangential))
             moved = self.walk(state, paths, saturate=saturate, instrument=instrument)
         else:
-            moved = EnsembleState(advanced(memory, normal, tangential, driven))
+            driven = self._drive if instrument is RIGID and not saturate else self._driven(saturate, instrument)
+            moved = EnsembleState(advanced(memory, *normal, *tangential, driven), start)
         if friction is None:
             return moved
         moved = self.with_friction(moved, friction, instrument=instrument)
@@ -421,22 +409,8 @@ class Ensemble:
     ) -> tuple[EnsembleState, Totals]:
         """Return the state after straight paths, one after the other, and the totals at the end of each.
 
-        It is what as many calls of `advance` would do, bit for bit.
-
-        Parameters
-        ----------
-        state : EnsembleState
-        normal_load, normal_displacement, tangential_load, tangential_displacement : array_like (path), optional
-            As for `advance`, one value for each path; one number stands for all of them.
-        saturate : bool
-            Hold tangential loads beyond the limit at the limit.
-        instrument : Instrument, optional
-            In series with the contact.
-
-        Returns
-        -------
-        EnsembleState
-        Totals
+        It is what as many calls of `advance` would do, bit for bit. Arguments are as there, with one value for each
+        path, or one number for all of them.
 
         Raises
         ------
@@ -445,7 +419,8 @@ class Ensemble:
         InputError
             As for `advance`, or lists of different lengths.
         """
-        controls = state.memory.normal_control, state.memory.tangential_control
+        memory = self._memory_of(state)
+        controls = memory.normal_control, memory.tangential_control
         normal = goals_of("normal", normal_load, normal_displacement, controls[0], least=0.0)
         tangential = goals_of("tangential", tangential_load, tangential_displacement, controls[1])
         counts = {np.size(goals.target) for goals in (normal, tangential)} - {1}
@@ -463,15 +438,12 @@ class Ensemble:
     def stepper(
         self, state: EnsembleState | None = None, *, saturate: bool = False, instrument: Instrument = RIGID
     ) -> Stepper:
-        """Return what steps a state in place, for tight loops; it starts unloaded by default.
-
-        Raises
-        ------
-        InputError
-            What is no instrument.
-        """
+        """Return what steps a state in place, for tight loops; it starts unloaded by default."""
         walk = partial(self.walk, saturate=saturate, instrument=instrument)
-        return Stepper(state or self.initial_state(), self._driven(saturate, instrument), self.curves, walk)
+        state = self.initial_state() if state is None else state
+        self._memory_of(state)
+        # it steps in place: what a signal stopped in the midst would be of no use
+        return Stepper(state, self._driven(saturate, instrument, heeds=False), self.curves, walk)
 
     def load_state(self, path: str | Path) -> EnsembleState:
         """Return a state of this ensemble from a file that `EnsembleState.save` has written.
@@ -479,16 +451,13 @@ class Ensemble:
         Raises
         ------
         InputError
-            A file that is none of a state, one that a later version wrote, or one of other asperities.
+            A file of something else or of another version, or a state of other materials, summits, friction or laws.
+            Positions and the tolerance may be others.
         OSError
             The file cannot be read.
         """
         path = Path(path)
         content = path.read_bytes()
-        if content.startswith(b"PK"):
-            raise InputError(
-                f"{path}: is an archive, as versions before 0.3.0 wrote states; replay its loads and save again"
-            )
         try:
             return EnsembleState.from_bytes(content, self.initial_state())
         except InputError as error:
@@ -504,18 +473,17 @@ class Ensemble:
     ) -> EnsembleState:
         """Return the state with other friction coefficients from now on.
 
-        Where a coefficient falls, springs beyond the new limit slip at once. A controlled tangential
-        load stays, and so does the displacement of an instrument's drive: U follows, as it would if the
-        coefficients fell in many small steps. A load that friction no longer holds is still what the
-        state tells and asks for: the contact slides at the displacement at which it began to, and the
-        next path, if only one that holds the load, is refused, or holds it at the limit. What is given here takes
-        the place of a law.
+        Where a coefficient falls, springs beyond the new limit slip at once. A controlled tangential load stays, and so
+        does the displacement of an instrument's drive: U follows, as it would if the coefficients fell in many small
+        steps. A load that friction no longer holds stays in the state: the contact slides at the displacement at which
+        it began to, and the next path, if only one that holds the load, is refused, or holds it at the limit. Overrides
+        the friction law.
 
         Parameters
         ----------
         state : EnsembleState
         friction : array_like
-            One coefficient, or one per asperity.
+            One coefficient, or one per asperity, 0 or more.
         asperities : array_like, optional
             Those that it is for, by index; all by default.
         instrument : Instrument, optional
@@ -523,20 +491,15 @@ class Ensemble:
         Raises
         ------
         InputError
-            See `friction.coulomb`, indices that the ensemble does not have, or what is no instrument.
+            Numbers out of range, or indices that the ensemble does not have.
         """
-        chosen = self._chosen(asperities)
-        if self.curves is not None:
-            if asperities is not None:
-                raise InputError("patches of one contact share one coefficient; expected a change for all of them")
-            friction = scalar("friction of patches that share a contact", friction)
+        memory, chosen = copied(self._memory_of(state)), self._chosen(asperities)
         coefficients = state.friction
         coefficients[chosen] = coulomb(friction, chosen.size)
-        memory = copied(state.memory)
         if memory.evolved:
             view(memory.evolved.given, self.elements)[chosen] = 1
         check(lib.hs_set_friction(memory, pointer(coefficients), self._driven(False, instrument)))
-        return EnsembleState(memory)
+        return EnsembleState(memory, self._beginning)
 
     def with_geometry(
         self,
@@ -567,23 +530,20 @@ class Ensemble:
         Raises
         ------
         InputError
-            Numbers out of range, indices that the ensemble does not have, or an ensemble of patches.
+            Numbers out of range, indices that the ensemble does not have, or patches.
         FrictionLimitError
             The new contact does not hold the tangential load.
         """
-        if self.curves is not None:
-            raise InputError("patches have no height and radius to change; expected an ensemble of summits")
-        chosen = self._chosen(asperities)
-        memory = copied(state.memory)
+        memory, chosen = copied(self._memory_of(state)), self._chosen(asperities)
         self._follow(memory)
         count, evolved = self.elements, memory.evolved
         height, radius = view(evolved.summit_height, count).copy(), view(evolved.summit_radius, count).copy()
         old = height.copy(), radius.copy()
         each = partial(one_per, "asperity", "asperities")
         if summit_height is not None:
-            height[chosen] = each("summit_height", summit_height, chosen.size)
+            height[chosen] = workable("summit_height", each("summit_height", summit_height, chosen.size))
         if summit_radius is not None:
-            radius[chosen] = each("summit_radius", summit_radius, chosen.size, above=0)
+            radius[chosen] = workable("summit_radius", each("summit_radius", summit_radius, chosen.size, above=0))
         fresh = ((height != old[0]) | (radius != old[1])).astype(np.uint8)
         if self.wear is not None:
             # a worn asperity that is replaced, if by its like, is whole again
@@ -592,7 +552,7 @@ class Ensemble:
             return state
         before, units = state.memory, state.memory.contact.units
         virgin = np.where(fresh, radius, self._virgin_radius(memory))
-        with self.evolution.handed(virgin) as evolution:
+        with self.evolution.as_struct(virgin) as evolution:
             check(lib.hs_set_summits(memory, pointer(height), pointer(radius), pointer(fresh), evolution))
         request = before.tangential_load + before.excess
         compliance = units.stiffness / as_instrument(instrument).lateral_stiffness
@@ -604,8 +564,9 @@ class Ensemble:
             Goals(LOAD, request * units.load)
             if before.tangential_control == LOAD
             else Goals(DISPLACED, reached * units.displacement),
+            times=(before.clock.end, before.clock.end),
         )
-        return self.walk(EnsembleState(memory), back, saturate=saturate, instrument=instrument)
+        return self.walk(EnsembleState(memory, self._beginning), back, saturate=saturate, instrument=instrument)
 
     def walk(
         self,
@@ -638,7 +599,7 @@ class Ensemble:
             In series with the contact: tangential displacements are those of its drive.
         until : float
             Share of each path that is walked.
-        friction : "FrictionGoal", optional
+        friction : FrictionGoal, optional
             Where friction goes on each path, straight with the channels.
         threads : int
             Threads that share the work on many asperities; the bits do not depend on it.
@@ -648,90 +609,58 @@ class Ensemble:
         FrictionLimitError, CurveEndError
             With the position of the path that cannot be walked.
         InputError
-            What is no instrument, or patches whose friction shall go elsewhere.
+            A state of another ensemble, or friction of patches that changes along a path.
         """
-        chosen = np.asarray(asperities, dtype=np.int64)
-        memory = copied(state.memory)
+        columns = np.asarray(asperities, dtype=np.int64)
+        memory = copied(self._memory_of(state))
         if friction is not None or (rows is not None and any(name in rows.each for name in EVOLVED)):
-            if self.curves is not None:
-                raise InputError("patches of one contact keep their friction along a path; expected a change at a time")
             self._follow(memory)
         if rows is None:
             rows, paths = blank_rows(0, None), unrecorded(paths)
-        walked, columns = rows, chosen
-        if self.curves is not None:
-            self.curves.check_reach(paths)
-            # the first element alone tells where the slip front is
-            columns = np.arange(self.elements if chosen.size else 1)
-            walked = blank_rows(len(rows.totals), columns.size)
         refusal = ffi.new("hs_refusal *")
-        path, handed = ffi.cast("hs_path *", ffi.from_buffer(paths)), walked.handed(columns)
-        way = memory, path, paths.size, handed, self._driven(saturate, instrument, threads), until
+        path, written = ffi.cast("hs_path *", ffi.from_buffer(paths)), rows.as_struct(columns)
+        way = memory, path, paths.size, written, self._driven(saturate, instrument, threads), until
         if memory.evolved:
             if friction is not None:
                 view(memory.evolved.given, self.elements)[:] = 1
-            with self.evolution.handed(self._virgin_radius(memory), friction) as evolution:
+            with self.evolution.as_struct(self._virgin_radius(memory), friction) as evolution:
                 status = lib.hs_walk_evolving(*way, evolution, refusal)
         else:
             status = lib.hs_walk(*way, refusal)
         check(status, refusal)
-        if self.curves is not None:
-            self.curves.project(walked, float(memory.friction[0]), chosen, rows)
-        return EnsembleState(memory)
+        return EnsembleState(memory, self._beginning)
+
+    def slide_time(self, state: EnsembleState) -> Floats:
+        """Return when each asperity or patch first slid as a whole in a replay [s]; NaN where it has not."""
+        return slide_times(self._memory_of(state))
 
     def approach_at(self, normal_load: float) -> float:
-        """Return the approach of the highest summit [m] at which the asperities carry a total normal load [N].
-
-        Raises
-        ------
-        InputError
-            A load that is not a finite number of 0 or more.
-        """
+        """Return the approach of the highest summit [m] at which the asperities carry a total normal load ≥ 0 [N]."""
         load = scalar("normal_load", normal_load, least=0.0)
+        workable("normal_load", load)
         if self.yielding is not None and load > 0:
             return self.advance(self.initial_state(), normal_load=load).approach
         return float(lib.hs_approach_at(self._contact, load))
 
     def superposition(self, state: EnsembleState) -> Superposition:
-        """Return pressures and tractions of patches as sums of those in the table of their normal curves.
-
-        Raises
-        ------
-        InputError
-            The ensemble is one of summits.
-        """
-        if self.curves is None:
-            raise InputError("the ensemble has no normal curves; expected one from normal curves: see asperity")
-        rows = blank_rows(1, 1)
-        check(lib.hs_read(state.memory, rows.handed(np.zeros(1, dtype=np.int64)), 0))
-        stick = float(self.curves.stick_approach(rows)[0])
-        return self.curves.superposed(stack(state.memory), state.memory.contact.units, stick)
+        """Return pressures and tractions of `Patches`; an ensemble of summits raises InputError."""
+        del state
+        raise InputError("the ensemble has no normal curves; expected one from normal curves: see asperity")
 
     def asperity(self, index: int, state: EnsembleState) -> "Asperity":
-        """Return one asperity, holding its memory in a state.
-
-        Raises
-        ------
-        InputError
-            An index that the ensemble does not have.
-        """
+        """Return one asperity, holding its memory in a state; an index that is not there raises InputError."""
         from historysim.asperities.asperity import Asperity
         from historysim.memory.traction import TractionMemory
 
-        if self.curves is not None:
-            raise InputError(
-                "a patch of a normal curve is no asperity with a radius of its own; expected an ensemble of summits. "
-                "A replay records the loads and areas of the patches"
-            )
         if not 0 <= index < len(self):
             raise InputError(f"asperity {index} does not exist; expected an index from 0 to {len(self) - 1}")
-        evolved = state.evolved or self
+        memory, evolved = self._memory_of(state), state.evolved or self
         return Asperity(
             index=index,
             pair=self.pair,
             summit_height=float(evolved.summit_height[index]),
             summit_radius=float(evolved.summit_radius[index]),
-            memory=TractionMemory.of(state.memory, index),
+            memory=TractionMemory.of(memory, index),
         )
 
     @property
@@ -744,20 +673,47 @@ class Ensemble:
         """The contact at the start, as the library has it."""
         keys = [self.friction]
         if self.wear is not None or (self.law is not None and self.law.depends_on in {"own", "slid"}):
-            # asperities whose friction depends on themselves share what they remember where they are alike
+            # where friction depends on each asperity itself, those that are alike share what they remember
             keys += [self.summit_height, self.summit_radius]
-        stiffness = None if self.curves is None else self.curves.stiffness
         group = _alike(*keys)
         moduli = self.pair.contact_modulus, self.pair.displacement_ratio
-        return new_contact(self.summit_height, self.summit_radius, stiffness, group, *moduli)
+        return new_contact(self.summit_height, self.summit_radius, self._knot_stiffness, group, *moduli, self._watched)
+
+    @property
+    def _knot_stiffness(self) -> Floats | None:
+        """dP/da at the knots of a normal curve [N/m]; None of summits, which are Hertz's."""
+        return None
+
+    @property
+    def _watched(self) -> Floats | None:
+        """Approaches of first touch that are watched for sliding in place of asperities [m]; None of summits."""
+        return None
 
     @cached_property
-    def _beginning(self) -> Any:
+    def _beginning(self) -> Memory:
         """The memory at the start, which is never changed."""
-        memory = new_memory(self._contact, self.friction)
+        memory: Memory = new_memory(self._contact, self.friction, self._more)
         if self.evolves:
             self._follow(memory)
         return memory
+
+    @property
+    def _more(self) -> bytes:
+        """What states belong to beside the contact and its friction: what asperities evolve by."""
+        laws = [law.numbers for law in (self.law, self.wear, self.yielding) if law is not None]
+        if not laws and not self.follow_sliding:
+            return b""
+        # an object of a law of one's own is known by its type: its address is another one elsewhere
+        content = json.dumps([laws, self.follow_sliding], sort_keys=True, default=lambda each: type(each).__qualname__)
+        return content.encode()
+
+    def _memory_of(self, state: EnsembleState) -> Memory:
+        """Return the memory of a state, which has to be of this ensemble."""
+        if not isinstance(state, EnsembleState):
+            raise InputError(f"state is {state!r}; expected an EnsembleState, such as initial_state() returns")
+        if state.like is not self._beginning:
+            check_belongs(state.memory, self._beginning)
+        return state.memory
 
     def __getstate__(self) -> dict[str, Any]:
         """Leave out what is computed once, such as what the library holds."""
@@ -769,8 +725,8 @@ class Ensemble:
                 value.flags.writeable = False
         self.__dict__.update(state)
 
-    def _follow(self, memory: Any) -> None:
-        """Have a memory follow from now on what asperities become."""
+    def _follow(self, memory: Memory) -> None:
+        """Make a memory follow from now on what asperities become."""
         if not memory.evolved:
             check(lib.hs_memory_evolve(memory))
             # to the bit, which gaps are not
@@ -779,21 +735,20 @@ class Ensemble:
         if self.yielding is not None:
             check(lib.hs_memory_yield(memory))
 
-    def _virgin_radius(self, memory: Any) -> Floats:
+    def _virgin_radius(self, memory: Memory) -> Floats:
         """Return the radii of the summits before they yielded [m] (asperity)."""
         evolved = memory.evolved
-        return view(evolved.virgin_radius or evolved.summit_radius, self.elements)
+        return view(evolved.virgin_radius or evolved.summit_radius, self.elements).copy()
 
     @cached_property
     def _drive(self) -> Any:
         return drive(self.tolerance, 0.0, False)
 
-    def _driven(self, saturate: bool, instrument: Instrument, threads: int = 1) -> Any:
-        """Return how the contact is driven, as the library takes it."""
-        return drive(self.tolerance, 1.0 / as_instrument(instrument).lateral_stiffness, saturate, threads)
+    def _driven(self, saturate: bool, instrument: Instrument, threads: int = 1, *, heeds: bool = True) -> Any:
+        compliance = 1.0 / as_instrument(instrument).lateral_stiffness
+        return drive(self.tolerance, compliance, saturate, threads, heeds=heeds)
 
     def _chosen(self, asperities: "npt.ArrayLike | None") -> Integers:
-        """Return the indices of asperities that are chosen, or of all."""
         if asperities is None:
             return np.arange(self.elements)
         chosen = np.atleast_1d(np.asarray(asperities))
@@ -814,3 +769,136 @@ def _alike(*keys: Floats) -> Integers | None:
         _, rank = np.unique(key, return_inverse=True)
         _, numbers = np.unique(numbers * (rank.max() + 1) + rank, return_inverse=True)
     return numbers.astype(np.int64) if numbers.any() else None
+
+
+class Patches(Ensemble):
+    """Patches of one contact, given by their normal curves; `Ensemble.from_normal_curves` makes them, and says more.
+
+    The memory is replayed on the elements of the curve of their sum: ``summit_height`` and ``summit_radius`` are those
+    of the elements. Patches share one coefficient, keep their curves, and have no radii of their own.
+    """
+
+    curves: NormalCurves
+
+    def __init__(
+        self,
+        pair: MaterialPair,
+        curves: NormalCurves,
+        friction: float = 0.2,
+        *,
+        highest_summit: float = 0.0,
+        tolerance: float = 1e-6,
+    ) -> None:
+        top = scalar("highest_summit", highest_summit)
+        if curves.weight is None:
+            # knots have none; their unit of length is the range of the table
+            radius = np.full(curves.label.size, curves.approach[-1])
+        else:
+            radius = (0.75 * curves.weight / check_pair(pair).contact_modulus) ** 2
+        coefficient = scalar("friction of patches that share a contact", friction, least=0)
+        super().__init__(pair, top - curves.label, radius, coefficient, tolerance=tolerance)
+        object.__setattr__(self, "curves", curves)
+
+    def __len__(self) -> int:
+        """Return the number of patches."""
+        return len(self.curves)
+
+    @property
+    def _counted(self) -> str:
+        return counted(len(self), "patch", "patches")
+
+    @property
+    def _summit_ranges(self) -> list[tuple[str, str]]:
+        return []
+
+    @property
+    def first_touch(self) -> Floats:
+        """Approach at which each patch first touches [m]."""
+        return self.curves.first_touch
+
+    @property
+    def coordinates(self) -> dict[str, Floats]:
+        """What is known of each patch: height, friction at the start, position."""
+        height = self.highest_summit - self.curves.first_touch
+        return {"summit_height": height, "friction": np.full(len(self), self.friction[0])} | self._positions
+
+    @property
+    def _positions(self) -> dict[str, Floats]:
+        places = ("x", self.curves.x), ("y", self.curves.y)
+        return {name: place for name, place in places if place is not None}
+
+    def with_friction(
+        self,
+        state: EnsembleState,
+        friction: "npt.ArrayLike",
+        *,
+        asperities: "npt.ArrayLike | None" = None,
+        instrument: Instrument = RIGID,
+    ) -> EnsembleState:
+        """Return the state with another coefficient from now on; see `Ensemble.with_friction`."""
+        if asperities is not None:
+            raise InputError("patches of one contact share one coefficient; expected a change for all of them")
+        coefficient = scalar("friction of patches that share a contact", friction)
+        return super().with_friction(state, coefficient, instrument=instrument)
+
+    def with_geometry(self, state: EnsembleState, **_: Any) -> EnsembleState:
+        """Patches cannot be changed: raises InputError."""
+        del state
+        raise InputError("patches have no height and radius to change; expected an ensemble of summits")
+
+    def walk(
+        self,
+        state: EnsembleState,
+        paths: Paths,
+        *,
+        rows: Rows | None = None,
+        asperities: "npt.ArrayLike" = (),
+        friction: FrictionGoal | None = None,
+        **how: Any,
+    ) -> EnsembleState:
+        """Return the state after straight paths, and record patches on the way; see `Ensemble.walk`."""
+        if friction is not None or (rows is not None and any(name in rows.each for name in EVOLVED)):
+            raise InputError("patches of one contact keep their friction along a path; expected a change at a time")
+        self.curves.check_reach(paths)
+        if rows is None:
+            return super().walk(state, paths, **how)
+        chosen = np.asarray(asperities, dtype=np.int64)
+        # the first element alone shows where the slip front is
+        columns = np.arange(self.elements if chosen.size else 1)
+        elements = blank_rows(len(rows.totals), columns.size)
+        after = super().walk(state, paths, rows=elements, asperities=columns, **how)
+        self.curves.project(elements, float(after.memory.friction[0]), chosen, rows)
+        return after
+
+    def superposition(self, state: EnsembleState) -> Superposition:
+        """Return pressures and tractions of patches as sums of those in the table of their normal curves."""
+        memory, rows = self._memory_of(state), blank_rows(1, 1)
+        check(lib.hs_read(memory, rows.as_struct(np.zeros(1, dtype=np.int64)), 0))
+        stick = float(self.curves.stick_approach(rows)[0])
+        return self.curves.superposed(stack(memory), memory.contact.units, stick)
+
+    def asperity(self, index: int, state: EnsembleState) -> "Asperity":
+        """Patches are no asperities: raises InputError."""
+        del index, state
+        raise InputError(
+            "a patch of a normal curve is no asperity with a radius of its own; expected an ensemble of summits. "
+            "A replay records the loads and areas of the patches"
+        )
+
+    def slide_time(self, state: EnsembleState) -> Floats:
+        """Return when each patch first slid as a whole in a replay [s] (patch); NaN where it has not."""
+        found: Floats = super().slide_time(state)[np.unique(self.first_touch, return_inverse=True)[1]]
+        return found
+
+    @property
+    def _knot_stiffness(self) -> Floats | None:
+        return self.curves.stiffness
+
+    @property
+    def _watched(self) -> Floats | None:
+        return np.unique(self.first_touch)
+
+    @property
+    def _more(self) -> bytes:
+        tables = self.curves.arrays
+        return b"".join(tables[name].tobytes() for name in sorted(tables) if name not in {"x", "y"})

@@ -10,9 +10,8 @@ from typing import Any
 import attrs
 import numpy as np
 
-from historysim.asperities.friction import FrictionGoal
+from historysim.asperities.friction import FrictionGoal, FrictionLaw, Loaded
 from historysim.asperities.law import Law
-from historysim.asperities.laws.friction_law import FrictionLaw, Loaded
 from historysim.asperities.wear import WearLaw
 from historysim.asperities.yielding import YieldingLaw
 from historysim.basics.array_types import Floats
@@ -24,18 +23,7 @@ from historysim.memory.binding import fill, view
 
 @attrs.frozen(eq=False)
 class Evolution:
-    """What makes asperities evolve.
-
-    Parameters
-    ----------
-    pair : MaterialPair
-    law : FrictionLaw, optional
-        Of asperities whose friction no event has given.
-    wear : WearLaw, optional
-    yielding : YieldingLaw, optional
-    follow_sliding : bool
-        Whether it is followed how far asperities slide that do no more than yield.
-    """
+    """What makes asperities evolve, as `Ensemble` has it."""
 
     pair: MaterialPair
     law: FrictionLaw | None
@@ -44,20 +32,16 @@ class Evolution:
     follow_sliding: bool = False
 
     @contextlib.contextmanager
-    def handed(self, virgin_radius: Floats, goal: FrictionGoal | None = None) -> Iterator[Any]:
-        """Give it as the library takes it, for a call; what a law of the user's own raises there is raised after it.
+    def as_struct(self, virgin_radius: Floats, goal: FrictionGoal | None = None) -> Iterator[Any]:
+        """Give it as the library takes it, for one call, after which errors of a user's own law are raised.
 
-        Parameters
-        ----------
-        virgin_radius : array (asperity)
-            Of the summits before they yielded [m].
-        goal : FrictionGoal, optional
-            Where friction goes on the path.
+        The radii are those of the summits before they yielded [m] (asperity).
         """
         raised: list[BaseException] = []
         kept: list[Any] = []
         found = ffi.new("hs_evolution *")
         found.contact_modulus, found.goal_fraction = self.pair.contact_modulus, 1.0
+        found.count = virgin_radius.size
         if goal is not None:
             kept.append(pointer(goal.coefficients))
             found.goal, found.goal_fraction = kept[-1], goal.fraction
@@ -76,7 +60,7 @@ class Evolution:
         if self.yielding is not None:
             law = self.yielding
             kept.append(fill(found.yielding, law.core(self.pair)))
-            onset = np.ascontiguousarray(law.critical_approach(virgin_radius, self.pair), dtype=np.float64)
+            onset = _numbers(law.critical_approach(virgin_radius, self.pair), virgin_radius.size, "critical approaches")
             kept += [onset, pointer(onset)]
             found.yielding.critical_approach = kept[-1]
             found.follow_sliding = self.follow_sliding
@@ -95,10 +79,10 @@ class Evolution:
             count = loaded.count
             given = Loaded(
                 pair=self.pair,
-                normal_load=view(loaded.normal_load, count),
+                normal_load=_given(loaded.normal_load, count),
                 total_normal_load=loaded.total_normal_load,
-                summit_radius=view(loaded.summit_radius, count),
-                slid_distance=view(loaded.slid_distance, count),
+                summit_radius=_given(loaded.summit_radius, count),
+                slid_distance=_given(loaded.slid_distance, count),
             )
             _put(friction, count, law.coefficients(given), "coefficients", least=0.0)
             return 0
@@ -107,7 +91,7 @@ class Evolution:
 
     def _first_loading(self, law: YieldingLaw) -> Callable[..., int]:
         def fill(_user: Any, count: int, approach: Any, radius: Any, load: Any, contact_radius: Any) -> int:
-            loads, radii = law.first_loading(view(approach, count), view(radius, count), self.pair)
+            loads, radii = law.first_loading(_given(approach, count), _given(radius, count), self.pair)
             _put(load, count, loads, "loads of first loading")
             _put(contact_radius, count, radii, "contact radii of first loading")
             return 0
@@ -117,14 +101,24 @@ class Evolution:
 
 def _volumes(wear: WearLaw) -> Callable[..., int]:
     def fill(_user: Any, count: int, load: Any, slid: Any, energy: Any, volume: Any) -> int:
-        _put(volume, count, wear.volume(view(load, count), view(slid, count), view(energy, count)), "volumes")
+        _put(volume, count, wear.volume(*(_given(each, count) for each in (load, slid, energy))), "volumes")
         return 0
 
     return fill
 
 
+def _given(numbers: Any, count: int) -> Floats:
+    """Return numbers of the library that a law may keep: a copy, since the library's own end with the call."""
+    return view(numbers, count).copy()
+
+
 def _put(place: Any, count: int, values: Any, what: str, least: float = -np.inf) -> None:
-    """Hand the library what a law says of so many asperities, if these are numbers that it can have."""
+    """Give the library what a law returns for its asperities, checked."""
+    view(place, count)[:] = _numbers(values, count, what, least)
+
+
+def _numbers(values: Any, count: int, what: str, least: float = -np.inf) -> Floats:
+    """Return what a law returns for its asperities, checked."""
     try:
         found = np.broadcast_to(np.asarray(values, dtype=np.float64), count)
     except (TypeError, ValueError):
@@ -134,7 +128,7 @@ def _put(place: Any, count: int, values: Any, what: str, least: float = -np.inf)
     if wrong.any():
         bound = f" of {least:g} or more" if least > -np.inf else ""
         raise InputError(f"one of the {what} is {found[wrong][0]:g}; expected a finite number{bound}")
-    view(place, count)[:] = found
+    return np.ascontiguousarray(found)
 
 
 def _callback(kind: str, law: Law, function: Callable[..., int], raised: list[BaseException]) -> Any:
@@ -145,7 +139,7 @@ def _callback(kind: str, law: Law, function: Callable[..., int], raised: list[Ba
 
 
 def _of_law(law: Law, error: Exception, trace: TracebackType) -> Exception:
-    """Return the error of a law of the user's own as one that says whose it is, and where."""
+    """Return the error of a user's own law as one that names the law and the line."""
     if isinstance(error, HistorySimError):
         return InputError(f"the law '{law.kind}': {error}").with_traceback(trace)
     *_, last = traceback.extract_tb(trace)

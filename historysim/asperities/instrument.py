@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import attrs
 
+from historysim.basics.fields import Force, Length, Stiffness
+from historysim.basics.limits import LARGEST, SMALLEST, is_workable
 from historysim.basics.units import is_number, metres, newtons, newtons_per_metre
 from historysim.errors import InputError
 
@@ -14,24 +16,21 @@ if TYPE_CHECKING:
 
 Values = TypeVar("Values", float, "Floats")
 
-SOFTEST = 1e-100
-"""Smallest lateral stiffness [N/m]; with it no float overflows."""
-
 
 def _stiff(instrument: object, attribute: "attrs.Attribute[float]", value: float) -> None:
-    if not (is_number(value) and value >= SOFTEST):
+    if not (is_number(value) and value > 0 and (is_workable(value, SMALLEST) or value == math.inf)):
         raise InputError(
-            f"{type(instrument).__name__}: {attribute.name} is {value!r}; expected a number greater than 0 "
-            f"({SOFTEST:g} or more), in N/m"
+            f"{type(instrument).__name__}: {attribute.name} is {value!r}; expected a number greater than 0, from "
+            f"{SMALLEST:g} to {LARGEST:g} or infinite, in N/m"
         )
 
 
 def _resolution(unit: str) -> Callable[[object, "attrs.Attribute[float]", float], None]:
     def check(instrument: object, attribute: "attrs.Attribute[float]", value: float) -> None:
-        if not (is_number(value) and 0 <= value < math.inf):
+        if not (is_number(value) and is_workable(value) and value >= 0):
             raise InputError(
                 f"{type(instrument).__name__}: {attribute.name} is {value!r}; expected a finite number, 0 or more, "
-                f"in {unit}"
+                f"up to {LARGEST:g}, in {unit}"
             )
 
     return check
@@ -50,14 +49,14 @@ class Instrument:
     lateral_stiffness : float
         k_s [N/m], > 0. Infinite, by default: the drive's displacement is the contact's.
     displacement_resolution, load_resolution : float
-        Smallest tangential displacement [m] and load [N] that it tells from none, ≥ 0; 0 where that is not known. They
-        change nothing: what is below them is told (`asperities.validity`).
+        Smallest tangential displacement [m] and load [N] that it resolves, ≥ 0; 0 where that is not known. They change
+        no result: what is below them is reported (`asperities.validity`).
 
     Raises
     ------
     InputError
-        A stiffness that is not a number, not positive, or below 1e-100 N/m; a resolution that is not a finite number, 0
-        or more.
+        A stiffness that is not a positive number, infinite or from 1e-60 to 1e60 N/m; a resolution that is not a
+        finite number, 0 or more.
 
     Examples
     --------
@@ -70,9 +69,9 @@ class Instrument:
     5.565 nm of 20 nm
     """
 
-    lateral_stiffness: float = attrs.field(default=math.inf, converter=newtons_per_metre, validator=_stiff)
-    displacement_resolution: float = attrs.field(default=0.0, converter=metres, validator=_resolution("m"))
-    load_resolution: float = attrs.field(default=0.0, converter=newtons, validator=_resolution("N"))
+    lateral_stiffness: Stiffness = attrs.field(default=math.inf, converter=newtons_per_metre, validator=_stiff)
+    displacement_resolution: Length = attrs.field(default=0.0, converter=metres, validator=_resolution("m"))
+    load_resolution: Force = attrs.field(default=0.0, converter=newtons, validator=_resolution("N"))
 
     @property
     def rigid(self) -> bool:
@@ -94,14 +93,8 @@ RIGID = Instrument()
 
 
 def as_instrument(given: Instrument) -> Instrument:
-    """Return the argument, which has to be an instrument.
-
-    Raises
-    ------
-    InputError
-        It is something else.
-    """
-    came: Any = given
-    if not isinstance(came, Instrument):
+    """Return the argument, which has to be an instrument."""
+    something: Any = given
+    if not isinstance(something, Instrument):
         raise InputError(f"instrument is {given!r}; expected an Instrument, such as Instrument(lateral_stiffness=3e5)")
     return given

@@ -23,29 +23,26 @@ class Law(abc.ABC):
     @property
     @abc.abstractmethod
     def text(self) -> str:
-        """Say in a line what it is, what is chosen, and where it comes from."""
+        """The law in a line: what is chosen, and where it comes from."""
 
     @property
-    def told(self) -> dict[str, Any]:
+    def described(self) -> dict[str, Any]:
         """Its name as ``law``, its numbers, and of a foreign one the package that it comes from."""
+        numbers, origin = self.numbers, self.registry.provider(type(self))
+        package = {} if origin is None else {"package": [origin.package, origin.version]}
+        return {"law": numbers.pop("law"), **package, **numbers}
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """Its name as ``law``, and its numbers."""
         value: Any = self
         numbers = attrs.asdict(value, filter=lambda _, number: number is not None) if attrs.has(type(self)) else {}
-        origin = self.registry.provider(type(self))
-        return {
-            "law": self.kind,
-            **({} if origin is None else {"package": [origin.package, origin.version]}),
-            **{key: list(number) if isinstance(number, tuple) else number for key, number in numbers.items()},
-        }
+        each = {key: list(number) if isinstance(number, tuple) else number for key, number in numbers.items()}
+        return {"law": self.kind, **each}
 
     @property
     def settings(self) -> dict[str, Any]:
-        """What `told` says of a law that `from_settings` can read again.
-
-        Raises
-        ------
-        InputError
-            Its name is not known, so that what is written could not be read again.
-        """
+        """`described`, of a law that `from_settings` can read again; of another one an InputError."""
         laws = self.registry
         if laws.get(self.kind) is not type(self) or not attrs.has(type(self)):
             raise InputError(
@@ -53,17 +50,11 @@ class Law(abc.ABC):
                 "name; expected a class below @register and @attrs.frozen, or one that its package declares in "
                 f"{laws.group}"
             )
-        return self.told
+        return self.described
 
     @classmethod
     def from_settings(cls, settings: Mapping[str, Any]) -> Self:
-        """Return the law that `settings` told.
-
-        Raises
-        ------
-        InputError
-            A name that no law has, a law of a package that is not there, or numbers that it cannot have.
-        """
+        """Return the law of `settings`; InputError for a name, a package or numbers that no law has."""
         laws, given = cls.registry, dict(settings)
         kind, package = given.pop("law", None), " ".join(map(str, given.pop("package", ()))).rstrip()
         if package and kind not in laws:
@@ -77,7 +68,7 @@ class Law(abc.ABC):
         except TypeError as error:
             here = laws.provider(law)
             raise InputError(
-                f"the {laws.noun} {kind!r} of {here or 'historysim'} cannot be made of what was written"
-                f"{f' with {package}' if package else ''} ({error}); expected the version that has written it"
+                f"the {laws.noun} {kind!r} of {here or 'historysim'} cannot be made of its settings"
+                f"{f' with {package}' if package else ''} ({error}); expected the version that wrote them"
             ) from error
         return made

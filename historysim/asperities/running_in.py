@@ -1,4 +1,4 @@
-"""Running in: a height map whose summits yield and wear, pass after pass, and are found anew after each."""
+"""Running in: summits of a height map yield and wear, pass after pass, and are found anew after each."""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -30,15 +30,7 @@ def _distance(value: float) -> float:
 
 @attrs.frozen
 class Pass:
-    """One pass of a flat over a map.
-
-    Parameters
-    ----------
-    normal_load : float
-        N > 0 [N].
-    sliding_distance : float
-        How far the flat slides under it, 0 or more [m].
-    """
+    """One pass of a flat over a map, under a load > 0 [N], and how far it slides, 0 or more [m]."""
 
     normal_load: float = attrs.field(converter=_load)
     sliding_distance: float = attrs.field(default=0.0, converter=_distance)
@@ -49,19 +41,12 @@ class PassRecord(NamedTuple):
 
     Attributes
     ----------
-    normal_load : float
-        Of the pass [N].
-    preliminary_displacement : float
-        θμδ of the highest summit under it [m].
-    contact_count : int
-    real_contact_area : float
-        [m²].
-    rms_height : float
-        Rq of the map [m].
-    summits : Summits
-        All of them.
-    touching : array (contact)
-        Indices of those that touch.
+    normal_load, preliminary_displacement : float
+        Of the pass [N], and θμδ of the highest summit under it [m].
+    contact_count, real_contact_area, rms_height
+        Summits that touch, their area [m²], and Rq of the map [m].
+    summits, touching
+        All of them, and the indices of those that touch.
     removed_volume : float
         That the pass has cut off [m³], whether it was lost or put back.
     """
@@ -98,7 +83,6 @@ def run_in(
     Parameters
     ----------
     surface : Surface
-        Whose summits are found by the 9-point rule, unless ``find`` says otherwise.
     pair : MaterialPair
     passes : sequence of Pass
     friction : float
@@ -110,7 +94,7 @@ def run_in(
         What becomes of what is cut off: it is lost, or raises all points that were not cut by one height, as displaced
         material does (Pullen and Williamson 1972).
     find : callable, optional
-        Finds the summits of a map.
+        Finds the summits of a map; by default by the 9-point rule.
 
     Raises
     ------

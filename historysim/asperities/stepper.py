@@ -10,10 +10,12 @@ import numpy.typing as npt
 
 from historysim.asperities.channel_goals import channel, goals
 from historysim.asperities.curves import NormalCurves
-from historysim.asperities.state import EnsembleState
+from historysim.asperities.state import EnsembleState, WholeContact
 from historysim.basics.array_types import Floats, Integers
 from historysim.basics.library import ffi, lib
-from historysim.memory.binding import LOAD, Slopes, check, copied
+from historysim.basics.one_at_a_time import OneAtATime
+from historysim.errors import InputError
+from historysim.memory.binding import LOAD, Slopes, check, check_belongs, copied
 from historysim.memory.paths import paths_to
 
 TURNS = 4
@@ -39,13 +41,13 @@ class Totals(NamedTuple):
         return cls(**columns | {"contact_count": columns["contact_count"].astype(np.int64)})
 
 
-class Stepper:
+class Stepper(WholeContact):
     """A state that is stepped in place, for tight loops: of a controller, or of an integrator.
 
     `Ensemble.stepper` makes one. It gives the bits that `Ensemble.advance` and a replay give, at a cost that does not
     grow with the depth of the memory. Where asperities evolve each step costs what it costs there. It can be pickled.
     What it was is lost with each step: `save` first where a step may be undone, such as a trial inside an integrator's
-    stages.
+    stages. It is of one thread at a time: another one that comes in meanwhile gets an error.
 
     Attributes
     ----------
@@ -63,7 +65,8 @@ class Stepper:
         self._curves = curves
         self._walk = walk
         self._refusal = ffi.new("hs_refusal *")
-        self.restore(state)
+        self._place = OneAtATime("the stepper: a stepper for each thread, such as ensemble.stepper(stepper.save())")
+        self._go_on_from(state)
 
     def __getstate__(self) -> tuple[Any, ...]:
         return self.save(), bytes(ffi.buffer(self.drive)), self._curves, self._walk, self._start
@@ -76,7 +79,20 @@ class Stepper:
         self._start = start
 
     def restore(self, state: EnsembleState) -> None:
-        """Go on from a state of the same ensemble, such as one that `save` has returned."""
+        """Go on from a state of the same ensemble, such as one that `save` has returned.
+
+        Raises
+        ------
+        InputError
+            A state of another ensemble; nothing is changed.
+        """
+        if not isinstance(state, EnsembleState):
+            raise InputError(f"state is {state!r}; expected an EnsembleState, such as save() returns")
+        check_belongs(state.memory, self.memory)
+        with self._place:
+            self._go_on_from(state)
+
+    def _go_on_from(self, state: EnsembleState) -> None:
         self._hold(copied(state.memory))
         check(lib.hs_memory_join(self.memory))
         self._start = state.approach
@@ -87,7 +103,8 @@ class Stepper:
 
     def save(self) -> EnsembleState:
         """Return the present state, which later steps do not change."""
-        return EnsembleState(copied(self.memory))
+        with self._place:
+            return EnsembleState(copied(self.memory))
 
     def step(
         self,
@@ -116,22 +133,29 @@ class Stepper:
         FrictionLimitError, CurveEndError
             A load beyond the friction limit, or beyond the end of a normal curve; nothing is changed.
         InputError
-            As for `Ensemble.advance`; nothing is changed.
+            As for `Ensemble.advance`, or another thread steps it; nothing is changed.
         """
         memory = self.memory
         normal, end = channel("normal", normal_load, normal_displacement, memory.normal_control, 0.0)
         tangential, goal = channel("tangential", tangential_load, tangential_displacement, memory.tangential_control)
-        start = memory.approach
-        if memory.evolved:
-            paths = paths_to(goals((normal, end)), goals((tangential, goal)))
-            memory = self._walk(EnsembleState(memory), paths).memory
-            self._hold(memory)
-        else:
-            if self._curves is not None:
-                self._curves.check_reach(paths_to(goals((normal, end)), goals((tangential, goal))))
-            status = lib.hs_step(memory, normal, end, tangential, goal, self.drive, self._refusal)
-            if status:
-                check(status, self._refusal)
+        start, free = memory.approach, self._place.free
+        if self._curves is not None:
+            self._curves.check_reach(paths_to(goals((normal, end)), goals((tangential, goal))))
+        try:
+            del free[0]
+        except IndexError:
+            raise self._place.taken() from None
+        try:
+            if memory.evolved:
+                paths = paths_to(goals((normal, end)), goals((tangential, goal)))
+                memory = self._walk(EnsembleState(memory), paths).memory
+                self._hold(memory)
+            else:
+                status = lib.hs_step(memory, normal, end, tangential, goal, self.drive, self._refusal)
+                if status:
+                    check(status, self._refusal)
+        finally:
+            free.append(None)
         # a ramp of both loads begins where the contact touches
         self._start = (max(start, 0.0) if normal == tangential == LOAD else start) * self._units.length
         move = memory.displacement - self._reached
@@ -163,30 +187,6 @@ class Stepper:
         under two controlled loads, they are those of the straight path in (d, U) to the same end. Of asperities that
         evolve they are those at held friction and shapes: a summit that is yielding is softer than that.
         """
-        found = lib.hs_slopes_of(self.memory, self._start)
+        with self._place:
+            found = lib.hs_slopes_of(self.memory, self._start)
         return Slopes(found.tangential, found.coupling, found.normal)
-
-    @property
-    def normal_load(self) -> float:
-        """Total normal load [N]."""
-        return float(self.memory.normal_load * self._units.load)
-
-    @property
-    def tangential_load(self) -> float:
-        """Total tangential load [N]."""
-        return float(self.memory.tangential_load * self._units.load)
-
-    @property
-    def approach(self) -> float:
-        """Approach of the highest summit from first touch [m]; negative where nothing touches."""
-        return float(self.memory.approach * self._units.length)
-
-    @property
-    def tangential_displacement(self) -> float:
-        """Rigid tangential displacement U [m]."""
-        return float(self.memory.displacement * self._units.displacement)
-
-    @property
-    def dissipated_energy(self) -> float:
-        """Energy that friction has taken since the start, all asperities [J]."""
-        return float(self.memory.dissipated * self._units.energy)

@@ -1,7 +1,6 @@
-"""Whether the model may be used for a contact: what does not hold of its assumptions, where the load is greatest.
+"""Whether the model may be used for a contact: its assumptions, checked where the load is greatest.
 
-The asperities are paraboloids (a small beside R), elastic, without adhesion, and independent of each other. Each check
-is a pass over the asperities that touch; none changes what is computed.
+The asperities are paraboloids (a small beside R), elastic, without adhesion, and independent of each other.
 """
 
 import math
@@ -19,21 +18,21 @@ from historysim.basics.findings import Finding
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.contact import hertz
-from historysim.surfaces.detached import detached_summits
+from historysim.surfaces.summits import detached_summits
 
-STEEP = 0.3
+STEEPEST = 0.3
 """a/R up to which the paraboloid stands for the sphere, and Hertz' theory for small strains."""
 MOST_LOAD = 0.1
 """Share of the normal load that may stand on asperities beyond a limit, and that adhesion may add to it."""
 MOST_OVERLAP = 0.2
-"""Share of the normal load that may stand on asperities whose contact circles overlap."""
+"""Share of the normal load that may stand on asperities with contact circles that overlap."""
 MOST_AREA = 0.05
 """Contact area over nominal area up to which asperities are taken to be independent."""
-HALF = 0.5
+MOST_ON_OUTLIERS = 0.5
 """Share of the normal load that a handful of outliers may carry."""
-FEW = 500
-"""Circles of which all pairs are looked at, since that takes less than to import what finds those that are near."""
-BULK = 0.5
+MOST_PAIRED = 500
+"""Circles of which all pairs are looked at, which takes less time than to import a search for neighbours."""
+MOST_YIELDED_AREA = 0.5
 """Contact area over nominal area up to which summits that yield do so alone: beyond it the pressure rises above the
 hardness, since what is pressed down has nowhere to go (Pullen and Williamson 1972)."""
 STRAIN = 0.2
@@ -51,9 +50,9 @@ ONSET_OF_HARDNESS, ONSET_OF_YIELD = 0.4, 1.07
 
 @attrs.frozen
 class _Touching:
-    """The asperities that touch: summit radius R, approach δ, contact radius a [m], and normal load N [N].
+    """The asperities that touch: radii R, approaches δ, contact radii a [m], and normal loads N [N].
 
-    Where they have yielded R and δ are those of the summit that is left, and its radius before is the virgin one.
+    Where they have yielded R and δ are those of the summit that is left, and the radius before is ``virgin_radius``.
     """
 
     index: Integers
@@ -76,70 +75,36 @@ class _Touching:
 def findings(ensemble: Ensemble, approach: float, instrument: Instrument = RIGID) -> tuple[Finding, ...]:
     """Return which assumptions of the model do not hold at an approach, with what can be done.
 
+    The page of this room lists all of them. What is not known of an ensemble (hardness, yield stress and surface
+    energies of its materials, positions, nominal area) is not checked; patches of normal curves have `first_row` and
+    `normal_curve` alone.
+
     Parameters
     ----------
     ensemble : Ensemble
-        What is not known of it (hardness, yield stress and surface energies of its materials, positions, nominal area)
-        is not checked.
     approach : float
         Approach of the highest summit from first touch [m]; take the greatest of a history.
     instrument : Instrument, optional
-        Whose resolution of the displacement the preliminary displacement is compared with.
+        With a resolution of the displacement, which the preliminary displacement is compared with.
 
     Returns
     -------
     tuple of Finding
-        Of these, those that do not hold; none where nothing touches:
-
-        ``steep``
-            Share of the load on asperities with a/R > 0.3, at most 0.1.
-        ``yield``
-            Share of the load on asperities whose mean pressure is beyond the onset of yield, at most 0.1.
-        ``area``
-            Contact area over nominal area, at most 0.05.
-        ``overlap``
-            Share of the load on asperities whose contact circles overlap, at most 0.2.
-        ``adhesion``
-            JKR pull-off loads of all that touch, over the normal load, at most 0.1.
-        ``outliers``
-            Share of the load on a handful of summits that stand apart (`detached_summits`), at most 0.5.
-        ``resolution``
-            Preliminary displacement [m], at least the resolution of the instrument.
-        ``first_row``
-            Approach of the first row of a normal curve over that of the last, at most 0.2.
-        ``normal_curve``
-            What the normal curve may be off by, over its largest load, at most 0.01. Of patches with normal curves
-            there are these two alone.
-        ``rising``
-            Rise of the friction coefficient with the distance slid, over 1/(θδ), at most 1.
-
-        Where summits yield, these take the place of ``yield``:
-
-        ``merging``
-            Share of the load on yielded asperities whose contact circles overlap others, at most 0.2.
-        ``bulk``
-            Contact area over nominal area, at most 0.5.
-        ``hardening``
-            Mean representative strain 0.2 a/R of those that have yielded, by load, at most twice and at least half the
-            8 % of a Vickers indentation.
-        ``cracks``
-            Share of the load on asperities that carry more than the threshold of median cracks, at most 0.1.
-
-    Raises
-    ------
-    InputError
-        An approach that is not a finite number.
+        Those that do not hold; none where nothing touches.
     """
     # patches with normal curves may press on one another, and are no spheres
     if ensemble.curves is not None:
         return tuple(_curve(ensemble.curves))
+    touching = _touching(ensemble, approach)
+    return () if touching is None else tuple(_found(ensemble, touching, instrument))
+
+
+def _touching(ensemble: Ensemble, approach: float) -> _Touching | None:
     depth = ensemble.summit_height - (ensemble.highest_summit - approach)
     index = np.flatnonzero(depth > 0)
-    if not index.size:
-        return ()
     virgin = ensemble.summit_radius[index]
     radius, depth, yielded = virgin, depth[index], np.zeros(index.size, dtype=bool)
-    if ensemble.yielding is not None:
+    if ensemble.yielding is not None and index.size:
         state = ensemble.advance(ensemble.initial_state(), normal_displacement=approach)
         if (left := state.yielded) is not None:
             radius, yielded = left.summit_radius[index], left.yielding_load[index] > 0
@@ -147,10 +112,8 @@ def findings(ensemble: Ensemble, approach: float, instrument: Instrument = RIGID
     load = hertz.normal_load(depth, summit_radius=radius, contact_modulus=ensemble.pair.contact_modulus)
     # an approach that is next to nothing underflows
     if not load.sum() > 0:
-        return ()
-    contact_radius = hertz.contact_radius(depth, summit_radius=radius)
-    touching = _Touching(index, radius, depth, contact_radius, load, virgin, yielded)
-    return tuple(_found(ensemble, touching, instrument))
+        return None
+    return _Touching(index, radius, depth, hertz.contact_radius(depth, summit_radius=radius), load, virgin, yielded)
 
 
 def _found(ensemble: Ensemble, touching: _Touching, instrument: Instrument) -> Iterator[Finding]:
@@ -173,25 +136,19 @@ def _curve(curves: NormalCurves) -> Iterator[Finding]:
         # of solutions the first row is that of the first touch, and rows are close
         return
     first = float(curves.approach[0] / curves.approach[-1])
-    if first > MOST_BEFORE_ROWS:
-        yield Finding(
-            "first_row",
-            first,
-            MOST_BEFORE_ROWS,
-            f"the lightest load of the normal curve stands at {_percent(first)} of its range of approach: what is "
-            "carried below it, and by every slip front there, is a guess (a power of the approach); measure lighter "
-            "loads",
-        )
+    text = (
+        f"the lightest load of the normal curve stands at {_percent(first)} of its range of approach: what is "
+        "carried below it, and by every slip front there, is a guess (a power of the approach); measure lighter "
+        "loads"
+    )
+    yield from _over("first_row", first, MOST_BEFORE_ROWS, text)
     error = curves.error()
-    if error > MOST_ERROR:
-        why = "between its rows" if curves.noise is None else "under its noise"
-        yield Finding(
-            "normal_curve",
-            error,
-            MOST_ERROR,
-            f"the normal curve may be off by {_percent(error)} of its largest load {why}, and so may all loads: "
-            "measure more rows",
-        )
+    why = "between its rows" if curves.noise is None else "under its noise"
+    text = (
+        f"the normal curve may be off by {_percent(error)} of its largest load {why}, and so may all loads: "
+        "measure more rows"
+    )
+    yield from _over("normal_curve", error, MOST_ERROR, text)
 
 
 def _outliers(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:
@@ -200,30 +157,24 @@ def _outliers(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:
         return
     highest = np.sort(ensemble.summit_height)[-count]
     share = touching.share(ensemble.summit_height[touching.index] >= highest)
-    if share > HALF:
-        stand = "stands" if count == 1 else "stand"
-        yield Finding(
-            "outliers",
-            share,
-            HALF,
-            f"{counted(count, 'summit', 'summits')} of {len(ensemble):,}, which {stand} apart above all others, "
-            f"{'carries' if count == 1 else 'carry'} {_percent(share)} of the normal load: see whether they are spikes "
-            "or dirt; of a map, take them off with spikes or outliers, or crop it",
-        )
+    stand = "stands" if count == 1 else "stand"
+    text = (
+        f"{counted(count, 'summit', 'summits')} of {len(ensemble):,}, which {stand} apart above all others, "
+        f"{'carries' if count == 1 else 'carry'} {_percent(share)} of the normal load: see whether they are spikes "
+        "or dirt; of a map, take them off with spikes or outliers, or crop it"
+    )
+    yield from _over("outliers", share, MOST_ON_OUTLIERS, text)
 
 
 def _steep(touching: _Touching) -> Iterator[Finding]:
-    share = touching.share(touching.contact_radius > STEEP * touching.summit_radius)
-    if share > MOST_LOAD:
-        pressure = quantity_text(touching.normal_load.sum() / touching.area, "Pa", 3)
-        yield Finding(
-            "steep",
-            share,
-            MOST_LOAD,
-            f"{_percent(share)} of the normal load stands on asperities with a/R > {STEEP} (mean pressure {pressure}), "
-            "where Hertz' theory does not hold: filter the map (s_filter) to what its resolution supports, if the "
-            "radii come from one, or press less",
-        )
+    share = touching.share(touching.contact_radius > STEEPEST * touching.summit_radius)
+    pressure = quantity_text(touching.normal_load.sum() / touching.area, "Pa", 3)
+    text = (
+        f"{_percent(share)} of the normal load stands on asperities with a/R > {STEEPEST} (mean pressure "
+        f"{pressure}), where Hertz' theory does not hold: filter the map (s_filter) to what its resolution "
+        "supports, if the radii come from one, or press less"
+    )
+    yield from _over("steep", share, MOST_LOAD, text)
 
 
 def _yielding(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:
@@ -237,19 +188,16 @@ def _yielding(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:
     hardness = pair.hardness or hardness
     pressure = hertz.mean_pressure(touching.normal_load, contact_radius=touching.contact_radius)
     share = touching.share(pressure > onset)
-    if share > MOST_LOAD:
-        mean = touching.normal_load.sum() / touching.area
-        spread = float(ensemble.summit_height.std())
-        index = pair.contact_modulus / hardness * math.sqrt(spread / ensemble.summit_radius.mean())
-        plasticity = f", plasticity index {index:.2g}" if spread else ""
-        yield Finding(
-            "yield",
-            share,
-            MOST_LOAD,
-            f"{_percent(share)} of the normal load stands on asperities that yield (mean pressure "
-            f"{quantity_text(mean, 'Pa', 3)}, onset at {quantity_text(onset, 'Pa', 3)}{plasticity}), and the model is "
-            "elastic: let its summits yield (yielding), press less, or use the surface as it is after running in",
-        )
+    mean = touching.normal_load.sum() / touching.area
+    spread = float(ensemble.summit_height.std())
+    index = pair.contact_modulus / hardness * math.sqrt(spread / ensemble.summit_radius.mean())
+    plasticity = f", plasticity index {index:.2g}" if spread else ""
+    text = (
+        f"asperities carrying {_percent(share)} of the normal load exceed the elastic limit (mean pressure "
+        f"{quantity_text(mean, 'Pa', 3)}, onset at {quantity_text(onset, 'Pa', 3)}{plasticity}); set surface.yielding, "
+        "reduce the load, or use a run-in surface"
+    )
+    yield from _over("yield", share, MOST_LOAD, text)
 
 
 def _hardening(touching: _Touching) -> Iterator[Finding]:
@@ -274,27 +222,24 @@ def _cracking(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:
     if threshold is None or ensemble.yielding is None:
         return
     share = touching.share(touching.normal_load > threshold)
-    if share > MOST_LOAD:
-        most = quantity_text(float(touching.normal_load.max()), "N", 3)
-        yield Finding(
-            "cracks",
-            share,
-            MOST_LOAD,
-            f"{_percent(share)} of the normal load stands on asperities that carry up to {most}, beyond the threshold "
-            f"of median cracks, {quantity_text(threshold, 'N', 3)} (Lawn and Evans 1977): a brittle material cracks "
-            "there, and the model lets it flow; press less",
-        )
+    most = quantity_text(float(touching.normal_load.max()), "N", 3)
+    text = (
+        f"{_percent(share)} of the normal load stands on asperities that carry up to {most}, beyond the threshold "
+        f"of median cracks, {quantity_text(threshold, 'N', 3)} (Lawn and Evans 1977): a brittle material cracks "
+        "there, and the model lets it flow; press less"
+    )
+    yield from _over("cracks", share, MOST_LOAD, text)
 
 
 def _area(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:
     if ensemble.nominal_area is None:
         return
     share = touching.area / ensemble.nominal_area
-    if ensemble.yielding is not None and share > BULK:
+    if ensemble.yielding is not None and share > MOST_YIELDED_AREA:
         yield Finding(
             "bulk",
             share,
-            BULK,
+            MOST_YIELDED_AREA,
             f"the contact area is {_percent(share)} of the nominal area: what yields there has nowhere to go, and the "
             "pressure rises above the hardness, which the model leaves out; press less, or take a larger nominal area",
         )
@@ -314,42 +259,25 @@ def _overlapping(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:
     place = np.stack([ensemble.x[touching.index], ensemble.y[touching.index]], axis=1)
     overlaps = overlapping(place, touching.contact_radius)
     share = touching.share(overlaps & touching.yielded)
+    text = (
+        f"{_percent(share)} of the normal load stands on yielded asperities with contacts that overlap others: "
+        "such summits merge into one, and the model has them yield alone; filter the map (s_filter), prune its summits "
+        "(prune), or press less"
+    )
     if share > MOST_OVERLAP:
-        yield Finding(
-            "merging",
-            share,
-            MOST_OVERLAP,
-            f"{_percent(share)} of the normal load stands on yielded asperities whose contacts overlap others: such "
-            "summits merge into one, and the model has them yield alone; filter the map (s_filter), prune its summits "
-            "(prune), or press less",
-        )
+        yield Finding("merging", share, MOST_OVERLAP, text)
         return
     share = touching.share(overlaps)
-    if share > MOST_OVERLAP:
-        yield Finding(
-            "overlap",
-            share,
-            MOST_OVERLAP,
-            f"{_percent(share)} of the normal load stands on {int(overlaps.sum()):,} asperities whose contacts "
-            "overlap, which the model takes as independent: filter the map (s_filter), prune its summits (prune), or "
-            "press less",
-        )
+    text = (
+        f"{_percent(share)} of the normal load stands on {int(overlaps.sum()):,} asperities with contacts "
+        "that overlap, which the model takes as independent: filter the map (s_filter), prune its summits (prune), or "
+        "press less"
+    )
+    yield from _over("overlap", share, MOST_OVERLAP, text)
 
 
 def overlapping(place: Floats, radius: Floats) -> Booleans:
-    """Return which circles overlap another one.
-
-    Parameters
-    ----------
-    place : array (circle, 2)
-        Centres [m].
-    radius : array (circle)
-        Radii a [m].
-
-    Returns
-    -------
-    array (circle) of bool
-    """
+    """Return which circles (circle) overlap another one, of their centres (circle, 2) and radii [m]."""
     one, other = _near(place, radius)
     distance = np.hypot(*(place[one] - place[other]).T)
     both = (one != other) & (distance < radius[one] + radius[other])
@@ -360,7 +288,7 @@ def overlapping(place: Floats, radius: Floats) -> Booleans:
 
 def _near(place: Floats, radius: Floats) -> tuple[Integers, Integers]:
     """Return pairs of circles, among which are all that overlap."""
-    if radius.size <= FEW:
+    if radius.size <= MOST_PAIRED:
         one, other = np.indices((radius.size, radius.size)).reshape(2, -1)
         return one, other
     from scipy.spatial import cKDTree
@@ -377,15 +305,12 @@ def _adhering(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:
         return
     unit = np.pi * work * touching.summit_radius
     share = float(1.5 * unit.sum() / touching.normal_load.sum())
-    if share > MOST_LOAD:
-        lightest = float(np.quantile(touching.normal_load / unit, 0.1))
-        yield Finding(
-            "adhesion",
-            share,
-            MOST_LOAD,
-            f"adhesion, which is left out, could pull with {_percent(share)} of the normal load (JKR; N/(πWR) is "
-            f"{lightest:.2g} or less at the tenth of the contacts that is loaded least): press more, or see [adhesion]",
-        )
+    lightest = float(np.quantile(touching.normal_load / unit, 0.1))
+    text = (
+        f"adhesion, which is left out, could pull with {_percent(share)} of the normal load (JKR; N/(πWR) is "
+        f"{lightest:.2g} or less at the tenth of the contacts that is loaded least): press more, or see [adhesion]"
+    )
+    yield from _over("adhesion", share, MOST_LOAD, text)
 
 
 def _unresolved(ensemble: Ensemble, touching: _Touching, instrument: Instrument) -> Iterator[Finding]:
@@ -400,6 +325,11 @@ def _unresolved(ensemble: Ensemble, touching: _Touching, instrument: Instrument)
             f"the preliminary displacement, {quantity_text(displacement, 'm', 3)}, is below what the instrument "
             f"resolves, {resolution}: press more, or use a finer instrument",
         )
+
+
+def _over(name: str, value: float, most: float, text: str) -> Iterator[Finding]:
+    if value > most:
+        yield Finding(name, value, most, text)
 
 
 def _percent(share: float) -> str:

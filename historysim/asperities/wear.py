@@ -53,13 +53,11 @@ class WearLaw(Law):
     registry: ClassVar[Registry[Any]] = WEAR_LAWS
 
     def core(self) -> dict[str, Any]:
-        """Return the fields of ``hs_wear`` that say what it is; a law without a kind there is asked by `volume`."""
+        """Return the fields of ``hs_wear``; a law without a ``kind`` there is asked by `volume`."""
         return {"shape": "HS_TRUNCATED" if self.shape == "truncated" else "HS_BLUNTED"}
 
     def volume(self, normal_load: Floats, slid_distance: Floats, dissipated_energy: Floats) -> Floats:
-        """Return the volume that asperities lose [m³] (asperity).
-
-        Laws of the library are asked there. A law of your own says it here, for arrays.
+        """Return the volume that asperities lose [m³] (asperity); a law of your own computes it here, for arrays.
 
         Parameters
         ----------
@@ -102,11 +100,6 @@ class ArchardWear(WearLaw):
         "truncated" cuts the cap of the volume off and keeps the radius. "blunted" leaves a blunter paraboloid.
         `WearLaw` has the equations.
 
-    Raises
-    ------
-    InputError
-        A number out of its range, or another word.
-
     Examples
     --------
     [wear]
@@ -121,12 +114,12 @@ class ArchardWear(WearLaw):
     kind = "archard"
 
     def core(self) -> dict[str, Any]:
-        """Return the fields of ``hs_wear`` that say what it is."""
+        """Return the fields of ``hs_wear``."""
         return super().core() | {"kind": "HS_ARCHARD", "rate": self.coefficient / self.hardness}
 
     @property
     def text(self) -> str:
-        """Say in a line what it is."""
+        """The law in a line."""
         hardness = quantity_text(self.hardness, "Pa")
         return f"Archard: K = {self.coefficient:g} in load times slid distance over {hardness}; {self._shape_text}"
 
@@ -144,11 +137,6 @@ class EnergyWear(WearLaw):
         "truncated" cuts the cap of the volume off and keeps the radius. "blunted" leaves a blunter paraboloid.
         `WearLaw` has the equations.
 
-    Raises
-    ------
-    InputError
-        A number out of its range, or another word.
-
     Examples
     --------
     [wear]
@@ -163,23 +151,19 @@ class EnergyWear(WearLaw):
     kind = "energy"
 
     def core(self) -> dict[str, Any]:
-        """Return the fields of ``hs_wear`` that say what it is."""
+        """Return the fields of ``hs_wear``."""
         return super().core() | {"kind": "HS_ENERGY_WEAR", "rate": self.volume_per_energy}
 
     @property
     def text(self) -> str:
-        """Say in a line what it is."""
+        """The law in a line."""
         return f"energy wear: {self.volume_per_energy:g} m³/J of the dissipated energy; {self._shape_text}"
 
 
 def check_wear(law: WearLaw) -> None:
-    """Check a law of a user's own: a way may be taken in any parts.
-
-    Raises
-    ------
-    InputError
-        Volumes that are no numbers of 0 or more, or that are not twice as much of twice the way and energy.
-    """
+    """Check a law of a user's own: the volume lost over a distance is that over its parts together."""
+    if not isinstance(law, WearLaw):
+        raise InputError(f"wear is {law!r}; expected a WearLaw, such as ArchardWear(coefficient=…, hardness=…)")
     if "kind" in law.core():
         return
     load, slid = np.array([1e-3, 0.1, 10.0]), np.full(3, 1e-7)

@@ -65,7 +65,7 @@ class YieldingLaw(Law):
     registry: ClassVar[Registry[Any]] = YIELDING_LAWS
 
     def core(self, pair: MaterialPair) -> dict[str, Any]:
-        """Return the fields of ``hs_yielding`` that say what it is; a law without a kind there is asked itself."""
+        """Return the fields of ``hs_yielding``; a law without a ``kind`` there is asked by `first_loading`."""
         del pair
         return {}
 
@@ -116,12 +116,10 @@ class HardnessLaw(YieldingLaw):
         H > 0 [Pa]; by default that of the pair's softer material, or 2.8 times its yield stress.
     poissons_ratio : float, optional
         ν from 0 to 0.5; by default that of the material with this hardness, or 0.3 for a pair of moduli alone.
-
-    Raises
-    ------
-    InputError
-        A number out of its range; with an ensemble, a hardness that nobody has told.
     """
+
+    library_kind: ClassVar[str | None] = None
+    """What the library calls it; None of a law of your own."""
 
     hardness: Pressure | None = attrs.field(
         default=None,
@@ -158,10 +156,11 @@ class HardnessLaw(YieldingLaw):
         return self.critical_strain(pair) * summit_radius
 
     def core(self, pair: MaterialPair) -> dict[str, Any]:
-        """Return the fields of ``hs_yielding`` that say what it is."""
+        """Return the fields of ``hs_yielding``."""
         hardness, _ = self._known
         strain = hardness / HARDNESS_OF_YIELD / pair.contact_modulus
-        return {"critical_strain": self.critical_strain(pair), "hardness": hardness, "yield_strain": strain}
+        known = {"critical_strain": self.critical_strain(pair), "hardness": hardness, "yield_strain": strain}
+        return known if self.library_kind is None else known | {"kind": self.library_kind}
 
     @property
     @abc.abstractmethod
@@ -207,10 +206,7 @@ class KogutEtsion(HardnessLaw):
     """
 
     kind = "kogut-etsion"
-
-    def core(self, pair: MaterialPair) -> dict[str, Any]:
-        """Return the fields of ``hs_yielding`` that say what it is."""
-        return super().core(pair) | {"kind": "HS_KOGUT_ETSION"}
+    library_kind = "HS_KOGUT_ETSION"
 
     @property
     def peak_at_onset(self) -> float:
@@ -220,7 +216,7 @@ class KogutEtsion(HardnessLaw):
 
     @property
     def text(self) -> str:
-        """Say in a line what it is."""
+        """The law in a line."""
         return f"Kogut and Etsion (2002), {self._numbers}; joined continuously; elastic afterwards as Hertz"
 
 
@@ -237,10 +233,7 @@ class Thornton(HardnessLaw):
     """
 
     kind = "thornton"
-
-    def core(self, pair: MaterialPair) -> dict[str, Any]:
-        """Return the fields of ``hs_yielding`` that say what it is."""
-        return super().core(pair) | {"kind": "HS_THORNTON"}
+    library_kind = "HS_THORNTON"
 
     @property
     def peak_at_onset(self) -> float:
@@ -249,7 +242,7 @@ class Thornton(HardnessLaw):
 
     @property
     def text(self) -> str:
-        """Say in a line what it is."""
+        """The law in a line."""
         return f"Thornton (1997), {self._numbers}, pressure up to 1.6/2.8 of it; elastic afterwards as Hertz"
 
 
@@ -267,10 +260,7 @@ class JacksonGreen(HardnessLaw):
     """
 
     kind = "jackson-green"
-
-    def core(self, pair: MaterialPair) -> dict[str, Any]:
-        """Return the fields of ``hs_yielding`` that say what it is."""
-        return super().core(pair) | {"kind": "HS_JACKSON_GREEN"}
+    library_kind = "HS_JACKSON_GREEN"
 
     @property
     def peak_at_onset(self) -> float:
@@ -280,18 +270,12 @@ class JacksonGreen(HardnessLaw):
 
     @property
     def text(self) -> str:
-        """Say in a line what it is."""
+        """The law in a line."""
         return f"Jackson and Green (2005), {self._numbers}; joined continuously; elastic afterwards as Hertz"
 
 
 def law_on_summits(given: YieldingLaw | str | None, pair: MaterialPair, summit_radius: Floats) -> YieldingLaw | None:
-    """Return the law of yielding of summits, or the one of a name, with what it takes from the materials.
-
-    Raises
-    ------
-    InputError
-        Neither a law nor the name of one, a hardness that nobody has told, or a law that no summit follows.
-    """
+    """Return the law of yielding of summits, or the one of a name, with what it takes from the materials."""
     if given is None:
         return None
     law = YieldingLaw.from_settings({"law": given}) if isinstance(given, str) else given
@@ -303,13 +287,7 @@ def law_on_summits(given: YieldingLaw | str | None, pair: MaterialPair, summit_r
 
 
 def _check_law(law: YieldingLaw, summit_radius: Floats, pair: MaterialPair) -> None:
-    """Check a law at summits of the smallest and the largest radius, from the onset on.
-
-    Raises
-    ------
-    InputError
-        An onset that is none, or loads and radii that no summit has: the message says which.
-    """
+    """Check a law at summits of the smallest and the largest radius, from the onset on."""
     name = type(law).__name__
     for radius in (float(summit_radius.min()), float(summit_radius.max())):
         onset = np.asarray(law.critical_approach(np.array([radius]), pair), dtype=np.float64)
@@ -319,11 +297,11 @@ def _check_law(law: YieldingLaw, summit_radius: Floats, pair: MaterialPair) -> N
         load, contact = (
             np.asarray(each, dtype=np.float64) for each in law.first_loading(approach, np.full(60, radius), pair)
         )
-        told = f"at R = {radius:g} m from δ = {approach[0]:g} m on"
+        where = f"at R = {radius:g} m from δ = {approach[0]:g} m on"
         if not load.shape == contact.shape == approach.shape or not np.isfinite([load, contact]).all():
-            raise InputError(f"{name}.first_loading {told} is not finite, or of another length; expected two arrays")
+            raise InputError(f"{name}.first_loading {where} is not finite, or of another length; expected two arrays")
         if (np.diff(load) <= 0).any() or (np.diff(contact) <= 0).any() or load[0] <= 0:
-            raise InputError(f"{name}.first_loading {told}: load or contact radius does not rise; expected both to")
+            raise InputError(f"{name}.first_loading {where}: load or contact radius does not rise; expected both to")
         elastic = hertz.normal_load(onset[0], summit_radius=radius, contact_modulus=pair.contact_modulus)
         if abs(load[0] - elastic) > 1e-3 * elastic or abs(contact[0] ** 2 - radius * onset[0]) > 1e-3 * contact[0] ** 2:
             raise InputError(
@@ -331,4 +309,4 @@ def _check_law(law: YieldingLaw, summit_radius: Floats, pair: MaterialPair) -> N
                 f"{elastic:g} N, {math.sqrt(radius * onset[0]):g} m"
             )
         if (load > 4 * pair.contact_modulus * contact**3 / (3 * radius) * (1 + 1e-9)).any():
-            raise InputError(f"{name}.first_loading {told}: more than Hertz's load at that contact radius")
+            raise InputError(f"{name}.first_loading {where}: more than Hertz's load at that contact radius")

@@ -1,9 +1,13 @@
-"""Drift of one Hertzian contact: how far its preliminary displacement moves when load or friction change."""
+"""Drift of one Hertzian contact: how far its preliminary displacement moves when load or friction change.
+
+Parameters are ``normal_load`` N [N], ``tangential_load`` T [N], ``summit_radius`` R [m] and ``friction`` μ, numbers or
+arrays that broadcast; of load and friction a drift takes two, before and after. Errors are those of `hertz`.
+"""
 
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
+from numpy.typing import ArrayLike
 
 from historysim.basics.arguments import checked
 from historysim.basics.array_types import Floats
@@ -14,21 +18,9 @@ if TYPE_CHECKING:
 
 
 def preliminary_displacement(
-    pair: "MaterialPair", *, normal_load: npt.ArrayLike, summit_radius: npt.ArrayLike, friction: npt.ArrayLike
+    pair: "MaterialPair", *, normal_load: ArrayLike, summit_radius: ArrayLike, friction: ArrayLike
 ) -> Floats:
-    """Return the displacement at which one virgin contact slides, θ μ δ [m], with the approach δ ∝ N^(2/3) R^(-1/3).
-
-    Parameters
-    ----------
-    pair : MaterialPair
-    normal_load, summit_radius, friction : array_like
-        N ≥ 0 [N], R > 0 [m], μ ≥ 0, of shapes that broadcast.
-
-    Raises
-    ------
-    InputError
-        An argument out of its range.
-    """
+    """Return the displacement at which one virgin contact slides, θ μ δ [m], with the approach δ ∝ N^(2/3) R^(-1/3)."""
     approach = hertz.approach(normal_load, summit_radius=summit_radius, contact_modulus=pair.contact_modulus)
     return pair.displacement_ratio * checked("friction", friction, least=0) * approach
 
@@ -36,24 +28,11 @@ def preliminary_displacement(
 def drift(
     pair: "MaterialPair",
     *,
-    normal_load: tuple[npt.ArrayLike, npt.ArrayLike],
-    summit_radius: npt.ArrayLike,
-    friction: tuple[npt.ArrayLike, npt.ArrayLike],
+    normal_load: tuple[ArrayLike, ArrayLike],
+    summit_radius: ArrayLike,
+    friction: tuple[ArrayLike, ArrayLike],
 ) -> Floats:
-    """Return the drift between two states of one contact, |δ_t,max,2 - δ_t,max,1| [m].
-
-    Parameters
-    ----------
-    pair : MaterialPair
-    normal_load, friction : pair of array_like
-        Before and after.
-    summit_radius : array_like
-
-    Raises
-    ------
-    InputError
-        As for `preliminary_displacement`.
-    """
+    """Return the drift between two states of one contact, |δ_t,max,2 - δ_t,max,1| [m]."""
     first, second = _before_and_after(pair, normal_load, summit_radius, friction)
     return np.abs(second - first)
 
@@ -61,66 +40,38 @@ def drift(
 def branch_drift(
     pair: "MaterialPair",
     *,
-    normal_load: tuple[npt.ArrayLike, npt.ArrayLike],
-    summit_radius: npt.ArrayLike,
-    friction: tuple[npt.ArrayLike, npt.ArrayLike],
+    normal_load: tuple[ArrayLike, ArrayLike],
+    summit_radius: ArrayLike,
+    friction: tuple[ArrayLike, ArrayLike],
 ) -> Floats:
     """Return the branch drift of one contact [m]: the backward branch less the 2 δ1 that it should take, without sign.
 
     The contact slides forward at the first load, the load changes at a fixed displacement, and the contact comes back
     until it slides. Where of load and friction one rises and the other falls, the rise comes first. Where the load has
     risen the backward branch takes δ1 + δ2, where it has fallen 2 δ2. So it drifts by δ2 - δ1 upward, and by
-    2 (δ1 - δ2) downward (Winogrodzka's Fig. 6.6, of whose numbers the ratio is reproduced).
-
-    Parameters
-    ----------
-    pair, normal_load, summit_radius, friction
-        As for `drift`.
-
-    Raises
-    ------
-    InputError
-        As for `preliminary_displacement`.
+    2 (δ1 - δ2) downward (Winogrodzka's Fig. 6.6, where the ratio of the numbers is reproduced).
     """
     first, second = _before_and_after(pair, normal_load, summit_radius, friction)
     return np.abs(backward_branch(first, second) - 2 * first)
 
 
 def backward_branch(first: Floats, second: Floats) -> Floats:
-    """Return the displacement of a backward branch [m]: the strain that is left of the forward one, and as far again.
-
-    Parameters
-    ----------
-    first, second : array
-        Preliminary displacements [m] when the contact slid forward, and when it slides backward.
-    """
+    """Return how far a backward branch goes [m]: the strain that is left of the forward one, and as far again."""
     return np.minimum(first, second) + second
 
 
 def positioning_error(
     pair: "MaterialPair",
     *,
-    tangential_load: npt.ArrayLike,
-    normal_load: npt.ArrayLike,
-    summit_radius: npt.ArrayLike,
-    friction: npt.ArrayLike,
+    tangential_load: ArrayLike,
+    normal_load: ArrayLike,
+    summit_radius: ArrayLike,
+    friction: ArrayLike,
 ) -> Floats:
     """Return the displacement that is left when the tangential load of one contact goes there and back to 0 [m].
 
-    From the virgin state at a constant normal load; .26 δ_t,max after a load at the friction limit, (2^(1/3) - 1).
-
-    Parameters
-    ----------
-    pair : MaterialPair
-    tangential_load : array_like
-        The load at which it turns back [N], |T| ≤ μN.
-    normal_load, summit_radius, friction : array_like
-        N > 0 [N], R > 0 [m], μ ≥ 0.
-
-    Raises
-    ------
-    InputError
-        An argument out of its range, or |T| > μN.
+    From the virgin state at a constant normal load, with |T| ≤ μN where it turns back; (2^(1/3) - 1) δ_t,max, some .26
+    of it, after a load at the friction limit.
     """
     approach = hertz.approach(normal_load, summit_radius=summit_radius, contact_modulus=pair.contact_modulus)
     return mindlin.displacement_after_reversal(
@@ -135,9 +86,9 @@ def positioning_error(
 
 def _before_and_after(
     pair: "MaterialPair",
-    normal_load: tuple[npt.ArrayLike, npt.ArrayLike],
-    summit_radius: npt.ArrayLike,
-    friction: tuple[npt.ArrayLike, npt.ArrayLike],
+    normal_load: tuple[ArrayLike, ArrayLike],
+    summit_radius: ArrayLike,
+    friction: tuple[ArrayLike, ArrayLike],
 ) -> tuple[Floats, Floats]:
     first, second = (
         preliminary_displacement(pair, normal_load=load, summit_radius=summit_radius, friction=coefficient)

@@ -1,35 +1,26 @@
 """One elastic contact of a sphere and a flat under normal load, after Hertz.
 
-Arguments are scalars or arrays that broadcast; a result has their common shape, and is a scalar for scalars. A normal
-load presses the surfaces together when it is positive, and the approach is positive from first touch on. R is the
-summit radius, E* the contact modulus of the pair.
+Arguments are scalars or arrays that broadcast; a result has their common shape, and is a scalar for scalars. Parameters
+are ``normal_load`` N ≥ 0 [N], which presses the surfaces together; ``approach`` δ [m], positive from first touch on,
+negative for a gap; ``summit_radius`` R > 0 [m]; ``contact_modulus`` E* > 0 [Pa] of the pair; ``contact_radius`` a ≥ 0
+[m], > 0 wherever N > 0; and the distance ``r`` from the centre of the contact [m], of either sign. A number that is not
+finite or out of its range, and a load on a contact radius of 0, raise `InputError`.
 
 Hertz, *J. reine angew. Math.* 92 (1882) 156-171; Johnson, *Contact Mechanics* (1985), section 4.2.
 """
 
 import numpy as np
-import numpy.typing as npt
+from numpy.typing import ArrayLike
 
 from historysim.basics.arguments import checked
 from historysim.basics.array_types import Floats
 from historysim.errors import InputError
 
-CLOSE = 1e-15
-"""Change of an approach, over itself, from which on it is taken as found."""
 
-
-def effective_radius(first: npt.ArrayLike, second: npt.ArrayLike) -> Floats:
+def effective_radius(first: ArrayLike, second: ArrayLike) -> Floats:
     """Return the radius R [m] of the sphere on a flat that is equivalent to two spheres: 1/R = 1/R1 + 1/R2.
 
-    Parameters
-    ----------
-    first, second : array_like
-        The radii R1, R2 [m]; infinite for a flat, negative for a hollow that is wider than the sphere in it.
-
-    Raises
-    ------
-    InputError
-        A radius that is zero or not a number, two flats, or a hollow narrower than the sphere.
+    Radii [m] are infinite for a flat, and negative for a hollow, which has to be wider than the sphere in it.
     """
     radii = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -42,141 +33,52 @@ def effective_radius(first: npt.ArrayLike, second: npt.ArrayLike) -> Floats:
     return 1 / curvature
 
 
-def contact_radius(approach: npt.ArrayLike, *, summit_radius: npt.ArrayLike) -> Floats:
-    """Return the contact radius a [m]: a² = R δ, and 0 where the surfaces are apart.
-
-    Parameters
-    ----------
-    approach : array_like
-        Approach δ [m]; negative values are a gap.
-    summit_radius : array_like
-        R [m], > 0.
-
-    Raises
-    ------
-    InputError
-        A number that is not finite or out of its range.
-    """
+def contact_radius(approach: ArrayLike, *, summit_radius: ArrayLike) -> Floats:
+    """Return the contact radius a [m]: a² = R δ, and 0 where the surfaces are apart."""
     return np.sqrt(checked("summit_radius", summit_radius, above=0) * _depth(approach))
 
 
-def normal_load(approach: npt.ArrayLike, *, summit_radius: npt.ArrayLike, contact_modulus: npt.ArrayLike) -> Floats:
-    """Return the normal load N [N]: N = (4/3) E* √R δ^(3/2), and 0 where the surfaces are apart.
-
-    Parameters
-    ----------
-    approach : array_like
-        Approach δ [m]; negative values are a gap.
-    summit_radius : array_like
-        R [m], > 0.
-    contact_modulus : array_like
-        E* [Pa], > 0.
-
-    Raises
-    ------
-    InputError
-        A number that is not finite or out of its range.
-    """
+def normal_load(approach: ArrayLike, *, summit_radius: ArrayLike, contact_modulus: ArrayLike) -> Floats:
+    """Return the normal load N [N]: N = (4/3) E* √R δ^(3/2), and 0 where the surfaces are apart."""
     radius = contact_radius(approach, summit_radius=summit_radius)
     return 2 / 3 * normal_stiffness(radius, contact_modulus=contact_modulus) * _depth(approach)
 
 
-def approach(normal_load: npt.ArrayLike, *, summit_radius: npt.ArrayLike, contact_modulus: npt.ArrayLike) -> Floats:
-    """Return the approach δ [m] under a normal load: δ = (3 N / (4 E* √R))^(2/3).
-
-    Parameters
-    ----------
-    normal_load : array_like
-        N [N], ≥ 0.
-    summit_radius : array_like
-        R [m], > 0.
-    contact_modulus : array_like
-        E* [Pa], > 0.
-
-    Raises
-    ------
-    InputError
-        A number that is not finite or out of its range; a load that pulls, since the contact does not adhere.
-    """
+def approach(normal_load: ArrayLike, *, summit_radius: ArrayLike, contact_modulus: ArrayLike) -> Floats:
+    """Return the approach δ [m] under a normal load: δ = (3 N / (4 E* √R))^(2/3)."""
     load = checked("normal_load", normal_load, least=0)
     radius = checked("summit_radius", summit_radius, above=0)
     modulus = checked("contact_modulus", contact_modulus, above=0)
     return np.cbrt(0.75 * load / (modulus * np.sqrt(radius))) ** 2
 
 
-def mean_pressure(normal_load: npt.ArrayLike, *, contact_radius: npt.ArrayLike) -> Floats:
-    """Return the mean pressure [Pa]: N / (π a²), and 0 where nothing touches (N = a = 0).
-
-    Parameters
-    ----------
-    normal_load : array_like
-        N [N], ≥ 0.
-    contact_radius : array_like
-        a [m], > 0 wherever N > 0.
-
-    Raises
-    ------
-    InputError
-        A number that is not finite or out of its range; a load on a contact radius of 0.
-    """
+def mean_pressure(normal_load: ArrayLike, *, contact_radius: ArrayLike) -> Floats:
+    """Return the mean pressure [Pa]: N / (π a²), and 0 where nothing touches (N = a = 0)."""
     load, radius = loaded_contact(normal_load, contact_radius)
     return load / (np.pi * radius**2)
 
 
-def peak_pressure(normal_load: npt.ArrayLike, *, contact_radius: npt.ArrayLike) -> Floats:
-    """Return the pressure in the centre [Pa]: 3 N / (2 π a²). Arguments and errors as in `mean_pressure`."""
+def peak_pressure(normal_load: ArrayLike, *, contact_radius: ArrayLike) -> Floats:
+    """Return the pressure in the centre [Pa]: 3 N / (2 π a²)."""
     return 1.5 * mean_pressure(normal_load, contact_radius=contact_radius)
 
 
-def pressure_profile(r: npt.ArrayLike, *, normal_load: npt.ArrayLike, contact_radius: npt.ArrayLike) -> Floats:
-    """Return the pressure p(r) [Pa]: 3 N / (2 π a²) · √(1 - r²/a²), and 0 outside the contact.
-
-    Parameters
-    ----------
-    r : array_like
-        Distance from the centre of the contact [m]; its sign does not matter.
-    normal_load : array_like
-        N [N], ≥ 0.
-    contact_radius : array_like
-        a [m], > 0 wherever N > 0.
-
-    Raises
-    ------
-    InputError
-        A number that is not finite or out of its range; a load on a contact radius of 0.
-    """
+def pressure_profile(r: ArrayLike, *, normal_load: ArrayLike, contact_radius: ArrayLike) -> Floats:
+    """Return the pressure p(r) [Pa]: 3 N / (2 π a²) · √(1 - r²/a²), and 0 outside the contact."""
     load, radius = loaded_contact(normal_load, contact_radius)
     return 1.5 * load / (np.pi * radius**3) * half_chord(np.abs(checked("r", r)), radius)
 
 
-def normal_stiffness(contact_radius: npt.ArrayLike, *, contact_modulus: npt.ArrayLike) -> Floats:
-    """Return the normal stiffness dN/dδ [N/m]: 2 E* a.
-
-    Parameters
-    ----------
-    contact_radius : array_like
-        a [m], ≥ 0.
-    contact_modulus : array_like
-        E* [Pa], > 0.
-
-    Raises
-    ------
-    InputError
-        A number that is not finite or out of its range.
-    """
+def normal_stiffness(contact_radius: ArrayLike, *, contact_modulus: ArrayLike) -> Floats:
+    """Return the normal stiffness dN/dδ [N/m]: 2 E* a."""
     radius = checked("contact_radius", contact_radius, least=0)
     return 2 * checked("contact_modulus", contact_modulus, above=0) * radius
 
 
-def loaded_contact(normal_load: npt.ArrayLike, contact_radius: npt.ArrayLike) -> tuple[Floats, Floats]:
+def loaded_contact(normal_load: ArrayLike, contact_radius: ArrayLike) -> tuple[Floats, Floats]:
     """Return normal load [N] and contact radius [m] as floats, with a radius of 1 m where nothing touches.
 
     There the load is 0 and the contact radius cannot be divided by; any other radius gives the right pressure, 0.
-
-    Raises
-    ------
-    InputError
-        A load or radius that is not finite or negative; a load on a contact radius of 0.
     """
     load = checked("normal_load", normal_load, least=0)
     radius = checked("contact_radius", contact_radius, least=0)
@@ -185,11 +87,11 @@ def loaded_contact(normal_load: npt.ArrayLike, contact_radius: npt.ArrayLike) ->
     return load, radius + (radius == 0)
 
 
-def half_chord(r: Floats, radius: npt.ArrayLike) -> Floats:
+def half_chord(r: Floats, radius: ArrayLike) -> Floats:
     """Return √(radius² - r²) for r ≥ 0, and 0 for r ≥ radius, without loss of digits at the edge."""
     square: Floats = np.maximum(np.subtract(radius, r), 0) * np.add(radius, r)
     return np.sqrt(square)
 
 
-def _depth(approach: npt.ArrayLike) -> Floats:
+def _depth(approach: ArrayLike) -> Floats:
     return np.maximum(checked("approach", approach), 0)

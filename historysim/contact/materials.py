@@ -1,14 +1,21 @@
 """Materials, pairs of them, and the built-in table."""
 
-import difflib
+import csv
 import math
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Final, Self
+from typing import Annotated, Any, Final, Self
 
 import attrs
+import numpy as np
+import numpy.typing as npt
 
+from historysim.basics.arguments import checked
+from historysim.basics.array_types import Floats
 from historysim.basics.display import html_table
+from historysim.basics.fields import FractureToughness, Length, Number, Pressure, Quantity, SurfaceEnergy
+from historysim.basics.limits import LARGEST, SMALLEST, is_workable
 from historysim.basics.units import (
     as_float,
     in_si,
@@ -40,14 +47,11 @@ def _positive(unit: str) -> Callable[[object, "attrs.Attribute[float]", float], 
                 f"{type(owner).__name__}: {attribute.name} is {value!r}; expected a finite number greater than 0, "
                 f"in {unit}"
             )
+        if not is_workable(value, SMALLEST):
+            expected = f"expected a number from {SMALLEST:g} to {LARGEST:g}, in {unit}"
+            raise InputError(f"{type(owner).__name__}: {attribute.name} is {value!r}; {expected}")
 
     return check
-
-
-def _optional(unit: str, converter: Callable[[Any], float]) -> Any:  # noqa: ANN401 - attrs types a field so
-    """Return a field for a number greater than 0 in a unit, or None."""
-    optional = attrs.converters.optional(converter)
-    return attrs.field(default=None, converter=optional, validator=attrs.validators.optional(_positive(unit)))
 
 
 def _poisson(owner: object, attribute: "attrs.Attribute[float]", value: float) -> None:
@@ -59,7 +63,7 @@ def _poisson(owner: object, attribute: "attrs.Attribute[float]", value: float) -
 
 def _text(owner: object, attribute: "attrs.Attribute[str]", value: str) -> None:
     if not isinstance(value, str):
-        raise InputError(f"{type(owner).__name__}: {attribute.name} is {value!r}; expected a text")
+        raise InputError(f"{type(owner).__name__}: {attribute.name} is {value!r}; expected a string")
 
 
 def _range(owner: object, attribute: "attrs.Attribute[tuple[float, float]]", value: tuple[float, float]) -> None:
@@ -75,13 +79,6 @@ _LEAST_MODULUS, _LARGEST_MODULUS = 1e3, 1e18
 """Young's modulus or hardness of what there is [Pa]: from a soft gel to a plane that is as good as rigid."""
 
 _ISOTROPIC: Any = None
-
-
-def _workable(_: object, attribute: "attrs.Attribute[float]", value: float) -> None:
-    # numpy would make a short start longer
-    from historysim.basics.arguments import workable
-
-    workable(attribute.name, value)
 
 
 @attrs.frozen(repr=False)
@@ -108,15 +105,16 @@ class Material:
     source : str, optional
         Where the numbers come from; two materials that differ in nothing else are equal.
     hardness, yield_stress : float, optional
-        Indentation hardness H and yield stress in tension Y [Pa], > 0: what tells whether the asperities are elastic.
+        Indentation hardness H and yield stress in tension Y [Pa], > 0, with which it is checked whether the asperities
+        are elastic.
     fracture_toughness : float, optional
-        K_Ic [Pa √m], > 0: what tells where a brittle material cracks.
+        K_Ic [Pa √m], > 0, with which it is checked whether a brittle material cracks.
 
     Raises
     ------
     InputError
         A number that is not finite or out of its range, a unit of something else, or a name or source that is not a
-        text.
+        string.
 
     Warns
     -----
@@ -132,22 +130,36 @@ class Material:
     """
 
     name: str = attrs.field(validator=_text)
-    youngs_modulus: float = attrs.field(converter=pascals, validator=_positive("Pa"))
-    poissons_ratio: float = attrs.field(converter=as_float, validator=_poisson)
-    shear_modulus: float = attrs.field(
+    youngs_modulus: Pressure = attrs.field(converter=pascals, validator=_positive("Pa"))
+    poissons_ratio: Number = attrs.field(converter=as_float, validator=_poisson)
+    shear_modulus: Pressure = attrs.field(
         default=_ISOTROPIC,
         converter=attrs.converters.optional(pascals),
         validator=attrs.validators.optional(_positive("Pa")),
     )
-    surface_energy: float | None = _optional("J/m²", joules_per_area)
-    roughness: tuple[float, float] | None = attrs.field(
+    surface_energy: SurfaceEnergy | None = attrs.field(
+        default=None,
+        converter=attrs.converters.optional(joules_per_area),
+        validator=attrs.validators.optional(_positive("J/m²")),
+    )
+    roughness: Annotated[tuple[float, float], Quantity("m")] | None = attrs.field(
         default=None, converter=attrs.converters.optional(_floats), validator=attrs.validators.optional(_range)
     )
-    ball_radius: float | None = _optional("m", metres)
+    ball_radius: Length | None = attrs.field(
+        default=None, converter=attrs.converters.optional(metres), validator=attrs.validators.optional(_positive("m"))
+    )
     source: str = attrs.field(default="", validator=_text, eq=False, repr=False)
-    hardness: float | None = _optional("Pa", pascals)
-    yield_stress: float | None = _optional("Pa", pascals)
-    fracture_toughness: float | None = _optional("Pa √m", pascals_root_metre)
+    hardness: Pressure | None = attrs.field(
+        default=None, converter=attrs.converters.optional(pascals), validator=attrs.validators.optional(_positive("Pa"))
+    )
+    yield_stress: Pressure | None = attrs.field(
+        default=None, converter=attrs.converters.optional(pascals), validator=attrs.validators.optional(_positive("Pa"))
+    )
+    fracture_toughness: FractureToughness | None = attrs.field(
+        default=None,
+        converter=attrs.converters.optional(pascals_root_metre),
+        validator=attrs.validators.optional(_positive("Pa √m")),
+    )
 
     @property
     def cracking_load(self) -> float | None:
@@ -190,93 +202,28 @@ def _key(name: str) -> str:
     return " ".join(name.lower().replace("_", " ").replace("-", " ").split())
 
 
-_TOUGHNESS: Mapping[str, float] = {
-    "silicon": 0.9e6,
-    "silica": 0.75e6,
-    "fused silica": 0.75e6,
-    "float glass": 0.75e6,
-    "BK7": 0.85e6,
-    "sapphire": 2.2e6,
-    "alumina": 3.9e6,
-    "zirconia": 5e6,
-    "silicon carbide": 4e6,
-    "silicon nitride": 6e6,
-}
-"""Fracture toughness of the brittle ones [Pa √m], rounded from makers' data: the order of what cracks, no more."""
-_SOURCE = "Winogrodzka, Pre-sliding behaviour of multi asperity ceramic contacts, University of Twente, Table B.1"
-_KAYE_LABY = "Kaye and Laby, Tables of Physical and Chemical Constants, 16th ed., section 2.2.2: polycrystalline metals"
-_INDENTED = "Oliver and Pharr, J. Mater. Res. 7 (1992) 1564, rounded"
+_TABLE = Path(__file__).with_name("materials.csv")
 
 
-def _measured(row: tuple[Any, ...], hardness: float, of_hardness: str) -> Material:
-    """Return a row of the source's table, which has no hardness, with that of another source."""
-    return attrs.evolve(Material(*row), source=f"{_SOURCE}; hardness: {of_hardness}", hardness=hardness)
+def _material_of(row: dict[str, str]) -> Material:
+    """Return the material of a row of the table, in which what is not known is left empty."""
+    text = row.pop("name"), row.pop("source")
+    known = {name: float(value) for name, value in row.items() if value}
+    ends = [known.pop(end) for end in ("least_roughness", "largest_roughness") if end in known]
+    return Material(name=text[0], source=text[1], roughness=tuple(ends) or None, **known)
 
 
-_SAPPHIRE = (462.6e9, 0.309, 144.3e9, 41.1e-3, (8e-9, 10e-9), 2.5e-3)
+def _built_in() -> dict[str, Material]:
+    with _TABLE.open(encoding="utf-8", newline="") as stream:
+        return {row["name"]: _material_of(row) for row in csv.DictReader(stream)}
 
 
-def _engineering(  # noqa: PLR0917 - a row of the table below
-    name: str,
-    youngs_modulus: float,
-    poissons_ratio: float,
-    hardness: float,
-    source: str,
-    surface_energy: float | None = None,
-) -> Material:
-    return Material(
-        name, youngs_modulus, poissons_ratio, surface_energy=surface_energy, source=source, hardness=hardness
-    )
-
-
-MATERIALS: Final[Mapping[str, Material]] = MappingProxyType(
-    {
-        row.name: attrs.evolve(row, fracture_toughness=_TOUGHNESS.get(row.name))
-        for row in (
-            _measured(
-                ("silicon", 112e9, 0.28, 44e9, 44.1e-3, (2e-9, 3e-9), 2.5e-3),
-                12e9,
-                "11 to 13 GPa, where it changes its phase (Domnich and Gogotsi, Rev. Adv. Mater. Sci. 3 (2002) 1)",
-            ),
-            _measured(("silica", 73.6e9, 0.17, 31.4e9, 44.1e-3, (3e-9, 5e-9), 2.5e-3), 9e9, _INDENTED),
-            _measured(("sapphire", *_SAPPHIRE), 30e9, _INDENTED),
-            _measured(("alumina", *_SAPPHIRE), 16e9, "Vickers, 12 to 18 GPa of sintered alumina, makers' data"),
-            _measured(("float glass", 64e9, 0.2, 26e9, 83.4e-3, (0.7e-9, 1e-9), None), 5.9e9, _INDENTED),
-            _measured(
-                ("zirconia", 205e9, 0.312, 81e9, 45.6e-3, None, 2.5e-3),
-                12.5e9,
-                "Vickers, 12 to 13.4 GPa of 3Y-TZP, makers' data",
-            ),
-            _engineering("steel 100Cr6", 210e9, 0.3, 7.2e9, "bearing makers' data, AISI 52100 hardened to 61 HRC"),
-            _engineering("steel 316", 193e9, 0.3, 1.6e9, "ASM Handbook 1, AISI 316 annealed; about 155 HV"),
-            _engineering("tungsten carbide", 630e9, 0.22, 15e9, "makers' data, WC with 6 % Co; 1 550 HV"),
-            _engineering("silicon nitride", 310e9, 0.27, 15e9, "makers' data of bearing balls; 1 450 to 1 600 HV"),
-            _engineering("silicon carbide", 410e9, 0.16, 26e9, "makers' data, sintered; 2 500 to 2 800 HV"),
-            _engineering("PTFE", 0.5e9, 0.46, 27e6, "makers' data, E 0.4 to 0.8 GPa, ball 25 to 30 MPa", 19.1e-3),
-            _engineering("PEEK", 4e9, 0.4, 0.25e9, "makers' data, not filled, tensile E at 23 °C"),
-            _engineering("aluminium", 70.3e9, 0.345, 0.25e9, f"{_KAYE_LABY}; annealed, about 25 HV"),
-            _engineering("brass", 100.6e9, 0.35, 1e9, f"{_KAYE_LABY}: 70 Cu 30 Zn; half hard, about 100 HV"),
-            _engineering("copper", 129.8e9, 0.343, 0.5e9, f"{_KAYE_LABY}; annealed, about 50 HV"),
-            _engineering("gold", 78e9, 0.44, 0.25e9, f"{_KAYE_LABY}; annealed, about 25 HV"),
-            _engineering("titanium", 115.7e9, 0.321, 1.5e9, f"{_KAYE_LABY}; commercially pure, about 150 HV"),
-            _engineering("titanium Ti6Al4V", 113.8e9, 0.342, 3.4e9, "ASM Handbook 2, annealed; about 349 HV"),
-            _engineering(
-                "diamond-like carbon",
-                150e9,
-                0.25,
-                15e9,
-                "Robertson, Mater. Sci. Eng. R 37 (2002) 129: hard a-C:H; of a film, the base counts, too",
-            ),
-            _engineering("fused silica", 72.7e9, 0.16, 9e9, f"Corning 7980, data sheet; hardness: {_INDENTED}"),
-            _engineering("BK7", 82e9, 0.206, 6e9, "Schott N-BK7, data sheet; HK 610"),
-        )
-    }
-)
-"""The built-in materials by name.
+MATERIALS: Final[Mapping[str, Material]] = MappingProxyType(_built_in())
+"""The built-in materials by name, from the table beside this module.
 
 The first six are Table B.1 of Winogrodzka's thesis, in which alumina and sapphire are one row, with hardness of other
 sources. The rest are rounded values of the kind that is meant, as its source says; those of a batch differ by some
-per cent in E, and by a quarter in hardness.
+per cent in E, and by a quarter in hardness. Toughness is rounded from makers' data: the order of what cracks.
 """
 _BY_KEY = MappingProxyType({_key(name): row for name, row in MATERIALS.items()})
 
@@ -302,6 +249,8 @@ def material(name: str) -> Material:
     key = _key(name) if isinstance(name, str) else ""
     if key in _BY_KEY:
         return _BY_KEY[key]
+    import difflib
+
     close = difflib.get_close_matches(key, _BY_KEY)
     hint = f"did you mean {' or '.join(repr(_BY_KEY[each].name) for each in close)}? " if close else ""
     raise InputError(
@@ -310,7 +259,37 @@ def material(name: str) -> Material:
     )
 
 
-def _softer(*values: float | None) -> float | None:
+def work_of_adhesion(first: npt.ArrayLike, second: npt.ArrayLike, interfacial: npt.ArrayLike | None = None) -> Floats:
+    """Return the work of adhesion W [J/m²] of two surfaces: W = γ1 + γ2 - γ12, or 2√(γ1 γ2).
+
+    Parameters
+    ----------
+    first, second : array_like
+        Surface energies γ1, γ2 [J/m²], > 0.
+    interfacial : array_like, optional
+        Energy γ12 [J/m²] of the interface between them, ≥ 0 and less than γ1 + γ2 (Dupré). Where it is not known, the
+        geometric mean of the works of cohesion 2γ1 and 2γ2 is taken, which is good for dispersion forces (Girifalco
+        and Good, *J. Phys. Chem.* 61 (1957) 904-909, with Φ = 1). Both give 2γ for one material on itself.
+
+    Raises
+    ------
+    InputError
+        A number that is not finite or out of its range; an interface with more energy than the surfaces.
+    """
+    energies = checked("first", first, above=0), checked("second", second, above=0)
+    if interfacial is None:
+        return 2 * np.sqrt(energies[0] * energies[1])
+    energy = checked("interfacial", interfacial, least=0)
+    work = energies[0] + energies[1] - energy
+    if np.any(work <= 0):
+        raise InputError(
+            f"interfacial is {interfacial!r} J/m² between surfaces of {first!r} and {second!r} J/m², which do not "
+            "adhere; expected an interfacial energy less than the sum of the two"
+        )
+    return work
+
+
+def _least(*values: float | None) -> float | None:
     return min((value for value in values if value is not None), default=None)
 
 
@@ -360,12 +339,22 @@ class MaterialPair:
 
     first: Material | None
     second: Material | None
-    contact_modulus: float = attrs.field(converter=pascals, validator=[_positive("Pa"), _workable])
-    shear_modulus: float = attrs.field(converter=pascals, validator=[_positive("Pa"), _workable])
-    hardness: float | None = _optional("Pa", pascals)
-    yield_stress: float | None = _optional("Pa", pascals)
-    work_of_adhesion: float | None = _optional("J/m²", joules_per_area)
-    cracking_load: float | None = _optional("N", newtons)
+    contact_modulus: float = attrs.field(converter=pascals, validator=_positive("Pa"))
+    shear_modulus: float = attrs.field(converter=pascals, validator=_positive("Pa"))
+    hardness: float | None = attrs.field(
+        default=None, converter=attrs.converters.optional(pascals), validator=attrs.validators.optional(_positive("Pa"))
+    )
+    yield_stress: float | None = attrs.field(
+        default=None, converter=attrs.converters.optional(pascals), validator=attrs.validators.optional(_positive("Pa"))
+    )
+    work_of_adhesion: float | None = attrs.field(
+        default=None,
+        converter=attrs.converters.optional(joules_per_area),
+        validator=attrs.validators.optional(_positive("J/m²")),
+    )
+    cracking_load: float | None = attrs.field(
+        default=None, converter=attrs.converters.optional(newtons), validator=attrs.validators.optional(_positive("N"))
+    )
 
     def __init__(self, first: Material, second: Material) -> None:
         for name, value in (("first", first), ("second", second)):
@@ -380,12 +369,12 @@ class MaterialPair:
             second,
             1 / sum((1 - one.poissons_ratio**2) / one.youngs_modulus for one in pair),
             1 / sum((2 - one.poissons_ratio) / one.shear_modulus for one in pair),
-            _softer(first.hardness, second.hardness),
-            _softer(first.yield_stress, second.yield_stress),
+            _least(first.hardness, second.hardness),
+            _least(first.yield_stress, second.yield_stress),
             None
             if first.surface_energy is None or second.surface_energy is None
             else 2 * math.sqrt(first.surface_energy * second.surface_energy),
-            min((one.cracking_load for one in pair if one.cracking_load is not None), default=None),
+            _least(first.cracking_load, second.cracking_load),
         )
 
     @classmethod

@@ -1,16 +1,17 @@
 """One Hertz contact under a constant normal load and a tangential load that changes, after Cattaneo and Mindlin.
 
-Arguments are scalars or arrays that broadcast; a result has their common shape, and is a scalar for scalars. Tangential
-load T and displacement δ_t count positive in one and the same direction, and the traction τ is the one that carries T,
-positive along it. N is the normal load, μ the friction coefficient, a the contact radius, G* the shear modulus of the
-pair (k_t = 8 G* a), and q = c/a = (1 - |T|/(μN))^(1/3) the stick radius over the contact radius.
+Arguments are scalars or arrays that broadcast; a result has their common shape, and is a scalar for scalars.
+
+Parameters are ``normal_load`` N [N], ``tangential_load`` T [N], ``contact_radius`` a [m], ``friction`` μ [1],
+``shear_modulus`` G* [Pa] of the pair (k_t = 8 G* a), and a distance ``r`` from the centre [m], of either sign.
+Tangential load T and displacement δ_t count positive in one and the same direction; the traction τ [Pa] is the one that
+carries T, positive along it. A reversal load T* is the signed load at which the load turned back from virgin loading,
+or at the other end of a loop between T* and -T*. q = c/a = (1 - |T|/(μN))^(1/3) is the stick radius over the contact
+radius.
 
 Every function raises `InputError` for an argument that is not finite or out of its range (N ≥ 0, μ ≥ 0, a > 0 wherever
-N > 0, G* > 0), and for a tangential load beyond the limit μN, at which the contact slides; an excess of a few
-roundings counts as the limit.
-
-Differences of near-equal powers are taken in factored form, through 1 - q³ = |T|/(μN), so that no digits are lost at
-small loads.
+N > 0, G* > 0), for a tangential load beyond the limit μN, at which the contact slides, and for |T| > |T*|, where the
+reversal is forgotten and the virgin curve holds; an excess of a few roundings counts as the limit.
 
 Cattaneo, *Rend. Accad. Naz. Lincei* 27 (1938); Mindlin, *J. Appl. Mech.* 16 (1949) 259-268; Mindlin and Deresiewicz,
 *J. Appl. Mech.* 20 (1953) 327-344; Johnson, *Contact Mechanics* (1985), sections 7.2 and 7.4. The use for pre-sliding
@@ -18,7 +19,7 @@ follows Winogrodzka, *Pre-sliding behaviour of multi asperity ceramic contacts*,
 """
 
 import numpy as np
-import numpy.typing as npt
+from numpy.typing import ArrayLike
 
 from historysim.basics.arguments import checked
 from historysim.basics.array_types import Floats
@@ -27,118 +28,53 @@ from historysim.errors import InputError
 
 
 def stick_radius(
-    tangential_load: npt.ArrayLike,
-    *,
-    normal_load: npt.ArrayLike,
-    contact_radius: npt.ArrayLike,
-    friction: npt.ArrayLike,
+    tangential_load: ArrayLike, *, normal_load: ArrayLike, contact_radius: ArrayLike, friction: ArrayLike
 ) -> Floats:
     """Return the stick radius c [m] on virgin loading: c = a (1 - |T|/(μN))^(1/3).
 
     It is a at T = 0 and 0 in full slip; also 0 where the limit μN is 0.
-
-    Parameters
-    ----------
-    tangential_load : array_like
-        T [N], |T| ≤ μN.
-    normal_load : array_like
-        N [N], ≥ 0.
-    contact_radius : array_like
-        a [m], > 0 wherever N > 0.
-    friction : array_like
-        μ [1], ≥ 0.
-
-    Raises
-    ------
-    InputError
-        An argument out of its range, or |T| > μN.
     """
     _, radius = loaded_contact(normal_load, contact_radius)
     return _utilisation(tangential_load, normal_load, friction)[3] * radius
 
 
 def counter_slip_radius(
-    tangential_load: npt.ArrayLike,
+    tangential_load: ArrayLike,
     *,
-    reversal_load: npt.ArrayLike,
-    normal_load: npt.ArrayLike,
-    contact_radius: npt.ArrayLike,
-    friction: npt.ArrayLike,
+    reversal_load: ArrayLike,
+    normal_load: ArrayLike,
+    contact_radius: ArrayLike,
+    friction: ArrayLike,
 ) -> Floats:
-    """Return the radius b [m] that slip has reached after a reversal: b = a (1 - |T* - T|/(2μN))^(1/3).
-
-    Parameters
-    ----------
-    tangential_load : array_like
-        T [N], |T| ≤ |T*|.
-    reversal_load : array_like
-        The signed load T* [N] at which the load turned back from virgin loading, |T*| ≤ μN.
-    normal_load, contact_radius, friction : array_like
-        N [N], a [m], μ [1], as in `stick_radius`.
-
-    Raises
-    ------
-    InputError
-        An argument out of its range, |T*| > μN, or |T| > |T*|.
-    """
+    """Return the radius b [m] that slip has reached after a reversal: b = a (1 - |T* - T|/(2μN))^(1/3)."""
     _, half = _since_reversal(tangential_load, reversal_load)
     _utilisation(reversal_load, normal_load, friction, "reversal_load")
     return stick_radius(half, normal_load=normal_load, contact_radius=contact_radius, friction=friction)
 
 
 def preliminary_displacement(
-    *,
-    normal_load: npt.ArrayLike,
-    contact_radius: npt.ArrayLike,
-    shear_modulus: npt.ArrayLike,
-    friction: npt.ArrayLike,
+    *, normal_load: ArrayLike, contact_radius: ArrayLike, shear_modulus: ArrayLike, friction: ArrayLike
 ) -> Floats:
     """Return the displacement at which full slip begins [m]: δ_t,max = 3 μN / (16 a G*).
 
     It equals θ μ δ, with the approach δ and the displacement ratio θ = E*/(4 G*) of the pair.
-
-    Parameters
-    ----------
-    normal_load, contact_radius, friction : array_like
-        N [N], a [m], μ [1], as in `stick_radius`.
-    shear_modulus : array_like
-        G* [Pa], > 0.
-
-    Raises
-    ------
-    InputError
-        An argument out of its range.
     """
     load, radius = loaded_contact(normal_load, contact_radius)
     return 3 * checked("friction", friction, least=0) * load / (16 * radius * _modulus(shear_modulus))
 
 
 def tangential_displacement(
-    tangential_load: npt.ArrayLike,
+    tangential_load: ArrayLike,
     *,
-    normal_load: npt.ArrayLike,
-    contact_radius: npt.ArrayLike,
-    shear_modulus: npt.ArrayLike,
-    friction: npt.ArrayLike,
+    normal_load: ArrayLike,
+    contact_radius: ArrayLike,
+    shear_modulus: ArrayLike,
+    friction: ArrayLike,
 ) -> Floats:
     """Return the tangential displacement on virgin loading [m], odd in T.
 
     δ_t = (3μN)/(16 a G*) · [1 - (1 - T/(μN))^(2/3)] for T ≥ 0, evaluated as
     3T/(16 a G*) · (1 + q)/(1 + q + q²).
-
-    Parameters
-    ----------
-    tangential_load : array_like
-        T [N], |T| ≤ μN.
-    normal_load, contact_radius, friction : array_like
-        N [N], a [m], μ [1], as in `stick_radius`.
-    shear_modulus : array_like
-        G* [Pa], > 0.
-
-    Raises
-    ------
-    InputError
-        An argument out of its range, or |T| > μN.
     """
     _, radius = loaded_contact(normal_load, contact_radius)
     load, _, _, q = _utilisation(tangential_load, normal_load, friction)
@@ -146,13 +82,13 @@ def tangential_displacement(
 
 
 def displacement_after_reversal(
-    tangential_load: npt.ArrayLike,
+    tangential_load: ArrayLike,
     *,
-    reversal_load: npt.ArrayLike,
-    normal_load: npt.ArrayLike,
-    contact_radius: npt.ArrayLike,
-    shear_modulus: npt.ArrayLike,
-    friction: npt.ArrayLike,
+    reversal_load: ArrayLike,
+    normal_load: ArrayLike,
+    contact_radius: ArrayLike,
+    shear_modulus: ArrayLike,
+    friction: ArrayLike,
 ) -> Floats:
     """Return the tangential displacement after the load has turned back at T* [m].
 
@@ -160,21 +96,6 @@ def displacement_after_reversal(
     for T* < 0 reloading, its mirror image δ(T; T*) = -δ(-T; -T*). Both are the virgin curve δ_t scaled by two and
     hung at the reversal point (Masing): δ = δ_t(T*) + 2 δ_t((T - T*)/2). Winogrodzka's Eq. 2.13; her Eqs. A.2 and
     A.3 print T and T* exchanged in the last term.
-
-    Parameters
-    ----------
-    tangential_load : array_like
-        T [N], |T| ≤ |T*|. Beyond -T* the reversal is forgotten and the virgin curve holds.
-    reversal_load : array_like
-        The signed load T* [N] at which the load turned back, |T*| ≤ μN: from virgin loading, or at the other end of
-        a loop between T* and -T*.
-    normal_load, contact_radius, shear_modulus, friction : array_like
-        N [N], a [m], G* [Pa], μ [1], as in `tangential_displacement`.
-
-    Raises
-    ------
-    InputError
-        An argument out of its range, |T*| > μN, or |T| > |T*|.
     """
     turned, half = _since_reversal(tangential_load, reversal_load)
 
@@ -190,54 +111,22 @@ def displacement_after_reversal(
     return virgin(turned) + 2 * virgin(half)
 
 
-def tangential_stiffness(radius: npt.ArrayLike, *, shear_modulus: npt.ArrayLike) -> Floats:
-    """Return the tangential stiffness dT/dδ_t [N/m]: 8 G* times the radius of the circle that sticks.
+def tangential_stiffness(radius: ArrayLike, *, shear_modulus: ArrayLike) -> Floats:
+    """Return the tangential stiffness dT/dδ_t [N/m]: 8 G* times the radius [m] of the circle that sticks.
 
-    For the whole contact, k_t = 8 G* a (Winogrodzka, Eq. 4.3).
-
-    Parameters
-    ----------
-    radius : array_like
-        The radius [m] of the circle in which nothing slips at this moment, ≥ 0: the contact radius a for the initial
-        stiffness and at once after a reversal, `stick_radius` along virgin loading, `counter_slip_radius` after a
-        reversal.
-    shear_modulus : array_like
-        G* [Pa], > 0.
-
-    Raises
-    ------
-    InputError
-        An argument out of its range.
+    That is a, for the initial stiffness and at once after a reversal (k_t = 8 G* a; Winogrodzka, Eq. 4.3),
+    `stick_radius` along virgin loading, and `counter_slip_radius` after a reversal.
     """
     return 8 * _modulus(shear_modulus) * checked("radius", radius, least=0)
 
 
 def traction(
-    r: npt.ArrayLike,
-    *,
-    tangential_load: npt.ArrayLike,
-    normal_load: npt.ArrayLike,
-    contact_radius: npt.ArrayLike,
-    friction: npt.ArrayLike,
+    r: ArrayLike, *, tangential_load: ArrayLike, normal_load: ArrayLike, contact_radius: ArrayLike, friction: ArrayLike
 ) -> Floats:
     """Return the traction τ(r) on virgin loading [Pa], odd in T, and 0 outside the contact.
 
     τ(r) = (3μN)/(2πa³) · [√(a² - r²) - √(c² - r²)] for T ≥ 0, the second root only for r < c. Its integral over the
     contact is T, and |τ| ≤ μ p(r).
-
-    Parameters
-    ----------
-    r : array_like
-        Distance from the centre of the contact [m]; its sign does not matter.
-    tangential_load : array_like
-        T [N], |T| ≤ μN.
-    normal_load, contact_radius, friction : array_like
-        N [N], a [m], μ [1], as in `stick_radius`.
-
-    Raises
-    ------
-    InputError
-        An argument out of its range, or |T| > μN.
     """
     _, radius = loaded_contact(normal_load, contact_radius)
     load, limit, f, q = _utilisation(tangential_load, normal_load, friction)
@@ -250,33 +139,19 @@ def traction(
 
 
 def traction_after_reversal(
-    r: npt.ArrayLike,
+    r: ArrayLike,
     *,
-    tangential_load: npt.ArrayLike,
-    reversal_load: npt.ArrayLike,
-    normal_load: npt.ArrayLike,
-    contact_radius: npt.ArrayLike,
-    friction: npt.ArrayLike,
+    tangential_load: ArrayLike,
+    reversal_load: ArrayLike,
+    normal_load: ArrayLike,
+    contact_radius: ArrayLike,
+    friction: ArrayLike,
 ) -> Floats:
     """Return the traction τ(r) after the load has turned back at T* [Pa], and 0 outside the contact.
 
     For T* > 0, τ(r) = -(3μN)/(2πa³) · [√(a² - r²) - 2√(b² - r²) + √(c² - r²)], each root only inside its radius, with
     the stick radius c at T* and the radius b of `counter_slip_radius`; the mirror image for T* < 0. It is the virgin
     traction of T* plus twice that of (T - T*)/2. Its integral over the contact is T, and |τ| ≤ μ p(r).
-
-    Parameters
-    ----------
-    r : array_like
-        Distance from the centre of the contact [m]; its sign does not matter.
-    tangential_load, reversal_load : array_like
-        T and the signed T* [N], as in `displacement_after_reversal`.
-    normal_load, contact_radius, friction : array_like
-        N [N], a [m], μ [1], as in `stick_radius`.
-
-    Raises
-    ------
-    InputError
-        An argument out of its range, |T*| > μN, or |T| > |T*|.
     """
     turned, half = _since_reversal(tangential_load, reversal_load)
 
@@ -289,32 +164,18 @@ def traction_after_reversal(
 
 
 def dissipated_energy_per_loop(
-    amplitude: npt.ArrayLike,
+    amplitude: ArrayLike,
     *,
-    normal_load: npt.ArrayLike,
-    contact_radius: npt.ArrayLike,
-    shear_modulus: npt.ArrayLike,
-    friction: npt.ArrayLike,
+    normal_load: ArrayLike,
+    contact_radius: ArrayLike,
+    shear_modulus: ArrayLike,
+    friction: ArrayLike,
 ) -> Floats:
     """Return the energy dissipated in one closed loop between T* and -T* [J], ≥ 0.
 
     ΔW = 9μ²N²/(10 a G*) · {1 - (1-f)^(5/3) - (5f/6)[1 + (1-f)^(2/3)]} with f = T*/(μN), evaluated as
     3μ²N²/(20 a G*) · (1-q)³ (1 + 3q + q²): the same polynomial in q = (1-f)^(1/3) with its triple root at q = 1 taken
     out, so that it keeps all digits for small f, where ΔW → T*³/(36 a G* μN).
-
-    Parameters
-    ----------
-    amplitude : array_like
-        T* [N], 0 ≤ T* ≤ μN.
-    normal_load, contact_radius, friction : array_like
-        N [N], a [m], μ [1], as in `stick_radius`.
-    shear_modulus : array_like
-        G* [Pa], > 0.
-
-    Raises
-    ------
-    InputError
-        An argument out of its range, or T* > μN.
     """
     _, radius = loaded_contact(normal_load, contact_radius)
     _, limit, f, q = _utilisation(checked("amplitude", amplitude, least=0), normal_load, friction, "amplitude")
@@ -323,7 +184,7 @@ def dissipated_energy_per_loop(
 
 
 def _utilisation(
-    tangential_load: npt.ArrayLike, normal_load: npt.ArrayLike, friction: npt.ArrayLike, name: str = "tangential_load"
+    tangential_load: ArrayLike, normal_load: ArrayLike, friction: ArrayLike, name: str = "tangential_load"
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Return T, μN, f = |T|/(μN) and q = (1 - f)^(1/3); f = q = 0 where μN = 0: such a contact slides freely."""
     load = checked(name, tangential_load)
@@ -336,7 +197,7 @@ def _utilisation(
     return load, limit, size / divisor, np.cbrt((limit - size) / divisor)
 
 
-def _since_reversal(tangential_load: npt.ArrayLike, reversal_load: npt.ArrayLike) -> tuple[Floats, Floats]:
+def _since_reversal(tangential_load: ArrayLike, reversal_load: ArrayLike) -> tuple[Floats, Floats]:
     """Return T* and (T - T*)/2."""
     turned = checked("reversal_load", reversal_load)
     load = checked("tangential_load", tangential_load)
@@ -360,5 +221,5 @@ def _one_less_square(f: Floats, q: Floats) -> Floats:
     return f * (1 + q) / (1 + q + q**2)
 
 
-def _modulus(shear_modulus: npt.ArrayLike) -> Floats:
+def _modulus(shear_modulus: ArrayLike) -> Floats:
     return checked("shear_modulus", shear_modulus, above=0)

@@ -1,1 +1,1 @@
-"""Rough contacts whose asperities press on one another: frictionless solutions of a whole height map."""
+"""Rough contacts with asperities that press on one another: frictionless solutions of a whole height map."""

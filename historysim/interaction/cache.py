@@ -15,8 +15,9 @@ import numpy.typing as npt
 
 from historysim.basics.array_types import Floats
 from historysim.basics.files import replacing
+from historysim.basics.limits import check_archive
 
-FORM = b"4"
+FORM = b"5"
 """Changes whenever the same arguments are to be computed anew."""
 DIGEST = "digest"
 """Name of the digest of all other arrays of a file."""
@@ -40,6 +41,7 @@ def kept(name: str, arguments: Sequence[Floats], compute: Callable[[], dict[str,
     """
     path = folder() / f"{name}_{_digest(enumerate(arguments))[:32]}.npz"
     try:
+        check_archive(path)
         with np.load(path, allow_pickle=False) as arrays:
             found = {key: arrays[key] for key in arrays.files}
         if str(found.pop(DIGEST, "")) == _digest(found.items()):

@@ -9,15 +9,14 @@ import attrs
 import numpy as np
 
 from historysim.basics.arguments import scalar
-from historysim.basics.array_types import Floats, Integers
-from historysim.basics.notices import Teller, silent
+from historysim.basics.array_types import Booleans, Floats, Integers
+from historysim.basics.notices import Notify, silent
 from historysim.basics.progress import progress_bar
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.interaction.cache import kept
 from historysim.interaction.few_points import EACH_TOUCH, FewPoints
 from historysim.interaction.half_space import HalfSpace
-from historysim.interaction.patches import patches_of
 from historysim.surfaces.heights import Surface
 
 LIGHTEST = 1e-3
@@ -29,15 +28,15 @@ FIRST_PRESSURE = 1e-4
 ABOVE = 1.001
 """By how much the largest load that is solved lies above what is asked for."""
 MOST_DOUBLINGS = 40
-ITERATIONS = 60
-"""Steps of the conjugate gradients that a load takes, after the one before it."""
+ITERATIONS = 20
+"""Iterations of the conjugate gradients that a load takes, after the one before it."""
 LONG = 30.0
 """Time that is announced before it begins [s]."""
 MUCH = 2**30
 """Memory that is announced before it is taken [bytes]."""
-BYTES = 170 * 2**20
+BYTES = 118 * 2**20
 """Memory of the program, and of a contact of few points."""
-POINT_BYTES = {True: 112, False: 205}
+POINT_BYTES = {True: 96, False: 216}
 """What is held of each point of a map that repeats, and of any other."""
 PRESSURE_BYTES = 24
 """What is held of the pressure of a point in contact under a load."""
@@ -94,7 +93,7 @@ class NormalSolutions:
         largest_load: float = 0.0,
         largest_approach: float = 0.0,
         progress: bool = False,
-        tell: Teller = silent,
+        notify: Notify = silent,
     ) -> Self:
         """Solve a map up to a load and an approach, or take the solutions from the cache of an earlier run.
 
@@ -108,14 +107,13 @@ class NormalSolutions:
             From first touch [m].
         progress : bool
             Show a progress bar on standard error where that is a terminal and it takes long.
-        tell : callable, optional
+        notify : callable, optional
             Takes the notice of how long it will take, where that is long.
 
         Raises
         ------
         InputError
-            A map that cannot be solved, or not in the machine's memory, neither a load nor an approach, or the extra is
-            not installed.
+            A map that cannot be solved, or not in the machine's memory, or neither a load nor an approach.
         """
         load, approach = scalar("largest_load", largest_load, least=0), scalar("largest_approach", largest_approach)
         if load <= 0 and approach <= 0:
@@ -126,7 +124,7 @@ class NormalSolutions:
         key = (np.ascontiguousarray(surface.heights), np.array([*surface.pixel_size, surface.periodic, *target]))
 
         def solved() -> dict[str, Floats]:
-            return _solve(space, surface, target, progress=progress, tell=tell)
+            return _solve(space, surface, target, progress=progress, notify=notify)
 
         found = kept("normal_solutions", key, solved)
         point = found["point"].astype(np.int64)
@@ -166,9 +164,9 @@ class NormalSolutions:
         if abs(change) <= MOST_CHANGE:
             return ()
         patches = counted(self.count, "patch", "patches")
-        told = f"changes by {change:+.0%}" if np.isfinite(change) else "is lost"
+        becomes = f"changes by {change:+.0%}" if np.isfinite(change) else "is lost"
         notice = (
-            f"{self.point.size:,} points of the map touch, in {patches}, and the contact area {told} without every "
+            f"{self.point.size:,} points of the map touch, in {patches}, and the contact area {becomes} without every "
             "second point of the map: areas, patches and pressures are those of the grid, not of the surface; take a "
             "finer map, or filter it (s_filter)"
         )
@@ -205,7 +203,7 @@ class NormalSolutions:
 
 
 def _solve(
-    space: HalfSpace, surface: Surface, target: tuple[float, float], *, progress: bool, tell: Teller
+    space: HalfSpace, surface: Surface, target: tuple[float, float], *, progress: bool, notify: Notify
 ) -> dict[str, Floats]:
     """Solve all loads, from the first touch, and the heaviest on the map with every second point left out."""
     _check_flattening(space, *target)
@@ -218,7 +216,7 @@ def _solve(
         if mean >= target[0] * ABOVE and row.approach >= target[1] * ABOVE:
             break
     else:
-        for approach, pressure in _heavier(space, surface, mean, target, progress=progress, tell=tell):
+        for approach, pressure in _heavier(space, surface, mean, target, progress=progress, notify=notify):
             if not rows or approach > rows[-1][0]:
                 touching = np.flatnonzero(pressure)
                 rows.append((approach, touching, pressure[touching], math.nan))
@@ -256,7 +254,7 @@ def _check_flattening(space: HalfSpace, pressure: float, approach: float) -> Non
 
 
 def _heavier(
-    space: HalfSpace, surface: Surface, first: float, target: tuple[float, float], *, progress: bool, tell: Teller
+    space: HalfSpace, surface: Surface, first: float, target: tuple[float, float], *, progress: bool, notify: Notify
 ) -> Iterator[tuple[float, Floats]]:
     """Yield approaches and pressures of loads from above a mean pressure to what is asked for."""
     top = _top(space, *target)
@@ -268,7 +266,7 @@ def _heavier(
     _check_memory(memory, surface.shape)
     if seconds > LONG or memory > MUCH:
         and_memory = f" and {memory / 2**30:.1f} GiB of memory" if memory > MUCH else ""
-        tell(
+        notify(
             f"the normal contact of {_sides(surface.shape)} points takes some {seconds / 60:.0f} min{and_memory} for "
             f"{loads.size} loads, once"
         )
@@ -286,7 +284,7 @@ def _held(surface: Surface) -> float:
 
 
 def _check_memory(needed: float, shape: tuple[int, int]) -> None:
-    """Check that this machine, where it tells, has as much memory as is needed [bytes]."""
+    """Check that this machine, where it is known, has as much memory as is needed [bytes]."""
     if not hasattr(os, "sysconf"):
         return
     there = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
@@ -334,3 +332,37 @@ def _top(space: HalfSpace, mean_pressure: float, approach: float) -> float:
             low = trial
         trial = math.sqrt(low * high) if low > 0 and high < math.inf else 2 * trial if high == math.inf else trial / 2
     return max(top, high)
+
+
+def patches_of(touching: Booleans, *, periodic: bool = False) -> Integers:
+    """Return the number of the patch of each point (nx, ny), -1 where nothing touches; the largest patch is 0.
+
+    Parameters
+    ----------
+    touching : array (nx, ny)
+        Points in contact; those that meet at a side or a corner are of one patch.
+    periodic : bool
+        Whether the point after the last one is the first.
+    """
+    from scipy import ndimage
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    if not touching.any():
+        return np.full(touching.shape, -1)
+    labels, count = ndimage.label(touching, structure=np.ones((3, 3)))
+    if periodic:
+        meeting = []
+        for edge, other in ((labels[0], labels[-1]), (labels[:, 0], labels[:, -1])):
+            for shift in (-1, 0, 1):
+                both = np.stack([edge, np.roll(other, shift)])
+                meeting.append(both[:, (both > 0).all(axis=0)])
+        pairs = np.concatenate(meeting, axis=1)
+        graph = coo_array((np.ones(pairs.shape[1]), (pairs[0], pairs[1])), shape=(count + 1, count + 1))
+        labels = connected_components(graph, directed=False)[1][labels]
+    _, found = np.unique(np.where(touching, labels, -1), return_inverse=True)
+    numbers = found.reshape(touching.shape) - (0 if touching.all() else 1)
+    sizes = np.bincount(numbers[numbers >= 0])
+    rank = np.empty(sizes.size, dtype=np.int64)
+    rank[np.argsort(-sizes, kind="stable")] = np.arange(sizes.size)
+    return np.where(numbers >= 0, rank[numbers], -1)

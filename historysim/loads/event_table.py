@@ -8,47 +8,33 @@ from pathlib import Path
 
 import attrs
 
-from historysim.basics.file_kinds import is_log, told_kind
-from historysim.basics.files import replacing
+from historysim.basics.files import is_log, kind_text, replacing
 from historysim.basics.units import quantity
 from historysim.basics.wording import nearest
 from historysim.errors import InputError
-from historysim.loads.events import EVENT_KINDS, EVENTS, Event
+from historysim.loads.events import EVENTS, Event
 from historysim.tables import Format, opened_rows
-from historysim.tables.column_units import settled, split_unit
-from historysim.tables.heading import Heading
+from historysim.tables.columns import settled, split_unit
+from historysim.tables.head import Heading
 from historysim.tables.lines import brief, decimal_hint, number
 
-_NAMES = ("time", *EVENT_KINDS)
-_EXPECTED = f"a table of events: a text with a header line that names time, and one or more of {', '.join(EVENT_KINDS)}"
+_NAMES = ("time", *EVENTS.own())
+_EXPECTED = (
+    f"a table of events: a text with a header line that names time, and one or more of {', '.join(EVENTS.own())}"
+)
 
 
 def read_events(path: Path, layout: Format | None = None) -> list[Event]:
-    """Read events from a table.
+    """Read events from a table, in the order of the table, which need not be that of time.
 
     The header names ``time`` and one or more kinds of events (see `EVENT_KINDS`). Each value that is not empty is an
-    event at the time of its line; those of one line come in the order of the columns. Numbers are SI, or in the unit
+    event at the time of its line; those of one line follow in the order of the columns. Numbers are SI, or in the unit
     that the header has beside the name, as in ``normal_load [mN]``; a value may also carry its own, as in ``50 mN``.
-    Several coefficients of friction, one for each asperity, stand in one place with spaces between them; a list of
-    only one stands in brackets, ``[0.2]``. Indices of chosen asperities come first, with a colon: ``0 2: 0.3 0.4``. A
-    change of geometry has heights, a bar, and radii: ``0 2: 1e-9 2e-9 | 1e-6 1e-6``; either may be left out.
+    Several coefficients of friction, one for each asperity, have spaces between them; a list of only one stands in
+    brackets, ``[0.2]``. Indices of chosen asperities stand in front, with a colon: ``0 2: 0.3 0.4``. A change of
+    geometry has heights, a bar, and radii: ``0 2: 1e-9 2e-9 | 1e-6 1e-6``; either may be left out.
 
-    Parameters
-    ----------
-    path : Path
-        A text, as `historysim.tables.read_table` reads it.
-    layout : Format, optional
-        How it is written, where that has to be said.
-
-    Returns
-    -------
-    list of events
-        In the order of the table, which need not be that of time.
-
-    Raises
-    ------
-    InputError
-        Another file, or a value that is no event; the message names line and column.
+    Raises InputError: another file, or a value that is no event; the message names line and column.
     """
     _check_kind(path)
     layout = layout or Format()
@@ -59,9 +45,9 @@ def read_events(path: Path, layout: Format | None = None) -> list[Event]:
 
 def _check_kind(path: Path) -> None:
     """Refuse what is no table but something else."""
-    if came := told_kind(path):
+    if kind := kind_text(path):
         hint = f"; historysim log {path} --csv TABLE writes its events to one" if is_log(path) else ""
-        raise InputError(f"{path}: {came}{hint}; expected {_EXPECTED}")
+        raise InputError(f"{path}: {kind}{hint}; expected {_EXPECTED}")
 
 
 @attrs.frozen
@@ -97,7 +83,7 @@ def _columns(heading: Heading) -> list[_EventColumn]:
     units = {"time": "s"}
     for name in names:
         if name != "time" and name not in EVENTS:
-            known = dict.fromkeys(("time", *EVENT_KINDS, *EVENTS))
+            known = dict.fromkeys(("time", *EVENTS.own(), *EVENTS))
             raise InputError(f"column {name!r} is no kind of event; {nearest(name, known)}")
         if name != "time":
             units[name] = EVENTS[name].unit
@@ -127,22 +113,11 @@ def _events(line: int, texts: Sequence[str], columns: Sequence[_EventColumn], de
 
 
 def write_events(path: Path, events: Iterable[Event]) -> None:
-    """Write events to a table (CSV, in SI), one on each line, which `read_events` reads bit for bit.
-
-    Parameters
-    ----------
-    path : Path
-        The table; it appears under its name when it is complete.
-    events : iterable of events
-
-    Raises
-    ------
-    OSError
-        The file cannot be written.
-    """
+    """Write events to a table (CSV, in SI), one on each line, which `read_events` reads bit for bit."""
     events = list(events)
-    present = {event.name for event in events} or set(EVENT_KINDS)
-    names = [*(name for name in EVENT_KINDS if name in present), *sorted(present - set(EVENT_KINDS))]
+    own = EVENTS.own()
+    present = {event.name for event in events} or set(own)
+    names = [*(name for name in own if name in present), *sorted(present - set(own))]
     with replacing(path) as unfinished, unfinished.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(["time", *names])

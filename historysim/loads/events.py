@@ -1,35 +1,17 @@
-"""Load events: facts about what the load channels have reached, and when.
+"""Load events: what a channel has reached at a time (waypoints, as in an amplitude table), and what changes at once."""
 
-Loads are waypoints, as in an amplitude table: an event says what its channel has reached at its
-time, and a channel runs straight between its own waypoints.
-"""
-
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Self
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Annotated, Any, ClassVar, Self
 
 import attrs
 
+from historysim.basics.fields import Force, Length, Numbers, Quantity
+from historysim.basics.limits import SIZE, is_workable
 from historysim.basics.registry import Registry
-from historysim.basics.units import as_float, metres, newtons, seconds
+from historysim.basics.units import as_float, in_si, is_number, metres, newtons, seconds
+from historysim.basics.wording import counted, shown
 from historysim.errors import InputError
-from historysim.loads.event_contents import (
-    Number,
-    as_coefficients,
-    as_indices,
-    as_lengths,
-    chosen_in,
-    chosen_text,
-    coefficients_in,
-    differ,
-    finite,
-    lists_misfit,
-    not_negative,
-    numbers_in,
-    numbers_text,
-    valid_coefficients,
-    valid_indices,
-    valid_lengths,
-)
 
 __all__ = [
     "Event",
@@ -43,16 +25,105 @@ __all__ = [
     "register",
 ]
 
+Number = Callable[[str], float]
+"""Reads a number of a table, with its unit, in SI."""
+
 
 def __dir__() -> list[str]:
     return sorted(__all__)
 
 
+# -- fields of events: conversion and checks ------------------------------------------------------------
+
+
+def _finite(event: object, attribute: "attrs.Attribute[float]", value: float) -> None:
+    if not _fits(value):
+        raise _field_error(event, attribute.name, value, "a finite number, in SI")
+
+
+def _fits(value: Any) -> bool:
+    return is_number(value) and is_workable(value)
+
+
+def _field_error(event: Any, name: str, value: Any, expected: str) -> InputError:
+    when = f" at t = {event.time:g} s" if name != "time" and _fits(event.time) else ""
+    if is_number(value) and math.isfinite(value) and not is_workable(value):
+        expected = f"{SIZE}, in SI"
+    return InputError(f"{type(event).__name__}: {name} is {value!r}{when}; expected {expected}")
+
+
+def _not_negative(event: object, attribute: "attrs.Attribute[float]", value: float) -> None:
+    _finite(event, attribute, value)
+    if value < 0:
+        raise InputError(
+            f"{type(event).__name__}: a normal load of {value:g} N pulls on the contact; "
+            "expected a load of 0 N (lift-off) or more, since the contact does not adhere"
+        )
+
+
+def _as_numbers(value: float | Iterable[float]) -> float | tuple[float, ...]:
+    """Return one number, or several, as floats; what is neither as it is, to be refused by the check."""
+    given: Any = value
+    single = isinstance(given, str | bytes | Mapping) or getattr(given, "ndim", 1) == 0
+    return tuple(map(as_float, given)) if isinstance(given, Iterable) and not single else as_float(given)
+
+
+def _as_lengths(value: float | Iterable[float] | None) -> tuple[float, ...] | None:
+    """Return lengths with or without units [m]."""
+    if value is None:
+        return None
+    lengths = _as_numbers(in_si(value, "m"))
+    return lengths if isinstance(lengths, tuple) else (lengths,)
+
+
+def _as_indices(value: int | Iterable[int] | None) -> tuple[int, ...] | None:
+    """Return indices of asperities; None stands for all of them."""
+    given: Any = value
+    if given is not None and not isinstance(given, str | bytes | Mapping):
+        given = tuple(given) if isinstance(given, Iterable) else (given,)
+    indices: tuple[int, ...] | None = given
+    return indices
+
+
+def _coefficients(event: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
+    coefficients = value if isinstance(value, tuple) else (value,)
+    if not coefficients:
+        raise InputError(f"{type(event).__name__}: {attribute.name} is empty; expected one coefficient, or one each")
+    for coefficient in coefficients:
+        if not (_fits(coefficient) and coefficient >= 0):
+            raise _field_error(event, attribute.name, coefficient, "a finite number of 0 or more")
+
+
+def _lengths(event: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
+    if value == ():
+        raise InputError(f"{type(event).__name__}: {attribute.name} is empty; expected one length, or one each, in m")
+    for length in value or ():
+        if not _fits(length):
+            raise _field_error(event, attribute.name, length, "a finite number, in m")
+
+
+def _indices(event: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
+    if value is None:
+        return
+    whole = isinstance(value, tuple) and all(
+        is_number(index) and index == int(index) and index >= 0 and not isinstance(index, bool) for index in value
+    )
+    if not whole or not value or len(set(value)) < len(value):
+        raise InputError(
+            f"{type(event).__name__}: {attribute.name} is {value!r}; expected indices of asperities, "
+            "0 or more, each once"
+        )
+    object.__setattr__(event, attribute.name, tuple(int(index) for index in value))
+
+
+# -- the base class ---------------------------------------------------------------------------------------
+
+
 class Event:
     """A fact with a time: a waypoint of a channel, or a change that acts at once.
 
-    A kind is an attrs class with ``time`` as its first field. What it has beside the time is numbers, tuples of
-    them, or None, as `contents` gives them: so it stands in a log, and in a table of events.
+    A kind is an attrs class with ``time`` as its first field. The others are numbers, tuples of them, or None: so they
+    stand in a log, and in a table of events.
     """
 
     __slots__ = ()
@@ -63,6 +134,10 @@ class Event:
     """Of the numbers in a table."""
     channel: ClassVar[str | None] = None
     """Of a waypoint: "normal", "tangential" or "friction"."""
+    order: ClassVar[tuple[str, ...]] = ()
+    """The fields beside the time in their order in a log; by default as they are declared."""
+    noun: ClassVar[str] = "number"
+    """What a message calls one of its numbers."""
     changes_friction: ClassVar[bool] = False
     changes_geometry: ClassVar[bool] = False
     """What it changes, so that it is recorded at each step."""
@@ -71,37 +146,72 @@ class Event:
 
     @property
     def differs(self) -> bool:
-        """Whether asperities have different friction after it, as far as it alone tells."""
+        """Whether asperities have different friction after it, as far as it alone decides."""
         return self.changes_friction
 
+    @classmethod
+    def fields(cls) -> tuple[str, ...]:
+        """Return the names of its fields beside the time, in their order in a log."""
+        own: Any = cls
+        return cls.order or tuple(field.name for field in attrs.fields(own)[1:])
+
     def contents(self) -> list[Any]:
-        """Return what it says beside its time: numbers, tuples of them, or None for what it leaves open."""
-        own: Any = type(self)
-        return [getattr(self, field.name) for field in attrs.fields(own)[1:]]
+        """Return its fields beside the time: numbers, tuples of them, or None for what is left open."""
+        return [getattr(self, name) for name in self.fields()]
 
     @classmethod
     def of(cls, time: float, contents: Sequence[Any]) -> Self:
-        """Return the event at a time that says what `contents` gave."""
+        """Return the event at a time with these `contents`; fewer leave the last ones open."""
         made: Any = cls
-        event: Self = made(time, *contents)
+        if len(contents) > len(cls.fields()):
+            raise InputError(f"{cls.name} has {len(contents)} lists of numbers; expected {len(cls.fields())} at most")
+        event: Self = made(time, **dict(zip(cls.fields(), contents, strict=False)))
         return event
 
     @property
     def cell(self) -> str:
-        """What it says, in a table of events: with as many digits as tell it from any other."""
-        return " | ".join(map(numbers_text, self.contents()))
+        """Its cell in a table of events: ``"0 2: 1e-9 2e-9 | 1e-6"``, with as many digits as each number needs."""
+        chosen = getattr(self, "asperities", None)
+        front = "" if chosen is None else f"{' '.join(map(str, chosen))}: "
+        return front + " | ".join(_numbers_text(getattr(self, name)) for name in self._lists())
 
     @classmethod
     def from_cell(cls, time: float, text: str, number: Number) -> Self:
-        """Return the event that `cell` told."""
-        return cls.of(time, [numbers_in(part, number) for part in text.split("|")])
+        """Return the event of a cell."""
+        front, colon, rest = text.rpartition(":") if "asperities" in cls.fields() else ("", "", text)
+        for each in front.split():
+            if not each.isdecimal():
+                raise InputError(f"{shown(each)}; expected the index of an asperity, 0 or more")
+        parts = [_numbers_in(part, number) for part in rest.split("|")]
+        if len(parts) > len(cls._lists()):
+            raise InputError(f"has {len(parts)} parts between bars (|); expected {len(cls._lists())} at most")
+        values = dict(zip(cls._lists(), parts, strict=False))
+        if colon:
+            values["asperities"] = tuple(map(int, front.split())) or None
+        made: Any = cls
+        event: Self = made(time, **values)
+        return event
 
-    def misfit(self, count: int) -> str:
-        """Return what does not fit an ensemble of so many asperities, with what is expected; empty if it does."""
-        del count
+    @classmethod
+    def _lists(cls) -> list[str]:
+        return [name for name in cls.fields() if name != "asperities"]
+
+    def problem(self, count: int) -> str:
+        """Return what does not fit an ensemble of so many asperities, and what is expected; empty if it fits."""
+        chosen: Any = getattr(self, "asperities", None)
+        if chosen is not None and max(chosen) >= count:
+            return f"asperity {max(chosen)} does not exist; expected indices from 0 to {count - 1}"
+        most = count if chosen is None else len(chosen)
+        for name in self._lists():
+            values = getattr(self, name)
+            if self.noun != "number" and isinstance(values, tuple) and len(values) not in {1, most}:
+                return (
+                    f"{name} has shape ({len(values)},); expected one {self.noun}, or one for each of "
+                    f"{counted(most, 'asperity', 'asperities')}"
+                )
         return ""
 
-    def act(self, ensemble: Any, state: Any, *, saturate: bool, instrument: Any) -> Any:  # noqa: ANN401 - as it says
+    def act(self, ensemble: Any, state: Any, *, saturate: bool, instrument: Any) -> Any:
         """Return the `EnsembleState` of an `Ensemble` behind an `Instrument` after a change; of waypoints nothing acts.
 
         Facts do not import what they act on, so that whoever reads a log or a result needs no engine.
@@ -111,8 +221,33 @@ class Event:
         )
 
 
+def _differ(friction: float | tuple[float, ...]) -> bool:
+    return isinstance(friction, tuple) and min(friction) < max(friction)
+
+
+def _numbers_text(numbers: float | tuple[float, ...] | None) -> str:
+    """Return numbers as a cell has them; brackets tell a list of one from a number."""
+    if numbers is None:
+        return ""
+    if not isinstance(numbers, tuple):
+        return repr(numbers)
+    text = " ".join(map(repr, numbers))
+    return text if len(numbers) > 1 else f"[{text}]"
+
+
+def _numbers_in(text: str, number: Number) -> float | tuple[float, ...] | None:
+    """Return the numbers of `_numbers_text`; a unit stands behind a single number with a blank."""
+    text = text.strip()
+    if not text:
+        return None
+    if text.startswith("["):
+        return tuple(map(number, text.removeprefix("[").removesuffix("]").split()))
+    numbers = text.split()
+    return number(text) if len(numbers) == 1 else tuple(map(number, numbers))
+
+
 EVENTS: Registry[type[Event]] = Registry(
-    "historysim.events", "historysim.loads.events:Event", "event", "historysim.loads.events", label="name"
+    "historysim.events", "historysim.loads.events:Event", "event", "historysim.loads", label="name"
 )
 """All kinds of events by their names."""
 register = EVENTS.register
@@ -135,18 +270,14 @@ class LoadEvent(Event):
         A time or value that is not a finite number.
     """
 
-    time: float = attrs.field(converter=seconds, validator=finite)
-    value: float = attrs.field(converter=as_float, validator=finite)
+    time: float = attrs.field(converter=seconds, validator=_finite)
+    value: float = attrs.field(converter=as_float, validator=_finite)
 
     channel: ClassVar[str]
 
-    def contents(self) -> list[Any]:
-        """Return the value."""
-        return [self.value]
-
     @classmethod
     def from_cell(cls, time: float, text: str, number: Number) -> Self:
-        """Return the event that `cell` told."""
+        """Return the event of a cell, which may have a unit."""
         return cls(time, number(text))
 
 
@@ -161,7 +292,7 @@ class NormalLoad(LoadEvent):
     NormalLoad(time=0.0, value=0.05)
     """
 
-    value: float = attrs.field(converter=newtons, validator=not_negative)
+    value: Force = attrs.field(converter=newtons, validator=_not_negative)
     name = "normal_load"
     channel = "normal"
     unit = "N"
@@ -178,7 +309,7 @@ class NormalDisplacement(LoadEvent):
     NormalDisplacement(time=0.0, value=2e-08)
     """
 
-    value: float = attrs.field(converter=metres, validator=finite)
+    value: Length = attrs.field(converter=metres, validator=_finite)
     name = "normal_displacement"
     channel = "normal"
     unit = "m"
@@ -195,7 +326,7 @@ class TangentialLoad(LoadEvent):
     TangentialLoad(time=1.0, value=0.005)
     """
 
-    value: float = attrs.field(converter=newtons, validator=finite)
+    value: Force = attrs.field(converter=newtons, validator=_finite)
     name = "tangential_load"
     channel = "tangential"
     unit = "N"
@@ -212,7 +343,7 @@ class TangentialDisplacement(LoadEvent):
     TangentialDisplacement(time=1.0, value=1e-08)
     """
 
-    value: float = attrs.field(converter=metres, validator=finite)
+    value: Length = attrs.field(converter=metres, validator=_finite)
     name = "tangential_displacement"
     channel = "tangential"
     unit = "m"
@@ -247,38 +378,24 @@ class FrictionChange(Event):
     FrictionChange(time=2.0, friction=0.15, asperities=None)
     """
 
-    time: float = attrs.field(converter=seconds, validator=finite)
-    friction: float | tuple[float, ...] = attrs.field(converter=as_coefficients, validator=valid_coefficients)
-    asperities: tuple[int, ...] | None = attrs.field(default=None, converter=as_indices, validator=valid_indices)
+    time: float = attrs.field(converter=seconds, validator=_finite)
+    friction: Numbers = attrs.field(converter=_as_numbers, validator=_coefficients)
+    asperities: tuple[int, ...] | None = attrs.field(default=None, converter=_as_indices, validator=_indices)
 
     name = "friction"
+    noun = "coefficient"
     changes_friction = True
 
     @property
     def differs(self) -> bool:
-        """Whether asperities have different friction after it, as far as it alone tells."""
-        return self.asperities is not None or differ(self.friction)
+        """Whether asperities have different friction after it, as far as it alone decides."""
+        return self.asperities is not None or _differ(self.friction)
 
     def contents(self) -> list[Any]:
         """Return the coefficients, and for which asperities; for all of them the coefficients alone."""
         return [self.friction] if self.asperities is None else [self.friction, self.asperities]
 
-    @property
-    def cell(self) -> str:
-        """What it says, in a table of events."""
-        return f"{chosen_text(self.asperities)}{numbers_text(self.friction)}"
-
-    @classmethod
-    def from_cell(cls, time: float, text: str, number: Number) -> Self:
-        """Return the event that `cell` told."""
-        chosen, coefficients = chosen_in(text)
-        return cls(time, coefficients_in(coefficients, number), chosen)
-
-    def misfit(self, count: int) -> str:
-        """Return what does not fit so many asperities."""
-        return lists_misfit(count, self.asperities, {"friction": self.friction}, "coefficient")
-
-    def act(self, ensemble: Any, state: Any, *, saturate: bool, instrument: Any) -> Any:  # noqa: ANN401 - see `Event.act`
+    def act(self, ensemble: Any, state: Any, *, saturate: bool, instrument: Any) -> Any:
         """Return the state after it; errors as for `Ensemble.with_friction`."""
         del saturate
         return ensemble.with_friction(state, self.friction, asperities=self.asperities, instrument=instrument)
@@ -305,26 +422,21 @@ class FrictionRamp(Event):
         A time or coefficient that is not a finite number, or a negative coefficient.
     """
 
-    time: float = attrs.field(converter=seconds, validator=finite)
-    friction: float | tuple[float, ...] = attrs.field(converter=as_coefficients, validator=valid_coefficients)
+    time: float = attrs.field(converter=seconds, validator=_finite)
+    friction: Numbers = attrs.field(converter=_as_numbers, validator=_coefficients)
 
     name = "friction_ramp"
+    noun = "coefficient"
     channel = "friction"
     changes_friction = True
 
     @property
     def differs(self) -> bool:
         """Whether asperities have different friction after it."""
-        return differ(self.friction)
+        return _differ(self.friction)
 
-    @classmethod
-    def from_cell(cls, time: float, text: str, number: Number) -> Self:
-        """Return the event that `cell` told."""
-        return cls(time, coefficients_in(text, number))
 
-    def misfit(self, count: int) -> str:
-        """Return what does not fit so many asperities."""
-        return lists_misfit(count, None, {"friction": self.friction}, "coefficient")
+OneOrMore = Annotated[tuple[float, ...], Quantity("m", alone=True)]
 
 
 @EVENTS.register
@@ -351,13 +463,15 @@ class GeometryChange(Event):
         Neither heights nor radii, numbers out of range, or what are no indices.
     """
 
-    time: float = attrs.field(converter=seconds, validator=finite)
-    summit_height: tuple[float, ...] | None = attrs.field(default=None, converter=as_lengths, validator=valid_lengths)
-    summit_radius: tuple[float, ...] | None = attrs.field(default=None, converter=as_lengths, validator=valid_lengths)
-    asperities: tuple[int, ...] | None = attrs.field(default=None, converter=as_indices, validator=valid_indices)
+    time: float = attrs.field(converter=seconds, validator=_finite)
+    summit_height: OneOrMore | None = attrs.field(default=None, converter=_as_lengths, validator=_lengths)
+    summit_radius: OneOrMore | None = attrs.field(default=None, converter=_as_lengths, validator=_lengths)
+    asperities: tuple[int, ...] | None = attrs.field(default=None, converter=_as_indices, validator=_indices)
 
     name = "geometry"
     unit = "m"
+    noun = "length"
+    order = ("asperities", "summit_height", "summit_radius")
     changes_geometry = True
 
     def __attrs_post_init__(self) -> None:
@@ -367,46 +481,14 @@ class GeometryChange(Event):
         if self.summit_radius is not None and min(self.summit_radius) <= 0:
             raise InputError(f"GeometryChange: summit_radius is {min(self.summit_radius):g}; expected more than 0 m")
 
-    def contents(self) -> list[Any]:
-        """Return for which asperities it is, the heights and the radii."""
-        return [self.asperities, self.summit_height, self.summit_radius]
-
-    @classmethod
-    def of(cls, time: float, contents: Sequence[Any]) -> Self:
-        """Return the event at a time that says what `contents` gave."""
-        asperities, height, radius = contents
-        return cls(time, height, radius, asperities)
-
-    @property
-    def cell(self) -> str:
-        """What it says, in a table of events."""
-        heights, radii = (" ".join(map(repr, each or ())) for each in (self.summit_height, self.summit_radius))
-        return f"{chosen_text(self.asperities)}{heights} | {radii}"
-
-    @classmethod
-    def from_cell(cls, time: float, text: str, number: Number) -> Self:
-        """Return the event that `cell` told."""
-        chosen, lengths = chosen_in(text)
-        heights, _, radii = lengths.partition("|")
-        height, radius = (tuple(map(number, each.split())) or None for each in (heights, radii))
-        return cls(time, height, radius, chosen)
-
-    def misfit(self, count: int) -> str:
-        """Return what does not fit so many asperities."""
-        lists = {"summit_height": self.summit_height, "summit_radius": self.summit_radius}
-        return lists_misfit(count, self.asperities, lists, "length")
-
-    def act(self, ensemble: Any, state: Any, *, saturate: bool, instrument: Any) -> Any:  # noqa: ANN401 - see `Event.act`
+    def act(self, ensemble: Any, state: Any, *, saturate: bool, instrument: Any) -> Any:
         """Return the state after it; errors as for `Ensemble.with_geometry`."""
         new: dict[str, Any] = {"summit_height": self.summit_height, "summit_radius": self.summit_radius}
         place: dict[str, Any] = {"asperities": self.asperities, "instrument": instrument}
         return ensemble.with_geometry(state, saturate=saturate, **new, **place)
 
 
-EVENT_KINDS: Mapping[str, type[Event]] = EVENTS.own()
-"""The kinds of events of this package, by their names in tables, scenarios and lists."""
-
 LOAD_KINDS: Mapping[str, type[LoadEvent]] = {
-    name: kind for name, kind in EVENT_KINDS.items() if issubclass(kind, LoadEvent)
+    name: kind for name, kind in EVENTS.own().items() if issubclass(kind, LoadEvent)
 }
-"""Those that a load channel reaches something with."""
+"""Those that a load channel reaches something with; how it is controlled is a matter of the core."""

@@ -1,4 +1,4 @@
-"""A friction coefficient that changes with the time or with the distance that was slid: running-in, wear of a film."""
+"""A friction coefficient that changes with time or with the sliding distance: running-in, wear of a film."""
 
 from collections.abc import Sequence
 from typing import Literal
@@ -30,7 +30,7 @@ class FrictionCourse:
     Parameters
     ----------
     over : {"time", "distance"}
-        What it goes with. The distance is the length of the way of the tangential displacement, both ways counting.
+        The distance is the path length of the tangential displacement, both ways counting.
     place : array_like (point)
         Times [s] or distances [m], rising.
     coefficient : array_like (point)
@@ -67,21 +67,10 @@ class FrictionCourse:
         return np.asarray(np.interp(np.asarray(place, dtype=np.float64), self.place, self.coefficient))
 
     def along(self, events: Sequence[Event]) -> list[Event]:
-        """Return the events with the friction of each event time behind what is reached there.
+        """Return the events in time order, with a change of friction behind each event time at which it changes.
 
-        Friction is that of the event before until the next event is reached: events that are close enough to each other
-        make steps that do not matter. Where it does not change there is no event.
-
-        Parameters
-        ----------
-        events : sequence of Event
-            In time order.
-
-        Raises
-        ------
-        InputError
-            Events that change friction themselves, or none with a tangential displacement where friction goes with the
-            distance.
+        Raises InputError: events that change friction themselves, or friction over distance without a controlled
+        tangential displacement.
         """
         if any(event.changes_friction for event in events):
             raise InputError("friction changes in the loading, too; expected one of the two")
@@ -99,13 +88,12 @@ class FrictionCourse:
 
 
 def _distance(events: Sequence[Event], time: Floats) -> Floats:
-    """Return the length of the way of the tangential displacement up to each event (event)."""
+    """Return the path length of the tangential displacement up to each event (event) [m]."""
     moves = [event for event in events if isinstance(event, TangentialDisplacement)]
     other = next((e for e in events if isinstance(e, LoadEvent) and e.name == "tangential_load"), None)
     if not moves or other is not None:
         raise InputError(
-            "friction goes with the distance, and no tangential displacement is controlled throughout; expected one, "
-            "or friction over time"
+            "friction over distance needs a controlled tangential displacement; control it, or give friction over time"
         )
     way = np.array([event.value for event in moves])
     # what was moved before is not known where the record begins with it; else the contact comes from 0

@@ -1,7 +1,5 @@
 """From load events to straight paths: what is walked, in which order, and when a row is recorded."""
 
-import bisect
-import itertools
 import math
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
@@ -10,19 +8,16 @@ import attrs
 import numpy as np
 
 from historysim.asperities.friction import FrictionGoal, coulomb
-from historysim.basics.array_types import Floats
+from historysim.basics.array_types import Array, Booleans, Floats, Integers
+from historysim.basics.limits import at_most, most
 from historysim.errors import InputError
-from historysim.loads.event_sequence import check_sequence
+from historysim.loads.event_sequence import KINDS, SampledLoads, check_sequence, loads_of
 from historysim.loads.events import Event, FrictionRamp, LoadEvent, NormalDisplacement, TangentialDisplacement
-from historysim.loads.samples import SampledLoads
 from historysim.memory.binding import DISPLACED, LOAD
 from historysim.memory.paths import STILL, Goals, Paths, paths_to
 
 if TYPE_CHECKING:
     from historysim.asperities.state import EnsembleState
-
-Goal = tuple[int, float, float]
-"""Control of a channel, its target in N or m, and the fraction of the way left to go."""
 
 Ramp = tuple[FrictionRamp, float]
 """Where friction is on its way to, and the fraction of the way left to go."""
@@ -33,30 +28,27 @@ AT_WAYPOINT, BEYOND_LAST = -1, -2
 
 @attrs.frozen
 class Cursor:
-    """How far a schedule has come at the end of one of its times: where it can be taken up again.
+    """Where a schedule stands at the end of one of its times, to be taken up again there.
 
-    A channel on its way to a later waypoint is where that waypoint puts it, so what has been replayed may
-    depend on an event that is still to come, and a channel beyond its last waypoint would have been elsewhere
-    if it had one more. `heading` says so, and two schedules that stand alike have replayed the same.
+    A channel that is on its way to a later waypoint, or held after its last, depends on an event that is still to come,
+    or that may be appended: `heading` is what it goes to. Schedules of the same events that stand alike have replayed
+    the same.
     """
 
     events: int
+    """Events that are done."""
     rows: int
-    """events and rows: events that are done, and rows recorded so far."""
+    """Rows recorded so far."""
     time: float
-    """The time at which it stands [s]."""
-    passed: tuple[int, ...]
-    """Waypoints that each of `CHANNELS` has passed."""
-    control: tuple[int, ...]
-    """How the load channels are controlled, and 0 for friction."""
+    """[s]"""
     heading: tuple[int, ...]
-    """Index of the event that each is on its way to; ``AT_WAYPOINT`` where it stands at one of its waypoints or has not
-    begun, ``BEYOND_LAST`` where it is held after its last."""
+    """(channel) Index of the event that each of `CHANNELS` is on its way to; ``AT_WAYPOINT`` where it stands at one of
+    its waypoints or has not begun, ``BEYOND_LAST`` where it is held after its last."""
 
 
 @attrs.frozen(eq=False)
 class Start:
-    """Where a replay begins: at the beginning, or where an earlier one of the same events stood."""
+    """Where a replay begins: at the start, or where an earlier one of the same events stood."""
 
     state: "EnsembleState"
     cursor: Cursor | None = None
@@ -85,9 +77,9 @@ class Segment:
     """Where friction is on its way to on the one path, of which it goes the part ``ramp_part``."""
     ramp_part: float = 1.0
     cursor: Cursor | None = None
-    """Where the schedule stands at the end, unless that is in the midst of a time or between two."""
+    """Where the schedule stands at the end, if all events of a time are done there."""
     share: float = 1.0
-    """How much of its one path is walked, where the schedule ends between two event times; otherwise 1."""
+    """Part of its one path that is walked, where the schedule ends between two event times."""
 
     def friction_goal(self, count: int) -> FrictionGoal | None:
         """Return where the coefficients of so many asperities go on the path, if they do."""
@@ -102,11 +94,10 @@ def segments(
     start: Cursor | None = None,
     until: float = math.inf,
 ) -> Iterator[Segment]:
-    """Schedule events, which stand in the order of their times.
+    """Yield the segments of events, which stand in the order of their times.
 
-    At each distinct time both channels first arrive where their waypoints put them, on one joint
-    straight path; what else the events at that time say follows in their order. One row is
-    recorded per distinct time, and ``substeps`` - 1 more at equal intervals since the time before.
+    At each time both channels first go where their waypoints put them, on one straight path; the other events of that
+    time follow in their order. One row is recorded at each time, and ``substeps`` - 1 more since the time before.
 
     Parameters
     ----------
@@ -116,126 +107,171 @@ def segments(
     most_rows : int, optional
         Break segments so that none records many more rows than this.
     start : Cursor, optional
-        Where an earlier schedule of the same events stood; the beginning by default.
+        Where an earlier schedule of the same events stood.
     until : float
-        Stop at this time [s]. Between two event times, the last segment is the way to the later one, of which a share
-        is walked, and records a row there.
+        Stop at this time [s], between two event times on the way to the later one, and record a row there.
 
-    Raises
-    ------
-    InputError
-        Events that are not events, not in order, or none; substeps below 1.
+    Raises InputError: what are no events, not in order, or none; substeps below 1.
     """
     if isinstance(events, SampledLoads) and start is None and until == math.inf:
         yield _sampled(events, substeps)
         return
     _check(events, substeps)
-    channels = normal, tangential, friction = _channels(events, start)
-    arriving_channels = ("friction", "normal", "tangential") if friction.waypoints else ("normal", "tangential")
-    done, rows, previous = (start.events, start.rows, start.time) if start else (0, 0, None)
-    cursor, broken_at = start, rows
-    table = _Table()
-    numbered_events = enumerate(itertools.islice(events, done, None), done)
-    for time, numbered in itertools.groupby(numbered_events, key=lambda pair: pair[1].time):
-        if time > until:
-            if previous is None or until <= previous:
-                break
-            if table.paths:
-                yield table.segment(cursor=cursor or _cursor(done, rows, previous, channels))
-            yield _part_of_the_way(channels, previous, time, until, done)
-            return
-        present = list(numbered)
-        arriving = [_first(present, name) for name in arriving_channels]
+    yield from _Schedule(events, substeps, start).segments(math.inf if most_rows is None else most_rows, until)
+
+
+class _Schedule:
+    """All times of events as arrays: where both channels go, and which rows are recorded.
+
+    Times at which only waypoints arrive are taken together. At the others, paths follow one by one: changes of friction
+    or geometry, a channel's second waypoint, and friction on its way.
+    """
+
+    def __init__(self, events: Sequence[Event], substeps: int, start: Cursor | None) -> None:
+        self.events, self.substeps, self.start = events, substeps, start
+        self.normal, self.tangential, self.friction = self.channels = _channels(events)
+        done = start.events if start else 0
+        each = _times(events)[done:]
+        first = np.flatnonzero(np.diff(each, prepend=-math.inf))
+        self.time = each[first]
+        # events [first, end) are of each time
+        self.first, self.end = done + first, done + np.append(first[1:], each.size)
+        self.previous = np.append(start.time if start else math.nan, self.time[:-1])[: self.time.size]
+        self.parts = np.where(np.isnan(self.previous), 1, substeps)
+        self.rows = (start.rows if start else 0) + np.cumsum(self.parts)
+        self.goals = [channel.goals(self.time, self.previous) for channel in self.channels]
+
+    def segments(self, most_rows: float, until: float) -> Iterator[Segment]:
+        """Yield what `segments` does."""
+        arriving, served = self._arriving()
+        ramps = self.friction.ramps(self.time)
+        special = np.flatnonzero((arriving.sum(axis=0) < self.end - self.first) | ramps)
+        count = int(np.searchsorted(self.time, until, side="right"))
+        table, now, broken_at = _Table(), 0, self.start.rows if self.start else 0
+        while now < count:
+            full = int(np.searchsorted(self.rows, broken_at + most_rows)) + 1
+            plain = int(special[np.searchsorted(special, now)]) if special.size and special[-1] >= now else count
+            ends = min(full, plain, count)
+            if ends > now:
+                self._add_times(table, slice(now, ends), served)
+            else:
+                ends = now + 1
+                yield from self._step_by_step(table, now, arriving[:, now], int(served[now]), ramp=bool(ramps[now]))
+            now = ends
+            if table.ramp is not None or self.rows[now - 1] - broken_at >= most_rows:
+                yield table.segment(cursor=self.cursor(now))
+                table.clear()
+                broken_at = int(self.rows[now - 1])
+        if table.events:
+            yield table.segment(cursor=self.cursor(now))
+        if count < self.time.size and until > self.previous[count]:
+            yield self._part_of_the_way(count, until)
+
+    def cursor(self, done: int) -> Cursor | None:
+        """Where the schedule stands when so many of its times are done."""
+        if done == 0:
+            return self.start
+        return _cursor(int(self.end[done - 1]), int(self.rows[done - 1]), float(self.time[done - 1]), self.channels)
+
+    def _arriving(self) -> tuple[Booleans, Integers]:
+        """Return which channels arrive at a waypoint (channel, time), and the event that each path serves."""
+        arriving, served = np.zeros((len(CHANNELS), self.time.size), dtype=np.bool_), self.first.copy()
+        # of several that arrive at one time the last one is named
+        for own in (2, 0, 1):
+            channel = self.channels[own]
+            if channel.numbers.size:
+                at = np.minimum(np.searchsorted(channel.time, self.time), channel.time.size - 1)
+                arriving[own] = channel.time[at] == self.time
+                served = np.where(arriving[own], channel.numbers[at], served)
+        return arriving, served
+
+    def _add_times(self, table: "_Table", times: slice, served: Integers) -> None:
+        """Add the paths to several times, each of which is recorded."""
+        columns = [column[times] for goals in self.goals[:2] for column in goals]
+        table.add(
+            *columns,
+            self.parts[times],
+            *self._times_of(times),
+            events=served[times].tolist(),
+            row_times=self._row_times(times),
+            recorded=True,
+        )
+
+    def _times_of(self, times: slice) -> tuple[Floats, Floats]:
+        """Return when the paths to times begin and end [s]; at the first one there is no way."""
+        end, begin = self.time[times], self.previous[times]
+        return np.where(np.isnan(begin), end, begin), end
+
+    def _row_times(self, times: slice, *, inner: bool = False) -> Floats:
+        """Return the times of the rows on the way to times, and, unless those within are meant, there."""
+        end, begin = self.time[times], self.previous[times]
+        within = begin[:, None] + (end - begin)[:, None] * np.arange(1, self.substeps) / self.substeps
+        rows: Floats = within if inner else np.column_stack([within, end])
+        return rows[~np.isnan(rows)]
+
+    def _step_by_step(
+        self, table: "_Table", now: int, arriving: Booleans, served: int, *, ramp: bool
+    ) -> Iterator[Segment]:
+        """Add the paths at one time, of which the last is recorded; yield the segments that end in the midst of it."""
+        time, here = float(self.time[now]), slice(now, now + 1)
+        if ramp and table.events:
+            yield table.segment(cursor=self.cursor(now))
+            table.clear()
+        if ramp:
+            table.ramp = self.friction.ramp(time, float(self.previous[now]))
+        first = [channel.at(time) for channel, comes in zip(self.channels, arriving, strict=True) if comes]
+        present = enumerate(self.events[int(self.first[now]) : int(self.end[now])], int(self.first[now]))
         # changes act after all channels have arrived
-        rest = _joint([pair for pair in present if pair not in arriving])
-        served = next((pair[0] for pair in reversed(arriving) if pair), present[0][0])
-        inner = _inner_times(previous, time, substeps)
-        ramp = friction.ramp(time, previous)
-        if ramp is not None and table.paths:
-            yield table.segment(cursor=cursor)
-            table = _Table()
-        table.ramp = ramp
-        table.add(normal.arrive(time, previous), tangential.arrive(time, previous), served, inner)
+        rest = _joint([pair for pair in present if pair[0] not in first])
+        columns = [column[here] for goals in self.goals[:2] for column in goals]
+        parts, way = self.parts[here], self._times_of(here)
+        table.add(*columns, parts, *way, events=[served], row_times=self._row_times(here, inner=True), recorded=False)
+        at_once = way[1], way[1]
+        controls = {channel.name: int(goals[0][now]) for channel, goals in zip(self.channels, self.goals, strict=True)}
         for number, group in rest:
             if table.ramp is not None or not isinstance(group, dict):
                 yield table.segment(*_change(number, group))
-                table = _Table()
-            if isinstance(group, dict):
-                table.add(normal.jump(group), tangential.jump(group), number)
-            else:
-                table.ramp = friction.jump_to(group) if isinstance(group, FrictionRamp) else None
-                # the path on which a controlled load is restored
-                table.add(normal.stay(), tangential.stay(), number)
+                table.clear()
+            if isinstance(group, FrictionRamp):
+                table.ramp = group, 1.0
+            jumps = group if isinstance(group, dict) else {}
+            controls |= {name: _control(event) for name, event in jumps.items()}
+            # where nothing jumps, this is the path on which a controlled load is restored
+            goals = [(controls[name], *((jumps[name].value, 1.0) if name in jumps else STILL)) for name in CHANNELS[:2]]
+            columns = [np.array([value]) for goal in goals for value in goal]
+            whole = np.ones(1, dtype=np.int64)
+            table.add(*columns, whole, *at_once, events=[number], row_times=np.empty(0), recorded=False)
         table.record(time)
-        previous, done, rows = time, done + len(present), rows + 1 + len(inner)
-        # where friction is on its way, the segment that ends here is given when friction has moved on
-        cursor = _cursor(done, rows, time, channels) if friction.waypoints else None
-        # changes of friction break segments too, but in the midst of a time
-        if table.ramp is not None or (most_rows is not None and rows - broken_at >= most_rows):
-            yield table.segment(cursor=cursor or _cursor(done, rows, time, channels))
-            table, broken_at = _Table(), rows
-    if table.paths:
-        yield table.segment(cursor=cursor or _cursor(done, rows, previous, channels))
+
+    def _part_of_the_way(self, now: int, until: float) -> Segment:
+        """Return the way from one event time to the next, of which a share is walked: up to a time between the two."""
+        table, here = _Table(), slice(now, now + 1)
+        time, previous = float(self.time[now]), float(self.previous[now])
+        table.ramp = self.friction.ramp(time, previous)
+        columns = [column[here] for goals in self.goals[:2] for column in goals]
+        whole, way = np.ones(1, dtype=np.int64), self._times_of(here)
+        table.add(*columns, whole, *way, events=[int(self.first[now])], row_times=np.empty(0), recorded=False)
+        table.record(until)
+        return attrs.evolve(table.segment(), share=(until - previous) / (time - previous))
 
 
-def _part_of_the_way(
-    channels: tuple["_Channel", "_Channel", "_Channel"], previous: float, time: float, until: float, event: int
-) -> Segment:
-    """Return the way from one event time to the next, of which a share is walked: up to a time between the two."""
-    normal, tangential, friction = channels
-    table = _Table()
-    table.ramp = friction.ramp(time, previous)
-    table.add(normal.arrive(time, previous), tangential.arrive(time, previous), event)
-    table.record(until)
-    return attrs.evolve(table.segment(), share=(until - previous) / (time - previous))
-
-
-def _cursor(done: int, rows: int, time: float | None, channels: Sequence["_Channel"]) -> Cursor | None:
-    """Where a schedule stands now that a time is done, if one is."""
-    if time is None:
-        return None
-    return Cursor(
-        events=done,
-        rows=rows,
-        time=time,
-        passed=tuple(channel.passed for channel in channels),
-        control=tuple(channel.control for channel in channels),
-        heading=tuple(channel.heading(time) for channel in channels),
-    )
+def _cursor(done: int, rows: int, time: float, channels: Sequence["_Channel"]) -> Cursor:
+    return Cursor(done, rows, time, tuple(channel.heading(time) for channel in channels))
 
 
 def cursor_at(events: Sequence[Event], count: int, substeps: int = 1) -> Cursor | None:
-    """Where a schedule stands when so many events are done; None in the midst of a time.
-
-    Parameters
-    ----------
-    events : sequence of events
-        In order.
-    count : int
-        Events that are done, one or more.
-    substeps : int
-        Rows per interval of time.
-    """
+    """Return where a schedule stands when so many events are done; None if others have the time of the last one."""
     if not 0 < count <= len(events) or (count < len(events) and events[count].time == events[count - 1].time):
         return None
-    time = events[count - 1].time
-    channels = _channels(events, done=count)
-    return Cursor(
-        events=count,
-        rows=row_count(events[:count], substeps),
-        time=time,
-        passed=tuple(channel.passed for channel in channels),
-        control=tuple(channel.last_control(time) for channel in channels),
-        heading=tuple(channel.heading(time) for channel in channels),
-    )
+    return _cursor(count, row_count(events[:count], substeps), events[count - 1].time, _channels(events))
 
 
 def row_count(events: Sequence[Event], substeps: int = 1, until: float = math.inf) -> int:
-    """Return the number of rows that `segments` records; parameters and errors as there."""
+    """Return the number of rows that `segments` records."""
     if isinstance(events, SampledLoads) and until == math.inf:
         return events.time.size
     _check(events, substeps)
-    times = np.fromiter((event.time for event in events), dtype=float, count=len(events))
+    times = _times(events)
     done = times[times <= until]
     between = 0 < done.size < times.size and until > done[-1]
     return (int(np.count_nonzero(np.diff(done))) * substeps + 1 if done.size else 0) + int(between)
@@ -243,23 +279,33 @@ def row_count(events: Sequence[Event], substeps: int = 1, until: float = math.in
 
 def friction_changes(events: Sequence[Event]) -> list[Event]:
     """Return the events that change friction."""
-    # a fit asks this of the same samples a thousand times, and they hold loads alone
-    if isinstance(events, SampledLoads):
-        return []
-    # what is no event is told where their order is checked
-    return [event for event in events if getattr(event, "changes_friction", False)]
+    # what is no event is refused where their order is checked
+    return [] if _loads_alone(events) else [one for one in events if getattr(one, "changes_friction", False)]
 
 
 def changes_geometry(events: Sequence[Event]) -> bool:
     """Return whether an event changes heights or radii of summits."""
-    return not isinstance(events, SampledLoads) and any(getattr(event, "changes_geometry", False) for event in events)
+    return not _loads_alone(events) and any(getattr(event, "changes_geometry", False) for event in events)
+
+
+def _loads_alone(events: Sequence[Event]) -> bool:
+    # a fit asks this of the same samples a thousand times
+    return isinstance(events, SampledLoads) or loads_of(events) is not None
+
+
+def _times(events: Sequence[Event]) -> Floats:
+    loads = loads_of(events)
+    if loads is not None:
+        return loads.time
+    return np.fromiter((event.time for event in events), dtype=float, count=len(events))
 
 
 def _sampled(loads: SampledLoads, substeps: int) -> Segment:
     """Return the segment of sampled loads, which are walked in one piece."""
     check_substeps(substeps)
     count = loads.time.size
-    paths = paths_to(Goals(LOAD, loads.normal_load), Goals(DISPLACED, loads.tangential_displacement))
+    times = np.append(loads.time[:1], loads.time[:-1]), loads.time
+    paths = paths_to(Goals(LOAD, loads.normal_load), Goals(DISPLACED, loads.tangential_displacement), times=times)
     return Segment(paths, range(1, 2 * count, 2), loads.time)
 
 
@@ -268,22 +314,14 @@ def _check(events: Sequence[Event], substeps: int) -> None:
     if not events:
         raise InputError("there are no load events; expected at least one")
     check_substeps(substeps)
+    if (steps := len(events) * substeps) > most("STEPS"):
+        raise InputError(f"substeps is {substeps:,}, which makes {steps:,} steps; {at_most('STEPS')}")
 
 
 def check_substeps(substeps: int) -> None:
-    """Check a number of rows per interval.
-
-    Raises InputError: no whole number of 1 or more.
-    """
+    """Check a number of rows per interval: no whole number of 1 or more is an InputError."""
     if isinstance(substeps, bool) or not isinstance(substeps, int) or substeps < 1:
         raise InputError(f"substeps is {substeps!r}; expected a whole number of 1 or more")
-
-
-def _first(present: list[tuple[int, Event]], channel: str) -> tuple[int, Event] | None:
-    for pair in present:
-        if getattr(pair[1], "channel", None) == channel:
-            return pair
-    return None
 
 
 def _joint(rest: list[tuple[int, Event]]) -> list[tuple[int, Event | dict[str, LoadEvent]]]:
@@ -300,21 +338,21 @@ def _joint(rest: list[tuple[int, Event]]) -> list[tuple[int, Event | dict[str, L
     return groups
 
 
-def _inner_times(previous: float | None, time: float, substeps: int) -> list[float]:
-    if previous is None:
-        return []
-    return [previous + (time - previous) * k / substeps for k in range(1, substeps)]
-
-
 def _change(number: int, group: Event | dict[str, LoadEvent]) -> tuple[Event | None, int]:
     """Return the change that ends a segment, and its number; None where the next path starts another one only."""
     return (None, -1) if isinstance(group, dict | FrictionRamp) else (group, number)
 
 
-def _channels(
-    events: Sequence[Event], start: Cursor | None = None, *, done: int | None = None
-) -> tuple["_Channel", "_Channel", "_Channel"]:
+def _channels(events: Sequence[Event]) -> tuple["_Channel", "_Channel", "_Channel"]:
     """Return the channels with their waypoints, in the order of `CHANNELS`."""
+    loads = loads_of(events)
+    if loads is not None:
+        places = [np.flatnonzero(np.isin(loads.kind, own)) for own in _OF_CHANNEL]
+        normal, tangential, friction = (
+            _Channel(name, [], own, loads.time[own], loads.value[own], _CONTROLS[loads.kind[own]])
+            for name, own in zip(CHANNELS, places, strict=True)
+        )
+        return normal, tangential, friction
     by_channel: dict[str, tuple[list[int], list[Any]]] = {name: ([], []) for name in CHANNELS}
     for number, event in enumerate(events):
         channel = getattr(event, "channel", None)
@@ -322,105 +360,108 @@ def _channels(
             numbers, waypoints = by_channel[channel]
             numbers.append(number)
             waypoints.append(event)
-    normal, tangential, friction = (_Channel(name, *own, start, done) for name, own in by_channel.items())
+    normal, tangential, friction = (
+        _Channel(
+            name,
+            waypoints,
+            np.array(numbers, dtype=np.int64),
+            np.array([waypoint.time for waypoint in waypoints], dtype=float),
+            np.array([getattr(waypoint, "value", 0.0) for waypoint in waypoints], dtype=float),
+            np.array([_control(waypoint) for waypoint in waypoints], dtype=np.int64),
+        )
+        for name, (numbers, waypoints) in by_channel.items()
+    )
     return normal, tangential, friction
 
 
 class _Channel:
-    """One channel's waypoints with their numbers among the events, and which of them it has passed."""
+    """One channel's waypoints with their numbers among the events."""
 
-    def __init__(
-        self, name: str, numbers: list[int], waypoints: list[Any], start: Cursor | None, done: int | None
-    ) -> None:
-        self.name, self.numbers, self.waypoints = name, numbers, waypoints
-        self.passed = 0
-        self.control = LOAD
-        if start is not None:
-            own = CHANNELS.index(name)
-            self.passed, self.control = start.passed[own], start.control[own]
-        elif done is not None:
-            self.passed = bisect.bisect_left(self.numbers, done)
+    def __init__(self, name: str, waypoints: list[Any], numbers: Integers, *columns: Array) -> None:
+        self.name, self.waypoints, self.numbers = name, waypoints, numbers
+        self.time, self.value, self.control = columns
 
-    def arrive(self, time: float, previous: float | None) -> Goal:
-        """Where the channel is at a time, by its first waypoint then or on the straight line to a later one."""
-        if self.passed == len(self.waypoints):
-            return (self.control, self.waypoints[-1].value, 1.0) if self.passed else self.stay()
-        waypoint = self.waypoints[self.passed]
-        if waypoint.time == time:
-            return self.jump({self.name: waypoint})
-        if self.passed == 0 or previous is None:
-            return self.stay()
-        self.control = _control(waypoint)
-        return self.control, waypoint.value, (time - previous) / (waypoint.time - previous)
+    def goals(self, time: Floats, previous: Floats) -> tuple[Integers, Floats, Floats]:
+        """Return where the channel goes on the way to times: its control, target, and the part of the way left to go.
 
-    def jump(self, group: dict[str, LoadEvent]) -> Goal:
-        """Go to the channel's waypoint in a joint path, if it has one there."""
-        if self.name not in group:
-            return self.stay()
-        self.passed += 1
-        self.control = _control(group[self.name])
-        return self.control, group[self.name].value, 1.0
+        It arrives at its first waypoint of a time, or is on the line to a later one; it is unloaded before its first
+        one, and stays after its last.
+        """
+        last = self.time.size - 1
+        if last < 0:
+            return np.full(time.size, LOAD), np.zeros(time.size), np.zeros(time.size)
+        at = np.searchsorted(self.time, time)
+        next_one = np.minimum(at, last)
+        goes = self.time[next_one]
+        arrives = (at > last) | (goes == time)
+        left = np.divide(time - previous, goes - previous, out=np.ones(time.size), where=~arrives)
+        waits = (at == 0) & ~arrives
+        return (
+            np.where(waits, LOAD, self.control[next_one]),
+            np.where(waits, 0.0, self.value[next_one]),
+            np.where(waits, 0.0, left),
+        )
 
-    def ramp(self, time: float, previous: float | None) -> Ramp | None:
+    def at(self, time: float) -> int:
+        """Return the number of the event that is its first waypoint at a time."""
+        return int(self.numbers[np.searchsorted(self.time, time)])
+
+    def ramps(self, time: Floats) -> Booleans:
+        """Return at which times friction has been on its way."""
+        at = np.searchsorted(self.time, time)
+        arrives = np.isin(time, self.time)
+        ramps: Booleans = (at < self.time.size) & ((at > 0) | arrives)
+        return ramps
+
+    def ramp(self, time: float, previous: float) -> Ramp | None:
         """Where friction goes on the way to a time, by its first waypoint then or on the line to a later one."""
-        if self.passed == len(self.waypoints):
+        at = int(np.searchsorted(self.time, time))
+        if at == self.time.size or (at == 0 and self.time[0] != time):
             return None
-        waypoint = self.waypoints[self.passed]
-        if waypoint.time == time:
-            return self.jump_to(waypoint)
-        if self.passed == 0 or previous is None:
-            return None
-        return waypoint, (time - previous) / (waypoint.time - previous)
-
-    def jump_to(self, waypoint: FrictionRamp) -> Ramp:
-        """Go to the next waypoint of friction."""
-        self.passed += 1
-        return waypoint, 1.0
+        _, _, left = self.goals(np.array([time]), np.array([previous]))
+        return self.waypoints[at], float(left[0])
 
     def heading(self, time: float) -> int:
-        """Index of the event that it is on its way to at a time that is done, or what `Cursor` has in its place."""
-        if self.passed == 0 or self.waypoints[self.passed - 1].time == time:
+        """Return what `Cursor.heading` has when a time is done."""
+        passed = int(np.searchsorted(self.time, time, side="right"))
+        if passed == 0 or self.time[passed - 1] == time:
             return AT_WAYPOINT
-        return BEYOND_LAST if self.passed == len(self.waypoints) else self.numbers[self.passed]
-
-    def last_control(self, time: float) -> int:
-        """How it was controlled on the way to a time that is done."""
-        if self.passed == 0:
-            return LOAD
-        if self.name == "friction":
-            return LOAD
-        under_way = self.heading(time) >= 0
-        return _control(self.waypoints[self.passed if under_way else self.passed - 1])
-
-    def stay(self) -> Goal:
-        """Hold what the channel has reached, as it was controlled on the way there; unloaded before it started."""
-        return self.control, *STILL
+        return BEYOND_LAST if passed == self.time.size else int(self.numbers[passed])
 
 
-def _control(event: LoadEvent) -> int:
+def _control(event: Event) -> int:
     return DISPLACED if isinstance(event, NormalDisplacement | TangentialDisplacement) else LOAD
+
+
+_OF_CHANNEL = [[number for number, kind in enumerate(KINDS) if kind.channel == name] for name in CHANNELS]
+_CONTROLS = np.array([DISPLACED if kind in {NormalDisplacement, TangentialDisplacement} else LOAD for kind in KINDS])
 
 
 class _Table:
     """Paths of one segment, as they are scheduled."""
 
     def __init__(self) -> None:
-        self.paths: list[tuple[float, ...]] = []
+        self.clear()
+
+    def clear(self) -> None:
+        """Begin another segment."""
+        self.columns: list[Sequence[Array]] = []
         self.events: list[int] = []
         self.recorded: list[bool] = []
+        self.row_times: list[Floats] = []
         self.ramp: Ramp | None = None
-        self.row_times: list[float] = []
 
-    def add(self, normal: Goal, tangential: Goal, event: int, inner_times: Sequence[float] = ()) -> None:
-        self.paths.append((*normal, *tangential, len(inner_times) + 1))
-        self.events.append(event)
-        self.recorded.append(False)
-        self.row_times.extend(inner_times)
+    def add(self, *columns: Array, events: Sequence[int], row_times: Floats, recorded: bool) -> None:
+        """Add paths: goals of both channels, parts, times at their ends, their events, and the times of their rows."""
+        self.columns.append(columns)
+        self.events.extend(events)
+        self.recorded.extend([recorded] * len(events))
+        self.row_times.append(row_times)
 
     def record(self, time: float) -> None:
         """Record the end of the last path."""
         self.recorded[-1] = True
-        self.row_times.append(time)
+        self.row_times.append(np.array([time]))
 
     def segment(
         self,
@@ -428,7 +469,10 @@ class _Table:
         change_event: int = -1,
         cursor: Cursor | None = None,
     ) -> Segment:
-        columns = [np.array(column) for column in zip(*self.paths, strict=True)]
-        paths = paths_to(Goals(*columns[:3]), Goals(*columns[3:6]), parts=columns[6], recorded=self.recorded)
+        """Return the segment of the paths so far."""
+        columns = [np.concatenate(column) for column in zip(*self.columns, strict=True)]
+        goals, ends = (Goals(*columns[:3]), Goals(*columns[3:6])), (columns[7], columns[8])
+        paths = paths_to(*goals, parts=columns[6], recorded=self.recorded, times=ends)
         ramp, part = self.ramp or (None, 1.0)
-        return Segment(paths, self.events, np.array(self.row_times), change, change_event, ramp, part, cursor)
+        times = np.concatenate(self.row_times)
+        return Segment(paths, self.events, times, change, change_event, ramp, part, cursor)

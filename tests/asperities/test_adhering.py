@@ -45,12 +45,6 @@ def test_little_adhesion_under_much_load_is_hertz():
     assert adhering([0.0], 1e-6, 50e-9, work_of_adhesion=1e-4).regime[0] is Regime.HERTZ
 
 
-@pytest.mark.parametrize("approach", [0.0, -1e-9, math.nan, [1e-9]])
-def test_nothing_touches_without_an_approach(approach):
-    with pytest.raises(hs.InputError, match="approach"):
-        adhering([0.0], 1e-6, approach)
-
-
 SCENARIO = """
 [materials]
 first = {first}

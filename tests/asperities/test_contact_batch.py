@@ -183,3 +183,26 @@ def test_an_oblique_impact_is_that_of_the_engine():
     engine = impacts.rebound(impact, friction, angle, Singles(impact, friction, 2))
     np.testing.assert_allclose(found.surface, engine.surface, rtol=1e-9)
     np.testing.assert_allclose(found.tangential, engine.tangential, rtol=1e-9)
+
+
+def test_arrays_that_the_library_takes_as_they_are_and_others_give_the_same_bits():
+    approach, displacement = random_walk(np.random.default_rng(5), 6, 2)
+    loads = []
+    for form in (
+        np.ascontiguousarray,
+        lambda row: np.repeat(row, 2)[::2],
+        np.ndarray.tolist,
+        lambda row: row.astype("O"),
+    ):
+        batch = hs.ContactBatch(PAIR, 1.0, 0.4, 6)
+        for k in range(2):
+            batch.step(form(approach[k]), form(displacement[k]))
+        loads.append((batch.normal_load.tolist(), batch.tangential_load.tolist()))
+        saved = batch.save()
+        saved.step(np.zeros(6), np.zeros(6))
+        assert (batch.normal_load.tolist(), batch.tangential_load.tolist()) == loads[-1]
+        saved.restore(batch)
+        assert saved.normal_load.tolist() == loads[-1][0]
+        with pytest.raises(hs.InputError, match=r"tangential_displacement\[1\] is nan"):
+            batch.step(approach[0], np.array([0.0, np.nan, 0, 0, 0, 0]))
+    assert all(each == loads[0] for each in loads)

@@ -98,7 +98,7 @@ def test_a_convex_curve_is_met_at_its_rows_and_obeys_the_superposition(name, row
     curve, approach = CURVES[name], rows_of(rows, 60, np.random.default_rng(1))
     table = hs.Ensemble.from_normal_curves(PAIR, approach, curve(approach), friction=0.5)
     assert table.curves.noise is None
-    assert table.curves.misfit < 1e-12
+    assert table.curves.residual < 1e-12
     stiffness = table.curves.stiffness
     assert stiffness is None or (np.diff(stiffness) >= 0).all()
     depth, moved = approach[-4], 0.6 * approach[-4]
@@ -174,7 +174,7 @@ def test_noise_that_is_told_is_the_noise():
     load = HERTZ[1:] + noise * np.random.default_rng(5).normal(size=40)
     table = hs.Ensemble.from_normal_curves(PAIR, APPROACH[1:], np.abs(load), friction=0.5, noise=noise)
     np.testing.assert_allclose(table.curves.noise, noise)
-    assert table.curves.misfit < 4e-3
+    assert table.curves.residual < 4e-3
     with pytest.raises(hs.InputError, match="noise has shape"):
         rising(noise=[1.0, 2.0])
 
@@ -254,7 +254,7 @@ def test_loads_of_patches_add_up_and_keep_within_the_limit(tabulated):
 def test_contacts_that_press_on_one_another_obey_the_superposition():
     load = pressing(APPROACH)
     table = hs.Ensemble.from_normal_curves(PAIR, APPROACH, load, friction=0.5)
-    assert table.curves.misfit < 1e-6
+    assert table.curves.residual < 1e-6
     depth, moved = 0.08, 0.01
     state = table.advance(table.initial_state(), normal_displacement=depth)
     state = table.advance(state, tangential_displacement=moved)
@@ -286,7 +286,7 @@ def test_a_measured_curve_is_smoothed_and_its_misfit_told():
     noise = 2e-3 * HERTZ[-1] * np.random.default_rng(5).normal(size=APPROACH.size)
     load = HERTZ + noise
     table = hs.Ensemble.from_normal_curves(PAIR, APPROACH[1:], np.abs(load[1:]), friction=0.5)
-    assert 1e-4 < table.curves.misfit < 1e-2
+    assert 1e-4 < table.curves.residual < 1e-2
     loads = [hs.NormalLoad(0, 0.9 * HERTZ[-1]), hs.TangentialDisplacement(1, 0.01)]
     expected = hs.replay(hs.Ensemble(PAIR, 0.0, 1.0, friction=0.5), loads)
     given = hs.replay(table, loads)

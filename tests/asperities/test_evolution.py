@@ -265,3 +265,23 @@ def test_a_state_is_never_changed_and_leads_to_the_same_again(seed):
         assert do(state, **options) == after
         assert do(type(state).from_bytes(before), **options) == after
         state = after
+
+
+@pytest.mark.parametrize(("wear", "most"), [(0.0, 1e-12), (1e-4, 1e-4), (1e-2, 1e-4)])
+def test_friction_that_rises_with_the_way_begins_to_rise_where_sliding_begins(wear, most):
+    """In as many parts as one likes, up to 0.7 of the rise at which springs that slide stick again."""
+    rng = np.random.default_rng(0)
+    lag, radius = np.sort(rng.uniform(0, 80e-9, 5)), rng.uniform(0.5e-6, 2e-6, 5)
+    lag[0], rise = 0.0, PAIR.displacement_ratio * 100e-9 / 0.7 * 0.4
+    options = {"wear": ArchardWear(coefficient=wear, hardness=5e9)} if wear else {}
+    ensemble = hs.Ensemble(PAIR, -lag, radius, SlidFriction([0.0, rise, 9 * rise], [0.2, 0.6, 0.6]), **options)
+    start = ensemble.advance(ensemble.initial_state(), normal_displacement=100e-9)
+    found = []
+    for parts in (1, 3, 10, 100):
+        state = start
+        for part in np.arange(1, parts + 1) / parts:
+            reached = part * 0.21 * PAIR.displacement_ratio * 100e-9
+            state = ensemble.advance(state, normal_load=start.normal_load, tangential_displacement=reached)
+        found.append(state.tangential_load)
+    assert 0 < state.evolved.slid_distance.min() < 0.05 * reached
+    np.testing.assert_allclose(found, found[-1], rtol=0, atol=most * 0.4 * start.normal_load)

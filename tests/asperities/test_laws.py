@@ -101,18 +101,13 @@ def test_equal_coefficients_one_by_one_are_one_coefficient():
     one, each = hs.Ensemble(PAIR, heights, 1.0, 0.5), hs.Ensemble(PAIR, heights, 1.0, [0.5] * 3)
     law = hs.Ensemble(PAIR, heights, 1.0, PowerLaw(0.5, 0.01, 0.0))
     states = [moves(ensemble, ensemble.initial_state()) for ensemble in (one, each, law)]
-    assert states[0] == states[1] == states[2]
+    assert states[0] == states[1]
+    # but for what each belongs to, and the checksum
+    plain, by_law = (states[each].to_bytes() for each in (0, 2))
+    assert plain[:64] + plain[72:-8] == by_law[:64] + by_law[72:-8]
     events = [hs.NormalLoad(0.0, 0.01), hs.TangentialDisplacement(1.0, 0.01)]
     change = hs.FrictionChange(0.5, [0.5] * 2, [0, 2])
     assert hs.Replay(one, events).state() == hs.Replay(one, [events[0], change, events[1]]).state()
-
-
-def test_a_change_to_what_is_there_changes_nothing():
-    ensemble = hs.Ensemble(PAIR, [0.0, -0.01], [1.0, 0.8], 0.5)
-    state = moves(ensemble, ensemble.initial_state())
-    assert ensemble.with_friction(state, 0.5) == state
-    assert ensemble.with_friction(state, [0.5], asperities=[1]) == state
-    assert ensemble.with_geometry(state, summit_height=[0.0, -0.01], summit_radius=[1.0, 0.8]) is state
 
 
 def test_a_worn_asperity_replaced_by_its_like_is_a_fresh_contact():
@@ -222,19 +217,6 @@ def test_a_history_names_the_event_or_flags_the_step():
     assert history.total_tangential_load.values[2] == pytest.approx(0.001, rel=1e-9)
 
 
-def test_many_paths_are_those_one_by_one():
-    ensemble = hs.Ensemble(PAIR, [0.0, -0.01], [1.0, 0.8], ShearStrength(0.05))
-    loads, displacements = [0.01, 0.02, 0.015], [0.0, 0.01, -0.005]
-    state, totals = ensemble.advance_many(
-        ensemble.initial_state(), normal_load=loads, tangential_displacement=displacements
-    )
-    one = ensemble.initial_state()
-    for load, displacement in zip(loads, displacements, strict=True):
-        one = ensemble.advance(one, normal_load=load, tangential_displacement=displacement)
-    assert state == one
-    assert totals.tangential_load[-1] == one.tangential_load
-
-
 def test_behind_an_instrument_the_drive_is_met():
     ensemble = hs.Ensemble(PAIR, [0.0, -0.01], [1.0, 0.8], ShearStrength(0.05))
     instrument = hs.Instrument(0.5)
@@ -295,8 +277,8 @@ def test_what_cannot_be_is_refused(make, said):
 
 def test_patches_do_not_evolve():
     depth = np.linspace(0.01, 0.1, 12)
-    with pytest.raises(hs.InputError, match="ensemble of summits"):
-        hs.Ensemble.from_normal_curves(PAIR, depth, depth**1.5, follow_sliding=True)
+    with pytest.raises(hs.InputError, match="friction of patches"):
+        hs.Ensemble.from_normal_curves(PAIR, depth, depth**1.5, friction=PowerLaw(0.2, 1.0, -0.1))
     patches = hs.Ensemble.from_normal_curves(PAIR, depth, depth**1.5, friction=0.2)
     with pytest.raises(hs.InputError, match=r"event 1 .*keep their friction along a path"):
         hs.replay(patches, [hs.NormalLoad(0.0, 0.001), hs.FrictionRamp(1.0, 0.1)])

@@ -92,15 +92,14 @@ def test_damaged_bytes_are_refused():
 def test_other_files_are_refused(tmp_path):
     path = tmp_path / "one.state"
     stuck().save(path)
-    with pytest.raises(hs.InputError, match="of other asperities"):
+    with pytest.raises(
+        hs.InputError, match=r"is of 20 asperities .*; expected one of this ensemble.s, of 21 asperities"
+    ):
         rough(21).load_state(path)
     for content in (b"", b"text", path.read_bytes()[:-200]):
         path.write_bytes(content)
         with pytest.raises(hs.InputError, match=r"no saved memory|cut off"):
             ENSEMBLE.load_state(path)
-    np.savez(tmp_path / "older.npz", now=np.zeros(6))
-    with pytest.raises(hs.InputError, match="as versions before"):
-        ENSEMBLE.load_state(tmp_path / "older.npz")
     np.save(tmp_path / "array.npy", np.zeros(3))
     with pytest.raises(hs.InputError, match=r"no saved memory|cut off"):
         ENSEMBLE.load_state(tmp_path / "array.npy")

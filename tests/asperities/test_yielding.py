@@ -2,6 +2,7 @@
 
 import math
 
+import attrs
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -20,13 +21,15 @@ from historysim.asperities.yielding import (
 )
 from historysim.contact import hertz
 from historysim.errors import FrictionLimitError, InputError
+from tests.support.sudden import change_by_parts
 from tests.support.yielding_springs import YieldingSprings, kogut_etsion
 
 MODULUS, SHEAR, HARDNESS, RATIO, FRICTION = 43e9, 9.227e9, 5.5e9, 0.25, 0.2
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=MODULUS, shear_modulus=SHEAR, hardness=HARDNESS)
 LAW = KogutEtsion(hardness=HARDNESS, poissons_ratio=RATIO)
 REACH = 150e-9
-CURVE = np.linspace(0, 1e-7, 9)
+# draws by Jackson and Green's law where it does not rise
+REFUSED = {34, 61, 78, 93, 105, 134, 141, 142, 152, 187}
 
 
 def over_critical(law, x, radius=1.15e-6):
@@ -146,16 +149,15 @@ def test_numbers_come_from_the_softer_material():
         (lambda: KogutEtsion(poissons_ratio=0.7), "poissons_ratio is 0.7; expected a number from 0 to 0.5"),
         (lambda: YieldingLaw.from_settings({"law": "kogut"}), "'kogut'; expected one of"),
         (lambda: rough(2, 0, yielding=1.0), "yielding is 1.0; expected a YieldingLaw"),
-        (lambda: rough(2, 0, yielding=LAW, wear=ArchardWear(coefficient=1e-4, hardness=1e9)), "both wear and yield"),
+        (
+            lambda: rough(2, 0, yielding=LAW, wear=ArchardWear(coefficient=1e-4, hardness=1e9)),
+            "wear and yielding cannot be combined",
+        ),
         (
             lambda: hs.Ensemble(
                 hs.MaterialPair.from_moduli(contact_modulus=1, shear_modulus=1), 0, 1, 0.1, yielding=Thornton()
             ),
             "no material has a hardness",
-        ),
-        (
-            lambda: hs.Ensemble.from_normal_curves(PAIR, CURVE, CURVE**1.5, yielding=LAW),
-            "neither wear, yielding nor slid distances",
         ),
     ],
 )
@@ -187,6 +189,40 @@ class Softer(YieldingLaw):
         if self.break_it == "raises":
             raise RuntimeError("of the user's own")
         return load * 4 / 3 * MODULUS * np.sqrt(summit_radius) * critical**1.5, np.sqrt(area * summit_radius * critical)
+
+
+@pytest.mark.parametrize("parts", [1, 2, 3, 100])
+@pytest.mark.parametrize("law", [LAW, Thornton(hardness=HARDNESS), JacksonGreen(hardness=HARDNESS)])
+def test_summits_that_touch_and_yield_late_on_a_path(law, parts):
+    """Their springs are anchored where the virgin summits touched, not where the lowered ones would have."""
+    height = np.array([0.0] + [-130e-9] * 30)
+    ensemble = hs.Ensemble(PAIR, height, 1e-6, 0.5, yielding=attrs.evolve(law, poissons_ratio=RATIO))
+    state = ensemble.initial_state()
+    for part in np.arange(1, parts + 1) / parts:
+        state = ensemble.advance(state, normal_displacement=part * REACH, tangential_displacement=part * 5e-9)
+    if law is not LAW:
+        end = ensemble.advance(
+            ensemble.advance(ensemble.initial_state(), normal_displacement=135e-9, tangential_displacement=4.5e-9),
+            normal_displacement=REACH,
+            tangential_displacement=5e-9,
+        )
+        assert state.tangential_load == pytest.approx(end.tangential_load, abs=1e-4 * 0.5 * state.normal_load)
+        return
+    springs = YieldingSprings(MODULUS, SHEAR, HARDNESS, RATIO, 0.5, height[:2], [1e-6] * 2, 1.2 * REACH, 3000)
+    springs.go(REACH, 5e-9, 4000)
+    expected = springs.tangential_loads @ [1, 30]
+    assert state.tangential_load == pytest.approx(expected, abs=3e-4 * 0.5 * state.normal_load)
+
+
+@pytest.mark.parametrize(
+    ("kind", "seeds"),
+    [(kind, range(10)) for kind in ("yields", "wears", "law")]
+    + [pytest.param(kind, range(200), marks=pytest.mark.slow) for kind in ("yields", "wears", "law")],
+)
+def test_a_path_in_one_part_and_in_a_hundred(kind, seeds):
+    for seed in (*seeds, 8, 35, 52, 179):
+        if kind != "yields" or seed not in REFUSED:
+            assert change_by_parts(kind, seed) < 1e-4, seed
 
 
 def test_a_law_of_the_users_own():
@@ -307,26 +343,6 @@ def test_what_else_is_followed_changes_nothing():
     assert state.evolved.slid_distance.max() > 0
 
 
-@pytest.mark.parametrize(
-    "options",
-    [
-        {"friction": ShearStrength(0.3e9)},
-        {"follow_sliding": True},
-        {"friction": SlidFriction([0.0, 1.0], [FRICTION, FRICTION])},
-        {},
-    ],
-)
-def test_a_state_is_not_changed_by_what_starts_from_it(options):
-    """Both loads rise from nothing, so that the way to the first summit that yields is followed in chords, too."""
-    ensemble = rough(5, 1, yielding=LAW, **options)
-    for state in (ensemble.initial_state(), ensemble.advance(ensemble.initial_state(), normal_load=0.2e-3)):
-        before = state.to_bytes()
-        ends = [ensemble.advance(state, normal_load=2e-3, tangential_load=1e-5) for _ in range(3)]
-        assert state.to_bytes() == before
-        assert ends[0] == ends[1] == ends[2]
-        assert ends[0].yielded.yielding_load.any()
-
-
 # ---- first loading, running in ------------------------------------------------------------------------------------
 
 
@@ -386,42 +402,6 @@ def test_those_that_parted_as_they_yielded_share_one_memory_once_all_slide():
     assert back.dissipated_energy - slides.dissipated_energy == pytest.approx(lost, rel=1e-6)
 
 
-def test_substeps_do_not_change_a_first_loading():
-    events = [hs.NormalLoad(0.0, 0.0), hs.NormalLoad(1.0, 20e-3), hs.NormalLoad(2.0, 0.0), hs.NormalLoad(3.0, 30e-3)]
-    one, many = (hs.replay(rough(50, 2, yielding=LAW), events, substeps=n) for n in (1, 7))
-    for name in ("separation", "present_summit_height", "present_summit_radius", "yielding_load", "contact_radius"):
-        np.testing.assert_allclose(many[name].isel(step=[0, 7, 14, 21]), one[name], rtol=1e-12, atol=1e-24)
-    np.testing.assert_allclose(
-        many["total_yielding_energy"].isel(step=[7, 14, 21]), one["total_yielding_energy"][1:], rtol=1e-4
-    )
-    # the curve is the law's: its own points, by whichever steps they were reached
-    last = many.isel(step=-1)
-    virgin = float(-last["separation"]) + last["summit_height"].values
-    touching = virgin > 0
-    load, radius = LAW.first_loading(virgin[touching], last["summit_radius"].values[touching], PAIR)
-    np.testing.assert_allclose(last["normal_load"].values[touching], load, rtol=1e-9)
-    np.testing.assert_allclose(last["contact_radius"].values[touching], radius, rtol=1e-9)
-
-
-def test_loads_and_displacement_are_continuous_where_summits_yield():
-    ensemble = rough(3, 2, yielding=LAW)
-    state = ensemble.advance(ensemble.initial_state(), normal_load=1e-3)
-    state = ensemble.advance(state, tangential_load=1.2e-4)
-    # a little on, all three of them yield with tractions in them
-    for part in (1e-4, 1e-6, 1e-8):
-        more = ensemble.advance(state, normal_load=1e-3 * (1 + part))
-        assert more.tangential_load == pytest.approx(state.tangential_load, rel=1e-12)
-        reach = PAIR.displacement_ratio * FRICTION * state.approach
-        # displacement and energies move no more than in proportion to the load; rounding of lengths
-        assert abs(more.tangential_displacement - state.tangential_displacement) <= reach * (2 * part + 1e-12)
-        assert abs(more.stored_energy - state.stored_energy) <= state.stored_energy * (2 * part + 1e-11)
-        for i in range(3):
-            one, other = ensemble.asperity(i, state), ensemble.asperity(i, more)
-            at = np.linspace(0, 0.95, 9) * one.contact_radius
-            atol = (3 * part**0.5 + 1e-6) * FRICTION * HARDNESS
-            np.testing.assert_allclose(other.traction(at), one.traction(at), atol=atol)
-
-
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 10**6))
 def test_no_energy_is_made(seed):
@@ -469,19 +449,6 @@ def test_a_tangential_load_beyond_the_limit_is_refused_while_summits_yield():
         ensemble.advance(state, normal_load=2e-3, tangential_load=0.5e-3)
     held = ensemble.advance(state, normal_load=2e-3, tangential_load=0.5e-3, saturate=True)
     assert held.tangential_load == pytest.approx(FRICTION * 2e-3, rel=1e-9)
-
-
-def test_states_are_written_and_read():
-    ensemble = rough(5, 2, yielding=LAW)
-    state = ensemble.advance(ensemble.initial_state(), normal_load=2e-3, tangential_load=1e-4)
-    again = type(state).from_bytes(state.to_bytes(), state)
-    assert again == state
-    one, other = (ensemble.advance(each, normal_load=4e-3, tangential_load=-1e-4) for each in (state, again))
-    assert one == other
-    cut = bytearray(state.to_bytes())
-    cut[-20] ^= 1
-    with pytest.raises(InputError, match="damaged"):
-        type(state).from_bytes(bytes(cut), state)
 
 
 def test_the_approach_at_a_load_is_that_of_first_loading():

@@ -85,14 +85,6 @@ def test_normal_stiffness_is_the_slope_of_the_load():
     assert (loads[1] - loads[0]) / (2 * step) == pytest.approx(stiffness, rel=1e-10)
 
 
-def test_no_contact():
-    assert normal_load(-1e-9, summit_radius=R, contact_modulus=E) == 0
-    assert contact_radius(-1e-9, summit_radius=R) == 0
-    assert approach(0, summit_radius=R, contact_modulus=E) == 0
-    assert mean_pressure(0, contact_radius=0) == 0
-    assert pressure_profile(0.5, normal_load=0, contact_radius=0) == 0
-
-
 def test_scalars_give_scalars_and_arrays_broadcast():
     assert isinstance(normal_load(1e-9, summit_radius=R, contact_modulus=E), float)
     assert isinstance(pressure_profile(0, normal_load=1, contact_radius=1), float)

@@ -7,9 +7,8 @@ from dense_contact import DenseContact
 from half_space import HalfSpace as BruteForce
 
 import historysim as hs
-from historysim.interaction.solutions import NormalSolutions
-
-pytest.importorskip("tamaas", reason='needs pip install "historysim[interaction]"')
+from historysim.interaction.half_space import HalfSpace
+from historysim.interaction.solutions import NormalSolutions, patches_of
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)  # ν = 0: θ = 1
 MU = 0.2
@@ -188,6 +187,28 @@ def test_few_points_and_conjugate_gradients_give_the_same(monkeypatch, tmp_path)
     np.testing.assert_allclose(curves[0].total(between), curves[1].total(between), rtol=2e-3)
 
 
+@pytest.mark.parametrize("periodic", [True, False])
+def test_conjugate_gradients_give_what_tamaas_does(periodic):
+    tamaas = pytest.importorskip("tamaas")
+    repeating = rough(2, 48)
+    surface = hs.Surface(repeating.heights, repeating.pixel_size, periodic)
+    space = HalfSpace(surface)
+    sides = [side / space.unit for side in surface.size]
+    model = tamaas.ModelFactory.createModel(tamaas.model_type.basic_2d, sides, list(surface.shape))
+    model.E, model.nu = 1.0, 0.0
+    kind = tamaas.PolonskyKeerRey
+    solver = kind(model, space.heights, 1e-9, kind.pressure, kind.pressure)
+    if not periodic:
+        tamaas.ModelFactory.registerNonPeriodic(model, "dcfft")
+        solver.setIntegralOperator("dcfft")
+    for load in (1e-3, 3e-3, 1e-2):
+        solver.solve(load)
+        _, pressure = space.solve(load)
+        # the mean gap under the pressures is 1e-7 of the rms height
+        assert np.abs(pressure - model.traction).sum() < 1e-5 * pressure.sum()
+        np.testing.assert_array_equal(pressure > 0, np.asarray(model.traction) > 0)
+
+
 def test_a_map_that_repeats_is_not_pressed_flat():
     surface = rough(3, 32)
     with pytest.raises(hs.InputError, match=r"presses the map flat, all of it touches from .*% of that on"):
@@ -211,9 +232,9 @@ def test_time_and_memory_are_told_before_and_too_much_is_refused(monkeypatch):
     told = []
     for name, approach in (("LONG", 0.3), ("MUCH", 0.25)):
         monkeypatch.setattr(solutions, name, 0.0)
-        NormalSolutions.of(rough(3, 32), largest_approach=approach, tell=told.append)
+        NormalSolutions.of(rough(3, 32), largest_approach=approach, notify=told.append)
     assert "the normal contact of 32 × 32 points takes some 0 min for" in told[0]
-    assert "takes some 0 min and 0.2 GiB of memory for" in told[1]
+    assert "takes some 0 min and 0.1 GiB of memory for" in told[1]
     monkeypatch.setitem(solutions.POINT_BYTES, True, 1e15)
     with pytest.raises(hs.InputError, match=r"32 × 32 points takes some .* GiB of memory, and this machine has .* GiB"):
         NormalSolutions.of(rough(3, 32), largest_approach=0.2)
@@ -333,3 +354,39 @@ def test_maps_that_cannot_be_solved_are_refused(surface, message):
 def test_nothing_to_solve_is_refused():
     with pytest.raises(hs.InputError, match="nothing touches"):
         NormalSolutions.of(rough(1), largest_load=0.0)
+
+
+CONTACT = np.array(
+    [
+        [1, 0, 0, 0, 1],
+        [0, 0, 1, 0, 0],
+        [0, 0, 1, 0, 0],
+        [0, 1, 0, 0, 0],
+        [1, 0, 0, 0, 1],
+    ],
+    dtype=bool,
+)
+
+
+def test_points_that_meet_at_a_side_or_a_corner_are_one_patch_the_largest_first():
+    found = patches_of(CONTACT)
+    assert (found >= 0).tolist() == CONTACT.tolist()
+    assert found[1, 2] == found[2, 2] == found[3, 1] == found[4, 0] == 0
+    assert sorted({found[0, 0], found[0, 4], found[4, 4]}) == [1, 2, 3]
+
+
+def test_a_surface_that_repeats_has_no_border():
+    found = patches_of(CONTACT, periodic=True)
+    assert set(found[CONTACT].tolist()) == {0}
+
+
+def test_patches_across_a_corner_of_a_surface_that_repeats_meet():
+    corners = np.zeros((5, 5), dtype=bool)
+    corners[0, 0] = corners[4, 4] = True
+    assert patches_of(corners, periodic=True).max() == 0
+    assert patches_of(corners).max() == 1
+
+
+def test_a_contact_everywhere_and_nowhere():
+    assert (patches_of(np.ones((3, 3), dtype=bool)) == 0).all()
+    assert (patches_of(np.zeros((3, 3), dtype=bool)) == -1).all()

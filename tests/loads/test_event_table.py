@@ -6,6 +6,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 import historysim as hs
+from historysim.basics.limits import LARGEST
 from historysim.loads.event_sequence import digest
 from historysim.loads.event_table import read_events, write_events
 from historysim.tables import Format
@@ -123,7 +124,7 @@ def test_what_cannot_be_read_is_named_with_its_place(table, text, message):
 
 def test_a_decimal_point_beside_commas_is_told(table):
     for text in ("0.5", "0.5 mN"):
-        with pytest.raises(hs.InputError, match='it has a decimal point, although decimal = "," was said'):
+        with pytest.raises(hs.InputError, match='it has a decimal point, although decimal is ","'):
             read_events(table(f"time;normal_load\n1;{text}\n"), Format(decimal=","))
 
 
@@ -153,11 +154,11 @@ def test_events_are_written_with_every_digit():
     assert hs.FrictionChange(0.0, (0.1,)).cell == "[0.1]"
 
 
-NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
-COEFFICIENTS = st.floats(0, allow_infinity=False)
+NUMBERS = st.floats(-LARGEST, LARGEST)
+COEFFICIENTS = st.floats(0, LARGEST)
 ANY_EVENTS = st.lists(
     st.one_of(
-        st.builds(hs.NormalLoad, NUMBERS, st.floats(0, allow_infinity=False)),
+        st.builds(hs.NormalLoad, NUMBERS, COEFFICIENTS),
         *(
             st.builds(kind, NUMBERS, NUMBERS)
             for kind in (hs.NormalDisplacement, hs.TangentialLoad, hs.TangentialDisplacement)

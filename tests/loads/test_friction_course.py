@@ -72,7 +72,7 @@ def test_the_contact_slides_at_the_friction_of_the_place():
         (lambda: FrictionCourse("distance", [0.0], [-0.1]), "coefficient"),
         (
             lambda: FrictionCourse("distance", [0.0], [0.1]).along([hs.NormalLoad(0, 1), hs.TangentialLoad(1, 0.1)]),
-            "no tangential displacement is controlled throughout",
+            "friction over distance needs a controlled tangential displacement",
         ),
         (
             lambda: FrictionCourse("time", [0.0], [0.1]).along([hs.FrictionChange(0, 0.2)]),

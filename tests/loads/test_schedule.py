@@ -182,7 +182,8 @@ def test_a_channel_is_unloaded_before_its_first_event(ensemble):
     assert loads[: 1 + 4].tolist() == [0.0] * 5
     assert loads[5:] == pytest.approx([0.0005, 0.001, 0.0015, 0.002], rel=1e-12)
     assert read(single(events[:1]))[0].normal == (LOAD, *HELD)
-    before = hs.replay(ensemble, events[:1], record="totals")
+    with pytest.warns(UserWarning, match="nothing ever touches"):
+        before = hs.replay(ensemble, events[:1], record="totals")
     assert before.total_normal_load.values.tolist() == [0.0]
     assert before.contact_count.values.tolist() == [0]
 

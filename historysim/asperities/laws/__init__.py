@@ -1,14 +1,10 @@
-"""Friction laws as values: what each asperity's coefficient is, of what it depends on, and what is chosen there."""
+"""Friction laws as values: what the coefficient of each asperity is, and what it depends on."""
 
 from collections.abc import Mapping
 from typing import Any
 
-from historysim.asperities.laws.drawn import DrawnFriction
-from historysim.asperities.laws.friction_law import LAWS, FrictionLaw, Loaded
-from historysim.asperities.laws.power import PowerLaw
-from historysim.asperities.laws.shear_strength import ShearStrength
-from historysim.asperities.laws.shifted import ShiftedLoad
-from historysim.asperities.laws.slid import SlidFriction
+from historysim.asperities.friction import LAWS, FrictionLaw, Loaded
+from historysim.asperities.laws.built_in import DrawnFriction, PowerLaw, ShearStrength, ShiftedLoad, SlidFriction
 
 __all__ = [
     "LAWS",
@@ -31,11 +27,5 @@ def __dir__() -> list[str]:
 
 
 def law_from(settings: Mapping[str, Any]) -> FrictionLaw:
-    """Return the law that `FrictionLaw.settings` told.
-
-    Raises
-    ------
-    InputError
-        A name that no law has, a law of a package that is not there, or numbers that it cannot have.
-    """
+    """Return the law of `FrictionLaw.settings`; errors as for `FrictionLaw.from_settings`."""
     return FrictionLaw.from_settings(settings)

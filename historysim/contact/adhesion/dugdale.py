@@ -1,7 +1,9 @@
 """Maugis's equations, solved in the units of the contact for any Maugis parameter λ.
 
+    A = a/(πWR²/K)^(1/3),   P = N/(πWR),   Δ = δ/(π²W²R/K²)^(1/3),   K = 4 E*/3
+
 A constant attraction, as in Dugdale's cracks, reaches from the contact radius a to the radius c of the adhesive zone.
-With A, P and Δ as in `units`, m = c/a and t = √(m² - 1),
+With m = c/a and t = √(m² - 1),
 
     1 = (λA²/2) [t + (t² - 1) arctan t] + (4λ²A/3) [t arctan t - m + 1]
     P = A³ - λA² [t + m² arctan t]
@@ -13,35 +15,38 @@ Maugis, *J. Colloid Interface Sci.* 150 (1992) 243-269.
 """
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import checked
 from historysim.basics.array_types import Floats
-from historysim.contact.adhesion.contact_units import State
 from historysim.errors import InputError
 
-LEAST, GREATEST = 1e-12, 1e12
+LEAST_PARAMETER, GREATEST_PARAMETER = 1e-12, 1e12
 """The Maugis parameters between which the equations are solved to all digits."""
 
-POINT = 1e-60
+SMALLEST_RADIUS = 1e-60
 """A contact radius A so small for every λ allowed that a smaller one has the same load and approach in all digits."""
 
 
-def solvable(maugis_parameter: npt.ArrayLike) -> Floats:
-    """Return λ as floats, within the range that is solved for.
+class State(NamedTuple):
+    """Contact radius A, load P and approach Δ in the units of the contact."""
 
-    Raises
-    ------
-    InputError
-        A λ that is not a number, or out of that range.
-    """
+    radius: Floats
+    load: Floats
+    approach: Floats
+
+
+def solvable(maugis_parameter: npt.ArrayLike) -> Floats:
+    """Return λ as floats, within the range that is solved for."""
     parameter = checked("maugis_parameter", maugis_parameter, above=0)
-    beyond = (parameter < LEAST) | (parameter > GREATEST)
+    beyond = (parameter < LEAST_PARAMETER) | (parameter > GREATEST_PARAMETER)
     if beyond.any():
         raise InputError(
-            f"the Maugis parameter is {parameter[beyond][0]:g}; expected one between {LEAST:g} and {GREATEST:g}: "
+            f"the Maugis parameter is {parameter[beyond][0]:g}; expected one between {LEAST_PARAMETER:g} and "
+            f"{GREATEST_PARAMETER:g}: "
             "check the units of radius, modulus, work of adhesion and equilibrium separation"
         )
     return parameter
@@ -93,10 +98,7 @@ def crossing(falling: Callable[[Floats], Floats], start: Floats) -> Floats:
 
 
 def gap_at(zone: Floats, parameter: Floats) -> tuple[Floats, Floats]:
-    """Return P and Δ of surfaces that attract each other across a gap, over a circle of radius c.
-
-    The radius is in units of the contact, as A is.
-    """
+    """Return P and Δ of surfaces that attract each other across a gap, over a circle of radius c in units of A."""
     load = -np.pi / 2 * parameter * zone**2
     return load, zone**2 / 2 - 8 / (3 * np.pi) * parameter * zone - 2 / (np.pi * parameter)
 
@@ -137,11 +139,8 @@ def _brackets(t: Floats) -> tuple[Floats, Floats]:
 
 
 def _slopes(t: Floats, parameter: Floats) -> tuple[Floats, Floats]:
-    """Return dP/dA and dΔ/dA along the curve.
-
-    They follow from the total differentials of the equations. The differences of large numbers in them cancel in
-    closed form, which leaves the slope of Hertz less positive terms.
-    """
+    """Return dP/dA and dΔ/dA along the curve, by the total differentials of the equations."""
+    # the differences of large numbers in them cancel in closed form, which leaves Hertz's slope less positive terms
     radius, angle, square = radius_at(t, parameter), np.arctan(t), 1 + t**2
     bending, neck = parameter * radius, 4 / 3 * parameter**2
     v = angle - t / square

@@ -1,0 +1,327 @@
+"""The friction laws of this package."""
+
+from collections.abc import Iterable
+from typing import Annotated, Any
+
+import attrs
+import numpy as np
+
+from historysim.asperities.friction import LAWS, FrictionLaw, Loaded
+from historysim.basics.arguments import checked
+from historysim.basics.array_types import Floats
+from historysim.basics.fields import Force, Number, Pressure, Quantity, SurfaceEnergy, at_least, one_of
+from historysim.basics.units import as_float, is_number, joules_per_area, newtons, pascals, quantity_text
+from historysim.errors import InputError
+
+
+def _seed(law: object, attribute: "attrs.Attribute[int]", value: object) -> None:
+    whole = is_number(value) and value == int(value) and value >= 0  # type: ignore[call-overload, operator]
+    if not whole:
+        raise InputError(f"{type(law).__name__}: {attribute.name} is {value!r}; expected a whole number of 0 or more")
+
+
+@LAWS.register
+@attrs.frozen
+class DrawnFriction(FrictionLaw):
+    """Coulomb's law with a coefficient for each asperity, drawn once from a distribution with a seed.
+
+    Parameters
+    ----------
+    mean : float
+        Of the coefficients, > 0.
+    deviation : float
+        Standard deviation of the coefficients, ≥ 0.
+    seed : int
+        Of the generator: the same seed draws the same coefficients.
+    distribution : {"lognormal", "uniform"}
+        Neither has negative coefficients; a uniform one needs a deviation of mean/√3 at most.
+
+    Examples
+    --------
+    [friction]
+    law = "drawn"
+    mean = 0.2
+    deviation = 0.02
+    seed = 4
+    """
+
+    mean: Number = attrs.field(converter=as_float, validator=at_least(0.0, above=True))
+    deviation: Number = attrs.field(converter=as_float, validator=at_least(0.0))
+    seed: int = attrs.field(validator=_seed)
+    distribution: str = attrs.field(default="lognormal", validator=one_of("lognormal", "uniform"))
+
+    kind = "drawn"
+    depends_on = "nothing"
+
+    def __attrs_post_init__(self) -> None:
+        """Check that no coefficient is negative."""
+        if self.distribution == "uniform" and self.deviation * np.sqrt(3) > self.mean:
+            raise InputError(
+                f"DrawnFriction: deviation is {self.deviation:g}, which makes some coefficients negative; expected "
+                f"{self.mean / np.sqrt(3):.6g} at most (mean/√3), or distribution = 'lognormal'"
+            )
+
+    def at_start(self, count: int) -> Floats:
+        """Return so many coefficients, as they are drawn (asperity)."""
+        generator = np.random.default_rng(self.seed)
+        if self.distribution == "uniform":
+            half = np.sqrt(3) * self.deviation
+            return generator.uniform(self.mean - half, self.mean + half, count)
+        variance = np.log1p((self.deviation / self.mean) ** 2)
+        return generator.lognormal(np.log(self.mean) - variance / 2, np.sqrt(variance), count)
+
+    def coefficients(self, loaded: Loaded) -> Floats:
+        """Return the coefficient μ of each asperity (asperity), as drawn for so many."""
+        return self.at_start(loaded.normal_load.size)
+
+    @property
+    def text(self) -> str:
+        """The law in a line."""
+        return (
+            f"Coulomb, {self.distribution} over the asperities with mean {self.mean:g} and standard deviation "
+            f"{self.deviation:g}, seed {self.seed}"
+        )
+
+
+@LAWS.register
+@attrs.frozen
+class PowerLaw(FrictionLaw):
+    """Friction that goes with a power of the load, μ = μ_ref (N/N_ref)^n.
+
+    Parameters
+    ----------
+    coefficient : float
+        μ_ref ≥ 0.
+    reference_load : float
+        N_ref > 0 [N].
+    exponent : float
+        n > -1, so that the friction force vanishes with the load.
+    load : {"own", "total"}
+        The load of the asperity, or of the surface. With the total load all asperities keep one coefficient, as a
+        tribometer measures it (Winogrodzka's Chapter 4).
+
+    Examples
+    --------
+    [friction]
+    law = "power"
+    coefficient = 0.2
+    reference_load = "10 mN"
+    exponent = -0.2
+    """
+
+    coefficient: Number = attrs.field(converter=as_float, validator=at_least(0.0))
+    reference_load: Force = attrs.field(converter=newtons, validator=at_least(0.0, above=True))
+    exponent: Number = attrs.field(converter=as_float, validator=at_least(-1.0, above=True))
+    load: str = attrs.field(default="own", validator=one_of("own", "total"))
+
+    kind = "power"
+
+    @property
+    def same_bits(self) -> bool:  # type: ignore[override]
+        """Whether it has the same bits on every machine: powers are those of the machine's C library."""
+        return self.exponent == 0
+
+    @property
+    def depends_on(self) -> str:  # type: ignore[override]
+        """What it depends on."""
+        return "nothing" if self.exponent == 0 else self.load
+
+    def at_start(self, count: int) -> Floats:
+        """Return the coefficients before anything has happened: without an exponent they are there already."""
+        return np.full(count, 0.0 if self.exponent else self.coefficient)
+
+    def core(self) -> dict[str, Any]:
+        """Return the fields of ``hs_law``."""
+        return super().core() | {
+            "kind": "HS_POWER_LAW",
+            "coefficient": self.coefficient,
+            "reference_load": self.reference_load,
+            "exponent": self.exponent,
+        }
+
+    @property
+    def text(self) -> str:
+        """The law in a line."""
+        load = "the load of each asperity" if self.load == "own" else "the total load"
+        reference = quantity_text(self.reference_load, "N")
+        return f"power law: {self.coefficient:g} (N/{reference})^{self.exponent:g} in {load}, as is chosen here"
+
+
+@LAWS.register
+@attrs.frozen
+class ShearStrength(FrictionLaw):
+    """Friction of a constant interfacial shear strength τ0 on the contact area of each asperity: T_max = τ0 A.
+
+    Bowden and Tabor (1950). On a sphere in Hertz contact μ goes with N^(-1/3). The tractions themselves stay those
+    of Coulomb's law with that coefficient, μ p: the strength limits the asperity as a whole and not each point.
+
+    Parameters
+    ----------
+    shear_strength : float
+        τ0 ≥ 0 [Pa].
+    area : {"hertz", "jkr"}
+        Area at the normal load: of Hertz, or of Johnson, Kendall and Roberts (1971) with a work of adhesion. The
+        contact itself stays that of Hertz: JKR is taken for the limit alone.
+    work_of_adhesion : float, optional
+        W ≥ 0 [J/m²], for "jkr"; at 0 its area is that of Hertz.
+
+    Examples
+    --------
+    [friction]
+    law = "shear strength"
+    shear_strength = "11.4 MPa"
+    """
+
+    shear_strength: Pressure = attrs.field(converter=pascals, validator=at_least(0.0))
+    area: str = attrs.field(default="hertz", validator=one_of("hertz", "jkr"))
+    work_of_adhesion: SurfaceEnergy | None = attrs.field(
+        default=None,
+        converter=attrs.converters.optional(joules_per_area),
+        validator=attrs.validators.optional(at_least(0.0)),
+    )
+
+    kind = "shear strength"
+    same_bits = True
+    depends_on = "own"
+
+    def __attrs_post_init__(self) -> None:
+        """Check that the work of adhesion is there where it is needed."""
+        if (self.area == "jkr") != (self.work_of_adhesion is not None):
+            given = "missing" if self.area == "jkr" else f"{self.work_of_adhesion:g} J/m²"
+            wanted = "that of the pair, for the JKR area" if self.area == "jkr" else "none, or area = 'jkr'"
+            raise InputError(f"ShearStrength: work_of_adhesion is {given}; expected {wanted}")
+
+    def core(self) -> dict[str, Any]:
+        """Return the fields of ``hs_law``."""
+        return super().core() | {
+            "kind": "HS_SHEAR_STRENGTH",
+            "shear_strength": self.shear_strength,
+            "work_of_adhesion": self.work_of_adhesion or 0.0,
+        }
+
+    @property
+    def text(self) -> str:
+        """The law in a line."""
+        strength = quantity_text(self.shear_strength, "Pa")
+        area = "Hertz area" if self.area == "hertz" else f"JKR area, W = {self.work_of_adhesion:g} J/m²"
+        return f"Bowden-Tabor: shear strength {strength} on the {area} of each asperity; tractions as Coulomb's"
+
+
+@LAWS.register
+@attrs.frozen
+class ShiftedLoad(FrictionLaw):
+    """Coulomb's law on the load and the pull of adhesion together: T_max = μ (N + 2πWR).
+
+    Derjaguin's friction law with the pull of Derjaguin, Muller and Toporov (1975), which acts outside the contact and
+    adds to the load. The contact area and the approach stay those of Hertz at N: the pull is taken for the limit alone.
+
+    Parameters
+    ----------
+    coefficient : float
+        μ ≥ 0.
+    work_of_adhesion : float
+        W ≥ 0 [J/m²].
+
+    Examples
+    --------
+    [friction]
+    law = "shifted load"
+    coefficient = 0.2
+    work_of_adhesion = "50 mJ/m2"
+    """
+
+    coefficient: Number = attrs.field(converter=as_float, validator=at_least(0.0))
+    work_of_adhesion: SurfaceEnergy = attrs.field(converter=joules_per_area, validator=at_least(0.0))
+
+    kind = "shifted load"
+    same_bits = True
+    depends_on = "own"
+
+    def core(self) -> dict[str, Any]:
+        """Return the fields of ``hs_law``."""
+        return super().core() | {
+            "kind": "HS_SHIFTED_LOAD",
+            "coefficient": self.coefficient,
+            "work_of_adhesion": self.work_of_adhesion,
+        }
+
+    @property
+    def text(self) -> str:
+        """The law in a line."""
+        return (
+            f"Coulomb {self.coefficient:g} on the load and the DMT pull 2πWR together, W = {self.work_of_adhesion:g} "
+            "J/m²; areas as Hertz's"
+        )
+
+
+def _numbers(given: Any, name: str = "coefficient") -> tuple[float, ...]:
+    if not isinstance(given, Iterable) or isinstance(given, str):
+        raise InputError(f"{given!r} is no column of a table; expected a list of numbers")
+    return tuple(checked(name, list(given)).tolist())
+
+
+def _lengths(given: Any) -> tuple[float, ...]:
+    return _numbers(given, "distance")
+
+
+@LAWS.register
+@attrs.frozen
+class SlidFriction(FrictionLaw):
+    """Friction that changes with the distance slid by each asperity, straight between a table's rows from 0 on.
+
+    Parameters
+    ----------
+    distance : sequence of float (row)
+        Slid distances [m], ascending, the first 0.
+    coefficient : sequence of float (row)
+        μ ≥ 0 there; beyond the last row it stays.
+
+    Examples
+    --------
+    [friction]
+    law = "slid distance"
+    distance = ["0 m", "1 µm"]
+    coefficient = [0.2, 0.1]
+    """
+
+    distance: Annotated[tuple[float, ...], Quantity("m")] = attrs.field(converter=_lengths)
+    coefficient: Annotated[tuple[float, ...], Quantity("1")] = attrs.field(converter=_numbers)
+
+    kind = "slid distance"
+    same_bits = True
+    depends_on = "slid"
+
+    def __attrs_post_init__(self) -> None:
+        """Check the table."""
+        rows = len(self.distance)
+        if rows != len(self.coefficient) or rows < 2:
+            raise InputError(
+                f"SlidFriction: {rows} distances, {len(self.coefficient)} coefficients; expected as many, two or more"
+            )
+        if self.distance[0] != 0 or min(np.diff(self.distance)) <= 0:
+            raise InputError("SlidFriction: distance does not rise from 0; expected ascending distances, the first 0")
+        if min(self.coefficient) < 0:
+            raise InputError(f"SlidFriction: coefficient is {min(self.coefficient):g}; expected 0 or more")
+
+    def at_start(self, count: int) -> Floats:
+        """Return the coefficients before anything has slid (asperity)."""
+        return np.full(count, self.coefficient[0])
+
+    def steepest_rise(self) -> float:
+        """Return by how much friction rises with the distance slid where it rises most [1/m]."""
+        return float((np.diff(self.coefficient) / np.diff(self.distance)).max())
+
+    def core(self) -> dict[str, Any]:
+        """Return the fields of ``hs_law``."""
+        return super().core() | {
+            "kind": "HS_SLID_TABLE",
+            "rows": len(self.distance),
+            "distance": self.distance,
+            "coefficients": self.coefficient,
+        }
+
+    @property
+    def text(self) -> str:
+        """The law in a line."""
+        first, last = self.coefficient[0], self.coefficient[-1]
+        return f"Coulomb from {first:g} to {last:g} over the distance slid by each asperity, from a table"

@@ -1,0 +1,466 @@
+"""The contact inside other solvers: SciPy's integrators, a system of python-control, a stage under a controller.
+
+What a contact has been carried to, it remembers. All that solvers only try is therefore tried from the last accepted
+state, and what they accept is committed.
+"""
+
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+
+from historysim.asperities.instrument import RIGID, Instrument
+from historysim.basics.arguments import checked, scalar
+from historysim.basics.array_types import Floats
+from historysim.basics.wording import nearest
+from historysim.errors import InputError, LoadError
+
+if TYPE_CHECKING:
+    import control
+
+    from historysim.asperities.ensemble import Ensemble
+    from historysim.asperities.state import EnsembleState
+
+__all__ = ["CoupledSolution", "StageMotion", "contact_system", "controlled_stage", "solve_ivp"]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
+
+
+Motion = Callable[[float, Floats, "EnsembleState"], npt.ArrayLike]
+Place = Callable[[float, Floats], Mapping[str, float]]
+
+METHODS = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA")
+NO_OPTIONS = ("fun", "t0", "y0", "t_bound", "extraneous")
+"""Parameters of scipy's solvers that are no options; the last takes all other names."""
+PARTS = 8
+"""Equal parts of a step, at the ends of which it is looked whether the contact has turned round."""
+ROUNDING = 1e-12
+"""Share of the way of the contact below which a change of its direction is rounding."""
+EDGE = 1e-3
+"""Share of a step at either end, in which it is seen which way the contact goes there."""
+TURN_TOLERANCE, AT_BEGINNING = 1e-6, 1e-4
+"""Share of a step to which a turning point is found; and from its beginning, within which it is that beginning."""
+
+
+@attrs.frozen(eq=False)
+class CoupledSolution:
+    """What a solver has found, at the ends of its accepted steps.
+
+    Attributes
+    ----------
+    t, y
+        Times (step) [s], from the beginning on, and the variables of the motion (variable, step).
+    normal_load, tangential_load, dissipated_energy
+        Totals of the contact (step) [N], and the energy that friction has taken since it was unloaded [J].
+    state : EnsembleState
+        The contact at the end.
+    turns, evaluations : int
+        Steps that were cut where the contact turned round, and how often the equations were evaluated.
+    """
+
+    t: Floats
+    y: Floats
+    normal_load: Floats
+    tangential_load: Floats
+    dissipated_energy: Floats
+    state: "EnsembleState"
+    turns: int
+    evaluations: int
+
+
+def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
+    motion: Motion,
+    t_span: tuple[float, float],
+    y0: npt.ArrayLike,
+    ensemble: "Ensemble",
+    place: Place,
+    *,
+    state: "EnsembleState | None" = None,
+    method: str | type[Any] = "RK45",
+    saturate: bool = False,
+    instrument: Instrument = RIGID,
+    **options: object,
+) -> CoupledSolution:
+    """Integrate equations of motion that a contact is part of, and commit the accepted steps alone.
+
+    Parameters
+    ----------
+    motion : callable
+        ``motion(t, y, contact)`` returns dy/dt; ``contact`` is the `EnsembleState` that the contact would be in, which
+        has ``tangential_load``, ``normal_load`` [N] and stiffnesses. The contact opposes the motion: its force on a
+        body that moves by the tangential displacement is minus the tangential load.
+    t_span : (float, float)
+        Beginning and end [s].
+    y0 : array_like (variable)
+        The variables at the beginning.
+    ensemble : Ensemble
+    place : callable
+        ``place(t, y)`` returns where the contact is then: what `Ensemble.advance` takes, such as
+        ``{"tangential_displacement": y[0]}``.
+    state : EnsembleState, optional
+        The contact at the beginning, where ``place(t, y)`` says; the unloaded one by default.
+    method : str or class
+        A method of `scipy.integrate.solve_ivp`, or a class of its kind of solvers.
+    saturate, instrument
+        As for `Ensemble.advance`.
+    **options
+        Of the solver: ``rtol``, ``atol``, ``max_step``, ….
+
+    Raises
+    ------
+    InputError
+        What is no time, no variable, no method, no option of it, or what `Ensemble.advance` cannot use.
+    FrictionLimitError
+        A load beyond the friction limit, also of a trial.
+    LoadError
+        The solver cannot go on; the message says where, and why.
+
+    Notes
+    -----
+    The stages of a step, and the steps that a solver rejects, are trials from the end of the last accepted step. The
+    forces of a contact have a kink where it turns round. A step with such a turn is cut there, so that a method keeps
+    its order, and each piece of the motion is one straight path of the contact.
+    """
+    span = checked("t_span", t_span)
+    if span.shape != (2,):
+        raise InputError(f"t_span is {t_span!r}; expected two times, the beginning and the end")
+    begin, end = (float(time) for time in span)
+    make = _solver_class(method)
+    _check_options(make, options)
+    given: dict[str, Any] = {"saturate": saturate, "instrument": instrument}
+    start = checked("y0", y0)
+    if start.ndim != 1:
+        raise InputError(f"y0 has {start.ndim} dimensions; expected one, of the variables at the beginning")
+    where = place(begin, start)
+    _check_targets(where)
+
+    def moved(contact: "EnsembleState", targets: Mapping[str, float]) -> "EnsembleState":
+        chosen: dict[str, Any] = {**targets, **given}
+        return ensemble.advance(contact, **chosen)
+
+    present = moved(state or ensemble.initial_state(), where)
+
+    def rate(t: float, y: Floats) -> Floats:
+        # `present` is that of the last accepted step, whatever has been tried since
+        found = checked("dy/dt of motion", motion(t, y, moved(present, place(t, y))))
+        if found.shape != y.shape:
+            # one number would pass for all
+            raise InputError(f"motion returned {found.tolist()}; expected dy/dt of each of {y.size} variables")
+        return found
+
+    solver = make(rate, begin, start, end, **options)
+    times, values, states, turns, evaluations = [begin], [solver.y.copy()], [present], 0, 0
+    while solver.status == "running":
+        message = solver.step()
+        if solver.status == "failed":
+            raise LoadError(f"the integration fails at t = {solver.t:.6g} s: {message}; expected smoother equations")
+        time, value = solver.t, solver.y
+        dense = solver.dense_output()
+        turn = _first_turn(dense, solver.t_old, time, place)
+        if turn is not None:
+            time, value, turns = turn, dense(turn), turns + 1
+            evaluations += solver.nfev
+            step = min(abs(solver.t - solver.t_old), abs(end - turn))
+        present = moved(present, place(time, value))
+        times.append(time)
+        values.append(np.array(value))
+        states.append(present)
+        if turn is not None:
+            solver = make(rate, time, np.array(value), end, **{**options, "first_step": step})
+    return CoupledSolution(
+        t=np.array(times),
+        y=np.array(values).T,
+        normal_load=np.array([one.normal_load for one in states]),
+        tangential_load=np.array([one.tangential_load for one in states]),
+        dissipated_energy=np.array([one.dissipated_energy for one in states]),
+        state=present,
+        turns=turns,
+        evaluations=evaluations + solver.nfev,
+    )
+
+
+def _solver_class(method: str | type[Any]) -> type[Any]:
+    from scipy import integrate
+
+    if isinstance(method, type) and issubclass(method, integrate.OdeSolver):
+        return method
+    if method not in METHODS:
+        raise InputError(f"method is {method!r}; expected one of {', '.join(METHODS)}, or a class of scipy's OdeSolver")
+    found: type[Any] = getattr(integrate, str(method))
+    return found
+
+
+def _check_targets(where: object) -> None:
+    if not isinstance(where, Mapping):
+        raise InputError(
+            f"place returned {where!r}; expected targets of the contact, such as {{'tangential_displacement': y[0]}}"
+        )
+    unknown = sorted(set(where) - set(INPUTS))
+    if unknown:
+        raise InputError(f"place returned {', '.join(map(repr, unknown))}; expected {', '.join(INPUTS)}")
+
+
+def _check_options(make: type[Any], options: Mapping[str, object]) -> None:
+    # scipy itself warns of a name that is no option, and goes on without it
+    known = [name for name in inspect.signature(make).parameters if name not in NO_OPTIONS]
+    for name in options:
+        if name not in known:
+            raise InputError(f"{name!r} is no option of {make.__name__}; {nearest(name, known)}")
+
+
+def _first_turn(dense: Callable[[float], Floats], start: float, end: float, place: Place) -> float | None:
+    """Return when a channel of the contact first turns round within a step; None where none does."""
+    from scipy.optimize import minimize_scalar
+
+    # a turn just behind the beginning, or before the end, is seen by the way the contact goes there
+    shares = np.concatenate(([0.0, EDGE], np.arange(1, PARTS) / PARTS, [1.0 - EDGE, 1.0]))
+    times = start + shares * (end - start)
+    looks = [place(float(time), dense(time)) for time in times]
+    found = []
+    for name in looks[0]:
+        values = np.array([one[name] for one in looks])
+        moves = np.diff(values)
+        moves[np.abs(moves) <= ROUNDING * np.abs(values).max()] = 0.0
+        for first in np.flatnonzero(moves[1:] * moves[:-1] < 0.0):
+            sign = np.sign(moves[first])
+            extreme = minimize_scalar(
+                lambda time, name=name, sign=sign: -sign * place(time, dense(time))[name],
+                bounds=sorted(times[[first, first + 2]]),
+                method="bounded",
+                options={"xatol": TURN_TOLERANCE * abs(end - start) / PARTS},
+            )
+            if abs(extreme.x - start) > AT_BEGINNING * abs(end - start):
+                found.append(float(extreme.x))
+                break
+    return min(found, key=lambda time: abs(time - start), default=None)
+
+
+INPUTS = ("normal_load", "normal_displacement", "tangential_load", "tangential_displacement")
+OUTPUTS = (
+    "normal_load",
+    "tangential_load",
+    "approach",
+    "tangential_displacement",
+    "tangential_stiffness",
+    "normal_stiffness",
+    "contact_count",
+    "slip_share",
+    "dissipated_energy",
+)
+
+
+def contact_system(
+    ensemble: "Ensemble",
+    state: "EnsembleState | None" = None,
+    *,
+    dt: float,
+    inputs: Sequence[str] = ("tangential_displacement",),
+    outputs: Sequence[str] = ("tangential_load",),
+    name: str = "contact",
+    saturate: bool = False,
+    instrument: Instrument = RIGID,
+) -> "control.NonlinearIOSystem":
+    """Return a contact as a discrete-time system of python-control.
+
+    At each sample the contact goes straight to its inputs, and its outputs are those there (direct feedthrough). What
+    it remembers is no vector of numbers: the one state of the system is the number of the sample, and outputs that are
+    asked for more than once in a sample, as interconnected systems are, are tried from the state at its beginning. Each
+    simulation begins at 0, with `state`.
+
+    Parameters
+    ----------
+    ensemble : Ensemble
+    state : EnsembleState, optional
+        The contact at the beginning; the unloaded one by default.
+    dt : float
+        Sampling time [s].
+    inputs : sequence of str
+        What drives it, of `INPUTS`, at most one of each channel; the other channel is held as `state` has it.
+    outputs : sequence of str
+        What is read, of `OUTPUTS`.
+    name : str
+        Of the system; its signals are ``name.signal``.
+    saturate, instrument
+        As for `Ensemble.advance`.
+
+    Raises
+    ------
+    InputError
+        Signals that a contact does not have, both of one channel, a sampling time that is not positive, or
+        python-control is not installed.
+    """
+    try:
+        import control
+    except ImportError as error:
+        raise InputError("the package control is not installed; expected: pip install control") from error
+    for named, known, what in ((inputs, INPUTS, "inputs"), (outputs, OUTPUTS, "outputs")):
+        if wrong := [each for each in named if each not in known] or not named:
+            raise InputError(f"{what}: {wrong if named else 'none'}; expected some of {', '.join(known)}")
+    for channel in ("normal", "tangential"):
+        if sum(each.startswith(channel) for each in inputs) > 1:
+            raise InputError(f"inputs: both load and displacement of the {channel} channel; expected one of them")
+    given: dict[str, Any] = {"saturate": saturate, "instrument": instrument}
+    start = state or ensemble.initial_state()
+    sampled = _SampledContact(ensemble, start, inputs=tuple(inputs), outputs=tuple(outputs), given=given)
+    return control.nlsys(
+        sampled.update,
+        sampled.output,
+        inputs=list(inputs),
+        outputs=list(outputs),
+        states=["sample"],
+        dt=scalar("dt", dt, above=0),
+        name=name,
+    )
+
+
+class _SampledContact:
+    """States of a contact by the number of the sample: the first one, the present, and the one before."""
+
+    def __init__(
+        self,
+        ensemble: "Ensemble",
+        state: "EnsembleState",
+        *,
+        inputs: tuple[str, ...],
+        outputs: tuple[str, ...],
+        given: dict[str, Any],
+    ) -> None:
+        self.ensemble, self.inputs, self.outputs, self.given = ensemble, inputs, outputs, given
+        self.states = {0: state}
+
+    def output(self, _time: float, x: npt.ArrayLike, u: npt.ArrayLike, _params: object) -> Floats:
+        """Return the outputs of a trial from the state at the beginning of the sample."""
+        moved = self._moved(self._number(x), u)
+        return np.array([float(getattr(moved, name)) for name in self.outputs])
+
+    def update(self, _time: float, x: npt.ArrayLike, u: npt.ArrayLike, _params: object) -> Floats:
+        """Commit what the inputs of a sample do, and return the number of the next one."""
+        number = self._number(x)
+        after = self._moved(number, u)
+        self.states = {0: self.states[0], number: self.states[number], number + 1: after}
+        return np.array([float(number + 1)])
+
+    def _moved(self, number: int, u: npt.ArrayLike) -> "EnsembleState":
+        targets: dict[str, Any] = dict(zip(self.inputs, np.atleast_1d(u).astype(float).tolist(), strict=True))
+        return self.ensemble.advance(self.states[number], **targets, **self.given)
+
+    def _number(self, x: npt.ArrayLike) -> int:
+        number = float(np.atleast_1d(x)[0])
+        if number not in self.states:
+            raise InputError(
+                f"sample {number:g} of the contact: expected the present one of a simulation that begins at 0. It "
+                "remembers its way and has no state to set or to linearise at; its tangential_stiffness is an output"
+            )
+        return int(number)
+
+
+@attrs.frozen(eq=False)
+class StageMotion:
+    """How a stage has moved.
+
+    Attributes
+    ----------
+    time, place, contact_force, motor_force : array (sample)
+        When the controller was asked [s]; place of the stage [m] and tangential load of the contact [N] at the end of
+        the sample; force of the motor during it [N].
+    work, kinetic, stored, dissipated : float
+        Work of the motor, and energies at the end [J]: of the motion, in the tractions, and lost to friction.
+    state : EnsembleState
+        The contact at the end.
+    """
+
+    time: Floats
+    place: Floats
+    contact_force: Floats
+    motor_force: Floats
+    work: float
+    kinetic: float
+    stored: float
+    dissipated: float
+    state: "EnsembleState"
+
+
+def controlled_stage(  # noqa: PLR0913 - a stage, its controller, and its contact
+    ensemble: "Ensemble",
+    state: "EnsembleState",
+    controller: Callable[[float, float], float],
+    *,
+    mass: float,
+    sample_time: float,
+    duration: float,
+    substeps: int = 10,
+    saturate: bool = False,
+    instrument: Instrument = RIGID,
+) -> StageMotion:
+    """Move a stage on a contact by a motor, with a force that a controller sets at each sample.
+
+    The stage begins at rest where `state` is, which is place 0. Between samples it is integrated by the leap-frog
+    method. Its one force per step is that of the contact carried to the new place: nothing is tried, and all places
+    are ones that the stage was at.
+
+    Parameters
+    ----------
+    ensemble : Ensemble
+    state : EnsembleState
+        The contact at the beginning, pressed. Its normal channel is held as it is: a load, or an approach.
+    controller : callable
+        ``controller(time, place)`` returns the force of the motor [N] until the next sample; it is called once for each
+        sample, in their order, so it may remember, too.
+    mass : float
+        Of the stage [kg].
+    sample_time, duration : float
+        [s].
+    substeps : int
+        Steps of the integration per sample, each much shorter than √(mass / stiffness).
+    saturate, instrument
+        As for `Ensemble.advance`.
+
+    Raises
+    ------
+    InputError
+        Numbers that are not positive, steps too long to be stable, or a force that is no number.
+    """
+    mass, sample_time = scalar("mass", mass, above=0), scalar("sample_time", sample_time, above=0)
+    samples = round(scalar("duration", duration, above=0) / sample_time)
+    if isinstance(substeps, bool) or not isinstance(substeps, int) or substeps < 1:
+        raise InputError(f"substeps is {substeps!r}; expected a whole number of 1 or more")
+    pause = sample_time / substeps
+    longest = 2.0 * (mass / state.stiffness(1)) ** 0.5 if state.stiffness(1) > 0.0 else np.inf
+    if pause >= longest:
+        raise InputError(
+            f"substeps is {substeps}: steps of {pause:.3g} s are unstable, as the mass on the contact swings faster; "
+            f"expected {int(sample_time / longest) + 1} or more, and ten times that to follow it well"
+        )
+    stepper = ensemble.stepper(state, saturate=saturate, instrument=instrument)
+    origin = stepper.tangential_displacement
+    before = stepper.dissipated_energy
+    place = velocity = work = motor = 0.0
+    record = np.empty((3, samples))
+    for sample in range(samples):
+        motor = scalar("the force of the controller", controller(sample * sample_time, place))
+        for _ in range(substeps):
+            velocity += pause / mass * (motor - stepper.tangential_load)
+            step = pause * velocity
+            place += step
+            work += motor * step
+            stepper.step(tangential_displacement=origin + place)
+        record[:, sample] = place, stepper.tangential_load, motor
+    end = stepper.save()
+    # the velocity is that of half a step before
+    velocity += 0.5 * pause / mass * (motor - end.tangential_load)
+    return StageMotion(
+        time=np.arange(samples, dtype=np.float64) * sample_time,
+        place=record[0],
+        contact_force=record[1],
+        motor_force=record[2],
+        work=work,
+        kinetic=0.5 * mass * velocity**2,
+        stored=end.stored_energy,
+        dissipated=end.dissipated_energy - before,
+        state=end,
+    )
