@@ -1,38 +1,45 @@
-"""Summits from statistics instead of a height map: a distribution of their heights, and their number per area.
+"""Summits without a height map: from a distribution of their heights, or in a regular array.
 
-The distribution is Gaussian or a table of heights and densities. The n summits are drawn at random with a seed, or they
-are quantiles, without chance: the medians of n intervals of equal probability.
+Heights of a distribution, Gaussian or a table of heights and densities, are drawn at random with a seed, or are its
+quantiles: the medians of n intervals of equal probability. A regular array may replace one asperity by n equal ones
+that share its load, F/n each: self-similar ones have R/√n, curvature-invariant ones keep R (Winogrodzka, *Pre-sliding
+behaviour of multi asperity ceramic contacts*, University of Twente, section 6.2.1; the loads per contact printed there,
+F/n² and F/√n, do not add up to F and are not used).
 """
 
 import math
-from typing import Protocol, Self
+import operator
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any, Final, Protocol, Self
 
 import attrs
 import numpy as np
 import numpy.typing as npt
 from scipy.special import ndtri
 
-from historysim.basics.arguments import checked, scalar
+from historysim.basics.arguments import checked, per_axis, scalar
 from historysim.basics.array_types import Floats
 from historysim.basics.frozen_arrays import FrozenArrays
 from historysim.errors import InputError
-from historysim.surfaces.seeds import generator
 from historysim.surfaces.summits import Summits
 
 MOST_SUMMITS = 50_000_000
 """The most summits that are made at once; with their positions they take some gigabytes."""
 
+LAWS: Final[Mapping[str, float]] = MappingProxyType({"self-similar": -0.5, "curvature-invariant": 0.0})
+"""The scaling laws by name: the power of n to which the radius of each asperity goes."""
+
+
+def generator(seed: object) -> np.random.Generator:
+    """Return the random numbers of a seed, by PCG64; anything but a whole number of 0 or more is an InputError."""
+    if not isinstance(seed, int | np.integer) or isinstance(seed, bool) or seed < 0:
+        raise InputError(f"seed is {seed!r}; expected a whole number of 0 or more, which draws the same numbers again")
+    return np.random.Generator(np.random.PCG64(int(seed)))
+
 
 class HeightDistribution(Protocol):
     """How the heights of summits are distributed."""
-
-    @property
-    def mean(self) -> float:
-        """Mean height over the datum [m]."""
-
-    @property
-    def deviation(self) -> float:
-        """Standard deviation of the heights [m]."""
 
     def quantile(self, probability: "npt.ArrayLike") -> Floats:
         """Return the heights [m] below which a summit lies with these probabilities [1]."""
@@ -61,23 +68,13 @@ class Gaussian:
     def __init__(self, rms_height: float, mean: float = 0.0) -> None:
         self.__attrs_init__(rms_height=scalar("rms_height", rms_height, above=0), mean=scalar("mean", mean))
 
-    @property
-    def deviation(self) -> float:
-        """Standard deviation of the heights [m]."""
-        return self.rms_height
-
     def quantile(self, probability: "npt.ArrayLike") -> Floats:
-        """Return the heights [m] below which a summit lies with these probabilities.
-
-        Parameters
-        ----------
-        probability : array_like
-            Greater than 0 and less than 1 [1]: a Gaussian has no lowest and no highest height.
+        """Return the heights [m] below which a summit lies with these probabilities [1], above 0 and below 1.
 
         Raises
         ------
         InputError
-            A probability that is not a number or out of its range.
+            Another probability: a Gaussian has no lowest and no highest height.
         """
         values = checked("probability", probability, above=0)
         if np.any(values >= 1):
@@ -151,42 +148,11 @@ class Tabulated(FrozenArrays):
         gaps, densities = _table("gap", checked("gap", gap, least=0), density)
         return cls(0.0 - gaps[::-1], densities[::-1])
 
-    @property
-    def mean(self) -> float:
-        """Mean height over the datum [m]."""
-        start, width, left, right = self._cells
-        # ∫ s p ds over a cell, with s from its start
-        first = width**2 * (left + 2 * right) / 6
-        return float(self.height[0] + np.sum((start - self.height[0]) * width * (left + right) / 2 + first))
-
-    @property
-    def deviation(self) -> float:
-        """Standard deviation of the heights [m]."""
-        start, width, left, right = self._cells
-        offset = start - self.mean
-        # ∫ (offset + s)² p ds over a cell, with s from its start
-        squares = (
-            offset**2 * width * (left + right) / 2
-            + 2 * offset * width**2 * (left + 2 * right) / 6
-            + width**3 * (left + 3 * right) / 12
-        )
-        return math.sqrt(np.sum(squares))
-
     def quantile(self, probability: "npt.ArrayLike") -> Floats:
         """Return the heights [m] below which a summit lies with these probabilities: the exact inverse.
 
-        Where the density is 0 between two heights, the probability there has the lower of them as its height.
-        Probability 0 has the lowest height that a summit can have.
-
-        Parameters
-        ----------
-        probability : array_like
-            From 0 to 1 [1].
-
-        Raises
-        ------
-        InputError
-            A probability that is not a number or out of its range.
+        Where the density is 0 between two heights, the probability there, from 0 to 1, has the lower of them as its
+        height. Probability 0 has the lowest height that a summit can have. Another probability is an InputError.
         """
         values = checked("probability", probability, least=0)
         if np.any(values > 1):
@@ -256,6 +222,64 @@ def quantile_summits(
     return Summits(distribution.quantile((np.arange(count) + 0.5) / count), radius, nominal_area=nominal_area)
 
 
+def textured_summits(
+    count: tuple[int, int],
+    pitch: float | tuple[float, float],
+    radius: float,
+    *,
+    height_scatter: float = 0.0,
+    radius_scatter: float = 0.0,
+    seed: int | None = None,
+) -> Summits:
+    """Return the summits of a regular array, at x = i pitch_x and y = j pitch_y.
+
+    Parameters
+    ----------
+    count : tuple of int
+        Numbers of summits (nx, ny) along x and y. Summit i ny + j is at (i, j).
+    pitch : float or tuple of float
+        Distance from one summit to the next [m], > 0; one for both directions, or (px, py).
+    radius : float
+        R [m], > 0, the mean of the radii.
+    height_scatter : float
+        Standard deviation of the heights around 0 [m], Gaussian.
+    radius_scatter : float
+        Standard deviation of the radii over R [1], 0 to 1. They are log-normal, so that every radius is positive.
+    seed : int, optional
+        Whole number, 0 or more, needed for scatter. One seed gives the same heights with any scatter of the radii, and
+        the same radii with any scatter of the heights.
+
+    Returns
+    -------
+    Summits
+        With the nominal area nx px ny py.
+
+    Raises
+    ------
+    InputError
+        A number that is not finite or out of its range, counts that are not whole or above `MOST_SUMMITS` in all,
+        scatter without a seed.
+    """
+    nx, ny = _shape(count)
+    px, py = per_axis("pitch", pitch)
+    mean_radius = scalar("radius", radius, above=0)
+    deviation = scalar("height_scatter", height_scatter, least=0)
+    relative = scalar("radius_scatter", radius_scatter, least=0)
+    if relative > 1:
+        raise InputError(f"radius_scatter is {relative:g}; expected 0 to 1: a fraction of the radius, not a percentage")
+    heights, radii = np.zeros(nx * ny), np.full(nx * ny, mean_radius)
+    if deviation or relative:
+        if seed is None:
+            raise InputError("height_scatter or radius_scatter without a seed; expected a whole number as seed")
+        normal = generator(seed).standard_normal((2, nx * ny))
+        heights += deviation * normal[0]
+        # the logarithm is Gaussian; these two parameters give the mean and the deviation asked for
+        variance = math.log1p(relative**2)
+        radii *= np.exp(math.sqrt(variance) * normal[1] - variance / 2)
+    x, y = np.repeat(np.arange(nx) * px, ny), np.tile(np.arange(ny) * py, nx)
+    return Summits(heights, radii, x, y, nominal_area=nx * px * ny * py)
+
+
 def _count(summit_density: float, nominal_area: float) -> int:
     density = scalar("summit_density", summit_density, above=0)
     area = scalar("nominal_area", nominal_area, above=0)
@@ -285,3 +309,13 @@ def _read_only(values: Floats) -> Floats:
     array = np.array(values)
     array.flags.writeable = False
     return array
+
+
+def _shape(count: Any) -> tuple[int, int]:
+    try:
+        nx, ny = map(operator.index, count)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"count is {count!r}; expected two whole numbers (nx, ny)") from error
+    if min(nx, ny) < 1 or nx * ny > MOST_SUMMITS:
+        raise InputError(f"count is {(nx, ny)}; expected 1 or more each way, and at most {MOST_SUMMITS:,} in all")
+    return nx, ny

@@ -44,29 +44,16 @@ class Form:
 def fit_form(heights: Floats, pixel_size: tuple[float, float], kind: str, degree: int | None = None) -> Form:
     """Return the form of a surface: least squares of the height over the points that are not missing.
 
-    Parameters
-    ----------
-    heights : array (nx, ny)
-        Heights [m]; NaN where missing.
-    pixel_size : (float, float)
-        Distance between the points along x and y [m].
-    kind : {"mean", "plane", "quadratic", "polynomial", "sphere"}
-        "quadratic" has all six terms up to second order, "polynomial" all up to its degree; "sphere" has a free centre
-        and radius, so that a tilted ball needs no levelling first. On a profile "plane", "quadratic" and "sphere" are a
-        line, a parabola and a circle.
-    degree : int, optional
-        Of a polynomial, 0 to 12; of no other form.
-
-    Raises
-    ------
-    InputError
-        Another form, a degree out of range or of another form, too few points for it, or a surface that no sphere fits.
+    "quadratic" has all six terms up to second order, "polynomial" all up to its degree, 0 to 12; "sphere" has a free
+    centre and radius, so that a tilted ball needs no levelling first. On a profile they are a line, a parabola and a
+    circle. Raises InputError: another form, a degree out of range or of another form, too few points for it, or a
+    surface that no sphere fits.
     """
     if kind not in FORMS:
         raise InputError(f"form is {kind!r}; expected one of {', '.join(FORMS)}")
     if (kind == "polynomial") != (degree is not None):
-        came = "no degree" if degree is None else f"degree {degree!r}"
-        raise InputError(f"{came} for the form {kind}; expected a degree of a polynomial, and of nothing else")
+        given = "no degree" if degree is None else f"degree {degree!r}"
+        raise InputError(f"{given} for the form {kind}; expected a degree of a polynomial, and of nothing else")
     if degree is None:
         degree = _DEGREE.get(kind, 0)
     elif isinstance(degree, bool) or not isinstance(degree, int) or not 0 <= degree <= HIGHEST_DEGREE:

@@ -13,11 +13,11 @@ from historysim.basics.display import html_table
 from historysim.basics.frozen_arrays import FrozenArrays
 from historysim.basics.units import in_si, quantity_text, range_text
 from historysim.errors import InputError
+from historysim.surfaces.filters import gaussian_mean
 from historysim.surfaces.form import Form, fit_form
-from historysim.surfaces.gaussian_filter import gaussian_mean
-from historysim.surfaces.raw_map import MOST_POINTS
 from historysim.surfaces.resampling import COINCIDENT, Interpolation, resampled
-from historysim.surfaces.statistics import (
+from historysim.surfaces.summits import Summits, find_summits
+from historysim.surfaces.surface_statistics import (
     Autocorrelation,
     HeightStatistics,
     PowerSpectralDensity,
@@ -25,8 +25,9 @@ from historysim.surfaces.statistics import (
     height_statistics,
     power_spectral_density,
 )
-from historysim.surfaces.summits import Summits, find_summits
 
+MOST_POINTS = 2**28
+"""The most points of a map."""
 ROUNDING = 32 * np.finfo(np.float64).eps
 """Share of the largest height up to which the heights that are left without the form are taken for rounding."""
 
@@ -98,29 +99,31 @@ class Surface(FrozenArrays):
         self.__attrs_init__(_heights(heights), per_axis("pixel_size", pixel_size), bool(periodic))
 
     def __repr__(self) -> str:
-        points = " × ".join(f"{size:,}" for size in self.shape)
-        pixels = " × ".join(dict.fromkeys(quantity_text(pixel, "m") for pixel in self.pixel_size))
         known = self.heights[~self.missing]
-        texts = [
-            f"{points} points, {pixels} apart",
+        missing = self.heights.size - known.size
+        words = [
+            f"{' × '.join(f'{size:,}' for size in self.shape)} points, {self._pixels()} apart",
             f"heights {range_text(float(known.min()), float(known.max()), 'm')}",
             f"rms height {quantity_text(float(known.std()), 'm')}",
             *(["periodic"] if self.periodic else []),
-            *([f"{self.heights.size - known.size:,} missing"] if known.size < self.heights.size else []),
+            *([f"{missing:,} missing"] if missing else []),
         ]
-        return f"<Surface: {', '.join(texts)}>"
+        return f"<Surface: {', '.join(words)}>"
 
     def _repr_html_(self) -> str:
         known = self.heights[~self.missing]
         lines = [
             ("points", " × ".join(f"{size:,}" for size in self.shape)),
-            ("pixel size", " × ".join(quantity_text(pixel, "m") for pixel in self.pixel_size)),
+            ("pixel size", self._pixels()),
             ("heights", range_text(float(known.min()), float(known.max()), "m")),
             ("rms height", quantity_text(float(known.std()), "m")),
             ("periodic", "yes" if self.periodic else "no"),
             ("missing points", f"{self.heights.size - known.size:,}"),
         ]
         return html_table(lines)
+
+    def _pixels(self) -> str:
+        return " × ".join(dict.fromkeys(quantity_text(pixel, "m") for pixel in self.pixel_size))
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -147,15 +150,39 @@ class Surface(FrozenArrays):
         return find_summits(self.heights, self.pixel_size, rule, periodic=self.periodic, prominence=prominence)
 
     def statistics(self) -> HeightStatistics:
-        """Return rms height, slopes, curvatures, …; see `height_statistics`."""
+        """Return rms height, slopes, curvatures, ….
+
+        A difference counts where all its points are present, also across the border of a periodic surface; s and κ
+        where their differences along x and y are both there.
+        """
         return height_statistics(self.heights, self.pixel_size, periodic=self.periodic)
 
     def autocorrelation(self) -> Autocorrelation:
-        """Return the autocorrelation function; see `statistics.autocorrelation`."""
+        """Return the autocorrelation function of the heights about their mean.
+
+        At each lag, the products of all pairs of present points that are so far apart are averaged: over the border
+        of a periodic surface, else only within the map (unbiased by their number, so that the few pairs of a great lag
+        may give values beyond ±1).
+
+        Raises
+        ------
+        InputError
+            All heights are equal.
+        """
         return autocorrelation(self.heights, self.pixel_size, periodic=self.periodic)
 
     def power_spectral_density(self) -> PowerSpectralDensity:
-        """Return the power spectral density; see `statistics.power_spectral_density`."""
+        """Return the power spectral density of the heights.
+
+        Of a periodic surface, that of the heights about their mean. Of any other, the mean plane is taken off and the
+        rest multiplied by a Hann window w, sin²(π (i + ½)/n) along either axis, over √mean(w²), which keeps the power:
+        the density then adds up to the mean of w² z² over that of w², Rq² but for the weights.
+
+        Raises
+        ------
+        InputError
+            Some heights are missing, or they are too few for a mean plane.
+        """
         return power_spectral_density(self.heights, self.pixel_size, periodic=self.periodic)
 
     def form(self, kind: str, degree: int | None = None) -> Form:
@@ -220,12 +247,12 @@ class Surface(FrozenArrays):
         return type(self)(np.where(points, np.nan, self.heights), self.pixel_size, self.periodic)
 
     def smoothed(self, cutoff: float, *, robust: bool = False) -> Self:
-        """Return what is longer than a cut-off [m] (S-filter); see `gaussian_filter.gaussian_mean`."""
+        """Return what is longer than a cut-off [m] (S-filter); see `filters.gaussian_mean`."""
         mean = gaussian_mean(self.heights, self.pixel_size, cutoff, periodic=self.periodic, robust=robust)
         return type(self)(mean, self.pixel_size, self.periodic)
 
     def roughness(self, cutoff: float, *, robust: bool = False) -> Self:
-        """Return what is shorter than a cut-off [m] (L-filter); see `gaussian_filter.gaussian_mean`."""
+        """Return what is shorter than a cut-off [m] (L-filter); see `filters.gaussian_mean`."""
         mean = gaussian_mean(self.heights, self.pixel_size, cutoff, periodic=self.periodic, robust=robust)
         return type(self)(self.heights - mean, self.pixel_size, self.periodic)
 
@@ -275,7 +302,7 @@ class Surface(FrozenArrays):
         )
 
     def on_ball(self, radius: float) -> Self:
-        """Return the surface as the roughness of a ball of this radius [m], whose highest point is its centre.
+        """Return the surface as the roughness of a ball of this radius [m], its centre on top.
 
         The heights of the ball, √(R² - r²) - R at the distance r from the centre, are added; what comes out does not
         repeat. A parabola would differ by r⁴/8R³: at R = 2.5 mm and r = 128 µm by 2 nm of 3.3 µm.

@@ -33,7 +33,7 @@ _LEAST_SHARPNESS: Final = 1e-5
 _MOST_SHIFT: Final = 40.0
 
 # The trapezoidal rule converges as exp(-2π²/(s h)) with s = 1/δ, for the poles of SB lie π/s off the axis; the range
-# holds the fourth powers of SU, whose weight z² /2 - 4 s z is least at z = 4 s ≤ 6.
+# holds the fourth powers of SU; their weight z² /2 - 4 s z is least at z = 4 s ≤ 6.
 _NODES: Final = np.linspace(-16, 16, 1601)
 _WEIGHTS: Final = np.exp(-(_NODES**2) / 2) / np.exp(-(_NODES**2) / 2).sum()
 
@@ -45,24 +45,16 @@ _KNOTS: Final = 8193
 
 @attrs.frozen
 class Translation:
-    """An increasing function of standard normal numbers, up to a scale and an origin.
-
-    Parameters
-    ----------
-    bounded : bool
-        Whether it is SB, otherwise SU.
-    sharpness : float
-        1/δ [1], > 0.
-    kappa : float
-        κ [1], from 0 (log-normal) to 1 (symmetric).
-    mirrored : bool
-        Whether it skews to the left.
-    """
+    """An increasing function of standard normal numbers, up to a scale and an origin; see above for 1/δ and κ."""
 
     bounded: bool
+    """SB, otherwise SU."""
     sharpness: float
+    """1/δ [1], > 0."""
     kappa: float
+    """κ [1], from 0 (log-normal) to 1 (symmetric)."""
     mirrored: bool = False
+    """Skews to the left."""
 
     def __call__(self, normal: Floats) -> Floats:
         """Return standard normal numbers, translated."""
@@ -80,19 +72,10 @@ class Translation:
         return float(np.sum(_WEIGHTS * translated**3)), float(np.sum(_WEIGHTS * translated**4))
 
     def correlations(self) -> tuple[Callable[[Floats], Floats], Callable[[Floats], Floats]]:
-        """Return how correlations pass through the translation, and the inverse.
+        """Return the correlation of two translated numbers as a function of that of the normal ones, and the inverse.
 
-        Returns
-        -------
-        translated : callable
-            The correlation of two translated numbers, as a function of that of the normal ones, from -1 to 1:
-            R(ρ) = Σ b_n² ρ^n, with the coefficients b_n of the translation in normalised Hermite polynomials.
-        normal : callable
-            Its inverse, from 0 to 1.
-
-        Notes
-        -----
-        Mehler's formula; Grigoriu, *Applied Non-Gaussian Processes* (1995).
+        That is R(ρ) = Σ b_n² ρ^n from -1 to 1, with the coefficients b_n of the translation in normalised Hermite
+        polynomials (Mehler's formula; Grigoriu, *Applied Non-Gaussian Processes*, 1995); the inverse is from 0 to 1.
         """
         from scipy.interpolate import CubicSpline
 
@@ -131,27 +114,9 @@ class Translation:
 
 
 def translation(skewness: float, kurtosis: float) -> Translation | None:
-    """Return Johnson's translation to a skewness and a kurtosis.
+    """Return Johnson's translation to a skewness and a kurtosis, met within 1e-9 of it; None for Gaussian heights.
 
-    Parameters
-    ----------
-    skewness : float
-        Third central moment over rms³ [1].
-    kurtosis : float
-        Fourth central moment over rms⁴ [1], 3 for Gaussian heights; more than skewness² + 1 and at most
-        `MOST_KURTOSIS`.
-
-    Returns
-    -------
-    Translation or None
-        None for Gaussian heights, skewness 0 and kurtosis 3. Its moments are the prescribed ones within 1e-9 of
-        the kurtosis.
-
-    Raises
-    ------
-    InputError
-        A skewness and a kurtosis that no distribution has, or only one that is next to two-level, or a kurtosis
-        above `MOST_KURTOSIS`.
+    Raises InputError: a pair that no distribution has, or only one next to two-level, or a kurtosis > `MOST_KURTOSIS`.
     """
     if skewness == 0 and kurtosis == 3:
         return None

@@ -1,4 +1,4 @@
-/* The loop of pruning.py. */
+/* The loop of summits.py. */
 #ifndef HS_PRUNING_H
 #define HS_PRUNING_H
 

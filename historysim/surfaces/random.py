@@ -1,6 +1,5 @@
 """Random surfaces of prescribed rms height, autocorrelation, skewness and kurtosis."""
 
-import difflib
 import math
 from numbers import Integral
 from typing import Final, SupportsIndex
@@ -12,14 +11,14 @@ import scipy.fft
 from historysim.basics.arguments import checked, per_axis, scalar
 from historysim.basics.array_types import Floats
 from historysim.basics.units import as_float, quantity_text, warn_unlikely
+from historysim.basics.wording import nearest
 from historysim.errors import InputError
-from historysim.surfaces.heights import Surface
+from historysim.surfaces.distribution import generator
+from historysim.surfaces.heights import MOST_POINTS, Surface
 from historysim.surfaces.johnson import Translation, translation
-from historysim.surfaces.seeds import generator
 
 AUTOCORRELATIONS: Final = ("exponential", "gaussian")
 LEAST_PIXELS: Final = 4
-MOST_PIXELS: Final = 2**28
 # of a non-Gaussian surface's autocorrelation from the prescribed one
 _MOST_DEVIATION: Final = 0.01
 # rms height over autocorrelation length, beyond that of any surface
@@ -145,13 +144,9 @@ def _integer(value: object) -> bool:
 
 
 def _kind(autocorrelation: str) -> str:
-    if isinstance(autocorrelation, str) and autocorrelation in AUTOCORRELATIONS:
-        return autocorrelation
-    close = difflib.get_close_matches(str(autocorrelation).lower(), AUTOCORRELATIONS, n=1)
-    hint = f"did you mean {close[0]!r}? " if close else ""
-    raise InputError(
-        f"autocorrelation is {autocorrelation!r}; {hint}expected one of {', '.join(map(repr, AUTOCORRELATIONS))}"
-    )
+    if autocorrelation not in AUTOCORRELATIONS:
+        raise InputError(f"autocorrelation is {autocorrelation!r}; {nearest(str(autocorrelation), AUTOCORRELATIONS)}")
+    return autocorrelation
 
 
 def _points(shape: SupportsIndex | tuple[SupportsIndex, SupportsIndex]) -> tuple[int, int]:
@@ -162,10 +157,10 @@ def _points(shape: SupportsIndex | tuple[SupportsIndex, SupportsIndex]) -> tuple
             "(256, 256)"
         )
     points = int(sides[0]), int(sides[1])
-    if not LEAST_PIXELS <= math.prod(points) <= MOST_PIXELS:
+    if not LEAST_PIXELS <= math.prod(points) <= MOST_POINTS:
         raise InputError(
             f"shape is {points[0]} x {points[1]}, {math.prod(points):,} points; expected {LEAST_PIXELS} to "
-            f"{MOST_PIXELS:,} points in all"
+            f"{MOST_POINTS:,} points in all"
         )
     return points
 
@@ -180,7 +175,7 @@ def _in_pixels(
         if n == 1:
             continue
         result[i] = lengths[i] / pixel_size[i]
-        # β and the side are decimals, whose quotient rounds
+        # β and the side are decimals: their quotient rounds
         if not 1 - 1e-12 <= result[i] <= n / 2 * (1 + 1e-12):
             remedy = "make the pixels smaller" if result[i] < 1 else "take more or larger pixels"
             raise InputError(
@@ -244,19 +239,8 @@ def _cosine_sums(quadrant: Floats, points: tuple[int, int]) -> Floats:
 def _spectrum(autocorrelation: Floats, points: tuple[int, int], translate: Translation | None) -> Floats:
     """Return the quadrant of the power spectrum of the Gaussian heights.
 
-    Parameters
-    ----------
-    autocorrelation : array (nx // 2 + 1, ny // 2 + 1)
-        That of the translated heights.
-    points : (int, int)
-        Shape of the surface.
-    translate : Translation or None
-        None leaves the heights Gaussian.
-
-    Raises
-    ------
-    InputError
-        No Gaussian heights translate into ones with this autocorrelation, not even nearly.
+    The autocorrelation is that of the translated heights; no translation leaves them Gaussian. Raises InputError: no
+    Gaussian heights translate into ones with this autocorrelation, not even nearly.
     """
     if translate is None:
         return _without_rounding(_cosine_sums(autocorrelation, points))

@@ -1,6 +1,6 @@
 """Measured height maps → `Surface`: which reader a file needs, and its lengths and units.
 
-Matrices of numbers, as text or NPY, need nothing else. All other formats come through SurfaceTopography
+Matrices of numbers, as text, NPY or NPZ, need nothing else. All other formats come through SurfaceTopography
 (``pip install "historysim[surfaces]"``), which knows some forty of them.
 """
 
@@ -18,10 +18,8 @@ from historysim.basics.array_types import Floats
 from historysim.basics.files import what_is_there
 from historysim.basics.units import conversion_factor, quantity
 from historysim.errors import InputError
-from historysim.surfaces import numpy_files  # noqa: F401 - registers its readers
 from historysim.surfaces.heights import Surface
-from historysim.surfaces.matrix_text import foreign_header, read_matrix
-from historysim.surfaces.raw_map import MapReader, RawMap, check_size, refuse_channel
+from historysim.surfaces.map_files import MapReader, RawMap, foreign_header, read_matrix, refuse_channel
 from historysim.surfaces.topography import read_topography
 from historysim.tables.readers import TEXT_ENDINGS, reader_of
 
@@ -49,7 +47,7 @@ def read_surface(
     ----------
     path : str or path
         The file. A matrix of numbers is a text (.txt, .csv, .tsv, .dat, .asc) or an array of numpy (.npy, .npz);
-        everything else goes through SurfaceTopography, and so does a text whose header states a length or a unit.
+        everything else goes through SurfaceTopography, and so does a text with a length or a unit in its header.
     pixel_size : float, str, or a pair of them, optional
         Distance between neighbouring points [m], or a text such as ``"0.5 µm"``; one for both axes, or one for x and
         one for y. For files without it, as matrices are.
@@ -126,13 +124,13 @@ def _read(path: Path, channel: int | str | None) -> RawMap:
         return read_topography(path, channel, header)
     refuse_channel(channel)
     with path.open(encoding="utf-8-sig", errors="replace") as stream:
-        return RawMap(read_matrix(stream, check_size))
+        return RawMap(read_matrix(stream))
 
 
 def _start(path: Path) -> bytes:
-    if came := what_is_there(path):
-        expected = "; expected a file with heights" if came.startswith("is ") else f" in {path.absolute().parent}"
-        raise InputError(f"{came}{expected}")
+    if problem := what_is_there(path):
+        expected = "; expected a file with heights" if problem.startswith("is ") else f" in {path.absolute().parent}"
+        raise InputError(f"{problem}{expected}")
     with path.open("rb") as stream:
         start = stream.read(2)
     if not start:

@@ -1,4 +1,4 @@
-"""A height map on the points of another grid."""
+"""A height map on the points of another grid, by cubic splines or by its Fourier series."""
 
 import math
 from typing import Literal, get_args
@@ -7,85 +7,44 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import checked, scalar
-from historysim.basics.array_types import Floats
+from historysim.basics.array_types import Booleans, Floats
 from historysim.basics.wording import nearest
 from historysim.errors import InputError
-from historysim.surfaces.interpolation import by_splines, by_waves
 
 Interpolation = Literal["spline", "fourier", "none"]
+Pixel = tuple[float, float]
 
 COINCIDENT = 1e-9
 """Distance in pixels within which two points are taken as one."""
+MARGIN = 28
+"""Points that a map is continued by beyond its border: a spline forgets by √3 - 2 = -0.27 a point, here to rounding."""
 
 
 def resampled(
     heights: Floats,
-    pixel_size: tuple[float, float],
+    pixel_size: Pixel,
     *,
     periodic: bool,
     shape: tuple[int, int],
-    onto: tuple[float, float],
+    onto: Pixel,
     shift: npt.ArrayLike = (0.0, 0.0),
     rotation: float = 0.0,
     interpolation: Interpolation = "spline",
 ) -> Floats:
-    """Return the heights at the points of another grid, on whose centre the map is laid, shifted and turned.
+    """Return the heights at the points of another grid, with the map laid on its centre, shifted and turned.
 
-    Parameters
-    ----------
-    heights : array (nx, ny)
-        The map [m]; NaN where missing.
-    pixel_size : (float, float)
-        Its pixel size [m].
-    periodic : bool
-        Whether it repeats.
-    shape, onto : (int, int), (float, float)
-        Number of points and pixel size [m] of the other grid.
-    shift : (float, float)
-        How far the map is moved along x and y [m].
-    rotation : float
-        By how much the map is turned about its centre, from x towards y [rad].
-    interpolation : {"spline", "fourier", "none"}
-        What stands between the points of the map. ``"spline"``: cubic splines. ``"fourier"``: the Fourier series of a
-        periodic map, which has to be without missing points and is not turned. ``"none"``: nothing; the map is moved
-        by the nearest whole number of pixels, which has to have one pixel size with the other grid and is not turned.
+    The map (nx, ny) is moved by ``shift`` [m] along x and y, and turned by ``rotation`` [rad] from x towards y. The
+    other grid has ``shape`` points, ``onto`` [m] apart. The heights are exact where points coincide, NaN outside the
+    map and where splines would need a missing point. Raises InputError: a shift or rotation that is not finite; a map
+    and a profile, or profiles along different axes; an interpolation that cannot be had for this map: ``"fourier"``
+    needs a periodic map without missing points, ``"none"`` (by the nearest whole number of pixels) one pixel size, and
+    neither turns.
 
-    Returns
-    -------
-    array (shape)
-        Heights [m]; exact where points coincide; NaN outside the map, and where splines would need a missing point.
-
-    Raises
-    ------
-    InputError
-        A shift or rotation that is not finite; one of the two a profile and the other not along the same axis;
-        another interpolation, or one that cannot be had for this map.
-
-    Notes
-    -----
-    **Splines smooth** waves shorter than some four pixels, most of all halfway between the points. What that does to
-    the summits by the 9-point rule, on random maps of 256 × 256 points with autocorrelation lengths of 5 to 40 pixels:
-
-    ===============  ==============================  =====================  ================
-    autocorrelation  the map is                      summits per area       mean radius
-    ===============  ==============================  =====================  ================
-    exponential      moved by ½ pixel along x and y  24 to 27 % fewer       39 to 40 % more
-    exponential      moved by ½ pixel along x        12 to 15 % fewer       18 to 19 % more
-    exponential      turned by 0.3 rad               9 to 11 % fewer        17 to 18 % more
-    gaussian         moved by ½ pixel                the same within 1 %    the same
-    ===============  ==============================  =====================  ================
-
-    The Fourier series and whole pixels leave all of them as they are, within the statistical error.
-
-    **The Fourier series** moves each wave of the map and keeps its amplitude, except for the shortest wave, of two
-    pixels, which exists where the number of points along an axis is even (the Nyquist component). The points tell its
-    cosine alone, since its sine is 0 at each of them, and this cosine stands between them. Moved by a fraction s of
-    a pixel it has cos(πs) of its amplitude left at the points: nothing for half a pixel. With an odd number of points
-    no wave is lost. On pixels larger than its own the series is sampled there, not averaged.
+    Splines smooth, and the Fourier series loses the sine of the shortest wave: see README.md, "Sum".
     """
     offset, angle = _checked(heights.shape, shape, shift, rotation)
     _check_interpolation(interpolation, heights, pixel_size, onto, periodic=periodic, angle=angle)
-    indices = _indices(heights.shape, pixel_size, shape, onto, offset, angle)
+    indices = _indices(heights.shape, pixel_size, shape, onto, shift=offset, angle=angle)
     if interpolation == "none":
         # all by one whole number, where each point on its own might be rounded to either side
         indices = [np.rint(index.flat[0]) + np.rint(index - index.flat[0]) for index in indices]
@@ -93,8 +52,8 @@ def resampled(
     if all(np.all((place == np.rint(place)) | np.isnan(place)) for place in (x, y)):
         return _picked(heights, x, y)
     if interpolation == "fourier":
-        return by_waves(heights, x.ravel(), y.ravel())
-    return by_splines(heights, x, y, periodic=periodic)
+        return _by_waves(heights, x.ravel(), y.ravel())
+    return _by_splines(heights, x, y, periodic=periodic)
 
 
 def _checked(
@@ -116,15 +75,8 @@ def _checked(
 
 
 def _check_interpolation(
-    interpolation: str,
-    heights: Floats,
-    pixel_size: tuple[float, float],
-    onto: tuple[float, float],
-    *,
-    periodic: bool,
-    angle: float,
+    interpolation: str, heights: Floats, pixel_size: Pixel, onto: Pixel, *, periodic: bool, angle: float
 ) -> None:
-    """Check that an interpolation is one, and can be had for a map."""
     known = get_args(Interpolation)
     if interpolation not in known:
         raise InputError(f"interpolation is {interpolation!r}; {nearest(str(interpolation), known)}")
@@ -150,12 +102,7 @@ def _check_interpolation(
 
 
 def _indices(
-    have: tuple[int, ...],
-    pixel_size: tuple[float, float],
-    want: tuple[int, int],
-    onto: tuple[float, float],
-    shift: tuple[float, float],
-    angle: float,
+    have: tuple[int, ...], pixel_size: Pixel, want: tuple[int, int], onto: Pixel, *, shift: Pixel, angle: float
 ) -> list[Floats]:
     """Return where the points of the grid lie on the map along x and y, in pixels of the map from its first point."""
     x, y = (
@@ -185,3 +132,76 @@ def _picked(heights: Floats, x: Floats, y: Floats) -> Floats:
     inside = np.isfinite(x) & np.isfinite(y)
     points = tuple(np.nan_to_num(place).astype(np.int64) for place in (x, y))
     return np.where(inside, heights[points], np.nan)
+
+
+def _by_splines(heights: Floats, x: Floats, y: Floats, *, periodic: bool) -> Floats:
+    """Return the heights at fractional indices that broadcast; NaN outside, and beside a missing point."""
+    from scipy import ndimage
+
+    missing = np.isnan(heights)
+    inside = np.isfinite(x) & np.isfinite(y)
+    points = np.stack(np.broadcast_arrays(np.nan_to_num(x), np.nan_to_num(y)))
+    if missing.any():
+        # the spline needs a value everywhere; what it makes of these is taken out again
+        heights = _filled(heights, missing, periodic)
+        mode = "grid-wrap" if periodic else "nearest"
+        inside &= ndimage.map_coordinates(missing.astype(np.float64), points, order=1, mode=mode) == 0
+    if periodic:
+        smooth: Floats = ndimage.map_coordinates(heights, points, order=3, mode="grid-wrap")
+    else:
+        # a slope goes on beyond the border, else the spline would be level there
+        margins = [MARGIN if size > 1 else 0 for size in heights.shape]
+        heights = np.pad(heights, [(margin, margin) for margin in margins], mode="reflect", reflect_type="odd")
+        points += np.reshape(margins, (2, 1, 1))
+        smooth = ndimage.map_coordinates(heights, points, order=3, mode="mirror")
+    return np.where(inside, smooth, np.nan)
+
+
+def _by_waves(heights: Floats, x: Floats, y: Floats) -> Floats:
+    """Return the heights (m, n) at the fractional indices x (m,) by y (n,) of a periodic map without missing points."""
+    result: Floats = _wave_weights(x, heights.shape[0]) @ heights @ _wave_weights(y, heights.shape[1]).T
+    return result
+
+
+def _wave_weights(index: Floats, count: int) -> Floats:
+    """Return what each of count points that repeat adds at each index: the sum of all their waves, of weight 1/count.
+
+    That is sin(πt)/(n sin(πt/n)) at a distance of t points for odd n, and sin(πt)/(n tan(πt/n)) for even n, where the
+    shortest wave is a cosine (the Dirichlet kernels).
+    """
+    distance = index[:, None] - np.arange(count)
+    # to the nearest copy of each point: one period on, sines beside their zeros would lose digits
+    distance -= count * np.rint(distance / count)
+    whole = np.rint(distance)
+    # the sine of a difference, so that it is 0 at whole distances and keeps its digits beside them
+    sine = np.where(whole % 2 == 0, 1.0, -1.0) * np.sin(np.pi * (distance - whole))
+    angle = np.pi * distance / count
+    with np.errstate(divide="ignore", invalid="ignore"):
+        kernel = sine / (count * (np.sin(angle) if count % 2 else np.tan(angle)))
+    result: Floats = np.where(distance == whole, whole % count == 0, kernel)
+    return result
+
+
+def _filled(heights: Floats, missing: Booleans, periodic: bool) -> Floats:
+    """Return the map with each missing point at the mean of its neighbours, so that a slope goes on beside a gap."""
+    from scipy import sparse
+
+    points = np.argwhere(missing)
+    number = np.zeros(heights.shape, dtype=np.int64)
+    number[missing] = np.arange(len(points))
+    neighbours, known = np.zeros(len(points)), np.zeros(len(points))
+    pairs = []
+    for step in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+        beside = points + step
+        wrapped = beside % heights.shape
+        there = np.flatnonzero((wrapped == beside).all(axis=1)) if not periodic else np.arange(len(points))
+        at = tuple(wrapped[there].T)
+        neighbours[there] += 1
+        known[there] += np.where(missing[at], 0.0, heights[at])
+        pairs.append(np.stack([there, number[at]])[:, missing[at]])
+    both = np.concatenate(pairs, axis=1)
+    matrix = sparse.diags_array(neighbours) - sparse.coo_array((np.ones(both.shape[1]), both), shape=(len(points),) * 2)
+    filled = heights.copy()
+    # what is left after so many steps stands deep in a large gap, where nothing is interpolated
+    filled[missing] = sparse.linalg.cg(matrix.tocsr(), known, rtol=1e-13, maxiter=1000)[0]
+    return filled

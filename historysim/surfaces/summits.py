@@ -7,9 +7,11 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import one_per, scalar
+from historysim.basics.arguments import one_per, scalar, workable
 from historysim.basics.array_types import Array, Floats, Integers
 from historysim.basics.frozen_arrays import FrozenArrays
+from historysim.basics.library import lib, pointer
+from historysim.basics.limits import SMALLEST
 from historysim.basics.units import range_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
@@ -51,10 +53,11 @@ class Summits(FrozenArrays):
         *,
         nominal_area: float | None = None,
     ) -> None:
-        heights = one_per("summit", "summits", "height", height)
+        heights = workable("height", one_per("summit", "summits", "height", height))
+        radii = one_per("summit", "summits", "radius", radius, heights.size, above=0)
         self.__attrs_init__(
             height=heights,
-            radius=one_per("summit", "summits", "radius", radius, heights.size, above=0),
+            radius=workable("radius", radii, smallest=SMALLEST),
             x=None if x is None else one_per("summit", "summits", "x", x, heights.size),
             y=None if y is None else one_per("summit", "summits", "y", y, heights.size),
             nominal_area=None if nominal_area is None else scalar("nominal_area", nominal_area, above=0),
@@ -87,6 +90,12 @@ class Summits(FrozenArrays):
         return None if self.nominal_area is None else len(self) / self.nominal_area
 
 
+HANDFUL = 10
+"""The most summits that are taken for outliers."""
+TAIL = 100
+"""Summits below them that show how the heights go on."""
+CHANCE = 1e-6
+"""The chance of such a gap in heights that go on as the others do, below which summits stand apart."""
 WOLF = 0.05
 """Least prominence over the height range Rz where summits are pruned by default (Wolf pruning, ISO 25178-2)."""
 
@@ -111,7 +120,7 @@ def find_summits(
     κ = (κ_x + κ_y)/2 and R = 1/κ (Greenwood 1984; with the 3-point rule κ = κ_x).
 
     A plateau, neighbouring points of one height with only lower ones around it, is one summit: in the middle of its
-    points, with the mean of their curvatures. That is exact for a paraboloid whose top lies between the points.
+    points, with the mean of their curvatures. That is exact for a paraboloid with its top between the points.
 
     On a finely resolved isotropic Gaussian surface the 9-point rule counts 1.0 % more summits than there are maxima
     (Nayak 1971), since maxima of the samples are not all maxima between them; the 5-point rule counts 31 % more.
@@ -129,7 +138,7 @@ def find_summits(
         Whether the surface repeats.
     prominence : float
         Least height [m] of a summit over the highest saddle on the way to a higher point, ≥ 0; those below it are
-        pruned. Ways lead from point to point as the rule has neighbours. See `pruning.prominences`.
+        pruned. Ways lead from point to point as the rule has neighbours. See `prominences`.
 
     Returns
     -------
@@ -169,8 +178,6 @@ def find_summits(
     curvature = np.stack([_mean(owner, grid.drop(points, axis) / pixel_size[axis] ** 2) for axis in axes])
     order = np.argsort(first)
     if prominence > 0:
-        from historysim.surfaces.pruning import prominences
-
         order = order[prominences(heights, _AROUND[rule], periodic=periodic).flat[first[order]] >= prominence]
     x, y = (
         (_mean(owner, index + turn * size) % size)[order] * pixel
@@ -224,10 +231,9 @@ def _mean(owner: Integers, values: Array) -> Floats:
 
 
 def _plateaus(grid: _Grid, top: Array, tied: Array, rule: int) -> tuple[Integers, Integers, Integers]:
-    """Return the points of the plateaus that have only lower points around them.
+    """Return the points of plateaus with only lower points around, their plateau, and its turns (points, 2) to there.
 
-    With each point come the number of its plateau, and how often the plateau has crossed the borders of a periodic
-    surface along x and y (points, 2) on its way to the point.
+    A turn is a crossing of the border of a periodic surface along x or y.
     """
     from scipy import ndimage
 
@@ -277,3 +283,49 @@ def _unfolded(grid: _Grid, labels: Array, count: int, rule: int) -> tuple[Intege
                 elif (turns[beyond] != there).any():
                     around[start] = True
     return whole, turns, around
+
+
+def prominences(heights: Floats, offsets: tuple[tuple[int, int], ...], *, periodic: bool = False) -> Floats:
+    """Return the prominence of each local maximum: its height over the highest saddle on the way to a higher point.
+
+    Points are flooded from the highest down. Where two hills meet, the lower one ends, with the height of its
+    top over the meeting point: what Wolf pruning takes away in turn, the lowest hill first, is the same.
+
+    It stands at the first point of each top (nx, ny) [m]; infinite where no way leads higher; 0 at all other points.
+    No way crosses missing points; ``offsets`` says which points are neighbours.
+    """
+    flat = np.ascontiguousarray(heights, dtype=np.float64).ravel()
+    order = np.argsort(-flat, kind="stable")[: int(np.isfinite(flat).sum())]
+    steps = np.array(offsets, dtype=np.int64)
+    found, parent = np.empty(flat.size), np.empty(flat.size, dtype=np.int64)
+    lib.hs_prominences(
+        *heights.shape,
+        pointer(flat),
+        order.size,
+        pointer(order),
+        len(offsets),
+        pointer(steps),
+        periodic,
+        pointer(found),
+        pointer(parent),
+    )
+    return found.reshape(heights.shape)
+
+
+def detached_summits(height: npt.ArrayLike) -> int:
+    """Return how many of the highest summits stand apart from all others, 0 where none do.
+
+    The heights of the `TAIL` summits below a gap are taken as the tail of a distribution that falls exponentially with
+    the mean excess s; Gaussian tails fall faster. The gap between the k-th and the next highest of such heights is
+    exponential with mean s/k (Rényi), so that one of g or more has the chance exp(-k g/s). At most `HANDFUL` are found.
+    """
+    heights = np.asarray(height, dtype=np.float64)
+    if heights.size <= TAIL + HANDFUL:
+        return 0
+    tail = np.sort(np.partition(heights, heights.size - TAIL - HANDFUL - 1)[-TAIL - HANDFUL - 1 :])[::-1]
+    for count in range(HANDFUL, 0, -1):
+        gap = tail[count - 1] - tail[count]
+        scale = tail[count : count + TAIL].mean() - tail[count + TAIL]
+        if count * gap > -np.log(CHANCE) * scale:
+            return count
+    return 0

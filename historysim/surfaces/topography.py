@@ -1,6 +1,7 @@
 """Height maps in the formats of instruments, through SurfaceTopography."""
 
 import importlib
+import math
 import re
 import warnings
 from pathlib import Path
@@ -8,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from historysim.basics.hdf5 import check_contained
+from historysim.basics.limits import check_archive, check_unpacked
 from historysim.errors import InputError
-from historysim.surfaces.matrix_text import COORDINATES, mostly_heights
-from historysim.surfaces.raw_map import RawMap, blamed, check_size
+from historysim.surfaces.map_files import COORDINATES, RawMap, blamed, check_size, mostly_heights
 
 # an error signal in nm is no height either
 _NO_HEIGHTS = re.compile(r"phase|amplitude|deflection|friction|lateral|current|error", re.IGNORECASE)
@@ -20,25 +22,19 @@ _UNKNOWN = "is damaged, or of no format that SurfaceTopography reads; expected a
 
 
 def read_topography(path: Path, channel: int | str | None, header: str = "") -> RawMap:
-    """Read one channel of a file in any format that SurfaceTopography knows.
+    """Read one channel of a file in any format that SurfaceTopography knows, by its index from 0 or its name.
 
-    Parameters
-    ----------
-    path : Path
-    channel : int or str, optional
-        By its index from 0 or its name; by default the first one with heights, or the default of the format.
-    header : str
-        The line of a text that made it one for SurfaceTopography, for messages.
-
-    Raises
-    ------
-    InputError
-        SurfaceTopography is not installed or cannot read the file; no such channel, or one without heights; uneven
-        spacing; too many points; lines that it would pass over.
+    By default that is the first one with heights. ``header`` is the line of a text that made it one for
+    SurfaceTopography, for messages. Raises InputError: SurfaceTopography is not installed or cannot read the file; no
+    such channel, or one without heights; uneven spacing; too many points; lines that it would pass over.
     """
     library = _library(header)
     ending = path.suffix.lower().removeprefix(".")
     without = f", without {header}" if header else ""
+    for by_h5py in (False, True):
+        check_contained(path, by_h5py=by_h5py)
+    with blamed(_UNKNOWN):
+        check_archive(path, trusted=False)
     with (
         blamed(f"{_UNKNOWN}: export it again, or as a matrix (.txt, .npy){without}"),
         library.open_topography(str(path), format=ending if ending in _ONLY_BY_NAME else None) as reader,
@@ -68,6 +64,7 @@ def _read_channel(path: Path, reader: Any, channel: int | str | None, header: st
     if chosen.is_uniform is False:
         raise InputError("is a profile with uneven distances between its points; interpolate it to even ones")
     check_size(chosen.nb_grid_pts or ())
+    check_unpacked(8 * math.prod(chosen.nb_grid_pts or ()), path.stat().st_size)
     has_sizes = chosen.physical_sizes is not None
     if form == "asc":
         _refuse_guess(chosen, header)
@@ -80,7 +77,7 @@ def _read_channel(path: Path, reader: Any, channel: int | str | None, header: st
     x, *y = (float(size) / points for size, points in zip(topography.physical_sizes, heights.shape, strict=True))
     # it takes steps that differ by less than 1e-6, of any unit, for even
     if form == "xyz" and not y and x < 1e-3:
-        raise InputError("has steps too small to tell whether they are even; write its coordinates in a smaller unit")
+        raise InputError("has steps too small to see whether they are even; write its coordinates in a smaller unit")
     unit = topography.unit or None
     return RawMap(
         heights,
@@ -145,20 +142,7 @@ def _lateral_unit(channel: Any) -> str | None:
 
 
 def _check_lines(path: Path, coordinates: int | None) -> None:
-    """Check that no line with heights was passed over, as SurfaceTopography does with those that it cannot read.
-
-    Parameters
-    ----------
-    path : Path
-        A text that it has read.
-    coordinates : int, optional
-        How many points it has read from a list of coordinates, rather than a matrix.
-
-    Raises
-    ------
-    InputError
-        A line as long as the others that does not consist of numbers, or another number of lines with coordinates.
-    """
+    """Check that SurfaceTopography has passed over no line of heights, nor of a number of coordinates that it read."""
     width = count = 0
     doubtful: list[tuple[int, int]] = []
     with path.open(encoding="utf-8-sig", errors="replace") as stream:

@@ -8,11 +8,9 @@ from typing import TYPE_CHECKING
 
 import attrs
 
-from historysim.basics.file_kinds import is_log, is_netcdf
-from historysim.basics.files import is_file, what_is_there
+from historysim.basics.files import is_file, is_log, is_netcdf, what_is_there
 from historysim.basics.places import at
 from historysim.errors import InputError
-from historysim.tables.column_units import fitting, overridden, settled
 from historysim.tables.columns import (
     REFUSE_OR_DROP,
     Column,
@@ -23,14 +21,17 @@ from historysim.tables.columns import (
     Part,
     Piece,
     Table,
+    fitting,
+    overridden,
+    settled,
 )
-from historysim.tables.readers import TableReader, reader_of
+from historysim.tables.readers import LineReader, TableReader, reader_of
 
 if TYPE_CHECKING:
     from historysim.basics.array_types import Floats
     from historysim.tables.arrays import Contents
     from historysim.tables.from_text import Opened
-    from historysim.tables.heading import Heading
+    from historysim.tables.head import Heading
 
 __all__ = [
     "MOST_ROWS",
@@ -50,9 +51,6 @@ __all__ = [
 
 MOST_ROWS = 10_000_000
 
-# sheets, whose rows are read as lines
-ENDINGS = frozenset({".xlsx", ".xlsm", ".xlsb", ".xls", ".ods"})
-
 
 def read_table(
     path: str | PathLike[str],
@@ -62,34 +60,12 @@ def read_table(
     *,
     missing: bool = False,
 ) -> Table:
-    """Read named columns out of a file.
+    """Read named columns out of a file; of several SI units of one, the first is taken that its unit converts to.
 
-    Parameters
-    ----------
-    path : path-like
-        JSON (.json), MATLAB (.mat), HDF5 (.h5, .hdf5, .hdf), netCDF (.nc, .nc4, .cdf), TDMS (.tdms); anything else is
-        a text with one row on each line.
-    columns : mapping of str to Column
-        What each wanted quantity is called in the file.
-    units : mapping of str to str or tuple of str
-        The SI unit of each wanted quantity; of several, the first that the unit of the column converts to.
-    format : Format, optional
-        How the file is written, where that has to be said.
-    missing : bool
-        Whether values may be missing: nothing, nan, NA, null or - in a text, NaN or null in JSON, NaN, a masked value
-        or ``_FillValue`` elsewhere.
-
-    Returns
-    -------
-    Table
-        The values in SI under the keys of ``columns``, NaN where missing.
-
-    Raises
-    ------
-    InputError
-        A file that cannot be read or is damaged, a column that is not there or not alone, a unit that is unknown, does
-        not fit, or is not the one in the file, no rows, too many of them, columns of different lengths, a row with a
-        superfluous value, a value that is missing, infinite or no number; the message names line or row, and column.
+    Values are in SI under the keys of ``columns``, NaN where missing, if values may be ``missing``. Raises InputError,
+    with line or row and column: a file that cannot be read or is damaged, a column that is not there or not alone, a
+    unit that is unknown, does not fit, or is not the one in the file, no rows or too many of them, columns of different
+    lengths, a row with a superfluous value, a value that is missing, infinite or no number.
     """
     path = Path(path)
     wanted = {key: (unit,) if isinstance(unit := units[key], str) else unit for key in columns}
@@ -148,31 +124,16 @@ def join_tables(tables: Sequence[Table]) -> Table:
 
 
 def describe(path: str | PathLike[str], format: Format | None = None) -> list[Listing]:  # noqa: A002 - as above
-    """Return what columns a file has.
+    """Return what columns a file has, and the strings beside them.
 
-    Parameters
-    ----------
-    path : path-like
-        The file, of the kinds that `read_table` reads.
-    format : Format, optional
-        How the file is written, where that has to be said.
-
-    Returns
-    -------
-    list of Listing
-        Its columns, and the texts that stand beside them.
-
-    Raises
-    ------
-    InputError
-        A file that cannot be read or is damaged, or a text without rows of numbers.
+    Raises InputError: a file that cannot be read or is damaged, or a text without rows of numbers.
     """
     path, layout = Path(path), format or Format()
     with _file(path):
-        if _has_lines(path):
+        if lines := _lines(path, layout):
             from historysim.tables import from_text
 
-            return from_text.describe(*_lines(path, layout))
+            return from_text.describe(*lines)
         from historysim.tables import arrays
 
         with _opened(path, layout) as contents:
@@ -186,11 +147,12 @@ def what_is_seen(path: str | PathLike[str], format: Format | None = None) -> tup
     """
     path, layout = Path(path), format or Format()
     with _file(path):
-        if not _has_lines(path):
+        lines = _lines(path, layout)
+        if lines is None:
             return [], 1
         from historysim.tables import from_text
 
-        return from_text.picture(*_lines(path, layout))
+        return from_text.picture(*lines)
 
 
 @contextmanager
@@ -199,15 +161,10 @@ def opened_rows(
     known: Collection[str],
     format: Format | None = None,  # noqa: A002 - as above
 ) -> "Iterator[tuple[Heading, Iterator[tuple[int, list[str]]]]]":
-    """Yield the heading of a text whose values are more than numbers, and the number of each line with its values.
+    """Yield the heading of a text of more than numbers, and the number of each line with its values.
 
-    The header is the line that has the most of the known names; units may stand beside them.
-
-    Raises
-    ------
-    InputError
-        A file that cannot be read, without such a header, or with a row of more values than the header has names, or
-        of fewer. Whatever is raised inside is said of the file.
+    The header is the line that has the most of the known names; units may stand beside them. Raises InputError: a file
+    that cannot be read, without such a header, or with rows of another width. Errors from inside name the file.
     """
     path = Path(path)
     with _file(path):
@@ -222,10 +179,10 @@ def _file(path: Path) -> Iterator[None]:
     """Name a file in what is raised inside about it."""
     if not is_file(path):
         folder = path.absolute()
-        came = what_is_there(path)
-        if not came.startswith("is "):
-            came += f" in {folder.parent}"
-        raise InputError(f"{folder.name}: {came}; expected the path of a file of numbers")
+        problem = what_is_there(path)
+        if not problem.startswith("is "):
+            problem += f" in {folder.parent}"
+        raise InputError(f"{folder.name}: {problem}; expected the path of a file of numbers")
     try:
         yield
     except InputError as error:
@@ -235,45 +192,33 @@ def _file(path: Path) -> Iterator[None]:
         raise InputError(f"{path.name}: cannot be read: {error.strerror or error}") from error
 
 
-def _is_text(path: Path) -> bool:
-    """Return whether a file is read as a text, and refuse one that is named so and is none."""
-    if path.suffix.lower() in ENDINGS or reader_of(path, TableReader) is not None:
-        return False
+def _lines(path: Path, layout: Format) -> "tuple[Opened, Format] | None":
+    """Return what opens the lines of a file, and how they are written; None of a file of arrays."""
+    from historysim.tables import from_text
+
+    reader = reader_of(path, TableReader, LineReader)
+    if isinstance(reader, LineReader):
+        return lambda: reader.opened(path, layout), attrs.evolve(layout, delimiter="\t", decimal=".", comment="")
+    if reader is not None:
+        return None
     if is_log(path):
         raise InputError("is the log of a run, or another SQLite database; expected a file of numbers")
     if is_netcdf(path):
         raise InputError("is a netCDF or HDF5 file, and not named so; name it .nc or .h5")
-    return True
-
-
-def _has_lines(path: Path) -> bool:
-    """Return whether a file is read line by line: a text, or a sheet of Excel."""
-    return path.suffix.lower() in ENDINGS or _is_text(path)
-
-
-def _lines(path: Path, layout: Format) -> "tuple[Opened, Format]":
-    """Return what opens the lines of a file, and how they are written."""
-    from historysim.tables import from_excel, from_text
-
-    if path.suffix.lower() in ENDINGS:
-        return lambda: from_excel.opened(path, layout), from_excel.as_text(layout)
     written = attrs.evolve(layout, encoding=layout.encoding or from_text.encoding_of(path))
     return lambda: from_text.opened(path, written), written
 
 
 def _opened(path: Path, layout: Format) -> "AbstractContextManager[Contents]":
-    reader = reader_of(path, TableReader)
-    if reader is None:
-        raise InputError("is of no known format; expected a text, or a file that a reader is known for")
-    opened: AbstractContextManager[Contents] = reader.opened(path, layout)
+    opened: AbstractContextManager[Contents] = reader_of(path, TableReader).opened(path, layout)
     return opened
 
 
 def _pieces(path: Path, columns: Mapping[str, Column], layout: Format, missing: bool) -> tuple[list[Piece], list[str]]:
-    if _has_lines(path):
+    if lines := _lines(path, layout):
         from historysim.tables import from_text
 
-        opened, written = _lines(path, layout)
+        opened, written = lines
         pieces, notices = from_text.read(opened, columns, written, missing=missing, most_rows=MOST_ROWS)
         if layout.encoding is None and written.encoding == from_text.WINDOWS:
             notice = f"is no UTF-8 text, read as {from_text.WINDOWS}; if names or units look wrong, say encoding"

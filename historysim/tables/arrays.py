@@ -12,10 +12,8 @@ import numpy as np
 from historysim.basics.array_types import Floats
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
-from historysim.tables.column_units import unit_in
-from historysim.tables.columns import Column, FileColumn, Format, Listing, MissingValueError
-from historysim.tables.lines import MISSING
-from historysim.tables.names import places_of
+from historysim.tables.columns import Column, FileColumn, Format, Listing, MissingValueError, unit_in
+from historysim.tables.lines import MISSING, places_of
 
 Selection = tuple[slice | int, ...]
 
@@ -98,9 +96,9 @@ def _check(column: FileColumn, *, missing: bool) -> None:
     wrong = np.isinf(column.values) if missing else ~np.isfinite(column.values)
     if wrong.any():
         row = int(np.argmax(wrong))
-        came = "missing (NaN)" if np.isnan(column.values[row]) else f"{column.values[row]:g}"
+        found = "missing (NaN)" if np.isnan(column.values[row]) else f"{column.values[row]:g}"
         kind = MissingValueError if np.isnan(column.values[row]) else InputError
-        raise kind(f"row {row + 1}, column {column.name}: {came}; expected a finite number")
+        raise kind(f"row {row + 1}, column {column.name}: {found}; expected a finite number")
 
 
 def _column(contents: Contents, column: Column, transposed: bool | None, most_rows: int) -> FileColumn:
@@ -160,16 +158,16 @@ def _selection(array: Array, index: int | None, transposed: bool | None) -> tupl
     rows, columns = long
     if transposed is None and array.shape[rows] <= array.shape[columns]:
         raise InputError(
-            f"{what} is a matrix of {size}, whose samples may be its rows or its columns; say transposed = false if "
+            f"{what} is a matrix of {size}, and its samples may be its rows or its columns; say transposed = false if "
             "each row is a sample, or transposed = true if each column is"
         )
     if transposed:
         rows, columns = columns, rows
     count = array.shape[columns]
     if index is None or index > count:
-        came = "" if index is None else f"there is no column {index} in it; "
+        absent = "" if index is None else f"there is no column {index} in it; "
         example = f"{{ column = {array.name!r}, index = {count} }}" if array.name else f"{{ column = {count} }}"
-        raise InputError(f"{what} is a matrix of {size}; {came}expected one of its columns, as in {example}")
+        raise InputError(f"{what} is a matrix of {size}; {absent}expected one of its columns, as in {example}")
     everything[columns] = index - 1
     return tuple(everything), f"{index} of {name}"
 

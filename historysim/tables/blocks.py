@@ -1,6 +1,6 @@
 """The tables that stand one below the other in a text, what stands between them, and what stands below the last.
 
-Where a table ends is told by what its lines look like: a line that begins with a word, or that has too few values and
+Where a table ends is seen by what its lines look like: a line that begins with a word, or that has too few values and
 is no number, ends it; a line that begins with a number, or has as many values as its rows and half of their numbers,
 is a row, broken or not.
 """
@@ -13,12 +13,9 @@ import attrs
 
 from historysim.basics.limits import at_most, most
 from historysim.errors import InputError
-from historysim.tables.column_units import factor_or_none
-from historysim.tables.columns import Format
-from historysim.tables.head import SEARCHED, Head
-from historysim.tables.heading import Heading
-from historysim.tables.lines import AT_ONCE, fields
-from historysim.tables.runs import like_a_number
+from historysim.tables.columns import Format, factor_or_none
+from historysim.tables.head import SEARCHED, Head, Heading
+from historysim.tables.lines import AT_ONCE, fields, like_a_number
 
 # so many lines of what stands above a table are kept
 _KEPT = 30
@@ -160,7 +157,7 @@ def survey(lines: Iterable[str], layout: Format) -> Survey:
 
 
 def start_time(line: str) -> float | None:
-    """Return the time [s] that a line such as ``Start time = 2.5 s`` or ``Started at 10:32:05`` tells, or None."""
+    """Return the time [s] that a line such as ``Start time = 2.5 s`` or ``Started at 10:32:05`` has, or None."""
     match = _START.match(line.strip())
     if match is None:
         return None

@@ -1,40 +1,28 @@
-"""Excel: the rows of a sheet as lines of a text between tabs, through python-calamine; all else is as in texts."""
+"""Excel: the rows of a sheet as lines with tabs between values, through python-calamine; all else is as in texts."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from attrs import evolve
-
+from historysim.basics.limits import check_archive, most
+from historysim.basics.system import limit_memory
+from historysim.basics.trial import ends_well
 from historysim.errors import InputError
 from historysim.tables.arrays import readable
 from historysim.tables.columns import Format
+from historysim.tables.readers import READERS, LineReader
+
+_MOST_MEMORY = 1 << 32
 
 
-def as_text(layout: Format) -> Format:
-    """Return how the lines of a sheet are written."""
-    return evolve(layout, delimiter="\t", decimal=".", comment="")
+def read_sheets(path: Path) -> None:
+    """Read all sheets as the library does, which makes a table of all cells between those that hold something."""
+    from python_calamine import CalamineWorkbook
 
-
-@contextmanager
-def opened(path: Path, layout: Format) -> Iterator[Iterator[str]]:
-    """Yield the rows of a sheet as lines.
-
-    A damaged file, no such sheet, several with something in them, or no python-calamine is an InputError.
-    """
-    try:
-        from python_calamine import CalamineWorkbook
-    except ImportError as error:
-        raise InputError(
-            'is read by python-calamine, which is not installed; pip install "historysim[excel]"'
-        ) from error
-    with readable("Excel"), path.open("rb") as stream:
-        book = CalamineWorkbook.from_filelike(stream)
-        name = _sheet(
-            book.sheet_names, {each: book.get_sheet_by_name(each).height for each in book.sheet_names}, layout
-        )
-        rows = book.get_sheet_by_name(name).to_python(skip_empty_area=False)
-    yield ("\t".join(map(_cell, row)) + "\n" for row in rows)
+    limit_memory(_MOST_MEMORY)
+    book = CalamineWorkbook.from_path(str(path))
+    for name in book.sheet_names:
+        book.get_sheet_by_name(name)
 
 
 def _sheet(names: list[str], heights: dict[str, int], layout: Format) -> str:
@@ -57,3 +45,38 @@ def _cell(value: object) -> str:
     if isinstance(value, float) and value.is_integer() and abs(value) < 1e15:
         return str(int(value))
     return " ".join(str(value).replace('"', "'").split())
+
+
+@READERS.register
+class ExcelReader(LineReader):
+    """Sheets of Excel and OpenDocument, through python-calamine."""
+
+    kind, endings = "excel", (".xlsx", ".xlsm", ".xlsb", ".xls", ".ods")
+
+    @contextmanager
+    def opened(self, path: Path, layout: Format) -> Iterator[Iterator[str]]:
+        """Yield the rows of a sheet as lines.
+
+        A damaged file, no such sheet, several with something in them, or no python-calamine is an InputError.
+        """
+        try:
+            from python_calamine import CalamineWorkbook
+        except ImportError as error:
+            raise InputError(
+                'is read by python-calamine, which is not installed; pip install "historysim[excel]"'
+            ) from error
+        with readable("Excel"):
+            check_archive(path, trusted=False)
+        if not ends_well(read_sheets, path, most("HDF5_SECONDS") * 12):
+            raise InputError(
+                "has cells so far apart that its sheets take more than "
+                f"{_MOST_MEMORY:,} bytes, or cannot be read in time; take out what stands far from the columns, or "
+                "export it as CSV"
+            )
+        with readable("Excel"), path.open("rb") as stream:
+            book = CalamineWorkbook.from_filelike(stream)
+            name = _sheet(
+                book.sheet_names, {each: book.get_sheet_by_name(each).height for each in book.sheet_names}, layout
+            )
+            rows = book.get_sheet_by_name(name).to_python(skip_empty_area=False)
+        yield ("\t".join(map(_cell, row)) + "\n" for row in rows)

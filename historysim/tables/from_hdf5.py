@@ -1,8 +1,7 @@
 """HDF5: arrays by their paths, with units from their attributes.
 
 h5py, and not netCDF4, which can open many such files too, but refuses the whole file for one dangling link or one
-dataset without a space, and ends the process at a group that holds itself. With either, about one in ten thousand files
-with random damage is read without end: where the damage hits the heap of an attribute of variable length.
+dataset without a space, and ends the process at a group that holds itself.
 """
 
 from collections.abc import Iterator
@@ -25,7 +24,10 @@ if TYPE_CHECKING:
 @contextmanager
 def datasets(path: Path, kind: str) -> "Iterator[dict[str, h5py.Dataset]]":
     """Yield all datasets of a file by their paths; a damaged file, or another, is an InputError."""
-    import h5py
+    try:
+        import h5py
+    except ImportError as error:
+        raise InputError('is read by h5py, which is not installed; pip install "historysim[hdf5]"') from error
 
     check_contained(path, by_h5py=True)
     with readable(kind), h5py.File(path, "r") as file:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from historysim.basics.limits import check_unpacked
 from historysim.errors import InputError
 from historysim.tables.arrays import Array, Contents, Selection, readable
 from historysim.tables.columns import Format
@@ -38,16 +39,28 @@ _LOGICAL, _COMPLEX = 0x200, 0x800
 
 def _contents_5(content: bytes, order: str) -> Contents:
     contents = Contents([])
-    for kind, element in _decompressed(_elements(memoryview(content)[_HEADER:], order), order):
+    for kind, element in _decompressed(_elements(memoryview(content)[_HEADER:], order), order, len(content)):
         if kind == _MATRIX:
             _gather(contents, None, element, order)
     return contents
 
 
-def _decompressed(elements: Iterator[tuple[int, memoryview]], order: str) -> Iterator[tuple[int, memoryview]]:
+def _decompressed(
+    elements: Iterator[tuple[int, memoryview]], order: str, packed: int
+) -> Iterator[tuple[int, memoryview]]:
+    unpacked = 0
     for kind, element in elements:
         if kind == _COMPRESSED:
-            yield from _elements(memoryview(zlib.decompress(element)), order)
+            stream = zlib.decompressobj()
+            tag = stream.decompress(element, 8)
+            (length,) = struct.unpack_from(f"{order}I", tag, 4)
+            unpacked += 8 + length
+            check_unpacked(unpacked, packed)
+            # a little more, so that the end is met
+            content = tag + stream.decompress(stream.unconsumed_tail, length + 8)
+            if not stream.eof:
+                raise InputError("is cut short, or damaged")
+            yield from _elements(memoryview(content), order)
         else:
             yield kind, element
 

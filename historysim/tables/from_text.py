@@ -19,11 +19,10 @@ from historysim.basics.limits import at_most, most
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.tables.blocks import Block, Survey, survey
+from historysim.tables.clocks import clock, from_the_first
 from historysim.tables.columns import Column, FileColumn, Format, Listing, MissingValueError, Part, Piece
-from historysim.tables.head import Head, ragged
-from historysim.tables.heading import Heading
+from historysim.tables.head import Head, Heading, ragged
 from historysim.tables.lines import AT_ONCE, brief, decimal_hint, fields, is_plain, number, split
-from historysim.tables.times import clock, from_the_first
 
 Lines = Integers
 
@@ -220,7 +219,7 @@ def plain_numbers(texts: list[str], decimal: str) -> Floats | None:
 
 @contextmanager
 def opened(path: Path, layout: Format) -> Iterator[IO[str]]:
-    """Yield the lines of a text; another encoding than is said, or than any, is an error that names the byte."""
+    """Yield the lines of a text; another encoding than is given, or than any, is an error that names the byte."""
     encoding = layout.encoding or encoding_of(path)
     _check_lines(path)
     try:
@@ -300,7 +299,7 @@ def _row(line_number: int, text: str, heading: Heading) -> list[str]:
         reason = "a value in quotes does not end on it" if "end of data" in str(error) else error
         raise _BadRowError(f"line {line_number} is not a CSV table: {reason}") from error
     if not _fits(row, heading):
-        named = heading.names and not heading.misfit
+        named = heading.names and not heading.mismatch
         wide = f"the header names {heading.width} columns" if named else f"other lines have {heading.width}"
         raise _BadRowError(ragged(line_number, len(row), wide))
     return row
@@ -467,6 +466,6 @@ class _Reading:
 
 
 def _clock_times(texts: Sequence[str]) -> Floats | None:
-    """Return what a clock tells [s]; None where anything else stands among the times."""
+    """Return the times of a clock [s]; None where anything else stands among the times."""
     times = [clock(text) for text in texts]
     return None if None in times else np.array(times, dtype=np.float64)

@@ -1,20 +1,29 @@
-"""The first lines of a text: where the table begins, and what its heading is."""
+"""The first lines of a text: where a table begins, what stands between its values, and what its columns are called."""
 
+import json
 import re
 from collections.abc import Collection, Iterable, Sequence
 from itertools import islice
 
 import attrs
 
-from historysim.basics.wording import counted
+from historysim.basics.wording import counted, nearest
 from historysim.errors import InputError
-from historysim.tables.column_units import split_unit
-from historysim.tables.columns import Column, Format
-from historysim.tables.heading import Heading, is_named, no_such_column
-from historysim.tables.lines import brief, number
-from historysim.tables.names import namings
-from historysim.tables.runs import Line, like_a_number, longest_run, numeric_places, runs, width_of, without_blank_end
-from historysim.tables.units_line import units_in_line
+from historysim.tables.columns import Column, Format, split_unit, unit_in
+from historysim.tables.lines import (
+    Line,
+    brief,
+    like_a_number,
+    longest_run,
+    namings,
+    number,
+    numeric_places,
+    places_of,
+    runs,
+    units_in_line,
+    width_of,
+    without_blank_end,
+)
 
 # the header is looked for in so many lines
 SEARCHED = 1000
@@ -22,6 +31,111 @@ SEARCHED = 1000
 _DELIMITERS = ("\t", ";", "|", ",", " ")
 _BRACKETED_LINE = re.compile(r"\s*[\[(]")
 _TWO_NUMBERS = re.compile(r"\d([;,\t| ])\s*(?=[+-]?[.\d])")
+
+
+@attrs.frozen
+class Heading:
+    """What is known of a table in a text."""
+
+    delimiter: str
+    """What stands between two values."""
+    above: int
+    """The number of lines above the first row."""
+    width: int
+    """The number of values in a row."""
+    names: tuple[str, ...] = ()
+    """What the header says, empty without one."""
+    brackets: tuple[str, ...] = ()
+    """The units of a line below the header, in brackets, empty without one."""
+    mismatch: str = ""
+    """Why the names cannot be trusted to stand over their own columns, empty if they do."""
+
+    def place(self, column: Column) -> int:
+        """Return the index of a column.
+
+        An InputError where there is none, or several, or it may not stand below its name.
+        """
+        if column.index is not None:
+            raise InputError(
+                f"index = {column.index} counts the columns of a matrix, but this is a text; expected the name of the "
+                "column, or its position as in { column = 3 }"
+            )
+        if isinstance(column.column, int):
+            return self._place_of_position(column.column, column.unit)
+        places = places_of(column.column, self.names, self.brackets)
+        if len(places) < (column.occurrence or 1):
+            raise no_such_column(column, self.names, self.brackets)
+        if self.mismatch:
+            raise InputError(self.mismatch)
+        if column.occurrence is None and len(places) > 1:
+            if len({self.names[place] for place in places}) > 1:
+                full = ", ".join(repr(self.names[place]) for place in places)
+                raise InputError(f"{column.column!r} may be any of the columns {full}; expected the whole name of one")
+            raise InputError(
+                f"the header names column {column.column!r} {len(places)} times, at positions "
+                f"{', '.join(str(place + 1) for place in places)}; say which, as in "
+                f"{_written(column.column, len(places))} or {{ column = {places[-1] + 1} }}"
+            )
+        return places[(column.occurrence or 1) - 1]
+
+    def _place_of_position(self, position: int, unit: str | None) -> int:
+        if position > self.width:
+            raise InputError(f"there is no column {position}; the rows have {self.width} values")
+        if self.mismatch and unit is None and any(map(unit_in, self.names)):
+            raise InputError(f'{self.mismatch}; and say the unit of column {position}, as in unit = "N"')
+        return position - 1
+
+    def label(self, place: int) -> str:
+        """Return what a message calls a column."""
+        name = "" if self.mismatch or place >= len(self.names) else self.names[place]
+        return repr(name) if name else str(place + 1)
+
+    def units(self, place: int) -> tuple[str, ...]:
+        """Return the units that the header has for a column: none, one, or one in each of two lines."""
+        if self.mismatch:
+            return ()
+        texts = [line[place] for line in (self.names, self.brackets) if place < len(line)]
+        return tuple(unit for unit in map(unit_in, texts) if unit)
+
+    def title(self, place: int) -> str:
+        """Return name and unit of a column, as a message shows what there is."""
+        name = self.names[place] if place < len(self.names) and not self.mismatch else ""
+        below = self.brackets[place] if place < len(self.brackets) and not self.mismatch else ""
+        return f"{name} {below}".strip() or f"column {place + 1}"
+
+    def reference(self, place: int) -> str:
+        """Return a column as it is asked for, in TOML."""
+        name = self.names[place] if place < len(self.names) else ""
+        if self.mismatch or not name:
+            under = f" # under {name!r}" if name else ""
+            return f"{{ column = {place + 1} }}{under}"
+        several = self.names.count(name) > 1
+        return _written(name, self.names[: place + 1].count(name) if several else None)
+
+
+def is_named(column: Column, names: Sequence[str], brackets: Sequence[str] = ()) -> bool:
+    """Return whether a header names a column, as often as it takes."""
+    return len(places_of(str(column.column), names, brackets)) >= (column.occurrence or 1)
+
+
+def no_such_column(column: Column, names: Sequence[str], brackets: Sequence[str] = ()) -> InputError:
+    """Return the error that a header does not name a column."""
+    name = str(column.column)
+    count = len(places_of(name, names, brackets))
+    if not count:
+        known = [known for known in dict.fromkeys(names) if known]
+        # a name in other letters, or without its unit, is near
+        plain = {split_unit(each)[0].casefold(): each for each in reversed(known)}
+        meant = plain.get(split_unit(name)[0].casefold())
+        hint = f"did you mean {meant!r}?" if meant is not None else nearest(name, known)
+        return InputError(f"there is no column {name!r}; {hint}")
+    times = "once" if count == 1 else f"{count} times"
+    return InputError(f"there is no occurrence {column.occurrence} of column {name!r}; the header names it {times}")
+
+
+def _written(name: str, occurrence: int | None) -> str:
+    quoted = json.dumps(name, ensure_ascii=False)
+    return quoted if occurrence is None else f"{{ column = {quoted}, occurrence = {occurrence} }}"
 
 
 @attrs.frozen
@@ -95,7 +209,7 @@ class Head:
                 f"{brief(self.lines[0].text.strip())}"
             )
         heading = self._below(*header)
-        if heading.misfit:
+        if heading.mismatch:
             row = self._rows(heading.above)[0]
             raise InputError(_ragged_below(heading, row))
         return heading
@@ -160,13 +274,13 @@ class Head:
         """Return whether there are numbers, or nothing, below the names."""
         rows = self._rows(heading.above)
         row = rows[0].fields(heading.delimiter) if rows else []
-        if heading.misfit or not row:
+        if heading.mismatch or not row:
             return False
         places = [heading.place(attrs.evolve(column, occurrence=column.occurrence or 1)) for column in columns]
         return all(number(row[place], self.layout.decimal) is not None for place in places)
 
     def _below(self, header: Line, delimiter: str, names: Sequence[str] | None = None) -> Heading:
-        """Return the heading of the table whose header is a line, with these names or those that suit its rows."""
+        """Return the heading of the table below a header line, with these names or those that suit its rows."""
         above = header.number
         rows = self._rows(above)
         brackets = units_in_line(rows[0].fields(delimiter)) if rows else []
@@ -191,7 +305,7 @@ class Head:
             f"by position, as in {{ column = 3 }}, or say header = {header.number} if its names are those of the first "
             "columns"
         )
-        return attrs.evolve(heading, width=width_of(rows, delimiter, len(first)), misfit=problem)
+        return attrs.evolve(heading, width=width_of(rows, delimiter, len(first)), mismatch=problem)
 
     def _likely_delimiter(self) -> str:
         """Return the delimiter that splits the longest run of lines into equally many values, some of them numbers."""
@@ -234,9 +348,9 @@ class Head:
                 continue
             heading = self._above(rows[begin], delimiter, len(fields))
             if begins_with_a_number:
-                is_table = end - begin > 1 or bool(heading.names and not heading.misfit) or longest == 1
+                is_table = end - begin > 1 or bool(heading.names and not heading.mismatch) or longest == 1
             else:
-                is_table = delimiter != " " and end - begin > 1 and bool(heading.names and not heading.misfit)
+                is_table = delimiter != " " and end - begin > 1 and bool(heading.names and not heading.mismatch)
             if is_table:
                 return heading, fields
         return None
@@ -280,7 +394,7 @@ class Head:
                 break
             fields = line.fields(heading.delimiter)
             filled = [field for field in fields if field]
-            is_wide = len(fields) == heading.width or not heading.names or bool(heading.misfit)
+            is_wide = len(fields) == heading.width or not heading.names or bool(heading.mismatch)
             if is_wide and filled and all(map(like_a_number, filled)):
                 raise InputError(
                     f"line {line.number} looks like a row of numbers, but the table begins below line {heading.above}; "

@@ -1,9 +1,14 @@
-"""Lines of a text: what stands in them, and which number that is."""
+"""Lines of a text: the values in them, which number a value is, and what looks like rows, names and units."""
 
 import csv
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from functools import lru_cache
+
+import attrs
+
+from historysim.tables.columns import factor_or_none, split_unit
 
 # what stands for a value that is missing, in any case of letters
 MISSING = {"", "nan", "+nan", "-nan", "na", "null", "-"}
@@ -66,5 +71,173 @@ def decimal_hint(text: str, decimal: str) -> str:
     if decimal == "." and "," in text and number(text, ",") is not None:
         return '; if it has a decimal comma, say decimal = ","'
     if decimal == "," and "." in text and number(text, ".") is not None:
-        return '; it has a decimal point, although decimal = "," was said'
+        return '; it has a decimal point, although decimal is ","'
     return ""
+
+
+# ---- rows ----
+
+_LIKE_A_NUMBER = re.compile(r"[+-]?(?:\d[\d.,]*|[.,]\d+)(?:e[+-]?\d+)?|[+-]?nan|na|null", re.IGNORECASE)
+
+
+@attrs.frozen
+class Line:
+    """A line that is not blank."""
+
+    number: int
+    text: str
+    is_comment: bool
+
+    def fields(self, delimiter: str) -> list[str]:
+        """Return its values, as `lines.fields` does."""
+        return fields(self.text, delimiter)
+
+
+def like_a_number(field: str) -> bool:
+    """Return whether a value looks like a number, with any decimal sign, or says that it is missing."""
+    return bool(_LIKE_A_NUMBER.fullmatch(field))
+
+
+def longest_run(rows: Sequence[Line], delimiter: str, least: int = 2) -> list[Line]:
+    """Return the most lines in a row that have equally many values, so many at least, some of them numbers."""
+    longest = range(0)
+    begin = width = 0
+    for index, line in enumerate(rows):
+        values = line.fields(delimiter)
+        if len(values) < least or not any(map(like_a_number, values)):
+            width = 0
+            continue
+        if len(values) != width:
+            begin, width = index, len(values)
+        if index + 1 - begin > len(longest):
+            longest = range(begin, index + 1)
+    return list(rows[longest.start : longest.stop])
+
+
+def runs(rows: Sequence[Line], delimiter: str, least: int) -> Iterable[tuple[int, int]]:
+    """Yield begin and end of lines in a row that have equally many values, and numbers at the same places."""
+    begin = 0
+    previous: list[bool | None] = []
+    for index, line in enumerate(rows):
+        values = line.fields(delimiter)
+        looks = [like_a_number(value) if value else None for value in values]
+        is_row = len(values) >= least and any(looks)
+        is_alike = len(looks) == len(previous) and all(
+            None in pair or pair[0] == pair[1] for pair in zip(looks, previous, strict=True)
+        )
+        if previous and not (is_row and is_alike):
+            yield begin, index
+            previous = []
+        if is_row and not previous:
+            begin, previous = index, looks
+    if previous:
+        yield begin, len(rows)
+
+
+def numeric_places(run: Sequence[Line], delimiter: str) -> list[int]:
+    """Return the places at which at least half of some lines of equally many values have numbers."""
+    rows = [line.fields(delimiter) for line in run]
+    return [
+        place
+        for place, column in enumerate(zip(*rows, strict=True))
+        if 2 * sum(map(like_a_number, column)) >= len(rows)
+    ]
+
+
+def width_of(rows: Sequence[Line], delimiter: str, usual: int) -> int:
+    """Return the number of columns, without blank ones that delimiters at the ends of the lines make."""
+    values = [line.fields(delimiter) for line in rows]
+    return max((len(without_blank_end(row)) for row in values if len(row) == usual), default=usual)
+
+
+def without_blank_end(values: list[str]) -> list[str]:
+    """Return values without blank ones at the end."""
+    while values and not values[-1]:
+        values = values[:-1]
+    return values
+
+
+# ---- names and units ----
+
+_WIDE = re.compile(r"\t+|\s{2,}")
+BRACKETED = re.compile(r"\(.*\)|\[.*\]")
+
+
+def namings(line: str, fields: Sequence[str], delimiter: str) -> list[list[str]]:
+    """Return the ways to read the names of a line: its values, and where white space delimits them, names with blanks.
+
+    These are what stands between tabs or two blanks, words with the unit behind them, and all words up to a unit.
+    """
+    ways = [list(fields)]
+    if delimiter == " " and len(fields) > 1:
+        ways.append([name.strip() for name in _WIDE.split(line.strip())])
+        ways.append(_with_units(fields))
+        ways.append(_up_to_units(fields))
+    return [way for index, way in enumerate(ways) if way not in ways[:index]]
+
+
+def places_of(name: str, names: Sequence[str], brackets: Sequence[str] = ()) -> list[int]:
+    """Return where a name stands: as a whole, or else without the unit behind it, which may be in a line below."""
+    exact = [place for place, known in enumerate(names) if known == name]
+    if exact or not name:
+        return exact
+    stem, unit = split_unit(name)
+    places = []
+    for place, known in enumerate(names):
+        below = split_unit(brackets[place])[1] if place < len(brackets) else None
+        if split_unit(known)[0] == name or (unit is not None and (known, below) == (stem, unit)):
+            places.append(place)
+    return places
+
+
+def _with_units(words: Sequence[str]) -> list[str]:
+    names: list[str] = []
+    for word in words:
+        if names and BRACKETED.fullmatch(word):
+            names[-1] += f" {word}"
+        else:
+            names.append(word)
+    return names
+
+
+def _up_to_units(words: Sequence[str]) -> list[str]:
+    names: list[str] = []
+    is_open = False
+    for word in words:
+        if is_open:
+            names[-1] += f" {word}"
+        else:
+            names.append(word)
+        is_open = not re.search(r"[)\]]$", word)
+    return names
+
+
+_LETTER = re.compile(r"[^\W\d_]|[%°]")
+_NONE = {"-", "--"}
+# what instruments measure; a mass stands for the gram-force of a balance
+_KINDS = ("s", "N", "m", "Pa", "rad", "V", "A", "K", "Hz", "m s-1", "rad s-1", "J", "W", "N m-1", "kg", "%")
+_TOO_SHORT_FOR_A_UNIT = {"t", "h", "d", "a", "u"}
+
+
+def units_in_line(fields: Sequence[str]) -> list[str]:
+    """Return the units of a line, one for each value, in brackets; nothing where it is no line of units.
+
+    In brackets, any text is a unit. Bare, at least half of the values must be units that instruments measure in, and
+    none a number: a line of names alone, such as ``t;F;x``, is no line of units.
+    """
+    filled = [field for field in fields if field]
+    if filled and all(map(BRACKETED.fullmatch, filled)):
+        return list(fields)
+    bare = [field for field in filled if field not in _NONE and not BRACKETED.fullmatch(field)]
+    if not bare or any(map(like_a_number, bare)) or 2 * sum(map(_is_measured_in, bare)) < len(bare):
+        return []
+    return [
+        field if not field or BRACKETED.fullmatch(field) else "" if field in _NONE else f"[{field}]" for field in fields
+    ]
+
+
+@lru_cache(maxsize=1000)
+def _is_measured_in(text: str) -> bool:
+    if text in _TOO_SHORT_FOR_A_UNIT or len(text) > 12 or not _LETTER.match(text):
+        return False
+    return text in {"°C", "degC", "C", "°F"} or any(factor_or_none(text, kind) for kind in _KINDS)

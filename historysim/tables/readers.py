@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from historysim.basics.registry import Registry
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from contextlib import AbstractContextManager
 
     from historysim.tables.arrays import Contents
@@ -18,7 +19,7 @@ TEXT_ENDINGS = (".txt", ".csv", ".tsv", ".dat", ".asc")
 
 
 class Reader(abc.ABC):
-    """What reads a format: of tables a `TableReader`, of height maps a `historysim.surfaces.raw_map.MapReader`."""
+    """What reads a format: a `TableReader`, a `LineReader`, or a `historysim.surfaces.map_files.MapReader`."""
 
     kind: ClassVar[str]
     """Its name."""
@@ -40,15 +41,22 @@ class TableReader(Reader):
         """
 
 
+class LineReader(Reader):
+    """What reads a format of tables as lines of a text: names and units are found in them, as in any text."""
+
+    @abc.abstractmethod
+    def opened(self, path: Path, layout: "Format") -> "AbstractContextManager[Iterator[str]]":
+        """Open the lines of a file, with tabs between values; arguments and errors as of a `TableReader`."""
+
+
 READERS: Registry[type[Reader]] = Registry(
     "historysim.readers", "historysim.tables.readers:Reader", "reader", "historysim.tables"
 )
 """The readers by their names."""
-register = READERS.register
 
 
-def reader_of(path: Path, among: type[Reader]) -> Any:  # noqa: ANN401 - type checkers take no abstract class
-    """Return what of a class reads files of the ending of a path; None for a text, and where nothing is known."""
+def reader_of(path: Path, *among: type[Reader]) -> Any:  # noqa: ANN401 - type checkers take no abstract class
+    """Return what of some classes reads files of the ending of a path; None for a text, and where nothing is known."""
     ending = path.suffix.lower()
     for kind in READERS.values() if ending and ending not in TEXT_ENDINGS else ():
         if issubclass(kind, among) and ending in kind.endings:

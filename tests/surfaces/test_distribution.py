@@ -10,8 +10,14 @@ from scipy.io import loadmat
 
 from historysim.contact.greenwood_williamson import summit_contact
 from historysim.errors import InputError
-from historysim.surfaces import distribution as module
-from historysim.surfaces.distribution import Gaussian, Tabulated, drawn_summits, quantile_summits
+from historysim.surfaces.distribution import (
+    Gaussian,
+    Tabulated,
+    drawn_summits,
+    generator,
+    quantile_summits,
+    textured_summits,
+)
 
 EPS = np.finfo(float).eps
 MEASURED = SHARED / "brake_reuss" / "brb_surface_data.mat"
@@ -42,8 +48,6 @@ def test_quantiles_of_gaussian_heights():
     np.testing.assert_allclose(
         heights, 1e-6 + 2e-6 * np.array([-1.959963984540054, 0, 1.959963984540054, 3.090232306167813]), rtol=8 * EPS
     )
-    assert Gaussian(3.0).mean == 0
-    assert Gaussian(3.0, 1.0).deviation == 3
     assert isinstance(Gaussian(1.0).quantile(0.3), float)
 
 
@@ -70,29 +74,6 @@ def test_the_probability_below_a_quantile_is_its_own(table, probabilities):
         assert probability_below(height, *table) == pytest.approx(probability, rel=0, abs=tolerance)
 
 
-@given(tables(), st.lists(st.floats(0, 1), min_size=2, max_size=20))
-def test_quantiles_rise_with_the_probability(table, probabilities):
-    heights = Tabulated(*table).quantile(np.sort(probabilities))
-    assert np.all(np.diff(heights) >= -8 * EPS * np.abs(table[0]).max())
-
-
-@given(tables())
-def test_moments_are_those_of_the_density(table):
-    height, density = table
-    made = Tabulated(height, density)
-    # three Gauss points per cell are exact up to the fifth power; here the third occurs
-    points, weights = np.polynomial.legendre.leggauss(3)
-    share, width = (1 + points) / 2, np.diff(height)[:, None]
-    z = height[:-1, None] + width * share
-    mass = (density[:-1, None] * (1 - share) + density[1:, None] * share) * width * weights
-    mean = np.sum(z * mass) / mass.sum()
-    deviation = math.sqrt(np.sum((z - mean) ** 2 * mass) / mass.sum())
-    size = np.abs(height).max()
-    assert made.mean == pytest.approx(mean, rel=0, abs=40 * EPS * size)
-    # a mean that is off by e adds e² to the variance; the offsets are rounded by size EPS
-    assert made.deviation == pytest.approx(deviation, rel=60 * EPS, abs=40 * EPS * size)
-
-
 @given(tables(), st.floats(1e-12, 1e12))
 def test_the_unit_of_the_density_does_not_matter(table, unit):
     height, density = table
@@ -106,35 +87,6 @@ def test_the_unit_of_the_density_does_not_matter(table, unit):
             assert probability_below(height_there, two.height, two.density) == pytest.approx(probability, abs=tolerance)
 
 
-def test_no_quantile_is_beyond_the_table():
-    random = np.random.default_rng(1)
-    for _ in range(2000):
-        made = Tabulated(np.sort(random.normal(size=4)), random.random(4))
-        # roundings of the height, and of the probability, which the density turns into heights
-        rounding = 4 * EPS * (4 + 1 / made.density[-1])
-        assert made.height[-1] - rounding <= made.quantile(1) <= made.height[-1]
-        assert made.quantile(0) == made.height[0]
-
-
-def test_densities_near_the_largest_float():
-    assert Tabulated([0, 4], [1e308, 1e308]).quantile(0.25) == pytest.approx(1, rel=4 * EPS)
-
-
-def test_no_summit_stands_where_the_density_is_zero():
-    # two triangles of base 2 and probability 1/2 each
-    assert TWO_HILLS.quantile([0, 0.25, 0.5, 0.75, 1]) == pytest.approx([0, 1, 2, 6, 7], abs=1e-7)
-    heights = TWO_HILLS.quantile(np.linspace(0, 1, 100_001))
-    assert not np.any((heights > 2) & (heights < 5))
-    # the hill starts as 3/6 s²/2 of probability
-    assert TWO_HILLS.quantile(0.5 + 1e-8) == pytest.approx(5 + 2e-4, abs=1e-11)
-    empty_ends = Tabulated([-9, 0, 2, 3, 8], [0, 0, 1, 0, 0])
-    assert empty_ends.quantile([0, 1]) == pytest.approx([0, 3], abs=1e-7)
-    assert empty_ends.quantile(0) == 0
-    # a jump: rows as near as floats get
-    jump = Tabulated([0, 1, np.nextafter(1, 2), 2], [1, 1, 0, 0])
-    assert jump.quantile([0.5, 1]) == pytest.approx([0.5, 1], abs=4 * EPS)
-
-
 def test_gaps_are_heights_below_the_first_touch():
     gaps = Tabulated.from_gaps([0, 1, 4], [6, 2, 0])
     assert gaps.height.tolist() == [-4, -1, 0]
@@ -142,15 +94,6 @@ def test_gaps_are_heights_below_the_first_touch():
     # 1/7 of the summits has a gap up to s with 6 s - 2 s² = 1
     assert gaps.quantile(6 / 7) == pytest.approx(-(6 - math.sqrt(28)) / 4, rel=16 * EPS)
     assert math.copysign(1, gaps.height[-1]) == 1
-
-
-def test_what_a_table_holds_cannot_be_changed():
-    height = np.array([0.0, 1.0])
-    made = Tabulated(height, [1, 1])
-    height[0] = 0.5
-    assert made.height[0] == 0
-    with pytest.raises(ValueError, match="read-only"):
-        made.density[0] = 2
 
 
 def test_quantile_ensemble_of_a_rectangle():
@@ -162,17 +105,26 @@ def test_quantile_ensemble_of_a_rectangle():
     assert (made.nominal_area, made.density) == (2, 2)
 
 
+def moments_of_the_table(table):
+    """Mean and deviation by the trapezoidal rule."""
+    z = np.linspace(table.height[0], table.height[-1], 100_001)
+    density = np.interp(z, table.height, table.density)
+    mean = trapezoid(z * density, z)
+    return mean, math.sqrt(trapezoid((z - mean) ** 2 * density, z))
+
+
 @pytest.mark.parametrize("heights", [Gaussian(2.0, mean=-7.0), TWO_HILLS], ids=repr)
 def test_ensembles_have_the_moments_of_their_distribution(heights):
     count = 40_000
+    mean, deviation = (-7.0, 2.0) if isinstance(heights, Gaussian) else moments_of_the_table(heights)
     exact = quantile_summits(heights, 1.0, summit_density=count, nominal_area=1.0)
     # midpoint rule: less than the range of the function over the count; z² ranges over 40 σ² at most
-    assert exact.height.mean() == pytest.approx(heights.mean, abs=10 * heights.deviation / count)
-    assert exact.height.std() == pytest.approx(heights.deviation, abs=40 * heights.deviation / count)
+    assert exact.height.mean() == pytest.approx(mean, abs=10 * deviation / count)
+    assert exact.height.std() == pytest.approx(deviation, abs=40 * deviation / count)
     drawn = drawn_summits(heights, 1.0, summit_density=count, nominal_area=1.0, seed=11)
     # 4 deviations of the means; the fourth moment is at most 3 σ⁴ (Gaussian)
-    assert drawn.height.mean() == pytest.approx(heights.mean, abs=4 * heights.deviation / math.sqrt(count))
-    assert drawn.height.std() == pytest.approx(heights.deviation, abs=4 * heights.deviation / math.sqrt(2 * count))
+    assert drawn.height.mean() == pytest.approx(mean, abs=4 * deviation / math.sqrt(count))
+    assert drawn.height.std() == pytest.approx(deviation, abs=4 * deviation / math.sqrt(2 * count))
 
 
 def test_drawn_heights_follow_the_table():
@@ -210,34 +162,6 @@ def test_a_seed_draws_the_same_summits():
     np.testing.assert_array_equal(one.x, drawn(5, Gaussian(1.0)).x)
 
 
-def test_the_random_numbers_are_those_of_pcg64():
-    made = drawn_summits(Tabulated([0, 1], [1, 1]), 1.0, summit_density=4, nominal_area=1.0, seed=2024)
-    # numpy.random.PCG64(2024) in other words
-    expected = np.random.RandomState(np.random.PCG64(2024)).random_sample(4)
-    assert made.height == pytest.approx(expected, rel=4 * EPS)
-
-
-def test_a_random_number_of_zero_has_a_finite_height(monkeypatch):
-    class Zeros:
-        def random(self, size):
-            return np.zeros(size)
-
-    monkeypatch.setattr(module, "generator", lambda _: Zeros())
-    made = drawn_summits(Gaussian(1.0), 1.0, summit_density=3, nominal_area=1.0, seed=0)
-    # Φ(-8.29) = 5.6e-17 = 2^-54
-    assert made.height == pytest.approx([-8.2924] * 3, abs=1e-3)
-
-
-@pytest.mark.parametrize(("density", "area", "count"), [(1e12, 3.4e-12, 3), (1e12, 3.6e-12, 4), (0.6, 1, 1), (7, 1, 7)])
-def test_number_of_summits(density, area, count):
-    for made in (
-        quantile_summits(Gaussian(1.0), 1.0, summit_density=density, nominal_area=area),
-        drawn_summits(Gaussian(1.0), 1.0, summit_density=density, nominal_area=area, seed=1),
-    ):
-        assert len(made) == count
-        assert made.nominal_area == area
-
-
 def test_summits_of_a_measured_joint():
     if not MEASURED.exists():
         pytest.skip(f"the measured surface {MEASURED.name} is not here")
@@ -251,7 +175,6 @@ def test_summits_of_a_measured_joint():
     # the source has a density per gap over its largest, and a kernel estimate that ends within the table
     assert trapezoid(density, gap) == pytest.approx(1, abs=1e-4)
     np.testing.assert_allclose(made.density[::-1], density / largest, rtol=1e-4)
-    assert made.mean == pytest.approx(-largest * trapezoid(gap * density, gap), rel=1e-4)
 
     area = 0.05
     summits = quantile_summits(made, radius, summit_density=per_area, nominal_area=area)
@@ -275,37 +198,106 @@ def test_summits_of_a_measured_joint():
     ("call", "message"),
     [
         (lambda: Gaussian(0.0), "rms_height is 0; expected a finite number greater than 0"),
-        (lambda: Gaussian([1.0, 2.0]), r"rms_height is a list of shape \(2,\)"),
         (lambda: Gaussian(1.0, math.nan), "mean is nan"),
-        (lambda: Gaussian(1.0).quantile([0.5, 0]), r"probability\[1\] is 0; expected a finite number greater than 0"),
         (lambda: Gaussian(1.0).quantile([0.5, 1]), "probability is 1; expected less than 1: Gaussian heights have no"),
-        (lambda: TWO_HILLS.quantile(-0.1), "probability is -0.1"),
-        (lambda: TWO_HILLS.quantile([0, 1.1]), "probability is 1.1; expected 1 or less"),
         (lambda: Tabulated([0, 1, 1], [1, 1, 1]), r"height\[2\] is 1 after 1; expected increasing numbers"),
-        (lambda: Tabulated([0, 1], [1, 1, 1]), r"height has shape \(2,\) and density \(3,\)"),
         (lambda: Tabulated([0], [1]), r"expected two lists of one length ≥ 2"),
-        (lambda: Tabulated([[0, 1]], [[1, 1]]), r"height has shape \(1, 2\)"),
         (lambda: Tabulated([0, 1], [1, -1]), r"density\[1\] is -1; expected a finite number of 0 or more"),
-        (lambda: Tabulated([0, 1], [0, 0]), "density is 0 throughout"),
         (lambda: Tabulated([0, math.nan], [1, 1]), r"height\[1\] is nan"),
-        (lambda: Tabulated.from_gaps([-1, 1], [1, 1]), r"gap\[0\] is -1; expected a finite number of 0 or more"),
-        (lambda: Tabulated.from_gaps([1, 0], [1, 1]), r"gap\[1\] is 0 after 1"),
         (
             lambda: quantile_summits(Gaussian(1.0), 1.0, summit_density=1e6, nominal_area=4e-7),
             "makes 0.4 summits; expected 1 to 50,000,000",
         ),
         (
-            lambda: drawn_summits(Gaussian(1.0), 1.0, summit_density=1e12, nominal_area=1.0, seed=1),
-            r"makes 1e\+12 summits; expected 1 to 50,000,000: change the area or the density",
-        ),
-        (
             lambda: quantile_summits(Gaussian(1.0), 1.0, summit_density=-1.0, nominal_area=1.0),
             "summit_density is -1",
         ),
-        (lambda: quantile_summits(Gaussian(1.0), 1.0, summit_density=1.0, nominal_area=0), "nominal_area is 0"),
         (lambda: quantile_summits(Gaussian(1.0), -1.0, summit_density=9.0, nominal_area=1.0), "radius is -1"),
     ],
 )
 def test_arguments_out_of_range(call, message):
     with pytest.raises(InputError, match=message):
         call()
+
+
+# --- regular arrays ---
+
+EPS = np.finfo(float).eps
+
+
+def test_regular_array():
+    made = textured_summits((2, 3), (10e-6, 20e-6), 5e-6)
+    assert made.x == pytest.approx([0, 0, 0, 10e-6, 10e-6, 10e-6], rel=EPS)
+    assert made.y == pytest.approx([0, 20e-6, 40e-6] * 2, rel=EPS)
+    assert made.height.tolist() == [0] * 6
+    assert made.radius.tolist() == [5e-6] * 6
+    assert made.nominal_area == pytest.approx(20e-6 * 60e-6, rel=4 * EPS)
+    # one summit per cell of the array
+    assert made.density == pytest.approx(1 / (10e-6 * 20e-6), rel=4 * EPS)
+
+
+def test_scatter_has_the_deviations_asked_for():
+    count = 250_000
+    made = textured_summits((500, 500), 1e-6, 8e-6, height_scatter=3e-9, radius_scatter=0.2, seed=1)
+    # 4 deviations of the estimates: of a mean 1/√n, of a deviation √((kurtosis - 1)/(4n)); the log-normal with 20 % has
+    # the kurtosis 3.66 (its closed form in exp(s²) = 1.04)
+    assert made.height.mean() == pytest.approx(0, abs=4 * 3e-9 / math.sqrt(count))
+    assert made.height.std() == pytest.approx(3e-9, rel=4 * math.sqrt(0.5 / count))
+    assert made.radius.mean() == pytest.approx(8e-6, rel=4 * 0.2 / math.sqrt(count))
+    assert made.radius.std() == pytest.approx(0.2 * 8e-6, rel=4 * math.sqrt(2.66 / 4 / count))
+    # skewness of the logarithm, which is Gaussian, scatters by √(6/n); that of the radii themselves would be 0.61
+    logarithm = np.log(made.radius)
+    standard = (logarithm - logarithm.mean()) / logarithm.std()
+    assert np.mean(standard**3) == pytest.approx(0, abs=4 * math.sqrt(6 / count))
+    assert abs(np.corrcoef(made.height, made.radius)[0, 1]) < 4 / math.sqrt(count)
+
+
+def test_a_seed_makes_the_same_texture():
+    def made(**scatter):
+        return textured_summits((7, 5), 1e-6, 8e-6, **scatter)
+
+    both = made(height_scatter=1e-9, radius_scatter=0.1, seed=3)
+    again = made(height_scatter=1e-9, radius_scatter=0.1, seed=3)
+    np.testing.assert_array_equal(both.height, again.height)
+    np.testing.assert_array_equal(both.radius, again.radius)
+    # either scatter is there by itself
+    np.testing.assert_array_equal(made(height_scatter=1e-9, seed=3).height, both.height)
+    np.testing.assert_array_equal(made(radius_scatter=0.1, seed=3).radius, both.radius)
+    np.testing.assert_array_equal(made(height_scatter=1e-9, seed=3).radius, 8e-6)
+    assert not np.any(made(height_scatter=1e-9, seed=4).height == both.height)
+    # twice the scatter of the same draw
+    np.testing.assert_allclose(made(height_scatter=2e-9, seed=3).height, 2 * both.height, rtol=EPS)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: textured_summits((2, 2), 1, 1, height_scatter=1.0), "without a seed; expected a whole number as seed"),
+        (lambda: textured_summits((2, 2), 1, 1, radius_scatter=20, seed=1), "radius_scatter is 20; expected 0 to 1"),
+        (lambda: textured_summits((2, 2), 1, 1, height_scatter=-1e-9, seed=1), "height_scatter is -1e-09"),
+        (lambda: textured_summits(4, 1, 1), r"count is 4; expected two whole numbers \(nx, ny\)"),
+        (lambda: textured_summits((10**4, 10**4), 1, 1), "at most 50,000,000 in all"),
+        (lambda: textured_summits((2, 2), (1, 2, 3), 1), r"pitch has shape \(3,\); expected one number, or one for x"),
+        (lambda: textured_summits((2, 2), 1, -1), "radius is -1"),
+    ],
+)
+def test_textures_out_of_range(call, message):
+    with pytest.raises(InputError, match=message):
+        call()
+
+
+# --- seeds ---
+
+
+def test_a_seed_draws_the_same_numbers_again():
+    # of PCG64 with this seed, as numpy documents it
+    expected = np.random.Generator(np.random.PCG64(7)).random(4)
+    for seed in (7, np.int32(7), np.uint8(7)):
+        np.testing.assert_array_equal(generator(seed).random(4), expected)
+    assert not np.array_equal(generator(8).random(4), expected)
+
+
+@pytest.mark.parametrize("seed", [None, -1, 1.5, True, "7", [7]])
+def test_what_is_no_seed(seed):
+    with pytest.raises(InputError, match="expected a whole number of 0 or more, which draws the same numbers again"):
+        generator(seed)

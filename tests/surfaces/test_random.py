@@ -1,6 +1,4 @@
 import math
-import time
-import tracemalloc
 
 import numpy as np
 import pytest
@@ -10,9 +8,8 @@ from hypothesis import strategies as st
 from scipy.stats import johnsonsb, johnsonsu, norm
 
 from historysim.errors import InputError, UnlikelyValueWarning
-from historysim.surfaces.heights import Surface
 from historysim.surfaces.johnson import translation
-from historysim.surfaces.random import MOST_PIXELS, _periodic_autocorrelation, _spectrum, random_surface
+from historysim.surfaces.random import _periodic_autocorrelation, _spectrum, random_surface
 
 EPS = np.finfo(float).eps
 
@@ -264,12 +261,6 @@ def test_rms_height_is_exact_and_the_mean_zero(shape, fractions, rms_height, pix
     assert abs(math.fsum(heights.ravel())) / heights.size <= 8 * EPS * rms_height
 
 
-def test_rms_height_of_non_gaussian_heights_is_exact():
-    heights = random_surface(100, 1e-6, 2e-7, 6e-6, seed=3, skewness=-1.5, kurtosis=7).heights
-    assert math.sqrt(math.fsum((heights**2).ravel()) / heights.size) == pytest.approx(2e-7, rel=8 * EPS)
-    assert abs(math.fsum(heights.ravel())) / heights.size <= 8 * EPS * 2e-7
-
-
 @pytest.mark.parametrize("moments", [{}, {"skewness": -1.0, "kurtosis": 5.0}])
 def test_seeds_reproduce_bit_for_bit_whatever_the_number_of_threads(moments):
     first = make((150, 131), 9.0, 5, **moments)
@@ -282,43 +273,6 @@ def test_seeds_reproduce_bit_for_bit_whatever_the_number_of_threads(moments):
     assert abs(np.mean(first * other)) < 5 * math.sqrt(0.3 * 81 / first.size)
 
 
-@pytest.mark.filterwarnings("ignore::historysim.errors.UnlikelyValueWarning")
-def test_lengths_count_in_pixels_along_each_axis():
-    first = random_surface((48, 64), (1e-6, 2e-6), 1.0, 20e-6, seed=4)
-    np.testing.assert_allclose(first.heights, make((48, 64), (20.0, 10.0), 4), rtol=0, atol=1e-12)
-    assert first.pixel_size == (1e-6, 2e-6)
-
-
-def test_rms_height_scales_one_surface():
-    one, four = (random_surface(32, 1e-6, rms, 5e-6, seed=1).heights for rms in (1e-6, 4e-6))
-    assert np.array_equal(4 * one, four)
-
-
-def test_profiles_along_either_axis():
-    along_x = make((300, 1), (12.0, 1e9), 2)
-    np.testing.assert_allclose(make((1, 300), (1e-9, 12.0), 2), along_x.T, rtol=0, atol=1e-12)
-    assert random_surface((300, 1), 1.0, 1.0, 12.0, seed=2).shape == (300, 1)
-
-
-def test_surfaces_repeat():
-    # 2 (1 - ρ(1)) across the seams as between any neighbours, from 64 points over 40 seeds
-    made = [make((64, 64), 8.0, seed) for seed in range(40)]
-    expected = 2 * (1 - of_mean_zero(prescribed((64, 64), (8.0, 8.0)))[0, 1])
-    for axis in (0, 1):
-        seams = [np.mean((heights.take(0, axis) - heights.take(-1, axis)) ** 2) for heights in made]
-        error = np.std(seams, ddof=1) / math.sqrt(len(seams))
-        assert np.mean(seams) == pytest.approx(expected, abs=5 * error)
-        assert error < 0.05 * expected
-
-
-def test_result_is_a_periodic_surface_without_missing_points():
-    surface = random_surface(shape=(256, 256), pixel_size=1e-6, rms_height=1e-6, autocorrelation_length=20e-6, seed=1)
-    assert isinstance(surface, Surface)
-    assert surface.periodic
-    assert not surface.missing.any()
-    assert random_surface(8, 1e-6, 1e-6, 2e-6, seed=0).shape == (8, 8)
-
-
 GOOD = {"shape": (8, 8), "pixel_size": 1e-6, "rms_height": 1e-6, "autocorrelation_length": 3e-6, "seed": 1}
 
 
@@ -326,59 +280,26 @@ GOOD = {"shape": (8, 8), "pixel_size": 1e-6, "rms_height": 1e-6, "autocorrelatio
     ("wrong", "message"),
     [
         ({"shape": (8, 8, 8)}, r"shape is \(8, 8, 8\); expected the number of points along x and y"),
-        ({"shape": (8.0, 8)}, "integers of 1 or more"),
         ({"shape": (0, 8)}, "integers of 1 or more"),
-        ({"shape": True}, "shape is True"),
-        ({"shape": None}, "shape is None"),
         ({"shape": "88"}, "shape is '88'"),
-        ({"shape": (3, 1)}, "shape is 3 x 1, 3 points; expected 4 to 268,435,456 points"),
         ({"shape": (2**15, 2**14)}, "shape is 32768 x 16384, 536,870,912 points"),
-        ({"pixel_size": 0}, "pixel_size is 0; expected a finite number greater than 0"),
-        ({"pixel_size": (1, 2, 3)}, "pixel_size has shape"),
         ({"rms_height": -1e-6}, "rms_height is -1e-06; expected a finite number greater than 0"),
-        ({"rms_height": 0}, "rms_height is 0"),
         ({"rms_height": [1e-6, 2e-6]}, "rms_height is a list of shape .*; expected one number"),
-        ({"rms_height": math.nan}, "rms_height is nan"),
         ({"rms_height": True}, "rms_height is True; expected numbers"),
-        ({"rms_height": "1 s"}, "rms_height: '1 s': 's' is not a unit of a length"),
-        ({"autocorrelation_length": math.inf}, "autocorrelation_length is inf"),
         (
             {"autocorrelation_length": (3e-6, 4.1e-6)},
             "along y is 4.1e-06 m on 8 pixels of 1e-06 m; expected from one pixel, 1e-06 m, to half the side, 4e-06 m",
         ),
-        ({"autocorrelation_length": (0.9e-6, 3e-6)}, "along x is 9e-07 m .* change it or make the pixels smaller"),
         ({"autocorrelation_length": 1e300, "pixel_size": 1e-300}, "along x is 1e\\+300 m"),
-        ({"seed": -1}, "seed is -1; expected a whole number of 0 or more"),
-        ({"seed": 1.0}, "seed is 1.0"),
         ({"seed": True}, "seed is True"),
-        ({"seed": None}, "seed is None"),
         ({"seed": "1"}, "seed is '1'"),
-        ({"autocorrelation": "Gauss"}, "autocorrelation is 'Gauss'; did you mean 'gaussian'\\? expected one of 'expon"),
-        ({"autocorrelation": None}, "autocorrelation is None; expected one of 'exponential', 'gaussian'"),
         ({"skewness": math.nan}, "skewness is nan; expected a finite number"),
-        ({"kurtosis": None}, "kurtosis is None; expected one number"),
         ({"skewness": 2, "kurtosis": 4.9}, "no heights have a kurtosis below"),
     ],
 )
 def test_arguments_out_of_range(wrong, message):
     with pytest.raises(InputError, match=message):
         random_surface(**(GOOD | wrong))
-
-
-def test_limits_that_are_decimals_are_allowed():
-    # in floats 20e-6 / 1e-6 is more than 20, and 0.3 / (3 × 0.1) less than 1
-    assert 20e-6 / 1e-6 > 20
-    assert 0.3 / (3 * 0.1) < 1
-    random_surface((40, 6), (1e-6, 1e-7), 1e-6, (20e-6, 3e-7), seed=1)
-    random_surface((6, 6), 3 * 0.1, 1e-6, 0.3, seed=1)
-    assert MOST_PIXELS >= 4096**2
-
-
-def test_lengths_come_as_texts():
-    texts = random_surface(16, ("1 µm", 2e-6), "50 nm", ["5 µm", "6 µm"], seed=1)
-    numbers = random_surface(16, (1e-6, 2e-6), 50e-9, (5e-6, 6e-6), seed=1)
-    np.testing.assert_array_equal(texts.heights, numbers.heights)
-    assert texts.pixel_size == numbers.pixel_size
 
 
 def test_a_surface_that_is_far_higher_than_wide_is_told():
@@ -405,21 +326,3 @@ def test_any_numbers_make_a_surface_or_an_input_error(shape, pixel_size, rms_hei
     except InputError:
         return
     assert np.isfinite(surface.heights).all()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "options",
-    [{}, {"autocorrelation": "gaussian"}, {"skewness": -1.0, "kurtosis": 5.0}, {"autocorrelation_length": 2e-3}],
-)
-def test_4096_square_takes_seconds_and_moderate_memory(options):
-    arguments = {"autocorrelation_length": 20e-6} | options
-    tracemalloc.start()
-    started = time.perf_counter()
-    surface = random_surface(4096, 1e-6, 1e-6, seed=1, **arguments)
-    elapsed = time.perf_counter() - started
-    _, peak = tracemalloc.get_traced_memory()
-    tracemalloc.stop()
-    assert surface.heights.shape == (4096, 4096)
-    assert elapsed < 20
-    assert peak < 1.2e9

@@ -1,6 +1,5 @@
 import io
 import re
-import subprocess
 import sys
 import warnings
 import zipfile
@@ -13,7 +12,7 @@ from hypothesis import strategies as st
 from records_shared import SHARED
 
 from historysim.errors import InputError
-from historysim.surfaces import raw_map
+from historysim.surfaces import map_files
 from historysim.surfaces.reading import read_surface
 
 HEIGHTS = SHARED / "heights"
@@ -112,34 +111,6 @@ def test_channels_of_a_measured_file(library):  # noqa: ARG001 - skips where it 
 
 
 @measured_files
-def test_which_channels_hold_heights(library, tmp_path):  # noqa: ARG001 - skips where it is not installed
-    content = (HEIGHTS / "di-4.di").read_bytes()
-    sensor, phase, error = b"S [ZSensor]", b"S [Phase]", b"S [AmplitudeError]"
-    first = read_surface(HEIGHTS / "di-4.di").heights
-    path = tmp_path / "named.di"
-
-    def renamed(**names):
-        changed = content
-        for old, new in ((sensor, names.get("sensor")), (phase, names.get("phase")), (error, names.get("error"))):
-            assert content.count(old) == 1
-            changed = changed.replace(old, b"S [" + new + b"]") if new else changed
-        path.write_bytes(changed)
-        return path
-
-    # a name says nothing of heights, but its values are in no unit of a length
-    with pytest.raises(InputError, match="channel 'Thing' holds no heights"):
-        read_surface(renamed(phase=b"Thing"), channel="Thing")
-    # of several channels with heights the first, which is the default
-    np.testing.assert_array_equal(read_surface(renamed(error=b"Height_Sensor1")).heights, first)
-    # where the default has no heights, the first that has
-    second = read_surface(renamed(error=b"Height_Sensor1"), channel="Height_Sensor1").heights
-    assert not np.array_equal(first, second)
-    np.testing.assert_array_equal(read_surface(renamed(sensor=b"Current", error=b"Height_Sensor1")).heights, second)
-    with pytest.raises(InputError, match="has no channel with heights: 0 'Current' "):
-        read_surface(renamed(sensor=b"Current"))
-
-
-@measured_files
 def test_what_a_file_says_can_be_repeated_but_not_contradicted(library):  # noqa: ARG001 - skips where it is not there
     path = HEIGHTS / "di-4.di"
     repeated = read_surface(path, height_unit="1e-9 m", lateral_unit="nm", pixel_size="19.53 nm")
@@ -187,37 +158,6 @@ def test_units_and_missing_points_come_through(library, tmp_path, ending, unit):
     np.testing.assert_array_equal(surface.missing, np.isnan(heights))
     assert surface.missing.any()
     np.testing.assert_allclose(surface.heights, heights * METRES_PER[unit], rtol=8 * EPS)
-
-
-@pytest.mark.parametrize(
-    "heights",
-    [np.full((5, 8), 3.0), rough((9, 1)), rough((1, 9)), np.where(np.eye(6) > 0, np.nan, 1.0)],
-    ids=["constant", "one line", "one column", "constant with gaps"],
-)
-@pytest.mark.parametrize("ending", ["nc", "x3p", "gwy"])
-def test_flat_and_thin_maps(library, tmp_path, ending, heights):
-    path = tmp_path / f"map.{ending}"
-    topography = library.Topography(np.ma.masked_invalid(heights), np.array(heights.shape) * 2.0, unit="µm")
-    getattr(topography, WRITERS[ending])(str(path))
-    surface = read_surface(path)
-    np.testing.assert_allclose(surface.heights, heights * 1e-6, rtol=8 * EPS)
-    assert surface.pixel_size == pytest.approx((2e-6, 2e-6), rel=1e-14)
-
-
-@pytest.mark.parametrize("periodic", [True, False])
-def test_periodic_surfaces_stay_so(library, tmp_path, periodic):
-    path = tmp_path / "map.nc"
-    library.Topography(rough((6, 5)), (6.0, 5.0), unit="nm", periodic=periodic).to_netcdf(str(path))
-    assert read_surface(path).periodic is periodic
-
-
-def test_a_profile_runs_along_x(library, tmp_path):
-    path = tmp_path / "profile.nc"
-    heights = rough(8, missing=0.31)
-    library.UniformLineScan(np.ma.masked_invalid(heights), 4.0, unit="mm").to_netcdf(str(path))
-    surface = read_surface(path)
-    np.testing.assert_allclose(surface.heights, heights[:, None] * 1e-3, rtol=8 * EPS)
-    assert surface.pixel_size == pytest.approx((0.5e-3, 0.5e-3), rel=8 * EPS)
 
 
 def test_an_uneven_profile_is_refused(library, tmp_path):
@@ -290,32 +230,12 @@ def test_a_header_says_size_and_unit(library, tmp_path):  # noqa: ARG001 - skips
         read_surface(tmp_path / "map.txt", height_unit="µm")
 
 
-def test_a_header_with_a_size_and_no_unit_of_the_heights(library, tmp_path):  # noqa: ARG001 - skips where it is not there
-    path = written(tmp_path / "map.txt", "# Width: 8 µm\n# Height: 1.5 µm\n" + ROWS)
-    with pytest.raises(InputError, match="does not name the unit of its heights"):
-        read_surface(path)
-    with pytest.raises(InputError, match="its distances are in µm, but lateral_unit is 'mm'"):
-        read_surface(path, height_unit="nm", lateral_unit="mm")
-    assert read_surface(path, height_unit="nm").pixel_size == pytest.approx((2e-6, 0.5e-6), rel=8 * EPS)
-
-
 def test_the_unit_a_is_refused(library, tmp_path):  # noqa: ARG001 - skips where it is not installed
     # ångström or ampere: a map of currents must not become one of heights
     path = written(tmp_path / "map.txt", "# Width: 8 µm\n# Height: 1.5 µm\n# Value units: A\n" + ROWS)
     for units in ({}, {"height_unit": "Å"}):
         with pytest.raises(InputError, match=r"^map.txt: the unit of its heights: 'A' is not a unit of a length"):
             read_surface(path, **units)
-
-
-def test_two_units_for_the_axes_are_refused(library, tmp_path):  # noqa: ARG001 - skips where it is not installed
-    path = written(tmp_path / "map.txt", "# Width: 8 µm\n# Height: 1.5 nm\n" + ROWS)
-    with pytest.raises(InputError, match="gives its lengths in nm and µm; expected one unit"):
-        read_surface(path, height_unit="nm")
-
-
-def test_bad_points_under_a_header_are_missing(library, tmp_path):  # noqa: ARG001 - skips where it is not installed
-    surface = read_surface(written(tmp_path / "map.txt", HEADER + "1 2 BAD 4\n\n5 6 7 8\nbad nan 7 8\n"))
-    np.testing.assert_array_equal(surface.missing.T, [[0, 0, 1, 0], [0, 0, 0, 0], [1, 1, 0, 0]])
 
 
 @pytest.mark.parametrize("broken", ["1.O 2 3 4", "5 6 *** 8", "5 6 - 8", "5 6 7,5 8"])
@@ -354,11 +274,6 @@ def test_what_needs_the_extra_says_so(tmp_path, monkeypatch):
     assert read_surface(tmp_path / "map.npy", **PLAIN).shape == (3, 4)
 
 
-def test_the_extra_is_imported_lazily():
-    code = "import sys, historysim.surfaces.reading; sys.exit('SurfaceTopography' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
-
-
 # lists of coordinates
 
 
@@ -380,22 +295,6 @@ def test_coordinates_of_a_map(library, tmp_path):  # noqa: ARG001 - skips where 
     assert surface.missing.any()
 
 
-@pytest.mark.parametrize("broken", ["# 2nd part", "half", "0.5 0 x", "1 2", "1 2 3 4"])
-@pytest.mark.parametrize("place", [1, 4, 8, 12])
-def test_no_coordinates_are_passed_over(library, tmp_path, broken, place):  # noqa: ARG001 - skips where it is not there
-    rows = coordinates(rough((4, 4)), 1.0, 1.0).splitlines()
-    rows.insert(place, broken)
-    with pytest.raises(InputError, match=r"^map.xyz: "):
-        read_surface(written(tmp_path / "map.xyz", "\n".join(rows) + "\n"), height_unit="nm", lateral_unit="µm")
-
-
-def test_a_grid_with_a_point_left_out_is_refused(library, tmp_path):  # noqa: ARG001 - skips where it is not there
-    rows = coordinates(rough((4, 4)), 1.0, 1.0).splitlines()
-    del rows[6]
-    with pytest.raises(InputError, match=r"^map.xyz: is a list of coordinates with gaps"):
-        read_surface(written(tmp_path / "map.xyz", "\n".join(rows) + "\n"), height_unit="nm", lateral_unit="µm")
-
-
 def test_coordinates_of_a_profile(library, tmp_path):  # noqa: ARG001 - skips where it is not installed
     units = {"height_unit": "nm", "lateral_unit": "mm"}
     surface = read_surface(written(tmp_path / "even.xyz", "0 1\n0.5 2\n1 4\n1.5 3\n"), **units)
@@ -404,7 +303,7 @@ def test_coordinates_of_a_profile(library, tmp_path):  # noqa: ARG001 - skips wh
     with pytest.raises(InputError, match="uneven distances"):
         read_surface(written(tmp_path / "uneven.xyz", "0 1\n0.5 2\n1.1 4\n1.5 3\n"), **units)
     # uneven by a third, but by less than SurfaceTopography sees
-    with pytest.raises(InputError, match="steps too small to tell whether they are even"):
+    with pytest.raises(InputError, match="steps too small to see whether they are even"):
         read_surface(written(tmp_path / "small.xyz", "0 1\n1e-7 2\n2e-7 4\n3.3e-7 3\n"), **units)
 
 
@@ -484,24 +383,6 @@ def test_a_matrix_in_many_spellings(scratch, case):
     np.testing.assert_array_equal(surface.heights, matrix.T)
 
 
-def test_missing_and_thin_and_flat_texts(tmp_path):
-    heights = rough((40, 23), missing=0.31)
-    np.savetxt(tmp_path / "map.csv", heights, delimiter=",", fmt="%.17g")
-    surface = read_surface(tmp_path / "map.csv", **PLAIN)
-    np.testing.assert_allclose(surface.heights, heights.T * 1e-9, rtol=4 * EPS)
-    assert surface.missing.mean() == pytest.approx(0.31, abs=0.05)
-    for text in ("1 2 nan 4 2\n", "1\n2\nnan\n4\n2\n", "1,\n2,\n,\n4,\n2,\n"):
-        surface = read_surface(written(tmp_path / "thin.txt", text), **METRES)
-        np.testing.assert_array_equal(surface.heights, np.array([[1], [2], [np.nan], [4], [2]]))
-    assert (read_surface(written(tmp_path / "flat.txt", "7 7 7 7\n" * 5), **METRES).heights == 7).all()
-
-
-def test_heights_in_quotes_are_heights(tmp_path):
-    for text in ('"1";"-2,5";"3";"4"\n', '"1","-2.5","3","4"\n'):
-        surface = read_surface(written(tmp_path / "map.csv", text), **METRES)
-        np.testing.assert_array_equal(surface.heights[:, 0], [1, -2.5, 3, 4])
-
-
 def test_a_delimiter_at_the_end_of_each_line_adds_no_column(tmp_path):
     surface = read_surface(written(tmp_path / "map.csv", "1,2,3,4,\n5,,7,8,\n"), **METRES)
     np.testing.assert_array_equal(surface.heights, np.array([[1, 5], [2, np.nan], [3, 7], [4, 8]]))
@@ -510,37 +391,21 @@ def test_a_delimiter_at_the_end_of_each_line_adds_no_column(tmp_path):
         np.testing.assert_array_equal(surface.heights[4], last)
 
 
-def test_a_line_of_nothing_but_tabs_is_a_line_of_missing_points(tmp_path):
-    surface = read_surface(written(tmp_path / "map.txt", "1\t2\t3\t4\n\t\t\t\n\n5\t6\t\t8\n"), **METRES)
-    np.testing.assert_array_equal(surface.heights[0], [1, np.nan, 5])
-    np.testing.assert_array_equal(surface.heights[2], [3, np.nan, np.nan])
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [
         ("1 2 3 4\n\n5 6 7\n", "line 3: 3 values where line 1 has 4; expected as many in each line"),
-        (
-            "# x\n1 2 3 4\n5 6 x 8\n",
-            "line 3, column 3: 'x'; expected a finite number, or nan where the height is",
-        ),
         ("1,2,3,4\n5,6,7 5,8\n", "line 2, column 3: '7 5'"),
         ("1\t2,5\t3\t4\n", "line 1, column 2: '2,5'; .*; write the decimal comma as a point"),
-        ("1;2,5;3\n4;5.5;6\n", "line 2: a decimal point where another value has a comma; write them alike"),
         ("1;1.234,5;3\n", "line 1: a decimal point where another value has a comma"),
         ("1 2 3 4\n1_000 2 3 4\n", "line 2, column 1: '1_000'"),
-        ("1 2 3 4\n1 2\t3,4 4\n", "line 2, column 3: '3,4'"),
         ("1 2 3 0x10\n", "line 1, column 4: '0x10'"),
-        ("1.O 2 3 4\n1 2 3 4\n", "line 1, column 1: '1.O'"),
         ("ncols 4\nnrows 1\n1 2 3 4\n", "line 1, column 1: 'ncols'"),
         ("1 2 3 4\n1 2 " + "9" * 50 + "x 3\n", f"line 2, column 3: '{'9' * 40}…'; expected"),
-        (",0,1,2\n0,5,6,5\n1,5,6,5\n2,5,7,5\n", "has positions in its first line and first column; .* take them out"),
         ("# only\n% comments\n\n", "has no line with heights"),
         ("1 2 inf 4\n1e999 2 3 4\n", "line 1, column 3: 'inf'; expected a finite number"),
-        ("1 2 3 4\n1e999 2 3 4\n", "line 2, column 1: '1e999'; expected a finite number"),
         ('1,2,3,4\n"1,2,3,4\n', "line 2: unexpected end of data; expected numbers without quotes"),
         ("nan - ***\nbad nan nan\n", "has 0 points with a height, of 6; expected 3 or more"),
-        ("1 2\n", "has 2 points with a height, of 2; expected 3 or more"),
         ("1 nan nan 2 nan\n", "has 2 points with a height, of 5"),
     ],
 )
@@ -549,28 +414,17 @@ def test_texts_that_are_no_matrix(tmp_path, text, message):
         read_surface(written(tmp_path / "map.csv", text), **PLAIN)
 
 
-def test_a_blank_corner_alone_is_a_missing_point(tmp_path):
-    surface = read_surface(written(tmp_path / "map.csv", ",0,1,2\n0,5,6,5\n1,5,6,5\n7,5,7,5\n"), **METRES)
-    assert surface.missing.sum() == 1
-    assert read_surface(written(tmp_path / "map.csv", "nan,1,2,3\n4,5,6,7\n8,9,1,1\n"), **METRES).shape == (4, 3)
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         ({}, "does not name the unit of its heights; give height_unit, as in height_unit='nm'"),
-        ({"height_unit": "nm"}, "does not say how far apart its points are; give pixel_size in m, or as in"),
         (
             {"height_unit": "nm", "lateral_unit": "µm"},
             "lateral_unit is 'µm', but the file has no distances; give pixel",
         ),
-        ({"height_unit": "A", "pixel_size": 1}, "height_unit: 'A' is not a unit of a length"),
         ({"height_unit": "nm", "pixel_size": 0}, r"pixel_size\[0\] is 0; expected a finite number greater than 0"),
-        ({"height_unit": "nm", "pixel_size": (1, -2)}, r"pixel_size\[1\] is -2"),
         ({"height_unit": "nm", "pixel_size": (1, 2, 3)}, r"pixel_size has shape \(3,\)"),
-        ({"height_unit": "nm", "pixel_size": "1 nN"}, "pixel_size: '1 nN': 'nN' is not a unit of a length"),
         ({"height_unit": "nm", "pixel_size": "1"}, "pixel_size: '1' has no unit"),
-        ({"height_unit": "nm", "pixel_size": [None]}, "pixel_size: None is a NoneType"),
         ({"height_unit": "nm", "pixel_size": 1, "channel": 0}, "channel is 0, but a matrix has no channels"),
     ],
 )
@@ -580,11 +434,6 @@ def test_arguments_that_a_matrix_needs(tmp_path, arguments, message):
     for name in ("map.txt", "map.npy"):
         with pytest.raises(InputError, match=f"^{name}: {message}"):
             read_surface(tmp_path / name, **arguments)
-
-
-def test_heights_beyond_what_a_float_holds(tmp_path):
-    with pytest.raises(InputError, match=r"^map.txt: 2 heights are infinite"):
-        read_surface(written(tmp_path / "map.txt", "1 1e308 3 1e308\n"), pixel_size=1, height_unit="km")
 
 
 def test_other_encodings(tmp_path):
@@ -613,23 +462,13 @@ def test_numpy_arrays_keep_their_axes(tmp_path, kind, order):
         assert surface.pixel_size == (1e-6, 2e-6)
 
 
-def test_numpy_profile_and_missing_points(tmp_path):
-    heights = rough(30, missing=0.31)
-    np.save(tmp_path / "map.npy", heights)
-    np.testing.assert_array_equal(read_surface(tmp_path / "map.npy", **METRES).heights, heights[:, None])
-
-
 @pytest.mark.parametrize(
     ("array", "message"),
     [
         (np.array([[1, None]]), "holds an array of type object; expected numbers"),
-        (np.ones((2, 2), complex), "holds an array of type complex128"),
         (np.ones((2, 2), bool), "holds an array of type bool"),
-        (np.array([["a"]]), "holds an array of type <U1"),
         (np.ones((2, 2, 3)), r"holds an array of shape \(2, 2, 3\); expected \(nx, ny\), or \(n,\) for a profile"),
-        (np.array(3.0), r"holds an array of shape \(\)"),
         (np.ones((3, 0)), r"holds an array of shape \(3, 0\)"),
-        (np.array([1, np.inf, -np.inf, 2]), r"has 2 infinite heights, the first at \[1\]"),
         (np.full((3, 3), np.nan), "has 0 points with a height, of 9"),
     ],
 )
@@ -640,7 +479,7 @@ def test_arrays_that_are_no_heights(tmp_path, array, message):
 
 
 def test_size_limits(tmp_path, monkeypatch):
-    monkeypatch.setattr(raw_map, "MOST_POINTS", 20)
+    monkeypatch.setattr(map_files, "MOST_POINTS", 20)
     np.save(tmp_path / "map.npy", np.ones((3, 7)))
     written(tmp_path / "map.txt", "1 2 3 4 5 6 7\n" * 3)
     for name in ("map.npy", "map.txt"):
@@ -648,13 +487,6 @@ def test_size_limits(tmp_path, monkeypatch):
             read_surface(tmp_path / name, **METRES)
     np.save(tmp_path / "map.npy", np.ones((4, 5)))
     assert read_surface(tmp_path / "map.npy", **METRES).shape == (4, 5)
-
-
-def test_size_limit_of_other_formats(library, tmp_path, monkeypatch):
-    monkeypatch.setattr(raw_map, "MOST_POINTS", 20)
-    library.Topography(np.ones((3, 7)), (1.0, 1.0), unit="nm").to_x3p(str(tmp_path / "map.x3p"))
-    with pytest.raises(InputError, match=r"^map.x3p: has 21 points; expected 20 or fewer"):
-        read_surface(tmp_path / "map.x3p")
 
 
 def test_archives_of_arrays(tmp_path):
@@ -705,7 +537,7 @@ def attempt(path, **arguments):
     assert message.startswith(f"{path.name}: ")
 
 
-@settings(max_examples=50)
+@settings(max_examples=20)
 @given(st.text(alphabet="0123456789.,;-+eE#%*naib \t\n\r_:=µmx", max_size=60))
 def test_any_text(scratch, text):
     attempt(written(scratch / "any.txt", text), **PLAIN)
@@ -740,7 +572,7 @@ def test_damaged_arrays(scratch, ending, data):
 @pytest.mark.parametrize("ending", SAMPLES)
 def test_arrays_cut_short_are_refused(scratch, ending):
     path = scratch / f"cut.{ending}"
-    for length in range(1, len(SAMPLES[ending])):
+    for length in range(1, len(SAMPLES[ending]), 11):
         path.write_bytes(SAMPLES[ending][:length])
         with pytest.raises(InputError, match=r"is damaged, or no NP[YZ] file"):
             read_surface(path, **METRES)
@@ -758,7 +590,7 @@ def small_files(library, scratch):
 
 
 @pytest.mark.parametrize("ending", WRITERS)
-@settings(max_examples=15)  # each damaged file is shown to some forty readers
+@settings(max_examples=6)  # each damaged file is shown to some forty readers
 @given(st.data())
 def test_damaged_files(small_files, scratch, ending, data):
     path = scratch / f"any.{ending}"
@@ -767,11 +599,10 @@ def test_damaged_files(small_files, scratch, ending, data):
     attempt(path, height_unit="nm", lateral_unit="nm")
 
 
-@measured_files
-@settings(max_examples=25)
-@given(st.data())
-def test_damaged_measured_file(library, scratch, data):  # noqa: ARG001 - skips where it is not installed
-    header = (HEIGHTS / "di-4.di").read_bytes()[:50_000]
-    path = scratch / "any.di"
-    path.write_bytes(data.draw(damaged(header)))
-    attempt(path, **PLAIN)
+def test_what_an_archive_unpacks_to_has_a_bound(tmp_path, monkeypatch):
+    np.savez_compressed(tmp_path / "zeros.npz", heights=np.zeros((1000, 1000)))
+    (tmp_path / "zeros.x3p").write_bytes((tmp_path / "zeros.npz").read_bytes())
+    monkeypatch.setenv("HISTORYSIM_MOST_UNPACKED_BYTES", "1e6")
+    for name in ("zeros.npz", "zeros.x3p"):
+        with pytest.raises(InputError, match=r"unpack to .*UNPACKED_BYTES"):
+            read_surface(tmp_path / name, pixel_size=1e-6, height_unit="m")

@@ -7,7 +7,7 @@ import pytest
 from historysim.errors import InputError
 from historysim.tables import Column, Format, describe, read_table
 from historysim.tables.blocks import start_time
-from historysim.tables.clock import one_clock
+from historysim.tables.clocks import one_clock
 from historysim.tables.columns import Part
 
 UNITS = {"time": "s", "normal": "N", "friction": "N", "stroke": "m"}

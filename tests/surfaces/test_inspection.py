@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from historysim.errors import InputError
 from historysim.surfaces.heights import Surface
+from historysim.surfaces.inspection import smoothing_notice, summary
 from historysim.surfaces.random import random_surface
-from historysim.surfaces.surface_summary import summary
 
 PREFIXES = {"f": 1e-15, "p": 1e-12, "n": 1e-9, "µ": 1e-6, "m": 1e-3, "": 1.0, "k": 1e3, "M": 1e6}
 LENGTH = re.compile(r"(-?[\d.e+-]+) (f|p|n|µ|m|k|M|)m(?=\b)")
@@ -35,8 +35,8 @@ LINES = [
 ]
 
 
-def told(surface, rule=9):
-    lines = summary(surface, rule)
+def lines_of(surface):
+    lines = summary(surface)
     found = dict(lines)
     assert len(found) == len(lines)
     return found
@@ -58,11 +58,11 @@ def surface():
 
 
 def test_a_map_is_told_in_these_lines(surface):
-    assert list(told(surface)) == LINES
+    assert list(lines_of(surface)) == LINES
 
 
 def test_the_numbers_are_those_of_the_heights(surface):
-    found, z = told(surface), surface.heights
+    found, z = lines_of(surface), surface.heights
     deviation = z - z.mean()
     assert found["points"] == "64 × 40, 1 µm × 2 µm apart"
     assert found["size"] == "64 µm × 80 µm"
@@ -85,7 +85,7 @@ def test_the_numbers_are_those_of_the_heights(surface):
 
 
 def test_the_correlation_is_that_of_the_heights(surface):
-    found, z = told(surface), surface.heights - surface.heights.mean()
+    found, z = lines_of(surface), surface.heights - surface.heights.mean()
     along = []
     for level, name in ((0.1, "0.1"), (1 / math.e, "1/e")):
         expected = []
@@ -99,32 +99,20 @@ def test_the_correlation_is_that_of_the_heights(surface):
     assert [float(found["lay γ"])] == rounded(along[0][0] / along[0][1])
 
 
-@pytest.mark.parametrize("rule", [3, 5, 9])
-def test_the_summits_are_those_of_the_rule(surface, rule):
-    found, summits = told(surface, rule), surface.summits(rule)
-    count, density = found[f"summits, {rule}-point rule"].split(", ")
+def test_the_summits_are_those_of_the_9_point_rule(surface):
+    found, summits = lines_of(surface), surface.summits(9)
+    count, density = found["summits, 9-point rule"].split(", ")
     assert int(count) == len(summits)
     assert [float(density.removesuffix(" per µm²"))] == rounded(len(summits) / (64 * 80))
     assert lengths(found["mean summit height"]) == rounded(summits.height.mean() - surface.heights.mean())
     assert lengths(found["mean summit radius"]) == rounded(summits.radius.mean(), np.median(summits.radius))
 
 
-def test_summits_are_over_the_mean_of_the_points_that_are_there():
-    heights = np.full((5, 6), 2e-9)
-    heights[2, 2] = 5e-9
-    heights[4, 5] = np.nan
-    found = told(Surface(heights, 1e-6))
-    assert found["missing"] == "3.33 % of the points"
-    mean = (28 * 2 + 5) / 29
-    assert lengths(found["mean summit height"]) == rounded((5 - mean) * 1e-9)
-
-
 @pytest.mark.parametrize(("shape", "axis"), [((40, 1), "x"), ((1, 40), "y")])
 def test_a_profile_has_one_axis_and_rule_3(shape, axis):
     surface = random_surface(shape, (1e-6, 1e-6), 20e-9, 5e-6, seed=1)
     uneven = Surface(surface.heights, (1e-6, 7.0) if axis == "x" else (7.0, 1e-6), periodic=True)
-    found = told(uneven)
-    assert found == told(uneven, rule=3)
+    found = lines_of(uneven)
     assert found["points"] == "40, 1 µm apart"
     assert found["size"] == "40 µm"
     assert found["autocorrelation length at 0.1"].endswith(f"along {axis}")
@@ -144,19 +132,13 @@ FLAT = {
 
 @pytest.mark.parametrize("name", FLAT)
 def test_what_a_flat_map_does_not_have_is_none(name):
-    found = told(Surface(FLAT[name], 1e-6))
+    found = lines_of(Surface(FLAT[name], 1e-6))
     assert found["rms height Rq"] == found["height range Rz"] == "0 m"
     assert found["skewness, kurtosis"] == "none, none"
     assert found["bandwidth ψ"] == "none"
     assert found["autocorrelation length"] == "none: all heights are equal"
     assert [text for label, text in found.items() if label.startswith("summits")] == ["none"]
     assert not any(label.startswith("mean summit") for label in found)
-
-
-def test_one_point_has_a_size():
-    found = told(Surface([[1e-9]], (1e-6, 2e-6)))
-    assert found["points"] == "1 × 1, 1 µm × 2 µm apart"
-    assert found["size"] == "1 µm × 2 µm"
 
 
 SHAPES = st.tuples(st.integers(1, 6), st.integers(1, 6))
@@ -173,7 +155,7 @@ def test_every_map_is_told_in_lines_without_numbers_that_are_none(data, shape, s
     if np.isnan(heights).all():
         heights[0, 0] = 0.0
     surface = Surface(heights, (scale, 2 * scale), periodic=periodic)
-    found = told(surface, data.draw(st.sampled_from([3, 5, 9])))
+    found = lines_of(surface)
     for label, text in found.items():
         assert text == text.strip()
         assert text
@@ -181,22 +163,45 @@ def test_every_map_is_told_in_lines_without_numbers_that_are_none(data, shape, s
         assert not re.search(r"\b(nan|inf)\b", text)
 
 
-def test_a_map_with_a_third_missing():
-    heights = np.random.default_rng(1).normal(size=(50, 30)) * 1e-9
-    heights[np.random.default_rng(2).random(heights.shape) < 0.31] = np.nan
-    found = told(Surface(heights, 1e-6))
-    assert list(found) == LINES
-    assert found["missing"] == f"{100 * np.isnan(heights).mean():.3g} % of the points"
-    assert lengths(found["rms height Rq"]) == rounded(np.nanstd(heights))
-
-
-@pytest.mark.parametrize("rule", [7, 0, None, "9", 9.0])
-def test_other_rules_are_refused(surface, rule):
-    with pytest.raises(InputError, match=r"rule is .*; expected 3"):
-        summary(surface, rule)
-
-
 @pytest.mark.parametrize(("heights", "pixel"), [(1e-9, 1e-200), (1e-9, 1e200), (1e200, 1.0)])
 def test_lengths_that_no_float_can_square_are_refused(surface, heights, pixel):
     with pytest.raises(InputError, match="so large or so small"):
         summary(Surface(surface.heights / 20e-9 * heights, pixel))
+
+
+# --- what splines take ---
+
+
+def rough_map(seed=1, autocorrelation="exponential", shape=(128, 128), pixel=1e-6):
+    return random_surface(shape, pixel, 1e-7, 2e-5, seed=seed, autocorrelation=autocorrelation)
+
+
+@pytest.mark.parametrize(("move", "share"), [({"shift": (0.5e-6, -3.5e-6)}, 32), ({"rotation": 0.3}, 17)])
+def test_the_share_of_the_curvature_that_splines_take(move, share):
+    other = rough_map(2)
+    level = Surface(np.zeros(other.shape), other.pixel_size, periodic=True)
+    taken = 1 - level.combined(other, **move).statistics().rms_curvature / other.statistics().rms_curvature
+    assert 100 * taken == pytest.approx(share, abs=1.5)
+    assert f"which takes {100 * taken:.2g} % of its rms curvature" in smoothing_notice(rough_map(), other, **move)
+
+
+def test_nothing_is_said_where_nothing_is_taken():
+    assert smoothing_notice(rough_map(), rough_map(2)) is None
+    assert smoothing_notice(rough_map(), rough_map(2), shift=(3e-6, -2e-6)) is None
+    # every other point of a map with pixels half as wide, between which nothing is interpolated
+    assert smoothing_notice(rough_map(shape=(65, 65), pixel=2e-6), rough_map(2, shape=(129, 129))) is None
+    # a Gaussian autocorrelation has no waves short enough
+    assert smoothing_notice(rough_map(), rough_map(2, "gaussian"), shift=(0.5e-6, 0.5e-6)) is None
+
+
+@pytest.mark.parametrize(
+    ("periodic", "rotation", "remedy"),
+    [
+        (True, 0.0, "; interpolation 'fourier' takes nothing"),
+        (False, 0.0, "interpolation 'none', by whole pixels of one size, takes nothing"),
+        (True, 0.2, "; without a rotation interpolation 'fourier' takes nothing"),
+    ],
+)
+def test_the_remedy_is_one_that_the_surface_allows(periodic, rotation, remedy):
+    other = Surface(rough_map(2).heights, 1e-6, periodic=periodic)
+    assert smoothing_notice(rough_map(), other, shift=(0.5e-6, 0), rotation=rotation).endswith(remedy)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.surfaces.gaussian_filter import gaussian_mean
+from historysim.surfaces import filters as module
+from historysim.surfaces.filters import gaussian_mean, outliers, spikes
 
 PIXEL = 0.5e-6
 
@@ -89,14 +90,6 @@ def test_a_periodic_map_is_filtered_as_one_tile_of_many():
     assert np.allclose(gaussian_mean(heights, (1.0, 1.0), 9.0, periodic=True), tiled, rtol=0, atol=1e-12)
 
 
-def test_a_profile_is_filtered_along_its_length():
-    profile = np.random.default_rng(5).normal(size=(200, 1))
-    along_x = gaussian_mean(profile, (1.0, 1.0), 20.0)
-    assert np.allclose(along_x, gaussian_mean(profile.T, (1.0, 1.0), 20.0).T, rtol=0, atol=1e-13)
-    as_map = gaussian_mean(np.repeat(profile, 50, axis=1), (1.0, 1.0), 20.0)
-    assert np.allclose(along_x[:, 0], as_map[:, 25], rtol=0, atol=1e-12)
-
-
 def test_smoothed_and_roughness_make_the_surface():
     surface = hs.random_surface((128, 128), 1e-6, 1e-6, 20e-6, seed=1)
     together = surface.smoothed(10e-6).heights + surface.roughness(10e-6).heights
@@ -110,9 +103,48 @@ def test_a_cut_off_has_to_be_of_the_map(cutoff):
         gaussian_mean(np.zeros((80, 100)), (PIXEL, PIXEL), cutoff)
 
 
-def test_a_flat_map_stays_flat():
-    for robust in (False, True):
-        with np.errstate(all="raise", under="ignore"):
-            assert np.array_equal(
-                gaussian_mean(np.full((30, 30), 2.0), (1.0, 1.0), 8.0, robust=robust), np.full((30, 30), 2.0)
-            )
+# --- points that are no heights ---
+
+
+def test_the_median_around_a_point_is_that_of_its_neighbours():
+    rng = np.random.default_rng(1)
+    # more rows than are taken at once
+    heights = rng.normal(size=(70, 9))
+    heights[rng.random(heights.shape) < 0.4] = np.nan
+    heights[10:20] = np.nan
+    found = module._median_around(heights)
+    for i, j in np.ndindex(heights.shape):
+        if not (2 <= i < 68 and 2 <= j < 7):
+            continue
+        around = heights[i - 2 : i + 3, j - 2 : j + 3].copy()
+        around[2, 2] = np.nan
+        expected = np.median(around[np.isfinite(around)]) if np.isfinite(around).any() else np.nan
+        assert found[i, j] == expected or (np.isnan(found[i, j]) and np.isnan(expected))
+
+
+def test_spikes_and_no_other_points_are_found():
+    rng = np.random.default_rng(2)
+    x = np.arange(200)
+    # slopes and steps of the form are no spikes
+    heights = 1e-7 * np.sin(x / 30)[:, None] + rng.normal(0, 1e-9, (200, 200))
+    planted = np.zeros(heights.shape, dtype=bool)
+    planted[[0, 10, 50, 51, 120], [0, 10, 60, 60, 199]] = True
+    heights[planted] += 100e-9
+    assert np.array_equal(spikes(heights, 20), planted)
+    assert np.array_equal(spikes(-heights, 20), planted)
+
+
+def test_gaussian_heights_have_as_many_as_they_should():
+    heights = np.random.default_rng(3).normal(5, 2, (500, 500))
+    # 250 000 × 0.0027, and four times the square root of that
+    assert outliers(heights, 3).sum() == pytest.approx(675, abs=104)
+    assert outliers(heights, 7).sum() == 0
+
+
+def test_coarse_steps_and_flat_maps_do_not_make_all_points_outliers():
+    heights = np.zeros((100, 100))
+    assert not spikes(heights, 5).any()
+    assert not outliers(heights, 5).any()
+    heights[::7, ::7] = 1.0
+    heights[50, 51] = 100.0
+    assert np.argwhere(spikes(heights, 50)).tolist() == [[50, 51]]

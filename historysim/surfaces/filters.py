@@ -1,4 +1,4 @@
-"""Gaussian filters of height maps, linear (ISO 16610-21 and -61) and robust (-71), also beside missing points."""
+"""Gaussian filters of height maps, linear (ISO 16610-21 and -61) and robust (-71), and points that are no heights."""
 
 import math
 from collections.abc import Iterator
@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from historysim.basics.arguments import scalar
-from historysim.basics.array_types import Floats
+from historysim.basics.array_types import Booleans, Floats
 from historysim.errors import InputError
 
 ALPHA = math.sqrt(math.log(2) / math.pi)
@@ -20,6 +20,11 @@ SETTLED = 1e-4
 """Change of that median, relative to it, at which the robust filter has settled."""
 LEAST_PIXELS = 2
 """The shortest cut-off, over the pixel size: what is shorter than two pixels is not in the map."""
+SPIKE_REACH = 2
+"""How many points far the neighbours of a spike reach: 24 of them."""
+ROWS_AT_ONCE = 64
+GAUSSIAN = 1.4826
+"""Standard deviation over median absolute deviation, of Gaussian values."""
 
 
 def gaussian_mean(
@@ -35,28 +40,8 @@ def gaussian_mean(
     The robust filter fits again with Tukey's biweight of the residuals, (1 - (r/c)²)² within c = 4.4478 times the
     median of their absolute values, until that settles: narrow pits and spikes do not draw the mean surface.
 
-    Parameters
-    ----------
-    heights : array (nx, ny)
-        Heights [m]; NaN where missing.
-    pixel_size : (float, float)
-        Distance between the points along x and y [m].
-    cutoff : float
-        Nesting index λ [m], two pixels or more.
-    periodic : bool
-        Whether the surface repeats.
-    robust : bool
-        The filter of ISO 16610-71 in place of that of -61.
-
-    Returns
-    -------
-    array (nx, ny)
-        The mean surface [m]; NaN where heights are missing.
-
-    Raises
-    ------
-    InputError
-        A cut-off shorter than two pixels, or longer than the surface.
+    Heights (nx, ny), pixel size and cut-off λ in m; NaN where heights are missing. Raises InputError: a cut-off shorter
+    than two pixels, or longer than the surface.
     """
     cutoff = scalar("cutoff", cutoff, above=0)
     lengths = [points * pixel for points, pixel in zip(heights.shape, pixel_size, strict=True) if points > 1]
@@ -148,4 +133,45 @@ def _fitted(
     result = np.where(regular, plane, mean)
     if fallback is not None:
         result = np.where(one > 1e-9, result, fallback)
+    return result
+
+
+def spikes(heights: Floats, threshold: float) -> Booleans:
+    """Return which points (nx, ny) stand off the median of the 24 around them by so many robust standard deviations."""
+    return _far_off(heights - _median_around(heights), threshold)
+
+
+def outliers(heights: Floats, threshold: float) -> Booleans:
+    """Return which points (nx, ny) are farther from the median height than so many robust standard deviations."""
+    return _far_off(heights - np.nanmedian(heights), threshold)
+
+
+def _far_off(off: Floats, threshold: float) -> Booleans:
+    sizes = np.abs(off[np.isfinite(off)])
+    median = float(np.median(sizes))
+    # the mean in place of a median of 0, where half of the points are level
+    deviation = GAUSSIAN * median if median > 0 else math.sqrt(math.pi / 2) * float(sizes.mean())
+    result: Booleans = np.abs(off) > threshold * deviation  # NaN is not
+    return result
+
+
+def _median_around(heights: Floats) -> Floats:
+    """Return the median of the points around each point, itself left out; NaN where all are missing."""
+    from numpy.lib.stride_tricks import sliding_window_view
+
+    wide = 2 * SPIKE_REACH + 1
+    # mirrored through its edges, so that a slope goes on and its border is no spike
+    padded = np.pad(heights, SPIKE_REACH, mode="reflect", reflect_type="odd")
+    result = np.empty(heights.shape)
+    for first in range(0, heights.shape[0], ROWS_AT_ONCE):
+        rows = padded[first : first + ROWS_AT_ONCE + 2 * SPIKE_REACH]
+        around = sliding_window_view(rows, (wide, wide))
+        around = around.reshape(*around.shape[:2], wide * wide)
+        around = np.sort(np.delete(around, wide * wide // 2, axis=-1), axis=-1)
+        # missing ones are sorted last
+        count = np.isfinite(around).sum(axis=-1)[..., None]
+        lower, upper = (
+            np.take_along_axis(around, np.maximum(index, 0), axis=-1) for index in ((count - 1) // 2, count // 2)
+        )
+        result[first : first + ROWS_AT_ONCE] = (lower[..., 0] + upper[..., 0]) / 2
     return result

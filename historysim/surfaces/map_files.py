@@ -1,17 +1,26 @@
-"""Texts of heights: each line runs along x, and the next line is the next y."""
+"""What files of height maps hold, and how matrices of numbers are read: text, NPY and NPZ."""
 
+import abc
 import csv
 import math
 import re
-from collections.abc import Callable, Iterable
+import warnings
+import zipfile
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import IO
 
+import attrs
 import numpy as np
 
 from historysim.basics.array_types import Floats
+from historysim.basics.limits import check_unpacked
 from historysim.errors import InputError
+from historysim.surfaces.heights import MOST_POINTS
 from historysim.tables.from_text import plain_numbers
 from historysim.tables.lines import brief, decimal_hint, number, split
+from historysim.tables.readers import READERS, Reader
 
 COORDINATES = "name it .xyz if its columns are x and z, or x, y and z; save it as .npy if it is a narrow map"
 
@@ -24,6 +33,71 @@ _COMMENT = re.compile(r"(?:^|(?<=\s))[#%]")
 _STATES_UNIT = re.compile(
     r"[:=：]\s*(?:[+-]?[\d.]+(?:e[+-]?\d+)?\s*)?(?:[pnuµμmck]?m|Å)\s*$|\bFile Format\b|\bBit2nm\b|\b[xy]-length\b"
 )
+
+
+@attrs.frozen(eq=False)
+class RawMap:
+    """A height map as its file holds it, in its own units; None where the file does not say.
+
+    Attributes
+    ----------
+    heights : numpy.ndarray (nx, ny) or (n,)
+        Heights, NaN where missing.
+    unit : str, optional
+        Unit of the heights.
+    spacing : tuple of float, optional
+        Distance between neighbouring points along x and y.
+    lateral_unit : str, optional
+        Unit of the spacing.
+    periodic : bool
+        Whether the surface repeats.
+    """
+
+    heights: Floats
+    unit: str | None = None
+    spacing: tuple[float, float] | None = None
+    lateral_unit: str | None = None
+    periodic: bool = False
+
+
+class MapReader(Reader):
+    """What reads a format of height maps."""
+
+    @abc.abstractmethod
+    def read(self, path: Path, channel: int | str | None) -> RawMap:
+        """Read a file; ``channel`` says which of its channels, where the user names one.
+
+        Raises
+        ------
+        InputError
+            A damaged file, or of another kind, or no such channel.
+        """
+
+
+def check_size(shape: Iterable[int]) -> None:
+    """Check that a map has no more points than `MOST_POINTS`; more are an InputError."""
+    points = math.prod(shape)
+    if points > MOST_POINTS:
+        raise InputError(f"has {points:,} points; expected {MOST_POINTS:,} or fewer: thin or cut it")
+
+
+@contextmanager
+def blamed(problem: str) -> Iterator[None]:
+    """Turn what a library raises inside into this InputError, but pass on an InputError; silence its warnings."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    except InputError:
+        raise
+    except Exception as error:  # readers of damaged files raise whatever they stumble over
+        raise InputError(problem) from error
+
+
+def refuse_channel(channel: int | str | None) -> None:
+    """Refuse a channel of a file that has none."""
+    if channel is not None:
+        raise InputError(f"channel is {channel!r}, but a matrix has no channels; leave it out")
 
 
 def foreign_header(path: Path) -> str:
@@ -40,30 +114,12 @@ def foreign_header(path: Path) -> str:
 
 
 def mostly_heights(cells: list[str]) -> bool:
-    """Return whether half of some texts, or more, are numbers or stand for a missing height."""
+    """Return whether half of some strings, or more, are numbers or stand for a missing height."""
     return 2 * sum(_height(cell, ".") is not None for cell in cells) >= len(cells)
 
 
-def read_matrix(lines: Iterable[str], check_size: Callable[[tuple[int, int]], None]) -> Floats:
-    """Return the heights in a text.
-
-    Parameters
-    ----------
-    lines : iterable of str
-        The lines of a text.
-    check_size : callable
-        Raises an error at a shape that is too large; called with each line.
-
-    Returns
-    -------
-    numpy.ndarray (nx, ny) or (n,)
-        The heights, NaN where missing; a text of one column is a profile.
-
-    Raises
-    ------
-    InputError
-        Something that is no number, lines of different lengths, or a text that may hold positions, too.
-    """
+def read_matrix(lines: Iterable[str]) -> Floats:
+    """Return the heights in lines along x, as (nx, ny), or (n,) of a text of one column; NaN where they are missing."""
     rows: list[Floats] = []
     first, delimiter, decimal, blank_corner, ends_blank = 0, " ", "", False, True
     for line_number, whole in enumerate(lines, 1):
@@ -138,3 +194,50 @@ def _oriented(matrix: Floats) -> Floats:
     if 1 < columns <= 3 < lines:
         raise InputError(f"has {columns} columns in {lines:,} lines, which may be coordinates; {COORDINATES}")
     return matrix[:, 0] if columns == 1 else np.ascontiguousarray(matrix.T)
+
+
+@READERS.register
+class NpyReader(MapReader):
+    """The array of an NPY file of numpy."""
+
+    kind, endings = "npy", (".npy",)
+
+    def read(self, path: Path, channel: int | str | None) -> RawMap:
+        """Read the array (nx, ny), or (n,) for a profile."""
+        refuse_channel(channel)
+        with path.open("rb") as stream:
+            return RawMap(_array(stream))
+
+
+@READERS.register
+class NpzReader(MapReader):
+    """An array of an NPZ file of numpy."""
+
+    kind, endings = "npz", (".npz",)
+
+    def read(self, path: Path, channel: int | str | None) -> RawMap:
+        """Read the array that the channel names; a file of one array needs none."""
+        with blamed("is damaged, or no NPZ file; save it again with numpy.savez"), zipfile.ZipFile(path) as archive:
+            names = [name.removesuffix(".npy") for name in archive.namelist() if name.endswith(".npy")]
+            if channel is None and len(names) != 1:
+                raise InputError(f"holds {len(names)} arrays; choose one with channel: {', '.join(names) or 'none'}")
+            name = names[0] if channel is None else channel
+            if name not in names:
+                raise InputError(f"has no array {name!r}; expected channel to be one of {', '.join(names)}")
+            check_unpacked(archive.getinfo(f"{name}.npy").file_size, path.stat().st_size)
+            with archive.open(f"{name}.npy") as stream:
+                return RawMap(_array(stream))
+
+
+def _array(stream: IO[bytes]) -> Floats:
+    with blamed("is damaged, or no NPY file; save it again with numpy.save"):
+        first = np.lib.format.read_magic(stream) == (1, 0)
+        read_header = np.lib.format.read_array_header_1_0 if first else np.lib.format.read_array_header_2_0
+        shape, _, kind = read_header(stream)
+        if kind.kind not in "fiu":
+            raise InputError(f"holds an array of type {kind}; expected numbers: save array.astype(float)")
+        if len(shape) not in {1, 2} or min(shape) < 1:
+            raise InputError(f"holds an array of shape {shape}; expected (nx, ny), or (n,) for a profile")
+        check_size(shape)
+        stream.seek(0)
+        return np.lib.format.read_array(stream, allow_pickle=False).astype(np.float64)

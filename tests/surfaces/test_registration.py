@@ -1,0 +1,111 @@
+"""Maps of one place before and after wear: sums of waves, which are known exactly at any shift and rotation."""
+
+import math
+
+import numpy as np
+import pytest
+
+import historysim as hs
+from historysim.errors import InputError
+
+PIXEL = 1e-6
+HEIGHT = 1e-6
+TILT = (1e-3, -2e-3)
+
+
+def waves(seed, count=400):
+    """A rough surface of wavelengths from 4 to 120 pixels and rms height 1, as a function of the place."""
+    rng = np.random.default_rng(seed)
+    number = 2 * np.pi / np.exp(rng.uniform(np.log(4.0), np.log(120.0), count))
+    angle, phase = rng.uniform(0, 2 * np.pi, (2, count))
+    amplitude = number**-0.8 / math.sqrt((number**-1.6).sum() / 2)
+
+    def height(x, y):
+        found = np.zeros_like(x)
+        for a, k, direction, start in zip(amplitude, number, angle, phase, strict=True):
+            found += a * np.cos(k * (math.cos(direction) * x + math.sin(direction) * y) + start)
+        return found
+
+    return height
+
+
+def grid(points):
+    along = np.arange(points) - (points - 1) / 2
+    return np.meshgrid(along, along, indexing="ij")
+
+
+def pair(seed, shift, rotation, *, noise=0.02, level=1.0, points=(128, 128)):
+    """Two maps of one place, the second cut off at a level, and the volume lost where they overlap [m³]."""
+    rng, height, turn = np.random.default_rng(seed), waves(seed), math.radians(rotation)
+    (x, y), (u, v) = grid(points[0]), grid(points[1])
+    on_x = math.cos(turn) * u - math.sin(turn) * v + shift[0]
+    on_y = math.sin(turn) * u + math.cos(turn) * v + shift[1]
+    before, after = height(x, y), np.minimum(height(on_x, on_y), level)
+    back_u = math.cos(turn) * (x - shift[0]) + math.sin(turn) * (y - shift[1])
+    back_v = math.cos(turn) * (y - shift[1]) - math.sin(turn) * (x - shift[0])
+    inside = np.maximum(np.abs(back_u), np.abs(back_v)) <= (points[1] - 1) / 2
+    lost = np.maximum(before - level, 0.0)[inside].sum() * HEIGHT * PIXEL**2
+    tilted = 3e-7 + (TILT[0] * u + TILT[1] * v) * PIXEL
+    maps = (
+        HEIGHT * (before + noise * rng.standard_normal(before.shape)),
+        HEIGHT * (after + noise * rng.standard_normal(after.shape)) + tilted,
+    )
+    return *(hs.Surface(heights, PIXEL) for heights in maps), lost
+
+
+@pytest.mark.parametrize(
+    ("seed", "shift", "rotation", "options"),
+    [
+        (1, (3.3, -5.7), 0.6, {}),
+        (2, (-0.5, 0.5), -1.0, {"noise": 0.005}),
+        (3, (20.5, 14.25), 0.3, {"level": 0.5}),
+        (4, (0.0, 0.0), 0.0, {"noise": 0.05, "level": 0.6}),
+        (5, (6.2, 3.9), 0.9, {"points": (128, 100), "noise": 0.01}),
+    ],
+)
+def test_shift_rotation_and_worn_volume_are_found(seed, shift, rotation, options):
+    before, after, lost = pair(seed, shift, rotation, **options)
+    found = hs.registered(before, after)
+    assert np.array(found.shift) / PIXEL == pytest.approx(shift, abs=0.1)
+    assert abs(np.array(found.shift) / PIXEL - shift).max() < 6 * found.shift_error / PIXEL
+    assert math.degrees(found.rotation) == pytest.approx(rotation, abs=0.02)
+    assert found.worn_volume == pytest.approx(lost, rel=0.02)
+    assert found.worn_volume_error < 0.01 * lost
+    assert found.lost + found.lowered > 0.5 * (before.summits().height > options.get("level", 1.0) * HEIGHT).sum() * 0.5
+
+
+def test_without_wear_nothing_is_significant():
+    before, after, _ = pair(6, (2.4, 1.1), 0.2, level=99.0)
+    found = hs.registered(before, after)
+    assert abs(found.worn_volume) < 3 * found.worn_volume_error < 1e-4 * HEIGHT * before.nominal_area
+    assert found.lost <= 1
+    assert found.worn.mean() < 0.01
+
+
+def test_worn_volume_feeds_archards_law():
+    found = hs.registered(*pair(1, (3.3, -5.7), 0.6)[:2])
+    coefficient, error = found.wear_coefficient(normal_load=0.05, sliding_distance=100.0, hardness=6e9)
+    assert coefficient == pytest.approx(found.worn_volume * 6e9 / 5.0)
+    assert error == pytest.approx(found.worn_volume_error * 6e9 / 5.0)
+    with pytest.raises(InputError, match="sliding_distance"):
+        found.wear_coefficient(0.05, 0.0, 6e9)
+
+
+def test_missing_points_and_another_pixel_size_are_allowed():
+    before, after, lost = pair(7, (3.0, -2.0), 0.0)
+    hole = np.zeros(before.shape, dtype=bool)
+    hole[40:50, 60:70] = True
+    found = hs.registered(before.without(hole), after.at_resolution(0.8 * PIXEL))
+    assert np.array(found.shift) / PIXEL == pytest.approx((3.0, -2.0), abs=0.1)
+    assert 0.9 * lost < found.worn_volume < 1.02 * lost
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_maps_of_two_places_are_refused(seed):
+    with pytest.raises(InputError, match="do not show one place"):
+        hs.registered(pair(seed, (0, 0), 0)[0], pair(seed + 10, (0, 0), 0)[0])
+
+
+def test_a_profile_is_refused():
+    with pytest.raises(InputError, match="a profile cannot be registered"):
+        hs.registered(hs.Surface(np.arange(9.0), PIXEL), hs.Surface(np.arange(9.0), PIXEL))

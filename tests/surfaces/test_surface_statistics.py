@@ -1,0 +1,503 @@
+import itertools
+import math
+import warnings
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from rough_maps import (
+    BOTH,
+    EPS,
+    NAN,
+    PIXEL,
+    WAVES,
+    Points,
+    assert_same,
+    autocorrelation,
+    height_statistics,
+    maps,
+    numbers,
+    pixels,
+    power_spectral_density,
+    rough,
+    sum_of_waves,
+)
+from scipy import signal
+
+from historysim.errors import InputError
+from historysim.surfaces.surface_statistics import Autocorrelation, SpectralMoments
+
+# --- heights, slopes, curvatures ---
+
+
+def root_mean_square(values):
+    return math.sqrt(float(sum(value**2 for value in values) / len(values))) if values else NAN
+
+
+def brute_differences(points, pixel, order):
+    axes = [axis for axis in (0, 1) if points.shape[axis] > 1]
+    scale = [Fraction(p) ** order for p in pixel]
+    columns = [points.differences(axis, order) for axis in axes]
+    squares = [
+        root_mean_square([value / scale[axis] for value in column if value is not None]) ** 2
+        for axis, column in zip(axes, columns, strict=True)
+    ]
+    means = [
+        sum(abs(value) / scale[axis] for axis, value in zip(axes, row, strict=True)) / len(axes)
+        for row in zip(*columns, strict=True)
+        if None not in row
+    ]
+    return root_mean_square(means), sum(squares) / len(axes) if axes else NAN
+
+
+@settings(max_examples=150)
+@given(maps(), pixels, st.booleans())
+def test_statistics_against_loops_over_the_points(z, pixel, periodic):
+    points = Points(z, periodic)
+    count = len(points.deviations)
+    rms = root_mean_square(points.deviations)
+    found = height_statistics(z, pixel, periodic=periodic)
+    # about 25 roundings in a row, of the heights about the mean; the mean itself is as good as its datum
+    rtol = 64 * EPS
+    assert found.mean == pytest.approx(float(points.mean), rel=4 * EPS, abs=64 * EPS * 1e-6)
+    assert found.rms_height == pytest.approx(rms, rel=rtol)
+    assert found.mean_deviation == pytest.approx(float(sum(map(abs, points.deviations)) / count), rel=rtol)
+    spread = max(points.deviations) - min(points.deviations)
+    assert found.height_range == pytest.approx(float(spread), rel=rtol)
+    assert found.missing_fraction == pytest.approx(1 - count / z.size, abs=EPS)
+    for name, power in (("skewness", 3), ("kurtosis", 4)):
+        exact = float(sum(value**power for value in points.deviations) / count) / rms**power if rms else NAN
+        # a skewness of 0 is the difference of two sums of the order of the kurtosis, at most the number of points
+        assert getattr(found, name) == pytest.approx(exact, rel=rtol, abs=rtol * 25, nan_ok=True)
+    # second differences add four heights up to half a spread from their middle, 4 EPS of it for 0 in the end
+    atol = 8 * EPS * float(max(abs(value) for value in points.z.values() if value is not None))
+    for order, average, moment in ((1, "rms_slope", "m2"), (2, "rms_curvature", "m4")):
+        exact, square = brute_differences(points, pixel, order)
+        floor = atol / min(pixel) ** order
+        assert getattr(found, average) == pytest.approx(exact, rel=rtol, abs=floor, nan_ok=True)
+        assert math.sqrt(getattr(found.moments, moment)) == pytest.approx(
+            math.sqrt(square), rel=rtol, abs=floor, nan_ok=True
+        )
+
+
+def test_wave_along_x():
+    # the waves of the differences are 2 sin(π/n) and 4 sin²(π/n) as high as the wave; |cos| is met midway of its zeros
+    n, amplitude = 16, 2e-7
+    z = amplitude * np.sin(2 * np.pi * np.arange(n) / n)[:, None] + np.zeros(6)
+    step = 2 * np.sin(np.pi / n) / PIXEL[0]
+    found = height_statistics(z + 1e-6, PIXEL, periodic=True)
+    # a height of 1e-6 is good to EPS/2 of itself, a second difference of 0.15 · 2e-7 to some 100 EPS
+    rtol = 200 * EPS
+    assert found.mean == pytest.approx(1e-6, rel=rtol)
+    assert found.rms_height == pytest.approx(amplitude / math.sqrt(2), rel=rtol)
+    assert found.mean_deviation == pytest.approx(amplitude * 2 / n / math.tan(math.pi / n), rel=rtol)
+    assert found.height_range == pytest.approx(2 * amplitude, rel=rtol)
+    assert found.skewness == pytest.approx(0, abs=rtol)
+    assert found.kurtosis == pytest.approx(1.5, rel=rtol)
+    assert found.rms_slope == pytest.approx(step * amplitude / math.sqrt(2) / 2, rel=rtol)
+    assert found.rms_curvature == pytest.approx(step**2 * amplitude / math.sqrt(2) / 2, rel=rtol)
+    assert found.moments.m0 == pytest.approx(amplitude**2 / 2, rel=rtol)
+    assert found.moments.m2 == pytest.approx((step * amplitude) ** 2 / 4, rel=rtol)
+    assert found.moments.m4 == pytest.approx((step**2 * amplitude) ** 2 / 4, rel=rtol)
+    assert found.bandwidth == pytest.approx(4, rel=4 * rtol)
+    assert found.moments.alpha == pytest.approx(2, rel=4 * rtol)
+    assert found.missing_fraction == 0
+
+
+def gaussian_surface(n, length, rng):
+    """Draw a periodic isotropic Gaussian surface with ρ = exp(-(r/length)²), r and length in points, and Rq = 1."""
+    q = 2 * np.pi * np.fft.fftfreq(n)
+    filtered = np.exp(-((length * np.hypot(q[:, None], q)) ** 2) / 8)
+    z = np.fft.ifft2(np.fft.fft2(rng.normal(size=(n, n))) * filtered).real
+    return z / math.sqrt(np.mean(filtered**2))
+
+
+def test_moments_and_bandwidth_of_an_isotropic_gaussian_surface():
+    # expanded at lag 0, ρ = exp(-(r/l)²) gives m2 = 2/l², m4 = 12/l⁴, α = 3. ψ/α follows from E|XY| of two normal
+    # numbers with a correlation of 0 (slopes) and 1/3 (curvatures)
+    length, rng = 16, np.random.default_rng(17)
+    found = [height_statistics(gaussian_surface(1024, length, rng), 1.0, periodic=True) for _ in range(8)]
+    slope = (1 + 2 / math.pi) / 2
+    curvature = (1 + 2 / math.pi * (math.sqrt(8) + math.asin(1 / 3)) / 3) / 2
+    ratio = curvature / slope**2
+    assert ratio == pytest.approx(1.2487, abs=5e-5)
+    # differences over a point miss m4/(12 m2) = 1/(2 l²) of m2, and m6/(6 m4) = 5/(3 l²) of m4
+    missed = 3 / length**2
+    for values, exact in (
+        ([each.rms_height**2 for each in found], 1),
+        ([each.skewness for each in found], 0),
+        ([each.kurtosis for each in found], 3),
+        ([each.mean_deviation for each in found], math.sqrt(2 / math.pi)),
+        ([each.moments.m2 * length**2 for each in found], 2),
+        ([each.moments.m4 * length**4 for each in found], 12),
+        ([each.moments.alpha for each in found], 3),
+        ([each.bandwidth / each.moments.alpha for each in found], ratio),
+        ([each.rms_slope**2 / each.moments.m2 for each in found], slope),
+        ([each.rms_curvature**2 / each.moments.m4 for each in found], curvature),
+    ):
+        error = np.std(values, ddof=1) / math.sqrt(len(values))
+        # 6 estimated errors of 8 surfaces are as rare as 4 known ones
+        assert np.mean(values) == pytest.approx(exact, abs=6 * error + missed * exact)
+        assert error < 0.02 * max(exact, 1)
+
+
+@given(maps(), pixels, st.booleans(), st.sampled_from([2.0**-7, 2.0**5]), st.sampled_from([2.0**-3, 2.0**6]))
+def test_scaling_of_heights_and_lengths(z, pixel, periodic, tall, wide):
+    first = height_statistics(z, pixel, periodic=periodic)
+    second = height_statistics(tall * z, wide * np.array(pixel), periodic=periodic)
+    slope, curvature = tall / wide, tall / wide**2
+    factors = [tall] * 4 + [1, 1, slope, curvature, 1, 1, tall**2, slope**2, curvature**2, 1]
+    # powers of two leave no rounding
+    np.testing.assert_allclose(numbers(second), numbers(first) * factors, rtol=4 * EPS)
+
+
+@BOTH
+def test_a_profile_has_differences_along_its_long_axis_only(periodic):
+    z = rough((30, 1))
+    along = height_statistics(z, PIXEL, periodic=periodic)
+    assert_same(along, height_statistics(z.T, PIXEL[::-1], periodic=periodic), 16 * EPS)
+    around = np.concatenate([z[-1:], z, z[:1]]) if periodic else z
+    steps, bends = np.diff(around[1 if periodic else 0 :, 0]) / PIXEL[0], np.diff(around[:, 0], 2) / PIXEL[0] ** 2
+    assert along.rms_slope == pytest.approx(math.sqrt(np.mean(steps**2)), rel=1e-12)
+    assert along.rms_curvature == pytest.approx(math.sqrt(np.mean(bends**2)), rel=1e-12)
+    assert along.moments.m4 == pytest.approx(np.mean(bends**2), rel=1e-12)
+    assert along.bandwidth == pytest.approx(along.moments.alpha, rel=1e-12)
+
+
+# --- spectral moments ---
+
+
+def test_summits_of_a_gaussian_surface_against_drawn_hessians():
+    # Kac and Rice: summits per area = p(no gradient) · E[|det H|; H negative definite], and means over the summits are
+    # weighted by |det H|. The gradient is independent of height and Hessian, with p = 1/(2π m2) at 0. Covariances:
+    # ⟨z²⟩ = m0, ⟨z z_xx⟩ = -m2, ⟨z_xx²⟩ = m4, ⟨z_xx z_yy⟩ = ⟨z_xy²⟩ = m4/3
+    m0, m2, m4, count = 2.0, 3.0, 11.0, 2_000_000
+    moments = SpectralMoments(m0, m2, m4)
+    assert moments.alpha == pytest.approx(22 / 9, rel=4 * EPS)
+    covariance = [[m0, -m2, -m2, 0], [-m2, m4, m4 / 3, 0], [-m2, m4 / 3, m4, 0], [0, 0, 0, m4 / 3]]
+    z, xx, yy, xy = np.linalg.cholesky(covariance) @ np.random.default_rng(16).normal(size=(4, count))
+    determinant = xx * yy - xy**2
+    weight = np.where((determinant > 0) & (xx < 0), determinant, 0)
+    for found, sample in (
+        (moments.summit_density * 2 * math.pi * m2, weight),
+        (0, weight * (z - moments.mean_summit_height)),
+        (0, weight * (-(xx + yy) / 2 - moments.mean_summit_curvature)),
+    ):
+        error = sample.std() / math.sqrt(count)
+        assert found == pytest.approx(sample.mean(), abs=5 * error)
+        assert error < 0.003 * weight.mean() * max(moments.mean_summit_height, 1)
+
+
+# --- autocorrelation ---
+
+
+def brute_autocorrelation(points, lag):
+    products = []
+    for i, j in points.z:
+        first, second = points.z[i, j], points.at(i + lag[0], j + lag[1])
+        if first is not None and second is not None:
+            products.append((first - points.mean) * (second - points.mean))
+    return sum(products) / len(products) if products else NAN
+
+
+@settings(max_examples=100)
+@given(maps(), pixels, st.booleans())
+def test_autocorrelation_against_loops_over_the_pairs(z, pixel, periodic):
+    points = Points(z, periodic)
+    assume(any(points.deviations))
+    found = autocorrelation(z, pixel, periodic=periodic)
+    steps = [range(-(n // 2), n // 2 + 1) for n in z.shape]
+    np.testing.assert_allclose(found.lags_x, np.array(steps[0]) * pixel[0], rtol=2 * EPS)
+    np.testing.assert_allclose(found.lags_y, np.array(steps[1]) * pixel[1], rtol=2 * EPS)
+    variance = brute_autocorrelation(points, (0, 0))
+    exact = [[float(brute_autocorrelation(points, (i, j)) / variance) for j in steps[1]] for i in steps[0]]
+    # a transform of at most 8 × 8 keeps each sum to a few EPS of the greatest one, that of up to 25 pairs, of which
+    # the least frequent lag has one
+    np.testing.assert_allclose(found.values, exact, rtol=0, atol=25 * 16 * EPS)
+    assert found.values[z.shape[0] // 2, z.shape[1] // 2] == 1
+
+
+def scatter_of_autocorrelation(rho, phis, pairs):
+    # Bartlett: var ρ_k = Σ_v (ρ_v² + ρ_{v+k} ρ_{v-k} - 4 ρ_k ρ_v ρ_{v-k} + 2 ρ_v² ρ_k²)/n, after Cauchy-Schwarz at most
+    # 2 (1 + ρ_k)² Σ ρ_v²/n; Σ ρ_v² = (1 + φ²)/(1 - φ²) of each recursion
+    squares = math.prod((1 + phi**2) / (1 - phi**2) for phi in phis)
+    return (1 + rho) * np.sqrt(2 * squares / pairs)
+
+
+def bounds_of_length(level, phi, scatter):
+    # where ρ = φ^k, five times the scatter off, meets the level; a chord meets it up to |ln φ|/8 of a step later
+    low, high = (math.log(level + sign * 5 * scatter) / math.log(phi) for sign in (1, -1))
+    assert (high - low) * -math.log(phi) < 0.4
+    return low, high - math.log(phi) / 8
+
+
+@pytest.mark.parametrize("holes", [0, 0.2])
+def test_autocorrelation_of_an_exponential_profile(holes):
+    phi, n, pixel = 0.8, 2**21, 1e-6
+    rng = np.random.default_rng(11)
+    z = signal.lfilter([1], [1, -phi], rng.normal(size=n + 500))[500:, None]
+    z[rng.random(z.shape) < holes] = NAN
+    found = autocorrelation(z, pixel)
+    pairs = (1 - holes) ** 2 * n
+    lags, values = found.along_x()
+    k = np.arange(60)
+    np.testing.assert_allclose(lags[:60], k * pixel, rtol=2 * EPS)
+    assert np.all(np.abs(values[:60] - phi**k) < 5 * scatter_of_autocorrelation(phi**k, [phi], pairs))
+    for level in (0.1, 1 / math.e):
+        low, high = bounds_of_length(level, phi, scatter_of_autocorrelation(level, [phi], pairs))
+        assert low < found.length("x", level) / pixel < high
+    assert found.length("x") == found.length("x", 0.1)
+    assert math.isnan(found.length("y"))
+    assert math.isnan(found.lay)
+
+
+def test_lay_is_the_ratio_of_the_autocorrelation_lengths():
+    # separable: ρ = φ_x^i φ_y^j, which falls to 0.1 in 10.3 and 4.5 points
+    phis, n = (0.8, 0.6), 1500
+    z = np.random.default_rng(13).normal(size=(n + 100, n + 100))
+    for axis, phi in enumerate(phis):
+        z = signal.lfilter([1], [1, -phi], z, axis=axis)
+    found = autocorrelation(z[100:, 100:], PIXEL)
+    scatter = scatter_of_autocorrelation(0.1, phis, n * n)
+    (low_x, high_x), (low_y, high_y) = (bounds_of_length(0.1, phi, scatter) for phi in phis)
+    assert low_x < found.length("x") / PIXEL[0] < high_x
+    assert low_y < found.length("y") / PIXEL[1] < high_y
+    assert found.lay == found.length("x") / found.length("y")
+
+
+def test_length_is_interpolated_between_the_lags_around_it():
+    lags = np.arange(-3, 4) * 2.0
+    values = np.array([[0.3, 0.05, 0.5, 1.0, 0.5, 0.05, 0.3]])
+    found = Autocorrelation(np.zeros(1), lags, values)
+    assert found.length("y", 0.1) == pytest.approx(2 + 2 * (0.5 - 0.1) / 0.45, rel=4 * EPS)
+    assert found.length("y", 0.5) == 2
+    assert found.length("y", 0.75) == 1
+    assert found.length("y", 0.05) == 4
+    assert math.isnan(found.length("y", 0.04))
+    assert math.isnan(found.length("x"))
+    np.testing.assert_array_equal(found.along_x(), [[0], [1]])
+    # over a lag without pairs, straight on to the next one
+    gap = Autocorrelation(lags, np.zeros(1), np.array([[0.2, NAN, 0.6, 1, 0.6, NAN, 0.2]]).T)
+    assert gap.length("x", 0.4) == pytest.approx(4, rel=4 * EPS)
+
+
+def test_rings_of_the_autocorrelation():
+    z = rough((9, 6), seed=15)
+    z[4:] = NAN
+    found = autocorrelation(z, (1.0, 2.0))
+    lags, values = found.radial()
+    rings = [[] for _ in range(5)]
+    for i, j in np.ndindex(found.values.shape):
+        lag = math.hypot(found.lags_x[i], found.lags_y[j])
+        if lag < 4.5 and not math.isnan(found.values[i, j]):
+            rings[round(lag)].append((lag, found.values[i, j]))
+    np.testing.assert_allclose(np.transpose([lags, values]), [np.mean(ring, axis=0) for ring in rings], rtol=64 * EPS)
+    assert (lags[0], values[0]) == (0, 1)
+    # four rows that are present have no pair four rows apart
+    assert np.isnan(found.values[0]).all()
+    assert np.isnan(found.values[-1]).all()
+    assert not np.isnan(found.values[1:-1]).any()
+
+
+# --- power spectral density ---
+
+
+@settings(max_examples=100)
+@given(maps(holes=False), pixels)
+def test_density_of_a_periodic_map_against_the_sum_of_its_definition(z, pixel):
+    density = power_spectral_density(z, pixel, periodic=True)
+    size = np.multiply(z.shape, pixel)
+    deviation = z - z.flat[0]
+    deviation -= deviation.mean()
+    x, y = (np.arange(n) * p for n, p in zip(z.shape, pixel, strict=True))
+    for (i, q_x), (j, q_y) in itertools.product(enumerate(density.q_x), enumerate(density.q_y)):
+        wave = np.exp(-1j * (q_x * x[:, None] + q_y * y[None, :]))
+        exact = abs((deviation * wave).sum() * pixel[0] * pixel[1]) ** 2 / size.prod()
+        # the sum of up to 25 heights is good to 25 EPS of the greatest, and phases of up to 5 π to 5 π EPS
+        floor = pixel[0] * pixel[1] / z.size * (z.size * 64 * EPS * np.abs(deviation).max()) ** 2
+        assert density.values[i, j] == pytest.approx(exact, rel=1e-9, abs=1e3 * floor)
+    for q, n, length in ((density.q_x, z.shape[0], size[0]), (density.q_y, z.shape[1], size[1])):
+        np.testing.assert_allclose(q, 2 * np.pi * np.arange(-(n // 2), (n + 1) // 2) / length, rtol=4 * EPS)
+
+
+def test_density_of_any_other_map_adds_up_to_the_weighted_square():
+    z = rough((12, 9), seed=2)
+    i, j = np.indices(z.shape)
+    terms = np.stack([np.ones(z.size), i.ravel(), j.ravel()], axis=1)
+    left = z - (terms @ np.linalg.lstsq(terms, z.ravel(), rcond=None)[0]).reshape(z.shape)
+    weight = np.outer(*(signal.windows.cosine(n) ** 2 for n in z.shape))
+    density = power_spectral_density(z, PIXEL)
+    expected = np.sum((weight * left) ** 2) / np.sum(weight**2)
+    assert density.values.sum() / np.prod(density.size) == pytest.approx(expected, rel=1e-12)
+    # and at each wavevector by the transform of numpy
+    wave = np.fft.fftshift(np.abs(np.fft.fft2(weight * left)) ** 2) / np.sum(weight**2) * PIXEL[0] * PIXEL[1]
+    np.testing.assert_allclose(density.values, wave, rtol=1e-9, atol=1e-14 * wave.max())
+
+
+@pytest.mark.parametrize("shape", [(7, 6), (8, 5)])
+def test_density_along_an_axis_is_the_mean_of_the_profiles(shape):
+    z = rough(shape, seed=4)
+    density = power_spectral_density(z, PIXEL, periodic=True)
+    deviation = z - z.mean()
+    for axis, (q, values) in enumerate((density.along_x(), density.along_y())):
+        profiles = np.abs(np.fft.rfft(deviation, axis=axis)) ** 2 * PIXEL[axis] / shape[axis]
+        np.testing.assert_allclose(values, profiles.mean(axis=1 - axis), rtol=1e-12)
+        np.testing.assert_allclose(q, 2 * np.pi * np.fft.rfftfreq(shape[axis], PIXEL[axis]), rtol=4 * EPS, strict=True)
+        assert not np.signbit(q).any()
+
+
+def test_density_of_white_noise_is_flat():
+    n = 256
+    z = rough((n, n), seed=8)
+    # C is exponentially distributed about σ² p_x p_y, so that the mean of a ring of k pairs of q and -q scatters by
+    # 1/√k; the window, which ties each q to its neighbours, makes it (mean w⁴/(mean w²)²) = (35/18)² as many
+    level = 1e-14 * PIXEL[0] * PIXEL[1]
+    for periodic, spread in ((True, 1.0), (False, 35 / 18)):
+        density = power_spectral_density(z, PIXEL, periodic=periodic)
+        _, values = density.radial()
+        radius = np.hypot(density.q_x[:, None], density.q_y)
+        first, last = 2 * np.pi / (n * PIXEL[1]), np.pi / PIXEL[1]
+        edges = np.geomspace(first, last, round(10 * math.log10(last / first)) + 1) * (1 - 1e-9)
+        counts = np.histogram(radius, edges)[0]
+        assert np.all(np.abs(values / level - 1) < 5 * spread / np.sqrt(counts[counts > 0] / 2))
+        # far too narrow for a window power that is left out, 9/64
+        assert np.abs(values[-5:] / level - 1).max() < 0.2
+
+
+# --- all of them ---
+
+
+@pytest.mark.parametrize("shape", [(16, 15), (17, 12)])
+def test_sum_of_waves(shape):
+    # each wave holds half its height squared in the variance, shared by q and -q
+    z = sum_of_waves(shape)
+    size = np.multiply(shape, PIXEL)
+    variance = sum(height**2 for height in WAVES.values()) / 2
+    density = power_spectral_density(z, PIXEL, periodic=True)
+    expected = np.zeros(shape)
+    for (k, m), height in WAVES.items():
+        for sign in (1, -1):
+            expected[shape[0] // 2 + sign * k, shape[1] // 2 + sign * m] = height**2 / 4 * size.prod()
+    # roundings of the waves, some EPS of 1.4e-7, leave the square of that over N for 0
+    np.testing.assert_allclose(density.values, expected, rtol=1e-12, atol=1e-24 * expected.max())
+    correlation = autocorrelation(z, PIXEL, periodic=True)
+    lag_x, lag_y = np.meshgrid(correlation.lags_x, correlation.lags_y, indexing="ij")
+    exact = sum(
+        height**2 / 2 * np.cos(2 * np.pi * (k * lag_x / size[0] + m * lag_y / size[1]))
+        for (k, m), height in WAVES.items()
+    )
+    np.testing.assert_allclose(correlation.values, exact / variance, rtol=0, atol=1e-13)
+
+
+@given(maps(holes=False), pixels)
+def test_density_of_a_periodic_map_adds_up_to_the_variance(z, pixel):
+    density = power_spectral_density(z, pixel, periodic=True)
+    cell = (2 * math.pi) ** 2 / np.prod(density.size)
+    total = density.values.sum() * cell / (2 * math.pi) ** 2
+    assert total == pytest.approx(height_statistics(z, pixel).rms_height ** 2, rel=64 * EPS)
+
+
+def test_density_and_autocorrelation_are_transforms_of_each_other():
+    z = rough((12, 10), seed=3)
+    density = power_spectral_density(z, PIXEL, periodic=True)
+    covariance = np.fft.fftshift(np.fft.ifft2(np.fft.ifftshift(density.values)).real) / (PIXEL[0] * PIXEL[1])
+    found = autocorrelation(z, PIXEL, periodic=True)
+    # of an even number of points the lag of half the length stands on both sides, in a transform once
+    np.testing.assert_allclose(found.values[:-1, :-1] * np.nanvar(z), covariance, rtol=0, atol=1e-14 * np.var(z))
+    np.testing.assert_array_equal(found.values[-1], found.values[0])
+
+
+@BOTH
+def test_transposition_exchanges_x_and_y(periodic):
+    z = rough((9, 12), holes=0.1)
+    turned = {"z": z.T, "pixel": PIXEL[::-1], "periodic": periodic}
+    # sums in another order, of which that of the skewness cancels but for some thousandths
+    assert_same(height_statistics(z, PIXEL, periodic=periodic), height_statistics(**turned), 1e-12)
+    first, second = autocorrelation(z, PIXEL, periodic=periodic), autocorrelation(**turned)
+    np.testing.assert_allclose(first.values, second.values.T, rtol=0, atol=1e-13)
+    np.testing.assert_array_equal(first.lags_x, second.lags_y)
+    assert first.lay == pytest.approx(1 / second.lay, rel=1e-11)
+    z = rough((9, 12))
+    turned["z"] = z.T
+    first, second = power_spectral_density(z, PIXEL, periodic=periodic), power_spectral_density(**turned)
+    np.testing.assert_allclose(first.values, second.values.T, rtol=0, atol=1e-13 * first.values.max())
+    np.testing.assert_array_equal(first.q_x, second.q_y)
+    np.testing.assert_allclose(first.along_x(), second.along_y(), rtol=1e-11)
+    np.testing.assert_allclose(first.radial(), second.radial(), rtol=1e-11)
+
+
+@BOTH
+@pytest.mark.parametrize("height", [0.0, 0.1, -1e-9])
+def test_constant_height(periodic, height):
+    z = np.full((7, 5), height)
+    z[2, 3] = NAN
+    found = height_statistics(z, PIXEL, periodic=periodic)
+    assert found.mean == height
+    assert numbers(found)[[1, 2, 3, 6, 7, 10, 11, 12]].tolist() == [0] * 8
+    assert np.isnan(numbers(found)[[4, 5, 8, 13]]).all()
+    moments = found.moments
+    assert math.isnan(moments.summit_density)
+    assert math.isnan(moments.mean_summit_height)
+    assert moments.mean_summit_curvature == 0
+    assert not power_spectral_density(np.full((7, 5), 0.1), PIXEL, periodic=True).values.any()
+    with pytest.raises(InputError, match="all heights are equal; expected a rough surface"):
+        autocorrelation(z, PIXEL, periodic=periodic)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (
+            lambda: power_spectral_density([[1.0, NAN, 2.0, NAN]], 1.0, periodic=True),
+            "2 of 4 heights are missing; .* fill them, or crop",
+        ),
+        (lambda: power_spectral_density([[1.0, 2.0]], 1.0).radial(), "a profile has no directions .* along_y"),
+        (lambda: autocorrelation(np.eye(4), 1.0).length("z"), "axis is 'z'; expected 'x' or 'y'"),
+        (lambda: autocorrelation(np.eye(4), 1.0).length("x", 1.0), "level is 1; expected less than 1"),
+        (lambda: autocorrelation(np.eye(4), 1.0).length("x", NAN), "level is nan"),
+    ],
+)
+def test_arguments_out_of_range(call, message):
+    with pytest.raises(InputError, match=message):
+        call()
+
+
+@pytest.fixture(scope="module")
+def topography():
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return pytest.importorskip("SurfaceTopography").Topography
+
+
+def test_conventions_of_surface_topography(topography):
+    z, pixel = sum_of_waves((24, 20)) + rough((24, 20), seed=19), (2e-6, 3e-6)
+    found = height_statistics(z, pixel, periodic=True)
+    density = power_spectral_density(z, pixel, periodic=True)
+    size = density.size
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        other = topography(z - z.mean(), size, periodic=True)
+        turned = topography((z - z.mean()).T, size[::-1], periodic=True)
+        heights, gradient = other.rms_height_from_area(), other.rms_gradient()
+        slopes = [each.rms_slope_from_profile() for each in (other, turned)]
+        curvatures = [each.rms_curvature_from_profile() for each in (other, turned)]
+        _, _, values = other.power_spectrum_from_area(return_map=True, reliable=False)
+    assert found.rms_height == pytest.approx(heights, rel=1e-12)
+    assert found.moments.m2 == pytest.approx(gradient**2 / 2, rel=1e-12)
+    assert found.moments.m2 == pytest.approx(np.mean(np.square(slopes)), rel=1e-12)
+    assert found.moments.m4 == pytest.approx(np.mean(np.square(curvatures)), rel=1e-12)
+    np.testing.assert_allclose(density.values, np.fft.fftshift(values), rtol=1e-9, atol=1e-14 * density.values.max())
+
+
+def test_autocorrelation_of_surface_topography(topography):
+    # its height difference autocorrelation is ⟨(z(x) - z(x + lag))²⟩/2 = Rq² (1 - ρ), averaged along the profiles
+    z = rough((24, 20), seed=20)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        other = topography(z, np.multiply(z.shape, PIXEL), periodic=True)
+        lags, differences = other.autocorrelation_from_profile(reliable=False, resampling_method=None)
+    found, values = autocorrelation(z, PIXEL, periodic=True).along_x()
+    np.testing.assert_allclose(found[: lags.size], lags, rtol=1e-12)
+    np.testing.assert_allclose(z.var() * (1 - values[: lags.size]), differences, rtol=1e-9, atol=1e-13 * z.var())
