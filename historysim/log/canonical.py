@@ -3,18 +3,17 @@
 import hashlib
 import json
 import struct
-from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-import attrs
 import numpy as np
 
+from historysim.basics.arguments import workable
 from historysim.basics.array_types import Floats
 from historysim.errors import InputError, MissingPackageError
-from historysim.loads.events import EVENTS, LOAD_KINDS, Event, FrictionChange, FrictionRamp, GeometryChange, LoadEvent
+from historysim.loads.event_sequence import KINDS, Events, Loads, loads_of
+from historysim.loads.events import EVENTS, Event, FrictionChange, FrictionRamp, GeometryChange, LoadEvent
 
-KINDS = tuple(LOAD_KINDS.values())
 ONE_COEFFICIENT, MANY_COEFFICIENTS = len(KINDS), len(KINDS) + 1
 LISTED: Mapping[int, type[Event]] = {
     MANY_COEFFICIENTS + 1: FrictionChange,
@@ -44,6 +43,9 @@ class Columns(NamedTuple):
 
 def columns_of(events: Sequence[Event]) -> Columns:
     """Return events, which have been checked, in columns."""
+    loads = loads_of(events)
+    if loads is not None:
+        return Columns(loads.kind.tobytes(), _floats(loads.time), _floats(loads.value), b"")
     code = {kind: number for number, kind in enumerate(KINDS)}
     kinds = bytearray()
     values: list[float] = []
@@ -68,7 +70,7 @@ def columns_of(events: Sequence[Event]) -> Columns:
     return Columns(bytes(kinds), time.tobytes(), _floats(values), _floats(coefficients))
 
 
-def events_of(columns: Columns) -> list[Event]:
+def events_of(columns: Columns) -> Events:
     """Return the events that stand in columns; columns that `columns_of` does not make are an InputError."""
     kinds = np.frombuffer(columns.kind, dtype=np.int8)
     if any(len(column) != 8 * kinds.size for column in (columns.time, columns.value)) or len(columns.coefficients) % 8:
@@ -77,14 +79,17 @@ def events_of(columns: Columns) -> list[Event]:
     coefficients = np.frombuffer(columns.coefficients, dtype="<f8")
     if not all(np.isfinite(column).all() for column in (times, values, coefficients)):
         raise InputError("holds numbers that are infinite, or none")
+    for name, column in (("a time", times), ("a value", values), ("a coefficient", coefficients)):
+        workable(name, column)
     if (np.diff(times) < 0).any():
         raise InputError("holds times that fall")
     if kinds.size and not 0 <= kinds.min() <= kinds.max() <= NAMED:
         raise InputError("holds a kind of event that this version does not know; a later version has written it")
+    is_load = kinds < ONE_COEFFICIENT
+    if is_load.all():
+        return Events(loads=Loads(kinds, times, values))
     events = np.empty(kinds.size, dtype=object)
-    for code, kind in enumerate(KINDS):
-        where = np.flatnonzero(kinds == code)
-        events[where] = _made(kind, times[where].tolist(), values[where].tolist())
+    events[is_load] = list(Events(loads=Loads(kinds[is_load], times[is_load], values[is_load])))
     used = 0
     for index in np.flatnonzero(kinds >= ONE_COEFFICIENT):
         time, count = float(times[index]), 0 if kinds[index] == ONE_COEFFICIENT else int(values[index])
@@ -98,15 +103,15 @@ def events_of(columns: Columns) -> list[Event]:
             events[index] = FrictionChange(time, tuple(numbers))
         else:
             events[index] = _from_lists(int(kinds[index]), time, numbers)
-    return list(events)
+    return Events(events)
 
 
 def _listed(event: Event) -> tuple[int, list[float]]:
     """Return the code of an event, and what it says as lists of numbers, each with how many there are in front."""
     code = next((code for code, kind in LISTED.items() if kind is type(event)), NAMED)
-    said = event.contents() if code != NAMED else [_name(event), *event.contents()]
+    lists = event.contents() if code != NAMED else [_name(event), *event.contents()]
     numbers: list[float] = []
-    for each in said:
+    for each in lists:
         # one coefficient for all is no list of one
         alone = isinstance(each, float)
         count = ABSENT if each is None else ALONE if alone else len(each)
@@ -115,7 +120,7 @@ def _listed(event: Event) -> tuple[int, list[float]]:
 
 
 def _from_lists(code: int, time: float, numbers: list[float]) -> Event:
-    """Return the event that `_listed` told; numbers that it does not make are an InputError."""
+    """Return the event of the numbers of `_listed`; other numbers are an InputError."""
     lists: list[Any] = []
     place = 0
     while place < len(numbers):
@@ -149,7 +154,7 @@ def _named(numbers: float | tuple[float, ...] | None) -> type[Event]:
     try:
         name, _, package = bytes(map(int, numbers)).decode().partition("\0")
     except ValueError as error:
-        raise InputError("holds an event whose name is no text") from error
+        raise InputError("holds an event with a name that is no string") from error
     if name not in EVENTS:
         raise MissingPackageError(
             f"holds an event {name!r} of {package}, which is not there; install that package, or where it is a module "
@@ -158,16 +163,7 @@ def _named(numbers: float | tuple[float, ...] | None) -> type[Event]:
     return EVENTS[name]
 
 
-def _made(kind: type[LoadEvent], times: list[float], values: list[float]) -> list[LoadEvent]:
-    """Make events of numbers that were checked when they came in: a million in the time of a tenth of them."""
-    events = [object.__new__(kind) for _ in times]
-    setters: dict[str, Any] = {field.name: getattr(kind, field.name).__set__ for field in attrs.fields(kind)}
-    deque(map(setters["time"], events, times), maxlen=0)
-    deque(map(setters["value"], events, values), maxlen=0)
-    return events
-
-
-def _floats(values: list[float]) -> bytes:
+def _floats(values: list[float] | Floats) -> bytes:
     return np.array(values, dtype="<f8").tobytes()
 
 

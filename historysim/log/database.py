@@ -8,12 +8,13 @@ from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from urllib.parse import quote
 
-from historysim.basics.files import sync_folder
+from historysim.basics.files import beginning, sync_folder
 from historysim.errors import InputError
 
 ENDING = ".history"
 PATIENCE = 60.0
 """Seconds that a reader or writer waits for the other's transaction."""
+_EXPECTED = f"expected the log of a run (NAME{ENDING}); restore it from a copy, or run the scenario again"
 
 REFUSALS = {
     sqlite3.SQLITE_FULL: (errno.ENOSPC, "No space left on device; what the log holds stands; make room, then go on"),
@@ -25,6 +26,9 @@ REFUSALS = {
     sqlite3.SQLITE_LOCKED: (errno.EAGAIN, "another process holds the log; try again when it is done"),
     sqlite3.SQLITE_NOMEM: (errno.ENOMEM, "the memory does not suffice"),
 }
+
+_JOURNAL = (b"\xd9\xd5\x05\xf9\x20\xa1\x63\xd7", b"\0")
+"""What a journal begins with, and one that SQLite has done with."""
 
 TABLES = ("head", "array", "batch", "chain")
 SCHEMA = """
@@ -49,25 +53,23 @@ CREATE TABLE snapshot (
 
 @contextmanager
 def reported(path: Path) -> Iterator[None]:
-    """Say what SQLite has met as what it is: the system's refusal, or a damaged file."""
+    """Turn errors of SQLite into what they are: an OSError of the system, or an InputError of a damaged file."""
     try:
         yield
     except (sqlite3.Error, UnicodeDecodeError) as error:
         if refused := refusal(error):
             raise OSError(*refused, str(path)) from error
-        raise InputError(
-            f"{path}: is no log, or damaged ({error}); expected the log of a run (NAME{ENDING}); restore it from a "
-            "copy, or run the scenario again"
-        ) from error
+        raise InputError(f"{path}: is no log, or damaged ({error}); {_EXPECTED}") from error
 
 
 def refusal(error: Exception) -> tuple[int, str] | None:
-    """Say what the system has refused, with its number; None where the file itself is at fault."""
+    """Return number and text of what the system has refused; None where the file itself is at fault."""
     return REFUSALS.get(getattr(error, "sqlite_errorcode", sqlite3.SQLITE_CORRUPT) & 0xFF)
 
 
 def connect(path: Path, mode: str) -> sqlite3.Connection:
-    """Open a log, as "ro" or "rw"; nothing that stands in it is carried out."""
+    """Open a log, as "ro" or "rw", so that nothing in it is carried out."""
+    check_journal(path)
     address = f"file:{quote(str(path.absolute()))}?mode={mode}"
     connection = sqlite3.connect(address, uri=True, timeout=PATIENCE, isolation_level=None)
     try:
@@ -83,44 +85,42 @@ def connect(path: Path, mode: str) -> sqlite3.Connection:
     return connection
 
 
+def check_journal(path: Path) -> Path:
+    """Return the journal of a log; an InputError where it is no journal, since SQLite would remove it."""
+    journal = path.with_name(f"{path.name}-journal")
+    if (first := beginning(journal)) and not first.startswith(_JOURNAL):
+        raise InputError(f"{journal}: holds something else than a journal of SQLite; move it away")
+    return journal
+
+
 @functools.cache
 def _schema() -> frozenset[tuple[str, ...]]:
-    """Return what a log holds, as SQLite tells it."""
     with closing(sqlite3.connect(":memory:")) as connection:
         connection.executescript(SCHEMA)
-        return frozenset(connection.execute(_TOLD).fetchall())
+        return frozenset(connection.execute(_OBJECTS).fetchall())
 
 
-_TOLD = "SELECT type, name, tbl_name, coalesce(sql, '') FROM sqlite_master"
+_OBJECTS = "SELECT type || ' ' || name, coalesce(sql, '') FROM sqlite_master"
 
 
 def check_schema(connection: sqlite3.Connection, path: Path) -> None:
-    """Refuse a file that holds more than a log: a view, or a trigger of another's, would be carried out."""
-    objects = set(connection.execute(f"{_TOLD} LIMIT {len(_schema()) + 1}").fetchall())
-    strange = sorted(f"{kind} {name}" for kind, name, *_ in objects - _schema())
-    missing = sorted(set(TABLES) - {name for _, name, *_ in objects})
-    # what a log has lost, such as a trigger, cannot do anything
+    """Refuse a file that holds more than a log: SQLite would carry out a view, or a trigger, of somebody else's."""
+    objects = set(connection.execute(f"{_OBJECTS} LIMIT {len(_schema()) + 1}").fetchall())
+    strange = sorted(name for name, _ in objects - _schema())
+    missing = sorted({f"table {name}" for name in TABLES} - {name for name, _ in objects})
+    # a log that has lost a trigger is still a log
     if strange or missing:
         problems = [f"holds {', '.join(strange[:3])}, other than a log does"] if strange else []
-        problems += [f"has no table {', '.join(missing[:3])}"] if missing else []
-        raise InputError(
-            f"{path}: is no log, or damaged: it {' and '.join(problems)}; expected the log of a run (NAME{ENDING}); "
-            "restore it from a copy, or run the scenario again"
-        )
-
-
-def unsound(connection: sqlite3.Connection) -> str:
-    """Return what SQLite finds wrong with the pages of a file; empty where nothing is."""
-    report = connection.execute("PRAGMA quick_check(1)").fetchone()
-    return "" if report is None or report[0] == "ok" else str(report[0]).replace("\n", " ")
+        problems += [f"has no {', '.join(missing[:3])}"] if missing else []
+        raise InputError(f"{path}: is no log, or damaged: it {' and '.join(problems)}; {_EXPECTED}")
 
 
 def settle(path: Path) -> None:
     """Undo what a writer that died has left half done in a log that is about to be replaced.
 
-    SQLite would take its journal for one of the new file. Without it, the old file would be damaged.
+    Otherwise SQLite would take its journal for one of the new file, and the old file would be damaged without it.
     """
-    journal = path.with_name(f"{path.name}-journal")
+    journal = check_journal(path)
     if not journal.exists():
         return
     if path.exists():
@@ -146,6 +146,6 @@ def transaction(connection: sqlite3.Connection) -> Iterator[None]:
 
 
 def is_cut(connection: sqlite3.Connection, path: Path) -> bool:
-    """Tell whether the file is shorter than it says: SQLite does not, as long as what is asked for is there."""
+    """Return whether the file is shorter than its header says; SQLite itself looks at what is asked for alone."""
     pages, size = (connection.execute(f"PRAGMA {name}").fetchone()[0] for name in ("page_count", "page_size"))
     return bool(path.stat().st_size < pages * size)

@@ -1,13 +1,14 @@
 """What a result was made from: its log, as a group of the same file, so that the file alone can be run again.
 
 The group holds the head and the events of the log. What stands in the group of the surface already is not repeated. On
-reading, the digest over all of it has to be that of the log, which the result tells.
+reading, the digest over all of it has to be the ``log_digest`` of the result.
 """
 
 import errno
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -20,10 +21,9 @@ from historysim.log import canonical
 from historysim.log.file import Content
 from historysim.log.header import SURFACE, LogHeader, head_from
 from historysim.recording import surface_group
-from historysim.recording.file_layout import put_attributes
+from historysim.recording.netcdf import put_attributes, put_variable
 
 if TYPE_CHECKING:
-    import h5netcdf
     import netCDF4
 
 
@@ -38,36 +38,28 @@ COLUMNS = {
 BATCH = "batch_end"
 
 
-def write(file: "h5netcdf.File", head: LogHeader, content: Content) -> None:
+def write(file: "netCDF4.Dataset", head: LogHeader, content: Content) -> None:
     """Write head and events of a log into the group ``log`` of an open file, within that of the surface if it has one.
 
     Two groups side by side are more than compliance-checker bears (6.1 looks for a time in each).
     """
-    group = file.create_group(f"{surface_group.GROUP}/{GROUP}" if head.surface else GROUP)
+    group = file.createGroup(f"{surface_group.GROUP}/{GROUP}" if head.surface else GROUP)
     own = {name: array for name, array in head.arrays.items() if not name.startswith(SURFACE)}
     shared = [name for name, array in own.items() if _same(array, head.arrays.get(_twin(name)))]
     put_attributes(group, {"settings": head.text, ON_SURFACE: " ".join(shared)})
     for name, array in own.items():
         if name not in shared:
             dimensions = tuple(f"{_plain(name)}_{axis}" for axis in range(array.ndim))
-            _put(group, _plain(name), dimensions, array, {"array": name})
+            put_variable(group, _plain(name), dimensions, array, {"array": name})
     columns = canonical.columns_of(content.events)
     for (name, (dimension, dtype, text)), column in zip(COLUMNS.items(), columns, strict=True):
-        _put(group, name, (dimension,), np.frombuffer(column, dtype), {"long_name": text})
+        put_variable(group, name, (dimension,), np.frombuffer(column, dtype), {"long_name": text})
     ends = np.array(content.ends, dtype="<i8")
-    _put(group, BATCH, ("batch",), ends, {"long_name": "number of events up to each link of the chain"})
+    put_variable(group, BATCH, ("batch",), ends, {"long_name": "number of events up to each link of the chain"})
 
 
 def read(path: Path) -> tuple[LogHeader, Content]:
-    """Return head and events that stand in a result.
-
-    Raises
-    ------
-    InputError
-        The file is no result, one of a version that did not keep them, or damaged.
-    OSError
-        It cannot be read.
-    """
+    """Return head and events of a result; a file that is none, is damaged, or has none in it is an InputError."""
     import netCDF4
 
     check_named(path)
@@ -119,25 +111,12 @@ def _read(file: "netCDF4.Dataset", group: "netCDF4.Group") -> tuple[LogHeader, C
     return head, Content(events, _links(head, events, ends), ends)
 
 
-def _links(head: LogHeader, events: list[Event], ends: list[int]) -> list[bytes]:
-    """Return the chain over events that came in batches, as the log has it."""
+def _links(head: LogHeader, events: Sequence[Event], ends: list[int]) -> list[bytes]:
+    """Return the chain over batches of events, as the log has it."""
     links = [head.link]
     for first, last in pairwise(ends):
         links.append(canonical.link(links[-1], first, canonical.columns_of(events[first:last])))
     return links
-
-
-def _put(
-    group: "h5netcdf.Group", name: str, dimensions: tuple[str, ...], values: Array, attributes: dict[str, Any]
-) -> None:
-    for dimension, size in zip(dimensions, values.shape, strict=True):
-        if dimension not in group.dimensions:
-            group.dimensions[dimension] = size
-    packing = {"compression": "gzip", "shuffle": True, "fletcher32": True} if values.size else {}
-    made = group.create_variable(name, dimensions, values.dtype, **packing)
-    put_attributes(made, attributes)
-    if values.size:
-        made[...] = values
 
 
 def _same(array: Array, other: Array | None) -> bool:

@@ -12,11 +12,11 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.asperities.state import EnsembleState
 from historysim.basics.arguments import scalar
-from historysim.basics.notices import Teller, silent
+from historysim.basics.notices import Notify, silent
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.loads import schedule
-from historysim.loads.event_sequence import events_text, over_text, time_text
+from historysim.loads.event_sequence import as_events, events_text, over_text, time_text
 from historysim.loads.events import (
     Event,
     FrictionRamp,
@@ -26,9 +26,8 @@ from historysim.loads.events import (
     TangentialDisplacement,
     TangentialLoad,
 )
-from historysim.log.file import Content, LogFile
+from historysim.log.file import Content, LogFile, start_before
 from historysim.log.header import LogHeader
-from historysim.log.replay_start import start_before
 from historysim.memory.binding import DISPLACED
 from historysim.memory.paths import STILL, Goals, paths_to
 from historysim.recording.recorder import DatasetRecorder, Selection, chosen_asperities
@@ -44,21 +43,14 @@ HOLD = paths_to(_HELD, _HELD)
 
 @attrs.frozen
 class Verdict:
-    """What a check of a log has found.
-
-    Attributes
-    ----------
-    events : int
-        Events that are sound, from the beginning.
-    digest : str
-        Digest of the log up to there: the last link of its chain.
-    problem : str
-        What is wrong after them; empty where the log is whole.
-    """
+    """What a check of a log has found."""
 
     events: int
+    """Events that are sound, from the beginning."""
     digest: str
+    """Digest of the log up to there: the last link of its chain."""
     problem: str = ""
+    """What is wrong after them; empty where the log is whole."""
 
     @property
     def whole(self) -> bool:
@@ -133,7 +125,7 @@ class EventLog:
         schedule.check_substeps(substeps)
         chosen_asperities(ensemble, (), record)
         job = Replay(ensemble, (), substeps=substeps, saturate=saturate, record=record, instrument=instrument)
-        return cls(LogFile.create(Path(path), LogHeader.of(job, title=title), list(events)))
+        return cls(LogFile.create(Path(path), LogHeader.of(job, title=title), as_events(events)))
 
     def __enter__(self) -> Self:
         return self
@@ -163,7 +155,7 @@ class EventLog:
         return [
             ("title", settings["title"] or self.path.stem),
             ("asperities", f"{len(self.ensemble):,}"),
-            ("events", f"{len(self):,}{over_text(self.events())}"),
+            ("events", f"{len(self):,}{over_text(self._file.sound().events)}"),
             ("substeps", str(settings["substeps"])),
             ("made with", f"historysim {settings['historysim_version']}, {settings['made_with']}"),
             ("digest", self.digest),
@@ -200,18 +192,12 @@ class EventLog:
         return self._file.sound().links[-1].hex()
 
     def events(self, start: int = 0, stop: int | None = None) -> list[Event]:
-        """Return events, by their numbers, as a slice does.
-
-        Raises
-        ------
-        InputError
-            The log is damaged; the message says which events are sound.
-        """
-        return self._file.sound().events[start:stop]
+        """Return events, by their numbers, as a slice does; a damaged log is an InputError."""
+        return list(self._file.sound().events[start:stop])
 
     def job(self) -> Replay:
         """Return the replay of its events, as its head says."""
-        return self._file.head.replay(self.events())
+        return self._file.head.replay(self._file.sound().events)
 
     def verify(self) -> Verdict:
         """Check the chain, and say how far the log is sound."""
@@ -224,7 +210,7 @@ class EventLog:
         """Append events: they are on the disk when this returns.
 
         A channel runs straight between its own waypoints, so a new waypoint of a channel that was held since
-        its last one also says how it came there.
+        its last one also says how it got there.
 
         Parameters
         ----------
@@ -241,7 +227,7 @@ class EventLog:
         """
         self._file.append([events] if not isinstance(events, Iterable) else list(events))
 
-    def fork(self, at: float, path: str | Path, *, tell: Teller = silent) -> "EventLog":
+    def fork(self, at: float, path: str | Path, *, notify: Notify = silent) -> "EventLog":
         """Copy the past up to a time to a new log, so that another future can be appended.
 
         Channels that are on their way then, or held after their last waypoint, get a waypoint where they stand; those
@@ -254,7 +240,7 @@ class EventLog:
             Time [s]; events at this time are copied.
         path : path
             The new log.
-        tell : callable, optional
+        notify : callable, optional
             Told what is wrong with a damaged log.
 
         Raises
@@ -270,7 +256,7 @@ class EventLog:
         content = self._file.read()
         events = content.events
         if content.problem:
-            tell(f"{self.path}: is damaged: {content.problem}; the {len(events):,} events before are sound")
+            notify(f"{self.path}: is damaged: {content.problem}; the {len(events):,} events before are sound")
             if events and time > events[-1].time:
                 raise InputError(
                     f"{self.path}: is sound up to t = {time_text(events[-1].time)} only; expected a time up to there, "
@@ -316,7 +302,7 @@ class EventLog:
 
     def _where(self, kind: type[Any], state: EnsembleState, time: float) -> LoadEvent | FrictionRamp:
         if kind is FrictionRamp:
-            return FrictionRamp(time, state.friction if np.ptp(state.friction) else state.friction[0])
+            return FrictionRamp(time, tuple(state.friction) if np.ptp(state.friction) else state.friction[0])
         reached = {
             NormalLoad: state.normal_load,
             NormalDisplacement: state.approach,
@@ -363,14 +349,14 @@ class EventLog:
             raise InputError(f"{self.path}: has no event up to t = {time_text(time)}; expected a later time")
         return job.dataset(until=time, attributes=head.attributes)
 
-    def state(self, at: float = math.inf, *, tell: Teller = silent) -> EnsembleState:
+    def state(self, at: float = math.inf, *, notify: Notify = silent) -> EnsembleState:
         """Return the state at a time, from the last snapshot before it.
 
         Parameters
         ----------
         at : float
             Time [s]. Before the first event nothing has happened; after the last, the channels are held.
-        tell : callable, optional
+        notify : callable, optional
             Told which snapshots are passed over, and why.
 
         Raises
@@ -380,14 +366,14 @@ class EventLog:
         LoadError
             A load before that time that the contact cannot carry.
         """
-        return self._state(self._file.sound(), math.inf if at == math.inf else scalar("at", at), tell)
+        return self._state(self._file.sound(), math.inf if at == math.inf else scalar("at", at), notify)
 
-    def _state(self, content: Content, time: float, tell: Teller = silent) -> EnsembleState:
+    def _state(self, content: Content, time: float, notify: Notify = silent) -> EnsembleState:
         head, events = self._file.head, content.events
         if not events:
             return head.ensemble.initial_state()
         # as the result was made, substeps and all, since they change the rounding of a state
-        return head.replay(events).state(until=time, start=start_before(self._file, content, time, tell))
+        return head.replay(events).state(until=time, start=start_before(self._file, content, time, notify))
 
     def state_dataset(self, at: float = math.inf) -> "xr.Dataset":
         """Return the state at a time as a history of one step, with all asperities; parameters as for `state`."""

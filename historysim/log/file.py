@@ -1,12 +1,10 @@
 """The file of a log: SQLite, in which events are only ever appended, batch by batch, each chained to the one before.
 
 The journal is SQLite's rollback journal, not its write-ahead log: between transactions a log is one file that can be
-copied, mailed and read from a read-only folder, where a write-ahead log would need two more files and the right to
-write them. Its price, that a reader waits while a batch is committed, is small, since batches are few and large. With
-``synchronous=EXTRA`` (which is FULL, and the folder too) a committed batch outlives a loss of power as well.
+copied, mailed and read from a read-only folder. The price, that a reader waits while a batch is committed, is small,
+since batches are few and large. With ``synchronous=EXTRA`` a committed batch outlives a loss of power as well.
 """
 
-import itertools
 import json
 import os
 import sqlite3
@@ -18,16 +16,19 @@ from typing import Self
 import attrs
 import numpy as np
 
-from historysim.basics.file_kinds import is_log, told_kind
-from historysim.basics.files import check_replaceable, sync_folder
+from historysim.basics.files import SQLITE, check_replaceable, is_log, kind_text, sync_folder
 from historysim.basics.lock import WriterLock
+from historysim.basics.notices import Notify, silent
 from historysim.errors import InputError, MissingPackageError
-from historysim.loads.event_sequence import check_sequence, time_text
+from historysim.loads import schedule
+from historysim.loads.event_sequence import Events, check_sequence, loads_of, time_text
 from historysim.loads.events import Event
+from historysim.loads.schedule import Start
 from historysim.log import canonical
 from historysim.log.database import (
     ENDING,
     SCHEMA,
+    check_journal,
     check_schema,
     connect,
     is_cut,
@@ -35,10 +36,9 @@ from historysim.log.database import (
     reported,
     settle,
     transaction,
-    unsound,
 )
 from historysim.log.header import LogHeader, head_from
-from historysim.log.snapshot import Snapshot, snapshot_from
+from historysim.log.snapshot import Snapshot, program, snapshot_digest, snapshot_from, unpacked
 
 MOST_EVENTS_OF_A_BATCH = 1 << 16
 SHORTEST_LIMIT = 1_000_000
@@ -49,7 +49,7 @@ SHORTEST_LIMIT = 1_000_000
 class Content:
     """What stands in a log, as far as the chain holds."""
 
-    events: list[Event] = attrs.field(repr=False)
+    events: Events = attrs.field(repr=False)
     links: list[bytes] = attrs.field(repr=False)
     """Of the head, and after each batch."""
     ends: list[int] = attrs.field(repr=False)
@@ -63,14 +63,7 @@ class Content:
 
 
 class LogFile:
-    """A log on disk.
-
-    Parameters
-    ----------
-    path : Path
-        An existing log.
-    write : bool
-        Take the writer's lock at once.
+    """A log on disk; with `write` the writer's lock is taken at once.
 
     Raises
     ------
@@ -82,8 +75,8 @@ class LogFile:
 
     def __init__(self, path: Path, *, write: bool = False, lock: WriterLock | None = None) -> None:
         self.path = path
-        if not is_log(path) and (came := told_kind(path)):
-            raise InputError(f"{path}: {came}; expected the log of a run (NAME{ENDING})")
+        if not is_log(path) and (problem := kind_text(path)):
+            raise InputError(f"{path}: {problem}; expected the log of a run (NAME{ENDING})")
         self._lock = lock or (WriterLock(path) if write else None)
         self._connection: sqlite3.Connection | None = None
         try:
@@ -97,22 +90,16 @@ class LogFile:
 
     @classmethod
     def create(cls, path: Path, head: LogHeader, events: Sequence[Event] = ()) -> Self:
-        """Make a log, which appears under its name, in place of one that is there, when all its events stand in it.
+        """Make a log and take the writer's lock; it appears under its name when all its events stand in it.
 
-        The one who makes it holds the writer's lock.
-
-        Raises
-        ------
-        InputError
-            Events that cannot be used.
-        OSError
-            It cannot be written, or another process is writing one of this name.
+        Raises InputError: events that cannot be used. OSError: it cannot be written, or another process is writing one
+        of this name.
         """
         checked_events(head, events)
         check_replaceable(path)
         unfinished = path.with_name(f".{path.name}.part")
         try:
-            lock = WriterLock(unfinished, make=True)
+            lock = WriterLock(unfinished, make=True, begins=(SQLITE,))
         except OSError as error:
             raise OSError(error.errno, error.strerror, str(path)) from None
         try:
@@ -120,7 +107,7 @@ class LogFile:
                 # whoever writes the old one must be done before it is replaced
                 WriterLock(path).release()
             os.truncate(unfinished, 0)
-            unfinished.with_name(f"{unfinished.name}-journal").unlink(missing_ok=True)
+            check_journal(unfinished).unlink(missing_ok=True)
             with reported(path):
                 connection = connect(unfinished, "rw")
                 try:
@@ -170,8 +157,6 @@ class LogFile:
                 content = _read(connection, self.head)
                 if not content.problem and is_cut(connection, self.path):
                     content = attrs.evolve(content, problem="the file was cut")
-                if not content.problem and (damage := unsound(connection)):
-                    content = attrs.evolve(content, problem=f"SQLite finds: {damage}")
                 self._content, self._version = content, version
         return self._content
 
@@ -205,8 +190,8 @@ class LogFile:
                 about, link, state, digest = connection.execute(
                     "SELECT about, link, state, digest FROM snapshot WHERE number = ?", (number,)
                 ).fetchone()
+            whole = snapshot_digest(about, link, state) == digest
             snapshot = snapshot_from(about, link, state)
-            whole = snapshot.digest == digest
         except (InputError, ValueError, KeyError, TypeError, AttributeError) as error:
             return f"{name} is damaged ({error})"
         if not whole:
@@ -225,20 +210,16 @@ class LogFile:
     def append(self, events: Sequence[Event]) -> None:
         """Append events, in batches of one transaction each.
 
-        Raises
-        ------
-        InputError
-            Events that cannot be used, or the log is damaged.
-        OSError
-            Another process is writing it, or the disk is full; the batches before stand.
+        Raises InputError: events that cannot be used, or the log is damaged. OSError: another process is writing it, or
+        the disk is full; the batches before stand.
         """
         self.lock()
         content = self.sound()
-        events = list(events)
+        events = Events(events) if not isinstance(events, Events) else events
         checked_events(self.head, events, content.events)
         with reported(self.path):
             for batch in _put_events(self._open, content.links, content.ends, events):
-                content.events.extend(batch)
+                self._content = content = attrs.evolve(content, events=Events.joined([content.events, batch]))
 
     def add_snapshot(self, snapshot: Snapshot) -> None:
         """Put a snapshot beside the events."""
@@ -306,10 +287,7 @@ class LogFile:
 
 
 def checked_events(head: LogHeader, events: Sequence[Event], before: Sequence[Event] = ()) -> None:
-    """Check that events may follow others in a log.
-
-    What is no event, a time before the one in front, or coefficients of another number of asperities is an InputError.
-    """
+    """Check that events may follow others in a log; else it is an InputError."""
     check_sequence(events)
     if events and before and events[0].time < before[-1].time:
         raise InputError(
@@ -318,8 +296,9 @@ def checked_events(head: LogHeader, events: Sequence[Event], before: Sequence[Ev
             "copies the past up to a time, for another future"
         )
     count = len(head.ensemble)
-    for index, event in enumerate(events):
-        if problem := event.misfit(count):
+    # loads fit any number of asperities
+    for index, event in enumerate(events if loads_of(events) is None else ()):
+        if problem := event.problem(count):
             raise InputError(f"event {index} at t = {time_text(event.time)}: {problem}")
 
 
@@ -332,6 +311,50 @@ def links_of(head: LogHeader, events: Sequence[Event]) -> list[bytes]:
     return links
 
 
+def trusted_snapshots(
+    file: LogFile, content: Content, notify: Notify = silent, *, written: str | None = None
+) -> Iterator[Start]:
+    """Yield where the snapshots of a log let a replay begin, the latest first.
+
+    With `written`, only those with their rows in the file of that name. `notify` gets each reason to pass some over.
+    """
+    reasons: set[str] = set()
+    for snapshot in file.snapshots(content):
+        if isinstance(snapshot, Snapshot) and written not in {None, snapshot.written}:
+            continue
+        start = snapshot if isinstance(snapshot, str) else _start(file, content, snapshot)
+        if isinstance(start, Start):
+            yield start
+        elif start not in reasons:
+            notify(f"{file.path}: {start}; it is passed over")
+            reasons.add(start)
+
+
+def _start(file: LogFile, content: Content, snapshot: Snapshot) -> Start | str:
+    """Return where a snapshot lets a replay begin, or why it does not."""
+    cursor = snapshot.cursor
+    name = f"the snapshot at t = {time_text(cursor.time)}"
+    here = program(file.head.ensemble.packages)
+    if snapshot.program != here:
+        return f"a snapshot was made by {snapshot.program}; this is {here}"
+    if schedule.cursor_at(content.events, cursor.events, file.head.substeps) != cursor:
+        return f"{name} was made before events were appended"
+    try:
+        return Start(unpacked(file.head.ensemble, snapshot.state), cursor)
+    except InputError as error:
+        return f"a snapshot cannot be used ({error})"
+
+
+def start_before(
+    file: LogFile, content: Content, time: float, notify: Notify = silent, *, written: str | None = None
+) -> Start:
+    """Return the latest place up to a time [s] where a replay can begin; `written` as for `trusted_snapshots`."""
+    for start in trusted_snapshots(file, content, notify, written=written):
+        if start.cursor and start.cursor.time <= time:
+            return start
+    return Start(file.head.ensemble.initial_state())
+
+
 def _put_head(connection: sqlite3.Connection, head: LogHeader) -> None:
     connection.execute("INSERT INTO head VALUES (1, ?)", (head.text,))
     for name, values in sorted(head.arrays.items()):
@@ -341,10 +364,11 @@ def _put_head(connection: sqlite3.Connection, head: LogHeader) -> None:
 
 def _put_events(
     connection: sqlite3.Connection, links: list[bytes], ends: list[int], events: Sequence[Event]
-) -> Iterator[list[Event]]:
-    """Append events, and their links to those that are there; give them back batch by batch, when they stand."""
+) -> Iterator[Events]:
+    """Append events, and their links to those that are there; yield them batch by batch, when they stand."""
+    events = events if isinstance(events, Events) else Events(events)
     for start in range(0, len(events), MOST_EVENTS_OF_A_BATCH):
-        batch = list(itertools.islice(events, start, start + MOST_EVENTS_OF_A_BATCH))
+        batch = events[start : start + MOST_EVENTS_OF_A_BATCH]
         columns = canonical.columns_of(batch)
         number, first = len(links), ends[-1]
         link = canonical.link(links[-1], first, columns)
@@ -357,35 +381,35 @@ def _put_events(
 
 
 def _read(connection: sqlite3.Connection, head: LogHeader) -> Content:
-    content = Content([], [head.link], [0])
+    links, ends, batches = [head.link], [0], [Events()]
 
-    def broken(problem: str) -> Content:
-        return attrs.evolve(content, problem=problem)
+    def content(problem: str = "") -> Content:
+        return Content(Events.joined(batches), links, ends, problem)
 
     number = 0
     try:
-        # both tables are read, so that one that has lost its end is told by the other
+        # both tables are read: each shows where the other has lost its end
         chain = connection.execute("SELECT number, events, link FROM chain ORDER BY number").fetchall()
         rows = connection.execute("SELECT number, first, kind, time, value, coefficients FROM batch ORDER BY number")
         for number, row in enumerate(rows, start=1):
             columns = canonical.Columns(*row[2:])
-            if not all(isinstance(column, bytes) for column in columns) or row[:2] != (number, content.ends[-1]):
-                return broken(f"batch {number} does not follow the one before")
-            link = canonical.link(content.links[-1], content.ends[-1], columns)
-            if number >= len(chain) or chain[number] != (number, content.ends[-1] + len(columns.kind), link):
-                return broken(f"batch {number} does not match its digest")
+            if not all(isinstance(column, bytes) for column in columns) or row[:2] != (number, ends[-1]):
+                return content(f"batch {number} does not follow the one before")
+            link = canonical.link(links[-1], ends[-1], columns)
+            if number >= len(chain) or chain[number] != (number, ends[-1] + len(columns.kind), link):
+                return content(f"batch {number} does not match its digest")
             events = canonical.events_of(columns)
-            if content.events and events and events[0].time < content.events[-1].time:
-                return broken(f"batch {number} begins before the end of the one in front")
-            content.events.extend(events)
-            content.links.append(link)
-            content.ends.append(len(content.events))
+            if len(batches[-1]) and len(events) and events[0].time < batches[-1][-1].time:
+                return content(f"batch {number} begins before the end of the one in front")
+            batches.append(events)
+            links.append(link)
+            ends.append(ends[-1] + len(events))
     except MissingPackageError as error:
         raise MissingPackageError(f"batch {number + 1} {error}") from error
     except (sqlite3.Error, InputError, ValueError, TypeError, OverflowError) as error:
         if isinstance(error, sqlite3.Error) and refusal(error):
             raise
-        return broken(f"batch {number + 1} cannot be read ({error})")
-    if len(chain) > len(content.links):
-        return broken(f"{len(chain) - len(content.links)} of {len(chain) - 1} batches are missing at the end")
-    return content
+        return content(f"batch {number + 1} cannot be read ({error})")
+    if len(chain) > len(links):
+        return content(f"{len(chain) - len(links)} of {len(chain) - 1} batches are missing at the end")
+    return content()

@@ -11,12 +11,11 @@ import numpy as np
 
 from historysim._version import __version__
 from historysim.asperities.curves import NormalCurves
-from historysim.asperities.ensemble import Ensemble
+from historysim.asperities.ensemble import Ensemble, Patches
 from historysim.asperities.instrument import Instrument
 from historysim.asperities.laws import law_from
 from historysim.asperities.wear import WearLaw
 from historysim.asperities.yielding import YieldingLaw
-from historysim.basics.arguments import workable
 from historysim.basics.array_types import Array
 from historysim.basics.limits import at_most, most
 from historysim.basics.wording import shown
@@ -27,15 +26,8 @@ from historysim.log.canonical import array_digest
 from historysim.recording.provenance import made_with
 from historysim.replaying import Replay
 
-FORMAT = 1
-FORMAT_OF_LAWS = 3
-"""Form of a log whose asperities evolve, which earlier versions would leave as they are."""
-FORMAT_OF_CURVES = 4
-"""Form of a log whose asperities are patches of normal curves, which earlier versions would take for summits."""
-FORMAT_OF_SUMS = 2
-"""Form of such a log of earlier versions, which wrote normal curves as sums of elements."""
-FORMAT_OF_YIELDING = 5
-"""Form of a log whose summits yield, which earlier versions would leave as they are, too."""
+FORMAT, FORMAT_OF_LAWS, FORMAT_OF_CURVES, FORMAT_OF_YIELDING = 1, 3, 4, 5
+"""Forms of a log: plain, with asperities that evolve, with patches of normal curves, and with summits that yield."""
 FORMATS = (FORMAT, FORMAT_OF_LAWS, FORMAT_OF_CURVES, FORMAT_OF_YIELDING)
 OF_THE_ENSEMBLE = ("summit_height", "summit_radius", "friction", "x", "y")
 SURFACE, CURVES = "surface.", "curves."
@@ -60,13 +52,11 @@ class LogHeader:
     """What a log begins with."""
 
     settings: Mapping[str, Any]
-    """Numbers and texts that can stand in JSON: versions, the scenario as TOML text with its title and seed (a list of
-    several; None where nothing is drawn by chance), the moduli [Pa], the tolerance of the ensemble, the lateral
-    stiffness of the instrument [N/m] (None where rigid), substeps, saturate, and what is recorded; as far as they are
-    known, the limits of the pair, the nominal area [m²], the resolutions of the instrument, and what the scenario says
-    of who made it and under which licence."""
+    """What can stand in JSON: versions, the scenario as TOML text with its title and seeds, the moduli [Pa], tolerance,
+    the lateral stiffness of the instrument [N/m], substeps, saturate, what is recorded, and what makes asperities
+    evolve; as far as they are known, limits of the pair, nominal area [m²], resolutions, and metadata."""
     arrays: Mapping[str, Array] = attrs.field(repr=False)
-    """Of the ensemble, and what the result shows of the surface under names that begin with ``surface.``."""
+    """Of the ensemble, and of the group ``surface`` of the result, with names that begin with ``surface.``."""
 
     @classmethod
     def of(
@@ -125,10 +115,7 @@ class LogHeader:
         return array_digest(sorted(self.arrays.items()), self.text)
 
     def check(self) -> None:
-        """Check that settings are of their types, and that ensemble and instrument can be made of them.
-
-        Raises InputError: a setting of another type, or numbers that no ensemble has.
-        """
+        """Check that settings are of their types, and make an ensemble and an instrument; else it is an InputError."""
         for name, kinds in OF_SETTINGS.items():
             value = self.settings.get(name)
             if (value is None and name not in self.settings) or not isinstance(value, kinds):
@@ -142,8 +129,6 @@ class LogHeader:
         if isinstance(self.settings["substeps"], bool) or not 1 <= self.substeps <= most("STEPS"):
             raise InputError(f"says {shown(self.settings['substeps'])} as substeps; {at_most('STEPS')}")
         try:
-            for name in OF_THE_ENSEMBLE[:2]:
-                workable(name, self.arrays[name])
             # either is computed once
             _ = self.ensemble, self.instrument
         except MissingPackageError:
@@ -157,7 +142,14 @@ class LogHeader:
         own: dict[str, Any] = {name: self.arrays[name] for name in OF_THE_ENSEMBLE if name in self.arrays}
         pair = MaterialPair.from_moduli(**{name: self.settings[name] for name in OF_THE_PAIR if name in self.settings})
         given = {name.removeprefix(CURVES): values for name, values in self.arrays.items() if name.startswith(CURVES)}
-        curves = NormalCurves(**given) if given else None
+        if given:
+            return Patches(
+                pair,
+                NormalCurves(**given),
+                float(own["friction"][0]),
+                highest_summit=float(own["summit_height"].max()),
+                tolerance=self.settings["tolerance"],
+            )
         if (law := self.settings.get("friction_law")) is not None:
             kept, own["friction"] = own["friction"], law_from(law)
             own_law = own["friction"]
@@ -169,7 +161,6 @@ class LogHeader:
             **own,
             nominal_area=self.settings.get("nominal_area"),
             tolerance=self.settings["tolerance"],
-            curves=curves,
             wear=WearLaw.from_settings(self.settings["wear"]) if "wear" in self.settings else None,
             follow_sliding=self.settings.get("follow_sliding", False),
             yielding=YieldingLaw.from_settings(self.settings["yielding"]) if "yielding" in self.settings else None,
@@ -215,7 +206,7 @@ class LogHeader:
 
     @property
     def packages(self) -> tuple[str, ...]:
-        """Packages of others that its laws came from, each with its version then."""
+        """Packages of others that have its laws, each with its version then."""
         laws = [self.settings[name] for name in ("friction_law", "wear", "yielding") if name in self.settings]
         return tuple(dict.fromkeys(" ".join(map(str, law["package"])).rstrip() for law in laws if "package" in law))
 
@@ -254,15 +245,10 @@ def _known(ensemble: Ensemble, instrument: Instrument) -> dict[str, float]:
 
 
 def head_from(text: str, arrays: Mapping[str, Array]) -> LogHeader:
-    """Return the head that stands in a file; a form that this version does not know is an InputError."""
+    """Return the head of a file; a form that this version does not know is an InputError."""
     settings = json.loads(text)
     if not isinstance(settings, dict) or settings.get("format") not in FORMATS:
         form = settings.get("format") if isinstance(settings, dict) else settings
-        if form == FORMAT_OF_SUMS:
-            raise InputError(
-                "has normal curves as earlier versions wrote them, which were wrong at light loads; run its scenario "
-                "again"
-            )
         raise InputError(
             f"is a log of form {form!r}; expected one of {', '.join(map(str, FORMATS))}; a later version of historysim "
             "has written it"

@@ -5,43 +5,39 @@ import math
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, final
+
+import attrs
 
 from historysim.basics.files import replacing
 from historysim.basics.hdf5 import check_contained
-from historysim.basics.notices import Teller, silent
+from historysim.basics.notices import Notify, silent
 from historysim.errors import InputError, LoadError
 from historysim.loads.event_sequence import time_text
 from historysim.loads.schedule import Cursor, Start
 from historysim.log import embedded_log
 from historysim.log.database import ENDING
-from historysim.log.file import Content, LogFile
+from historysim.log.file import Content, LogFile, start_before
 from historysim.log.header import LogHeader
-from historysim.log.replay_start import start_before
 from historysim.log.snapshot import Snapshot
 from historysim.recording import surface_group
-from historysim.recording.compression import compress
-from historysim.recording.netcdf import FileRecorder
-from historysim.recording.unfinished import Unfinished
+from historysim.recording.netcdf import FileRecorder, Unfinished, check_room
 
 if TYPE_CHECKING:
-    import h5netcdf
+    import netCDF4
 
     from historysim.asperities.state import EnsembleState
 
 logger = logging.getLogger(__name__)
 
 LARGE = 200e6
-"""Bytes of a result from which its size is told beforehand."""
+"""Bytes of a result from which its size is announced."""
 SNAPSHOT_CELLS, MOST_SNAPSHOT_ROWS = 1 << 26, 1 << 16
 """Asperities times rows between snapshots by default, and the most rows: some seconds of replay."""
 
 
 def log_beside(output: Path) -> Path:
-    """Return the place of the log that belongs to a result.
-
-    Raises InputError: it would be the result itself, or there is no name.
-    """
+    """Return the place of the log of a result; an InputError where that is the result itself, or there is no name."""
     if not output.name:
         raise InputError(f"{output}: is a folder; expected the name of a file to write")
     beside = output.with_suffix(ENDING)
@@ -59,108 +55,131 @@ def write_result(
     snapshot_every: int | None = None,
     compression: str = "none",
     threads: int | None = None,
-    tell: Teller = silent,
+    notify: Notify = silent,
 ) -> None:
-    """Replay a log into a result, which appears under its name when it is complete.
+    """Replay a log, open to write, into a result, which appears under its name when it is complete.
 
     Parameters
     ----------
     file : LogFile
-        Open to write: snapshots of the state are put beside its events.
+        Snapshots of the state are put beside its events.
     output : Path
-    progress, resume, snapshot_every, compression, threads, tell
+    progress, resume, snapshot_every, compression, threads, notify
         See `historysim.run`.
 
     Raises
     ------
-    InputError
-        The log is damaged, or holds no events.
-    LoadError
-        A load that the contact cannot carry; the message names the event.
-    OSError
-        ``output`` cannot be written, or another process is writing it.
+    InputError, LoadError
+        The log is damaged, or holds no events; a load that the contact cannot carry.
+    OSError, KeyboardInterrupt
+        ``output`` cannot be written; the user has stopped it. The message says what is kept.
     """
     head, content = file.head, file.sound()
     if not content.events:
         raise InputError(f"{file.path}: holds no events yet; expected at least one: historysim append adds them")
     job = head.replay(content.events, threads)
-    steps, tip = job.steps(), content.links[-1]
+    tip = content.links[-1]
     unfinished = Unfinished(output)
-    keep = False
-    logger.info("%s: %d asperities, %d events, %d steps", file.path, len(head.ensemble), len(content.events), steps)
+    kept, last = False, 0
+    logger.info("%s: %r", file.path, job)
     try:
         if resume and _is_result_of(output, tip):
             return
         now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
-        options: dict[str, Any] = {
-            "handle": unfinished.handle,
-            "attributes": job.attributes() | head.attributes | digest_attribute(tip) | {"date_created": now},
-            "beside": partial(_write_beside, head=head, content=content),
-            "writers": job.threads,
-        }
-        if not resume:
-            unfinished.forget()
-        with job.recorder(FileRecorder, **options) as target:
-            start = _start(file, content, target, tell) if resume else Start(head.ensemble.initial_state())
-            last = start.rows
-            keep = last > 0
-            target.check_room(output.parent)
+        written = _name_of(unfinished.path, tip) if resume else ""
+        start = _start(file, content, written, notify) if resume else Start(head.ensemble.initial_state())
+        kept = start.rows > 0
+        made = partial(
+            job.recorder,
+            FileRecorder,
+            attributes=job.attributes() | head.attributes | digest_attribute(tip) | {"date_created": now},
+            beside=partial(_write_beside, head=head, content=content),
+        )
+        with made(path=unfinished.path, go_on=start.rows) as target:
+            check_room(output.parent, target.size - 512 * getattr(unfinished.path.stat(), "st_blocks", 0))
             if target.size > LARGE and compression == "none":
-                tell(_size_notice(output, target))
+                notify(_size_notice(output, target))
             every = snapshot_every or max(1, min(MOST_SNAPSHOT_ROWS, SNAPSHOT_CELLS // len(head.ensemble)))
-
-            def snapshot(cursor: Cursor, state: "EnsembleState") -> None:
-                nonlocal last, keep
-                if cursor.rows - last < every or cursor.rows == steps:
-                    return
-                # first the rows, then the snapshot that says that they stand
-                written = target.flush()
-                ahead = max(cursor.events, *(index + 1 for index in cursor.heading))
-                batches = content.batches_for(ahead)
-                file.add_snapshot(
-                    Snapshot.of(cursor, batches, content.links[batches], state, written, packages=job.ensemble.packages)
-                )
-                logger.debug("%s: snapshot after %d of %d steps", file.path, cursor.rows, steps)
-                last, keep = cursor.rows, True
-
-            job.walk(target, start=start, most_rows=every, progress=progress, after=snapshot)
-            target.finish()
-        _publish(unfinished, output, compression)
-        keep = False
+            after = _Snapshots(file, content, target, written if kept else f"{unfinished.path.name} {now}", every)
+            try:
+                job.walk(target, start=start, most_rows=every, progress=progress, after=after)
+                target.finish()
+            finally:
+                last = after.last
+                kept = last > 0
+        if compression == "none":
+            unfinished.publish()
+        else:
+            with replacing(output) as smaller, made(path=smaller, compression=compression) as target:
+                target.copy_rows(unfinished.path)
+                target.finish()
+        logger.info("%s: written, %d bytes", output, output.stat().st_size)
+        kept = False
     except (LoadError, InputError):
-        keep = False
+        kept = False
         raise
+    except KeyboardInterrupt as error:
+        raise KeyboardInterrupt(_interruption(file.path, last, job.steps())) from error
     except OSError as error:
         if error.filename is not None:
             raise
         raise OSError(error.errno, f"{error.strerror}; then go on with --resume", str(output)) from error
     finally:
-        unfinished.close(keep=keep)
+        unfinished.close(keep=kept)
 
 
-def _publish(unfinished: Unfinished, output: Path, compression: str) -> None:
-    """Put a finished result in its place."""
-    if compression == "none":
-        unfinished.publish()
-    else:
-        with replacing(output) as smaller:
-            compress(unfinished.path, smaller, compression)
-    logger.info("%s: written, %d bytes", output, output.stat().st_size)
+def _interruption(log: Path, kept: int, steps: int) -> str:
+    """Return what an interrupted replay has kept, and how to go on."""
+    rows = f"the first {kept:,} of {steps:,} steps" if kept else f"none of {steps:,} steps yet"
+    return f"interrupted; {log} keeps the events and {rows}; the same run with --resume (resume=True) goes on there"
 
 
-def _start(file: LogFile, content: Content, target: FileRecorder, tell: Teller) -> Start:
-    """Return the last snapshot before which all rows stand, or the beginning, and let the recorder go on from there."""
-    known: dict[int, set[bytes]] = {}
-    for snapshot in file.snapshots(content):
-        if not isinstance(snapshot, str) and snapshot.written:
-            known.setdefault(snapshot.cursor.rows, set()).add(snapshot.written)
-    kept = target.rows_kept(known)
-    start = start_before(file, content, math.inf, tell, rows=kept)
-    if start.cursor is None:
-        tell(f"{file.path}: has no snapshot whose rows are there; the replay starts at the beginning")
-    else:
-        tell(f"{file.path}: going on from t = {time_text(start.cursor.time)}, after {start.rows:,} rows")
-        target.go_on(start.rows, kept[start.rows])
+@final
+@attrs.define
+class _Snapshots:
+    """Puts a snapshot into the log now and then."""
+
+    file: LogFile
+    content: Content
+    target: FileRecorder
+    written: str
+    """What the rows before a snapshot are called."""
+    every: int
+    """Rows between two of them."""
+    last: int = attrs.field(default=attrs.Factory(lambda self: self.target.go_on, takes_self=True))
+    """Rows before the last one."""
+
+    def __call__(self, cursor: Cursor, state: "EnsembleState") -> None:
+        if cursor.rows - self.last < self.every or cursor.rows == self.target.steps:
+            return
+        # first the rows, then the snapshot that says that they stand
+        self.target.flush()
+        ahead = self.content.batches_for(max(cursor.events, *(index + 1 for index in cursor.heading)))
+        link, packages = self.content.links[ahead], self.target.ensemble.packages
+        self.file.add_snapshot(Snapshot.of(cursor, ahead, link, state, self.written, packages=packages))
+        logger.debug("%s: snapshot after %d of %d steps", self.file.path, cursor.rows, self.target.steps)
+        self.last = cursor.rows
+
+
+def _name_of(unfinished: Path, tip: bytes) -> str:
+    """Return what snapshots call the rows of an unfinished file; empty where it is none of this log."""
+    import netCDF4
+
+    try:
+        with netCDF4.Dataset(unfinished) as file:
+            own = file.log_digest == digest_attribute(tip)["log_digest"]
+            return f"{unfinished.name} {file.date_created}" if own else ""
+    except (OSError, RuntimeError, AttributeError):
+        return ""
+
+
+def _start(file: LogFile, content: Content, written: str, notify: Notify) -> Start:
+    """Return the last snapshot with its rows in the unfinished file of this name, or the beginning."""
+    start = start_before(file, content, math.inf, notify, written=written) if written else None
+    if start is None or start.cursor is None:
+        notify(f"{file.path}: has no snapshot with its rows; the replay starts at the beginning")
+        return Start(file.head.ensemble.initial_state())
+    notify(f"{file.path}: going on from t = {time_text(start.cursor.time)}, after {start.rows:,} rows")
     return start
 
 
@@ -174,7 +193,7 @@ def _size_notice(output: Path, target: FileRecorder) -> str:
     )
 
 
-def _write_beside(file: "h5netcdf.File", head: LogHeader, content: Content) -> None:
+def _write_beside(file: "netCDF4.Dataset", head: LogHeader, content: Content) -> None:
     """Write what stands beside the rows: the surface, and what the result is made from."""
     if head.surface:
         surface_group.write(file, head.surface, head.settings["surface_attributes"])

@@ -1,4 +1,4 @@
-"""Snapshots: the state at one moment of a log, as bytes, with what it depends on. A shortcut, never a truth."""
+"""Snapshots: states beside the events of a log, from which a replay can begin: a shortcut, never a truth."""
 
 import hashlib
 import json
@@ -29,8 +29,8 @@ class Snapshot:
     """Versions that computed the state."""
     state: bytes = attrs.field(repr=False)
     """See `EnsembleState.to_bytes`."""
-    written: bytes = b""
-    """Digest of the rows before it, as `FileRecorder.flush` gives it; empty where none are written."""
+    written: str = ""
+    """Which file has the rows before it; empty where none are written."""
 
     @classmethod
     def of(
@@ -39,35 +39,40 @@ class Snapshot:
         batches: int,
         link: bytes,
         state: "EnsembleState",
-        written: bytes = b"",
+        written: str = "",
         *,
         packages: Iterable[str] = (),
     ) -> Self:
-        """Take a snapshot of a state, which packages of others beside this one have computed."""
+        """Take a snapshot of a state, which packages of others may have computed, too."""
         return cls(cursor, batches, link, program(packages), state.to_bytes(), written)
 
     @property
     def text(self) -> str:
         """What stands beside the state, as JSON."""
-        written = {"written": self.written.hex()} if self.written else {}
+        written = {"written": self.written} if self.written else {}
         return json.dumps({**attrs.asdict(self.cursor), "batches": self.batches, "program": self.program, **written})
 
     @property
     def digest(self) -> bytes:
         """SHA-256 of all of it."""
-        return hashlib.sha256(self.link + hashlib.sha256(self.text.encode()).digest() + self.state).digest()
+        return snapshot_digest(self.text, self.link, self.state)
+
+
+def snapshot_digest(text: str, link: bytes, state: bytes) -> bytes:
+    """Return the SHA-256 of a snapshot."""
+    return hashlib.sha256(link + hashlib.sha256(text.encode()).digest() + state).digest()
 
 
 def snapshot_from(text: str, link: bytes, state: bytes) -> Snapshot:
     """Take a snapshot from a file."""
     fields: dict[str, Any] = json.loads(text)
-    batches, made_by, written = fields.pop("batches"), fields.pop("program"), bytes.fromhex(fields.pop("written", ""))
-    cursor: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in fields.items()}
-    return Snapshot(Cursor(**cursor), batches, link, made_by, state, written)
+    batches, made_by, written = fields.pop("batches"), fields.pop("program"), fields.pop("written", "")
+    cursor = Cursor(fields["events"], fields["rows"], fields["time"], tuple(fields["heading"]))
+    return Snapshot(cursor, batches, link, made_by, state, written)
 
 
 def program(packages: Iterable[str] = ()) -> str:
-    """Say what computes states here: another version may give other bits; another machine does not."""
+    """Return what computes states here: another version may give other bits; another machine does not."""
     return ", ".join((f"historysim {__version__}", *packages))
 
 

@@ -10,23 +10,22 @@ import attrs
 import numpy as np
 
 from historysim.basics.array_types import Array
-from historysim.basics.file_kinds import is_log, is_netcdf, told_kind
+from historysim.basics.files import is_log, is_netcdf, kind_text
 from historysim.basics.hdf5 import check_named
-from historysim.basics.notices import Teller, silent
+from historysim.basics.notices import Notify, silent
 from historysim.errors import InputError
 from historysim.loads.event_sequence import time_text
 from historysim.loads.events import Event
 from historysim.loads.schedule import Start
 from historysim.log import embedded_log
-from historysim.log.file import LogFile
+from historysim.log.file import LogFile, trusted_snapshots
 from historysim.log.header import LogHeader
-from historysim.log.replay_start import trusted_snapshots
 from historysim.log.result import log_beside
 from historysim.log.snapshot import program
 from historysim.memory.rows import Rows
 from historysim.recording.provenance import made_with
 from historysim.recording.recorder import Recorder, coordinates_of
-from historysim.recording.variables import PRESENT_FRICTION, WHERE_FRICTION_CHANGES
+from historysim.recording.variables import SLIDE_TIME
 
 if TYPE_CHECKING:
     import netCDF4
@@ -44,16 +43,19 @@ class Difference:
     count: int = 0
     """Values that differ in any bit."""
     step: int = -1
+    """Of the first of them."""
     asperity: int = -1
-    """step and asperity: the first of them; the asperity is a column, -1 where the variable has none."""
+    """Column of the first of them; -1 where the variable has none."""
     found: float = 0.0
+    """The first of them in the result."""
     replayed: float = 0.0
-    """found and replayed: what stands there in the result, and what the replay gives."""
+    """The first of them in the replay."""
     largest: float = 0.0
-    """The largest difference, and `scale` the largest value of the replay, in the units of the variable."""
+    """Largest difference."""
     scale: float = 0.0
+    """Largest value of the replay."""
     real: bool = True
-    """Whether the values are real numbers, and no flags or counts."""
+    """Whether the values are real numbers, not flags or counts."""
 
     def add(self, first: int, recorded: Array, replayed: Array) -> None:
         """Compare values, of which the first belong to a step."""
@@ -74,12 +76,12 @@ class Difference:
 
     @property
     def rounding(self) -> bool:
-        """Whether it is no more than rounding: of real numbers, and small beside the largest value."""
+        """Whether it is rounding: of real numbers, and small beside the largest value."""
         return self.real and self.largest <= ROUNDING * self.scale
 
     @property
     def text(self) -> str:
-        """Say it in a line."""
+        """The difference in a line."""
         column = "" if self.asperity < 0 else f", asperity column {self.asperity}"
         relative = f" ({self.largest / self.scale:.2g} of its largest value)" if self.scale else ""
         return (
@@ -123,7 +125,7 @@ class Verification:
 
 
 def verify(
-    path: str | Path, log: str | Path | None = None, *, progress: bool = False, tell: Teller = silent
+    path: str | Path, log: str | Path | None = None, *, progress: bool = False, notify: Notify = silent
 ) -> Verification:
     """Replay the log of a result and compare every bit, or check a log and its snapshots.
 
@@ -135,7 +137,7 @@ def verify(
         The log of the result; by default the one beside it.
     progress : bool
         Show a progress bar, as `historysim.run` does.
-    tell : callable, optional
+    notify : callable, optional
         Told where versions differ, and which snapshots are passed over.
 
     Raises
@@ -147,14 +149,14 @@ def verify(
     """
     path = Path(path)
     if is_log(path):
-        return _verify_log(path, tell=tell)
-    return _verify_result(path, None if log is None else Path(log), progress=progress, tell=tell)
+        return _verify_log(path, notify=notify)
+    return _verify_result(path, None if log is None else Path(log), progress=progress, notify=notify)
 
 
-def _verify_result(output: Path, log: Path | None, *, progress: bool, tell: Teller) -> Verification:
+def _verify_result(output: Path, log: Path | None, *, progress: bool, notify: Notify) -> Verification:
     if not is_netcdf(output):
-        came = told_kind(output) or "is neither of them"
-        raise InputError(f"{output}: {came}; expected a result of historysim run (netCDF), or a log (NAME.history)")
+        kind = kind_text(output) or "is neither of them"
+        raise InputError(f"{output}: {kind}; expected a result of historysim run (netCDF), or a log (NAME.history)")
     beside = log or log_beside(output)
     if log is None and not beside.is_file():
         # what is no result has no log
@@ -173,7 +175,7 @@ def _verify_result(output: Path, log: Path | None, *, progress: bool, tell: Tell
         )
         if elsewhere:
             here = program(file.head.ensemble.packages)
-            tell(f"{output}: was made by {elsewhere}; this is {here}, so the last digits may differ")
+            notify(f"{output}: was made by {elsewhere}; this is {here}, so the last digits may differ")
         job = file.head.replay(events)
         steps = job.steps()
         if len(result.dimensions["step"]) != steps:
@@ -182,6 +184,7 @@ def _verify_result(output: Path, log: Path | None, *, progress: bool, tell: Tell
         for variable, values in coordinates_of(job.ensemble, job.asperities):
             target.compare(variable.name, values)
         job.walk(target, progress=progress)
+        target.compare_slides()
         differences = tuple(difference for difference in target.differences.values() if difference.count)
         return Verification(output, len(events), digest, differences=differences, made_elsewhere=elsewhere)
 
@@ -197,14 +200,14 @@ def _elsewhere(head: LogHeader, version: str, made: str) -> str:
     return "" if law is None or law.same_bits or made == made_with() else f"{by} with {made}"
 
 
-def _verify_log(path: Path, *, tell: Teller) -> Verification:
+def _verify_log(path: Path, *, notify: Notify) -> Verification:
     with LogFile(path) as file:
         head, content = file.head, file.sound()
         elsewhere = _elsewhere(head, head.version, head.settings["made_with"])
         if content.events and elsewhere:
             here = program(head.ensemble.packages)
-            tell(f"{path}: was made by {elsewhere}; this is {here}, so the last digits of its states may differ")
-        starts = list(trusted_snapshots(file, content, tell))
+            notify(f"{path}: was made by {elsewhere}; this is {here}, so the last digits of its states may differ")
+        starts = list(trusted_snapshots(file, content, notify))
         good, now = 0, None
         job = head.replay(content.events)
         for kept in [*reversed(starts), None] if content.events else []:
@@ -215,13 +218,9 @@ def _verify_log(path: Path, *, tell: Teller) -> Verification:
             if state.to_bytes() == kept.state.to_bytes():
                 good += 1
             else:
-                tell(f"{path}: the snapshot at t = {time_text(until)} differs from the replay; run it again")
+                notify(f"{path}: the snapshot at t = {time_text(until)} differs from the replay; run it again")
             now = Start(state, kept.cursor)
         return Verification(path, len(content.events), content.links[-1].hex(), snapshots=good)
-
-
-LATER = frozenset(variable.name for variable in (*WHERE_FRICTION_CHANGES, PRESENT_FRICTION))
-"""Variables that results of earlier versions do not have."""
 
 
 @final
@@ -246,10 +245,15 @@ class _Comparer(Recorder):
             self.compare(variable.name, values, where)
         self._filled += times.size
 
+    def compare_slides(self) -> None:
+        """Compare when asperities have slid, which results of earlier versions do not say."""
+        name = SLIDE_TIME.name
+        if self.slide_time is not None and name in self.file.variables:
+            recorded = self.file[name][...][np.newaxis]
+            self.differences.setdefault(name, Difference(name)).add(0, recorded, self.slide_time[np.newaxis])
+
     def compare(self, name: str, values: Array, where: slice = slice(None)) -> None:
         """Compare the values of one variable."""
-        if name not in self.file.variables and name in LATER:
-            return
         if name not in self.file.variables:
             raise InputError(f"has no variable {name}")
         recorded = self.file[name]

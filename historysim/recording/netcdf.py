@@ -1,114 +1,136 @@
-"""Write a history to a netCDF file, which appears under its name only when all rows stand in it."""
+"""Write a history to a netCDF file, which appears under its name only when all rows stand in it.
+
+Each variable is one contiguous piece, created before the first row. After the first `FileRecorder.flush` only rows
+change in the file until ``complete`` is set: however the process ends, the file opens and has the rows flushed so far.
+"""
 
 import contextlib
 import errno
+import math
 import os
 import shutil
-import zlib
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, final
 
 import attrs
 import numpy as np
 
-from historysim.basics import system
 from historysim.basics.array_types import Array
-from historysim.basics.files import replacing
-from historysim.basics.system import read_at, write_at
+from historysim.basics.files import own_file, replacing, sync_file, sync_folder
+from historysim.basics.lock import WriterLock
+from historysim.errors import InputError
 from historysim.memory.binding import TOTALS
 from historysim.memory.rows import Rows
 from historysim.recording import recorder
-from historysim.recording.file_layout import FileLayout, RowPlace, file_layout
-from historysim.recording.recorder import Recorder
+from historysim.recording.recorder import Recorder, coordinates_of
+from historysim.recording.variables import COORDINATES, SLIDE_TIME, Variable
 
 if TYPE_CHECKING:
-    import h5netcdf
+    import netCDF4
+
+TIME = COORDINATES[0]
+COMPRESSIONS: dict[str, dict[str, Any]] = {
+    "none": {},
+    "zlib": {"compression": "zlib", "complevel": 1, "shuffle": True},
+    "zstd": {"compression": "zstd", "complevel": 3, "shuffle": True},
+}
+CHUNK_CELLS, ROWS_OF_A_CHUNK = 1 << 16, 1 << 8
+MOST_CELLS_ACROSS = 1 << 21
+"""Values of all chunks across a row: 16 MB, which the netCDF library keeps of a variable while it reads."""
+_BEGINS = (bytes(8), b"\x89HDF\r\n\x1a\n")
+"""The first bytes of an unfinished file."""
+_unwritable: "list[netCDF4.Dataset]" = []
+"""Files that could not be written: HDF5 may end the process when one is closed, so none ever is."""
+
+
+def check_compression(compression: str) -> None:
+    """Refuse a way of compression that is unknown."""
+    if compression not in COMPRESSIONS:
+        raise InputError(f"compression is {compression!r}; expected one of {', '.join(COMPRESSIONS)}")
+
+
+def put_attributes(holder: "netCDF4.Dataset | netCDF4.Variable[Any]", attributes: Mapping[str, Any]) -> None:
+    """Give a group or a variable attributes; texts as arrays of characters, which is what CF asks for."""
+    for name, value in attributes.items():
+        # R and others know no integer attributes of 8 bytes
+        small = isinstance(value, int) and abs(value) <= np.iinfo(np.int32).max
+        holder.setncattr(name, value.encode() if isinstance(value, str) else np.int32(value) if small else value)
+
+
+def put_variable(
+    group: "netCDF4.Dataset",
+    name: str,
+    dimensions: tuple[str, ...],
+    values: Array,
+    attributes: Mapping[str, Any],
+    *,
+    fill_value: float | bool = False,
+) -> None:
+    """Write a whole variable, compressed and with checksums, and the dimensions that are not there yet."""
+    for dimension, size in zip(dimensions, values.shape, strict=True):
+        if dimension not in group.dimensions:
+            group.createDimension(dimension, size)
+    packing: dict[str, Any] = {"compression": "zlib", "shuffle": True, "fletcher32": True} if values.size else {}
+    made = group.createVariable(name, values.dtype, dimensions, fill_value=fill_value, **packing)
+    put_attributes(made, attributes)
+    if values.size:
+        made[...] = values
 
 
 @final
 @attrs.define
 class FileRecorder(Recorder):
-    """Rows of one history, written to the file of a result while the next ones are computed.
+    """Rows of one history, written to the file of a result."""
 
-    Each byte is written once, to the place where readers will look for it; what makes a result of the rows is written
-    at the end. Of the rows of each variable a checksum (CRC-32) goes along, by which is found out whether they stand.
-    """
-
-    handle: int
-    """Of a file that is open to read and write."""
+    path: Path
+    """The file; what is there is replaced unless the recorder goes on."""
     attributes: Mapping[str, Any]
     """Of the result."""
-    beside: "Callable[[h5netcdf.File], None] | None" = None
+    beside: "Callable[[netCDF4.Dataset], None] | None" = None
     """Writes further groups into the file."""
-    writers: int = 2
-    """Threads that write."""
-    _layout: FileLayout = attrs.field(init=False)
-    _sums: list[int] = attrs.field(init=False)
+    go_on: int = 0
+    """Rows that stand in the file already."""
+    compression: str = "none"
+    """How rows are kept; where they are compressed, a file that is not finished cannot be gone on with."""
+    _file: "netCDF4.Dataset" = attrs.field(init=False)
     _held: int = attrs.field(default=0, init=False)
     _times: list[Array] = attrs.field(factory=list, init=False)
     _rows: Rows = attrs.field(init=False)
-    _spare: Rows = attrs.field(init=False)
-    _writers: ThreadPoolExecutor = attrs.field(init=False)
-    _writing: list[Future[None]] = attrs.field(factory=list, init=False)
 
     def __attrs_post_init__(self) -> None:
-        self._layout = file_layout(self, self.attributes, self.beside)
-        self._sums = [0] * len(self._layout.places)
-        self._rows, self._spare = self.new_rows(0), self.new_rows(0)
-        self._writers = ThreadPoolExecutor(self.writers, thread_name_prefix="writer")
+        import netCDF4
+
+        self._rows, self._filled = self.new_rows(0), self.go_on
+        with _reported():
+            self._file = netCDF4.Dataset(self.path, "a" if self.go_on else "w", format="NETCDF4")
+            self._file.set_fill_off()
+            if not self.go_on:
+                self._declare()
+            self._file.set_auto_maskandscale(False)
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Wait until nothing is written any more."""
-        self._writers.shutdown(cancel_futures=True)
+        """Close the file, if it is not finished."""
+        if self._file.isopen():
+            # the error that ends the block is the one to report
+            with contextlib.suppress(RuntimeError):
+                self._close()
 
     @property
     def size(self) -> int:
-        """Bytes of the whole result."""
-        return self._layout.size
-
-    def check_room(self, folder: Path) -> None:
-        """Check that a folder's disk has room for what is not written yet; an OSError where it has not."""
-        needed, free = self.size - 512 * os.fstat(self.handle).st_blocks, shutil.disk_usage(folder).free
-        if free < needed:
-            raise OSError(
-                errno.ENOSPC,
-                f"No space left on device: the result needs {needed / 1e6:,.1f} MB more, and {free / 1e6:,.1f} MB are "
-                "free; make room",
-            )
-
-    def rows_kept(self, known: Mapping[int, Collection[bytes]]) -> Mapping[int, bytes]:
-        """Return up to which numbers of rows those in the file are what they were.
-
-        Of the numbers in `known`, with what `flush` has returned there, those up to which nothing has changed.
-        """
-        kept: dict[int, bytes] = {}
-        begun, sums = 0, [0] * len(self._sums)
-        # what cannot be read does not stand
-        with contextlib.suppress(OSError):
-            for rows in sorted(rows for rows in known if rows <= self.steps):
-                for first in range(begun, rows, self._most):
-                    last = min(first + self._most, rows)
-                    sums = [self._read(*each, first, last) for each in zip(self._layout.places, sums, strict=True)]
-                begun, written = rows, _digest(sums)
-                if written not in known[rows]:
-                    break
-                kept[rows] = written
-        return kept
-
-    def go_on(self, rows: int, written: bytes) -> None:
-        """Go on after so many rows, one of the numbers that `rows_kept` has given, with what it has given for it."""
-        self._sums = np.frombuffer(written, "<u4").tolist()
-        self._filled = rows
+        """Bytes of all rows."""
+        return self.steps * sum(
+            np.dtype(each.dtype).itemsize * (self.columns if "asperity" in each.dimensions else 1)
+            for each in (TIME, *self.totals, *self.per_asperity)
+        )
 
     def blank(self, count: int) -> Rows:
         """Return rows for the replay to fill next."""
         if self._held and self._held + count > self._most:
-            self._hand_over()
+            self._put_held()
         if len(self._rows.totals) < count:
             self._rows = self.new_rows(max(count, self._most))
         return self._rows[self._held : self._held + count]
@@ -119,102 +141,183 @@ class FileRecorder(Recorder):
         self._held += times.size
         self._filled += times.size
 
-    def flush(self) -> bytes:
-        """Write all rows so far to the disk; return a digest of them, by which `rows_kept` finds out whether they are.
-
-        Rows that cannot be written are an OSError.
-        """
-        self._written()
+    def flush(self) -> None:
+        """Write all rows so far to the disk; rows that cannot be written are an OSError."""
+        self._put_held()
         with _reported():
-            # macOS has no other call than that which also writes when the file was changed
-            getattr(os, "fdatasync", os.fsync)(self.handle)
-        return _digest(self._sums)
+            self._file.sync()
+            sync_file(self.path)
 
     def finish(self) -> None:
         """Make a result of the rows, which are all there; an OSError where it cannot be written."""
-        self._written()
+        self._put_held()
         with _reported():
-            for address, content in self._layout.content.items():
-                _put(self.handle, memoryview(content), address)
-            os.ftruncate(self.handle, self._layout.size)
+            if self.slide_time is not None and self.slide_time.size:
+                self._file[SLIDE_TIME.name][...] = self.slide_time
+            self._file.setncattr("complete", np.int8(1))
+            self._close()
+
+    def _close(self) -> None:
+        try:
+            # a full disk is an error here; in close() HDF5 may end the process
+            self._file.sync()
+            self._file.close()
+        except RuntimeError:
+            # a reference that stays keeps netCDF4 from closing it
+            _unwritable.append(self._file)
+            raise
+
+    def copy_rows(self, source: Path) -> None:
+        """Take all rows from a finished file of the same history."""
+        import netCDF4
+
+        with _reported(), netCDF4.Dataset(source) as given:
+            given.set_auto_maskandscale(False)
+            if self.columns:
+                self.slide_time = given[SLIDE_TIME.name][...]
+            for each in (TIME, *self.totals, *self.per_asperity):
+                made = self._file[each.name]
+                at_once = made.shape[0] if made.chunking() == "contiguous" else made.chunking()[0]
+                for first in range(0, self.steps, at_once):
+                    made[first : first + at_once] = given[each.name][first : first + at_once]
+
+    def _declare(self) -> None:
+        """Make all variables, and write what has no rows."""
+        file = self._file
+        put_attributes(file, self.attributes)
+        # there from the beginning, so that at the end one byte changes, at its place
+        file.setncattr("complete", np.int8(0))
+        file.createDimension("step", self.steps)
+        if self.asperities is not None:
+            file.createDimension("asperity", self.columns)
+        fixed = coordinates_of(self.ensemble, self.asperities)
+        coordinates = [*(variable for variable, _ in fixed), TIME]
+        once = () if self.asperities is None else (SLIDE_TIME,)
+        for each in (*coordinates, *self.totals, *self.per_asperity, *once):
+            self._make(each, coordinates)
+        for variable, values in fixed:
+            if values.size:
+                file[variable.name][...] = values
+        if self.beside is not None:
+            self.beside(file)
+
+    def _make(self, variable: Variable, coordinates: Sequence[Variable]) -> None:
+        shape = [len(self._file.dimensions[name]) for name in variable.dimensions]
+        stored: dict[str, Any] = {"contiguous": True} if math.prod(shape) else {}
+        if math.prod(shape) and (way := COMPRESSIONS[self.compression]):
+            chunks = chunk_shape(shape[0], math.prod(shape[1:]))[: len(shape)]
+            # by its checksums every reader finds out whether a chunk is still whole
+            stored = {"chunksizes": chunks, "fletcher32": True, **way}
+        made = self._file.createVariable(variable.name, variable.dtype, variable.dimensions, fill_value=False, **stored)
+        put_attributes(made, variable.attributes)
+        if variable not in coordinates:
+            auxiliary = [each.name for each in coordinates if each.dimensions[0] in variable.dimensions]
+            put_attributes(made, {"coordinates": " ".join(name for name in auxiliary if name != "asperity")})
 
     @property
     def _most(self) -> int:
         """Rows that are held, at most, before they are written."""
         return max(1, min(self.steps, recorder.CELLS_AT_ONCE // max(self.columns, len(TOTALS.names or ()))))
 
-    def _hand_over(self) -> None:
-        """Let the writers have what is held, and make the rows before the last ones free to be filled again."""
-        self._wait()
+    def _put_held(self) -> None:
+        if not self._held:
+            return
         rows = self._rows[: self._held]
-        values = [np.concatenate(self._times), *(values for _, values in self.projected(rows))]
-        first = self._filled - self._held
-        self._writing = [self._writers.submit(self._write, index, first, each) for index, each in enumerate(values)]
-        self._rows, self._spare = self._spare, self._rows
-        self._held, self._times = 0, []
-
-    def _write(self, index: int, first: int, values: Array) -> None:
-        """Write rows of one variable."""
-        place = self._layout.places[index]
-        if place.row_size:
-            content = np.ascontiguousarray(values).data.cast("B")
-            self._sums[index] = zlib.crc32(content, self._sums[index])
-            _put(self.handle, content, place.begin + first * place.row_size)
-
-    def _read(self, place: RowPlace, total: int, first: int, last: int) -> int:
-        """Add rows of one variable, as they stand in the file, to a checksum."""
-        begin, end = (place.begin + row * place.row_size for row in (first, last))
-        return zlib.crc32(read_at(self.handle, end - begin, begin), total)
-
-    def _wait(self) -> None:
+        where = slice(self._filled - self._held, self._filled)
         with _reported():
-            for writing in self._writing:
-                writing.result()
-        self._writing = []
-
-    def _written(self) -> None:
-        if self._held:
-            self._hand_over()
-        self._wait()
-
-
-def _digest(sums: Sequence[int]) -> bytes:
-    return np.array(sums, "<u4").tobytes()
-
-
-def _put(handle: int, content: memoryview, address: int) -> None:
-    """Write all of a buffer."""
-    done = 0
-    while done < content.nbytes:
-        done += write_at(handle, content[done:], address + done)
+            self._file["time"][where] = np.concatenate(self._times)
+            for variable, values in self.projected(rows):
+                if values.size:
+                    self._file[variable.name][where] = values
+        self._held, self._times = 0, []
 
 
 @contextlib.contextmanager
 def _reported() -> Iterator[None]:
     try:
         yield
-    except OSError as error:
-        message = f"the rows cannot be written ({error.strerror}); is the disk full?"
-        raise OSError(error.errno or errno.EIO, message) from error
+    except (OSError, RuntimeError) as error:
+        # RuntimeError is the netCDF library's only type of error for whatever the system refuses
+        if isinstance(error, RuntimeError) and not str(error).startswith("NetCDF: "):
+            raise
+        why = (error.strerror if isinstance(error, OSError) else "") or str(error)
+        number = (error.errno if isinstance(error, OSError) else 0) or errno.EIO
+        raise OSError(number, f"the rows cannot be written ({why}); is the disk full?") from error
+
+
+class Unfinished:
+    """The file that a result is written to until it is complete: hidden, beside the result, and of one writer.
+
+    Raises OSError: the file cannot be made, or another process uses it.
+    """
+
+    def __init__(self, output: Path) -> None:
+        self.path, self._output = output.with_name(f".{output.name}.unfinished"), output
+        # not a lock on the file itself, which would keep readers from opening the result
+        lock = output.with_name(f".{output.name}.lock")
+        try:
+            self._lock = WriterLock(lock, make=True)
+        except BlockingIOError as error:
+            raise OSError(error.errno, "another process is writing this result", str(output)) from error
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, str(output)) from error
+        try:
+            os.close(own_file(self.path, begins=_BEGINS))
+            # a snapshot will say that rows stand in it
+            sync_folder(self.path.parent)
+        except OSError as error:
+            self._lock.remove()
+            raise OSError(error.errno, error.strerror, str(output)) from error
+
+    def publish(self) -> None:
+        """Rename it to the result: first its bytes reach the disk, then its name."""
+        sync_file(self.path)
+        self.path.replace(self._output)
+        sync_folder(self._output.parent)
+
+    def close(self, *, keep: bool) -> None:
+        """Release it, and remove it unless a resume may need it."""
+        if not keep:
+            self.path.unlink(missing_ok=True)
+        self._lock.remove()
+
+
+def check_room(folder: Path, needed: int) -> None:
+    """Check that a folder's disk has room for so many bytes; an OSError where it has not."""
+    free = shutil.disk_usage(folder).free
+    if free < needed:
+        raise OSError(
+            errno.ENOSPC,
+            f"No space left on device: the result needs {needed / 1e6:,.1f} MB more, and {free / 1e6:,.1f} MB are "
+            "free; make room",
+        )
 
 
 @contextlib.contextmanager
-def recording(path: Path, recorder_of: Callable[[int], FileRecorder]) -> Iterator[FileRecorder]:
-    """Record into a netCDF file with a recorder made for its handle; it replaces another one when all rows are there.
+def recording(path: Path, recorder_of: Callable[..., FileRecorder]) -> Iterator[FileRecorder]:
+    """Record into a netCDF file with a recorder made for its ``path`` until then; it replaces another one at the end.
 
     Raises OSError: the folder cannot be written to, or the disk is full.
     """
-    with replacing(path) as unfinished, opened(unfinished) as handle, recorder_of(handle) as target:
-        target.check_room(path.parent)
+    with replacing(path) as unfinished, recorder_of(path=unfinished) as target:
+        check_room(path.parent, target.size)
         yield target
         target.finish()
 
 
-@contextlib.contextmanager
-def opened(path: Path) -> Iterator[int]:
-    """Open a file that is there, to read and write, and close it when the block ends."""
-    handle = os.open(path, os.O_RDWR | system.OWN)
-    try:
-        yield handle
-    finally:
-        os.close(handle)
+def chunk_shape(steps: int, columns: int) -> tuple[int, int]:
+    """Return how many rows and columns a chunk has.
+
+    Few enough of both that one row of all columns, and one column of all rows, are each read without reading much
+    else.
+    """
+    rows = min(steps, max(1, min(ROWS_OF_A_CHUNK, MOST_CELLS_ACROSS // columns)))
+    across = min(columns, CHUNK_CELLS // rows)
+    rows = min(steps, max(rows, CHUNK_CELLS // across))
+    # all of about the same size, so that little room is lost at the ends
+    return _even(steps, rows), _even(columns, across)
+
+
+def _even(count: int, most: int) -> int:
+    size = -(-count // -(-count // most))
+    return min(range(max((size + 1) // 2, size - 16), size + 1), key=lambda size: (-count % size, -size))

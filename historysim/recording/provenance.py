@@ -1,20 +1,25 @@
-"""Where a history comes from: the attributes of a Dataset that say what made it, and from what."""
+"""The attributes of a result: what made it, from what, where the model does not hold, and the names of its states."""
 
 import json
 import platform
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from historysim._version import __version__
+from historysim.asperities import validity
 from historysim.asperities.ensemble import Ensemble
-from historysim.asperities.instrument import Instrument
+from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics import findings
-from historysim.basics.wording import counted
-from historysim.loads.event_sequence import digest
-from historysim.loads.events import Event
-from historysim.recording import recorded_validity
+from historysim.basics.findings import Finding
+from historysim.basics.units import quantity_text
+from historysim.basics.wording import counted, nearest
+from historysim.errors import InputError
+from historysim.loads.event_sequence import digest, values_of
+from historysim.loads.events import Event, TangentialDisplacement, TangentialLoad
+from historysim.loads.schedule import changes_geometry
 from historysim.recording.recorder import largest_approach
 
 if TYPE_CHECKING:
@@ -24,7 +29,9 @@ CONVENTIONS = "CF-1.11, ACDD-1.3"
 KEYWORDS = "friction, pre-sliding, rough surfaces, contact mechanics, hysteresis"
 
 MADE_BY = "replay"
-"""Where the encoding of a history in memory holds the `Replay` that has made it; a file holds its events itself."""
+"""Key of the encoding of a history in memory for the `Replay` that has made it; a file holds its events itself."""
+VALIDITY, NAMED_STATES = "validity", "named_states"
+"""Attributes of a history: findings as JSON (`basics.findings.written`), and a JSON object of times [s] by name."""
 
 
 def traced(history: "xr.Dataset", job: object) -> "xr.Dataset":
@@ -50,14 +57,14 @@ def friction_text(ensemble: Ensemble) -> str:
 def _of_other_packages(ensemble: Ensemble) -> dict[str, str]:
     """Return the packages of others that computed, and their laws, whole: name, package and version, numbers."""
     laws = {"friction_law": ensemble.law, "wear_law": ensemble.wear, "yielding_law": ensemble.yielding}
-    settings = {f"{name}_settings": law.told for name, law in laws.items() if law is not None}
+    settings = {f"{name}_settings": law.described for name, law in laws.items() if law is not None}
     packages = {"packages": ", ".join(ensemble.packages)} if ensemble.packages else {}
     return packages | {name: json.dumps(each) for name, each in settings.items() if "package" in each}
 
 
 def attributes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrument) -> dict[str, Any]:
     """Return the attributes of a history of these events."""
-    validity = recorded_validity.findings(ensemble, events, instrument, largest_approach(ensemble, events))
+    doubts = validity_findings(ensemble, events, instrument, largest_approach(ensemble, events))
     in_series = {} if instrument.rigid else {"lateral_stiffness": instrument.lateral_stiffness}
     return {
         "Conventions": CONVENTIONS,
@@ -82,5 +89,106 @@ def attributes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrume
         "number_of_asperities": len(ensemble),
         "number_of_events": len(events),
         "event_digest": f"sha256:{digest(events)}",
-        recorded_validity.ATTRIBUTE: findings.written(validity),
+        VALIDITY: findings.written(doubts),
     }
+
+
+def validity_findings(
+    ensemble: Ensemble, events: Sequence[Event], instrument: Instrument = RIGID, approach: float | None = None
+) -> tuple[Finding, ...]:
+    """Return which assumptions of the model do not hold where the asperities are pressed most.
+
+    Those of `asperities.validity.findings`; ``amplitude``: the greatest tangential displacement [m] or load [N] that is
+    asked for is below the resolution of the instrument; and ``contact``: nothing ever touches, though the events move
+    it tangentially. `approach` is the largest one of the history [m]; computed by default.
+    """
+    approach = largest_approach(ensemble, events) if approach is None else approach
+    of_contact = validity.findings(ensemble, approach, instrument)
+    return of_contact + tuple(_amplitudes(events, instrument)) + tuple(_untouched(events, approach))
+
+
+def warn_of_no_contact(ensemble: Ensemble, events: Sequence[Event]) -> None:
+    """Warn, three calls up, of events that move tangentially what never touches."""
+    for finding in _untouched(events, largest_approach(ensemble, events)):
+        warnings.warn(finding.text, stacklevel=3)
+
+
+def _untouched(events: Sequence[Event], approach: float) -> Iterator[Finding]:
+    moves = any(any(values_of(events, kind)) for kind in (TangentialDisplacement, TangentialLoad))
+    if moves and not approach > 0 and not changes_geometry(events):
+        yield Finding(
+            "contact",
+            approach,
+            0.0,
+            "nothing ever touches: no normal load presses, and before its first event a contact is unloaded; all loads "
+            "are 0. Give a normal load, or a normal displacement above 0, before the tangential motion",
+        )
+
+
+def _amplitudes(events: Sequence[Event], instrument: Instrument) -> Iterator[Finding]:
+    for kind, name, unit, resolution in (
+        (TangentialDisplacement, "displacement", "m", instrument.displacement_resolution),
+        (TangentialLoad, "load", "N", instrument.load_resolution),
+    ):
+        amplitude = max(map(abs, values_of(events, kind)), default=0.0)
+        if 0 < amplitude < resolution:
+            yield Finding(
+                "amplitude",
+                amplitude,
+                resolution,
+                f"the greatest tangential {name}, {quantity_text(amplitude, unit, 3)}, is below what the instrument "
+                f"resolves, {quantity_text(resolution, unit, 3)}: no instrument would see the history; move further",
+            )
+
+
+class Timed(Protocol):
+    """As much of a history as is needed: attributes, sizes and the variable ``time``."""
+
+    @property
+    def attrs(self) -> Mapping[Any, Any]:
+        """Attributes."""
+
+    def __getitem__(self, name: str, /) -> Any:  # noqa: ANN401 - a variable of xarray, which commands import late
+        """Return a variable."""
+
+
+def named_states_attribute(times: Mapping[str, float]) -> dict[str, str]:
+    """Return the attribute with names and times; nothing where there are none."""
+    return {NAMED_STATES: json.dumps(dict(times), ensure_ascii=False)} if times else {}
+
+
+def named_states(history: Timed) -> dict[str, int]:
+    """Return the step of each named state of a history, in the order of the scenario: the last one at its time."""
+    times = json.loads(str(history.attrs.get(NAMED_STATES, "{}")))
+    rows = np.asarray(history["time"].values)
+    steps = {}
+    for name, time in times.items():
+        near = np.flatnonzero(np.isclose(rows, time, rtol=1e-9, atol=1e-12))
+        if near.size:
+            steps[name] = int(near[-1])
+    return steps
+
+
+def step_of(history: Timed, state: int | str) -> int:
+    """Return the step of a state by its name, or by its number, negative ones counted from the end.
+
+    Raises InputError: a name that the history does not have, or a step beyond its ends.
+    """
+    if isinstance(state, str) and not state.removeprefix("-").isdecimal():
+        known = named_states(history)
+        if state not in known:
+            hint = nearest(state, known) if known else "expected the number of a step, since no waypoint has a name"
+            raise InputError(f"steps: {state!r} is no state of the history; {hint}")
+        return known[state]
+    steps, step = len(history["time"].values), int(state)
+    if not -steps <= step < steps:
+        raise InputError(f"step {step}: the history has {steps} steps; expected {-steps} to {steps - 1}")
+    return step % steps
+
+
+def state_label(history: Timed, step: int) -> str:
+    """Return what a step is called: its name, or else its number and time."""
+    for name, place in named_states(history).items():
+        if place == step:
+            return name
+    return f"step {step}, {float(history['time'].values[step]):.4g} s"

@@ -9,33 +9,18 @@ import numpy as np
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
-from historysim.basics.array_types import Array, Integers
+from historysim.basics.array_types import Array, Floats, Integers
 from historysim.errors import InputError
+from historysim.loads.event_sequence import values_of
 from historysim.loads.events import Event, NormalDisplacement, NormalLoad
 from historysim.loads.schedule import changes_geometry
 from historysim.memory.rows import PROJECTED, Rows, blank_rows
-from historysim.recording.changes import STEADY, Changes
-from historysim.recording.variables import (
-    BEHIND_A_SPRING,
-    COORDINATES,
-    GEOMETRY_OF_EACH,
-    PER_ASPERITY,
-    PER_PATCH,
-    PRESENT_FRICTION,
-    PRESENT_FRICTION_OF_EACH,
-    SLID_OF_EACH,
-    TOTALS,
-    WHERE_ASPERITIES_SLIDE,
-    WHERE_ASPERITIES_YIELD,
-    WHERE_FRICTION_CHANGES,
-    WHERE_GEOMETRY_CHANGES,
-    WORN_OF_EACH,
-    YIELDED_OF_EACH,
-    Variable,
-)
+from historysim.recording.variables import COORDINATES, SLIDE_TIME, Changes, Variable, recorded
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from historysim.asperities.state import EnsembleState
 
 Selection = str | Sequence[int]
 
@@ -50,18 +35,8 @@ CELLS_IN_MEMORY = 1 << 24
 def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selection) -> Integers | None:
     """Return the indices of the asperities to record, ascending, or None for totals alone.
 
-    Parameters
-    ----------
-    ensemble : Ensemble
-    events : sequence of events
-    record : {"touching", "all", "totals"} or sequence of int
-        "touching" stands for those that touch at any time; where asperities wear, or their geometry changes, which of
-        them will touch is not known, and it stands for all.
-
-    Raises
-    ------
-    InputError
-        Another word, or an index that the ensemble does not have or that comes twice.
+    "touching" stands for those that touch at any time; where asperities wear, or their geometry changes, that is not
+    known, and it stands for all. Another word, or an index that does not exist or is given twice, is an InputError.
     """
     if isinstance(record, str):
         if record == "totals":
@@ -94,8 +69,7 @@ def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selec
 def largest_approach(ensemble: Ensemble, events: Sequence[Event]) -> float:
     """Return the largest approach of the highest summit that events reach [m], 0 where nothing touches."""
     # channels run straight between waypoints, so the extremes are waypoints
-    loads = [event.value for event in events if isinstance(event, NormalLoad)]
-    approaches = [event.value for event in events if isinstance(event, NormalDisplacement)]
+    loads, approaches = values_of(events, NormalLoad), values_of(events, NormalDisplacement)
     return max([*approaches, ensemble.approach_at(max([*loads, 0.0])), 0.0])
 
 
@@ -113,8 +87,10 @@ class Recorder(abc.ABC):
     """Rows that the whole history records."""
     instrument: Instrument = attrs.field(default=RIGID, kw_only=True)
     """In series with the contact."""
-    changes: Changes = attrs.field(default=STEADY, kw_only=True)
+    changes: Changes = attrs.field(default=Changes(), kw_only=True)
     """What changes beside the loads."""
+    slide_time: Floats | None = attrs.field(default=None, init=False)
+    """When each recorded asperity first slid [s], NaN for never; known at the end."""
     _filled: int = attrs.field(default=0, init=False)
 
     @property
@@ -133,41 +109,12 @@ class Recorder(abc.ABC):
     @property
     def totals(self) -> tuple[Variable, ...]:
         """Variables along ``step`` alone."""
-        behind = () if self.instrument.rigid else BEHIND_A_SPRING
-        totals = (*TOTALS, *behind, *(WHERE_FRICTION_CHANGES if self.changes.friction else ()))
-        if self.changes.friction and not self._friction_differs:
-            totals = (*totals, PRESENT_FRICTION)
-        totals += WHERE_ASPERITIES_SLIDE if self.changes.sliding else ()
-        totals += WHERE_GEOMETRY_CHANGES if self.changes.geometry else ()
-        totals += WHERE_ASPERITIES_YIELD if self.changes.yielding else ()
-        return totals if self._has_areas else tuple(total for total in totals if total.name != "real_contact_area")
+        return recorded(self.changes)[0]
 
     @property
     def per_asperity(self) -> tuple[Variable, ...]:
-        """Variables along ``step`` and ``asperity``; patches have areas, and no share of the energy that is exact."""
-        if self.asperities is None:
-            return ()
-        if self.ensemble.curves is None:
-            changes = self.changes
-            differs = changes.friction and self._friction_differs
-            return (
-                *PER_ASPERITY,
-                *((PRESENT_FRICTION_OF_EACH,) if differs else ()),
-                *(SLID_OF_EACH if changes.sliding else ()),
-                *(WORN_OF_EACH if changes.wear else ()),
-                *(GEOMETRY_OF_EACH if changes.geometry or changes.yielding else ()),
-                *(YIELDED_OF_EACH if changes.yielding else ()),
-            )
-        return PER_PATCH if self._has_areas else tuple(one for one in PER_PATCH if one.units != "m2")
-
-    @property
-    def _has_areas(self) -> bool:
-        return self.ensemble.curves is None or self.ensemble.curves.area is not None
-
-    @property
-    def _friction_differs(self) -> bool:
-        # patches share one coefficient, and totals alone tell those of none
-        return self.changes.friction_differs and self.ensemble.curves is None
+        """Variables along ``step`` and ``asperity``."""
+        return () if self.asperities is None else recorded(self.changes)[1]
 
     def new_rows(self, count: int) -> Rows:
         """Return rows with arrays for all that is recorded."""
@@ -182,6 +129,11 @@ class Recorder(abc.ABC):
     @abc.abstractmethod
     def record(self, times: Array) -> None:
         """Record the rows that were given last, now filled, as those at these times [s]."""
+
+    def conclude(self, state: "EnsembleState") -> None:
+        """Record when asperities have slid, from the state after the last row."""
+        if self.asperities is not None:
+            self.slide_time = self.ensemble.slide_time(state)[self.asperities]
 
     def projected(self, rows: Rows) -> list[tuple[Variable, Array]]:
         """Return the variables along ``step``, with their values in these rows."""
@@ -230,6 +182,7 @@ class DatasetRecorder(Recorder):
                 *coordinates_of(self.ensemble, self.asperities),
                 (COORDINATES[0], self._times),
                 *self.projected(self.rows),
+                *([] if self.slide_time is None else [(SLIDE_TIME, self.slide_time)]),
             ]
         }
         names = {variable.name for variable in COORDINATES}

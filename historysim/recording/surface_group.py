@@ -6,15 +6,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from historysim.basics.array_types import Array
-from historysim.interaction.solutions import NormalSolutions
-from historysim.recording.file_layout import put_attributes
+from historysim.recording.netcdf import put_attributes, put_variable
 from historysim.recording.variables import SOLUTIONS, SUMMITS, SURFACE, Variable
-from historysim.surfaces.heights import Surface
-from historysim.surfaces.summits import Summits
 
 if TYPE_CHECKING:
-    import h5netcdf
+    import netCDF4
     import xarray as xr
+
+    from historysim.interaction.solutions import NormalSolutions
+    from historysim.surfaces.heights import Surface
+    from historysim.surfaces.summits import Summits
 
 GROUP = "surface"
 MOST_POINTS = 512
@@ -22,25 +23,12 @@ MOST_POINTS = 512
 
 
 def contents(
-    summits: Summits | None, surface: Surface | None = None, solutions: NormalSolutions | None = None
+    summits: "Summits | None", surface: "Surface | None" = None, solutions: "NormalSolutions | None" = None
 ) -> tuple[dict[str, Array], dict[str, Any]]:
-    """Return summits, and the height map thinned to what a picture can show, as arrays and attributes of the group.
+    """Return the arrays of the group by their names, and its attributes.
 
-    Parameters
-    ----------
-    summits : Summits, optional
-        All summits, in the order of the ensemble; of a contact that is no ensemble of summits, none are kept.
-    surface : Surface, optional
-        The map that they were found on.
-    solutions : NormalSolutions, optional
-        Of a map whose asperities press on one another: the points that touch, and their pressures.
-
-    Returns
-    -------
-    arrays : dict
-        Of the variables `SURFACE`, `SUMMITS` and `SOLUTIONS` of `historysim.recording.variables`, by their names.
-    attributes : dict
-        ``thinning`` says that every so many-th point of the map is kept along x and along y.
+    They are all summits, in the order of the ensemble; the map that they were found on, every so many-th point of it
+    (``thinning``); and of a map with full interaction the points that touch and their pressures in place of summits.
     """
     arrays: dict[str, Array] = {}
     attributes: dict[str, Any] = {}
@@ -72,7 +60,7 @@ def contents(
 
 
 def dataset(
-    summits: Summits | None, surface: Surface | None = None, solutions: NormalSolutions | None = None
+    summits: "Summits | None", surface: "Surface | None" = None, solutions: "NormalSolutions | None" = None
 ) -> "xr.Dataset":
     """Return what `contents` gives as a Dataset, with dimensions ``summit`` and, with a map, ``x`` and ``y``."""
     import xarray as xr
@@ -102,23 +90,16 @@ def _fill_value(variable: Variable) -> float | None:
     return np.nan if variable.name == "height" else None
 
 
-def write(file: "h5netcdf.File", arrays: Mapping[str, Array], attributes: Mapping[str, Any]) -> None:
+def write(file: "netCDF4.Dataset", arrays: Mapping[str, Array], attributes: Mapping[str, Any]) -> None:
     """Write what `contents` gives into the group ``surface`` of an open file.
 
     What stands there is the same as what ``to_netcdf`` makes of `dataset`.
     """
-    group = file.create_group(GROUP)
+    group = file.createGroup(GROUP)
     put_attributes(group, _kept(attributes))
     for variable in (*SURFACE, *SUMMITS, *SOLUTIONS):
-        if variable.name not in arrays:
-            continue
-        values = arrays[variable.name]
-        for name, size in zip(variable.dimensions, values.shape, strict=True):
-            if name not in group.dimensions:
-                group.dimensions[name] = size
-        packing = {"compression": "gzip", "shuffle": True} if values.size else {}
-        made = group.create_variable(
-            variable.name, variable.dimensions, variable.dtype, fillvalue=_fill_value(variable), **packing
-        )
-        put_attributes(made, variable.attributes)
-        made[...] = values
+        if variable.name in arrays:
+            values, fill_value = arrays[variable.name].astype(variable.dtype, copy=False), _fill_value(variable)
+            put_variable(
+                group, variable.name, variable.dimensions, values, variable.attributes, fill_value=fill_value or False
+            )

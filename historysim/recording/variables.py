@@ -1,17 +1,82 @@
-"""The table of outputs: each variable's name, dimensions, units, text and CF attributes, declared once."""
+"""What is recorded: each variable's name, dimensions, units, text, and when it is there, declared once."""
 
+import functools
+import importlib
 import math
-from collections.abc import Callable
-from typing import Any
+import pkgutil
+from collections.abc import Callable, Sequence
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any, Self
 
 import attrs
 import numpy as np
 
 from historysim.asperities.asperity import SlipState
 from historysim.asperities.ensemble import Ensemble
-from historysim.asperities.instrument import Instrument
+from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.array_types import Array
-from historysim.memory.rows import Rows
+from historysim.loads import schedule
+from historysim.loads.events import Event
+
+if TYPE_CHECKING:
+    from historysim.memory.rows import Rows
+
+
+@attrs.frozen
+class Changes:
+    """What there is along a history beside loads and displacements, which decides what is recorded of it."""
+
+    friction: bool = False
+    """Whether the friction of any asperity changes."""
+    friction_differs: bool = False
+    """Whether asperities have different friction at any time; patches share one coefficient."""
+    sliding: bool = False
+    """Whether the sliding distance of asperities is followed."""
+    wear: bool = False
+    yielding: bool = False
+    geometry: bool = False
+    """wear, yielding and geometry: whether asperities wear, whether they yield, and whether heights or radii change
+    otherwise."""
+    spring: bool = False
+    """Whether there is an instrument in series."""
+    patches: bool = False
+    """Whether the asperities are patches of normal curves."""
+    areas: bool = True
+    """Whether contact areas are known, which normal curves may leave open."""
+
+    @classmethod
+    def of(cls, ensemble: Ensemble, events: Sequence[Event], instrument: Instrument = RIGID) -> Self:
+        """Return what there is in the history of these events."""
+        law, wears, curves = ensemble.law, ensemble.wear is not None, ensemble.curves
+        ruled = law is not None and law.depends_on != "nothing"
+        each = ruled and law is not None and law.depends_on != "total" and len(ensemble) > 1
+        changes = schedule.friction_changes(events)
+        differs = each or ensemble.friction.min() < ensemble.friction.max() or any(one.differs for one in changes)
+        return cls(
+            friction=bool(changes) or ruled,
+            friction_differs=bool(differs) and curves is None,
+            sliding=ensemble.slides,
+            wear=wears,
+            yielding=ensemble.yielding is not None,
+            geometry=wears or schedule.changes_geometry(events),
+            spring=not instrument.rigid,
+            patches=curves is not None,
+            areas=curves is None or curves.area is not None,
+        )
+
+    @property
+    def evolve(self) -> bool:
+        """Whether asperities evolve beside their friction."""
+        return self.sliding or self.wear or self.yielding or self.geometry
+
+    @property
+    def steady(self) -> bool:
+        """Whether nothing changes but loads and displacements."""
+        return not (self.friction or self.evolve)
+
+
+def _always(_: Changes) -> bool:
+    return True
 
 
 @attrs.frozen
@@ -22,29 +87,30 @@ class Variable:
     dimensions: tuple[str, ...]
     """Of ``step`` and ``asperity``; in the group of the surface ``x``, ``y`` and ``summit``."""
     units: str
-    """UDUNITS text; "1" where dimensionless, empty for flags."""
+    """UDUNITS string; "1" where dimensionless, empty for flags."""
     long_name: str
     dtype: str = "float64"
     """numpy's name of the type."""
-    extra: dict[str, Any] = attrs.field(factory=dict)
+    extra: dict[str, Any] = attrs.field(factory=dict, hash=False)
     """Further attributes."""
+    when: Callable[[Changes], bool] = attrs.field(default=_always, kw_only=True, eq=False, repr=False)
+    """In which histories it is recorded."""
     source: str = attrs.field(default=attrs.Factory(lambda self: self.name, takes_self=True), kw_only=True)
-    """Field of ``hs_totals``, or of ``hs_rows`` where it is of each asperity, that it is; by default of its own
-    name."""
-    derived: Callable[[Rows, Ensemble, Instrument], Array] | None = attrs.field(default=None, kw_only=True, eq=False)
-    """Makes it of rows, the ensemble and the instrument, where it is no such field."""
+    """Field of ``hs_totals``, or of ``hs_rows`` where it is of each asperity; by default of the same name."""
+    derived: "Callable[[Rows, Ensemble, Instrument], Array] | None" = attrs.field(default=None, kw_only=True, eq=False)
+    """Computes it from rows, the ensemble and the instrument, where it is no such field."""
 
     @property
     def attributes(self) -> dict[str, Any]:
-        """Attributes as they stand in the Dataset and the file."""
+        """Attributes in the Dataset and in the file."""
         units = {"units": self.units} if self.units else {}
-        # what has rows comes out of the model, in the words of ACDD
+        # ACDD's word for what comes out of a model
         rows = "step" in self.dimensions and self.name != "time"
         content = {"coverage_content_type": "modelResult"} if rows else {}
         return {"long_name": self.long_name, **units, **content, **self.extra}
 
-    def values(self, rows: Rows, ensemble: Ensemble, instrument: Instrument) -> Array:
-        """Return what it is in recorded rows (row) or (row, column)."""
+    def values(self, rows: "Rows", ensemble: Ensemble, instrument: Instrument) -> Array:
+        """Return its values in recorded rows (row) or (row, column)."""
         if self.derived is not None:
             values = self.derived(rows, ensemble, instrument)
         else:
@@ -52,17 +118,34 @@ class Variable:
         return np.ascontiguousarray(values, dtype=self.dtype)
 
 
-def _separation(rows: Rows, ensemble: Ensemble, _instrument: Instrument) -> Array:
+def _separation(rows: "Rows", ensemble: Ensemble, _: Instrument) -> Array:
     separation: Array = ensemble.highest_summit - rows.totals["approach"]
     return separation
 
 
-def _drive(rows: Rows, _ensemble: Ensemble, instrument: Instrument) -> Array:
+def _drive(rows: "Rows", _: Ensemble, instrument: Instrument) -> Array:
     return instrument.drive_displacement(rows.totals["displacement"], rows.totals["tangential_load"])
 
 
-def _circle(radius: str) -> Callable[[Rows, Ensemble, Instrument], Array]:
-    return lambda rows, _ensemble, _instrument: math.pi * rows.each[radius] ** 2
+def _circle(radius: str) -> "Callable[[Rows, Ensemble, Instrument], Array]":
+    return lambda rows, *_: math.pi * rows.each[radius] ** 2
+
+
+def _no_patches(changes: Changes) -> bool:
+    return not changes.patches
+
+
+def _patch_areas(changes: Changes) -> bool:
+    return changes.patches and changes.areas
+
+
+def _present_geometry(changes: Changes) -> bool:
+    return changes.geometry or changes.yielding
+
+
+_PATCHES, _AREAS, _SPRING = attrgetter("patches"), attrgetter("areas"), attrgetter("spring")
+_FRICTION, _SLIDES, _WEARS = attrgetter("friction"), attrgetter("sliding"), attrgetter("wear")
+_RESHAPED, _YIELDS = attrgetter("geometry"), attrgetter("yielding")
 
 
 _STEP, _ASPERITY, _BOTH = ("step",), ("asperity",), ("step", "asperity")
@@ -79,6 +162,11 @@ _SATURATION_FLAGS = {
 _DIRECTION = {
     "comment": "dT/dU where the displacement goes on as it does; where it turns round, what slides now sticks, too"
 }
+_TRACTION_RATIO = {
+    "comment": "1 where Coulomb's law holds at every point; more where a fall of friction has left springs "
+    "strained beyond it, which is the error of the model there; of normal curves and full interaction it is "
+    "that of a round contact with the same normal curve"
+}
 
 COORDINATES = (
     Variable("time", _STEP, "s", "elapsed time"),
@@ -90,7 +178,17 @@ COORDINATES = (
     Variable("y", _ASPERITY, "m", "position of the summit along y"),
 )
 
-TOTALS = (
+SLIDE_TIME = Variable(
+    "slide_time",
+    _ASPERITY,
+    "s",
+    "elapsed time at which the asperity first slides as a whole",
+    extra={"comment": "NaN where it never does", "coverage_content_type": "modelResult"},
+)
+"""What is recorded once, at the end."""
+
+VARIABLES = (
+    # totals
     Variable("total_normal_load", _STEP, "N", "normal load of all asperities", source="normal_load"),
     Variable("total_tangential_load", _STEP, "N", "tangential load of all asperities", source="tangential_load"),
     Variable(
@@ -98,7 +196,7 @@ TOTALS = (
     ),
     Variable("tangential_displacement", _STEP, "m", "rigid tangential displacement", source="displacement"),
     Variable("contact_count", _STEP, "1", "number of asperities in contact", "int64"),
-    Variable("real_contact_area", _STEP, "m2", "real contact area"),
+    Variable("real_contact_area", _STEP, "m2", "real contact area", when=_AREAS),
     Variable("tangential_stiffness", _STEP, "N m-1", "tangential stiffness of the stick zones", extra=_DIRECTION),
     Variable(
         "total_dissipated_energy",
@@ -111,67 +209,51 @@ TOTALS = (
     Variable(
         "saturated", _STEP, "", "whether a tangential load beyond the limit was held at it", "int8", _SATURATION_FLAGS
     ),
-)
-
-BEHIND_A_SPRING = (
     Variable(
-        "drive_displacement", _STEP, "m", "tangential displacement of the drive of the instrument", derived=_drive
+        "drive_displacement",
+        _STEP,
+        "m",
+        "tangential displacement of the drive of the instrument",
+        when=_SPRING,
+        derived=_drive,
     ),
-)
-"""Totals that there are with an instrument in series."""
-
-WHERE_FRICTION_CHANGES = (
     Variable(
         "largest_traction_ratio",
         _STEP,
         "1",
         "largest ratio of tangential traction to friction limit, |τ|/(μp), in the contact",
-        extra={
-            "comment": "1 where Coulomb's law holds at every point; more where a fall of friction has left springs "
-            "strained beyond it, which is the error of the model there; of normal curves and full interaction it is "
-            "that of a round contact with the same normal curve"
-        },
+        extra=_TRACTION_RATIO,
+        when=_FRICTION,
         source="traction_ratio",
     ),
-)
-"""Totals that there are where an event changes friction."""
-
-PER_ASPERITY = (
-    Variable("normal_load", _BOTH, "N", "normal load of the asperity"),
-    Variable("tangential_load", _BOTH, "N", "tangential load of the asperity"),
-    Variable("contact_radius", _BOTH, "m", "contact radius"),
-    Variable("stick_radius", _BOTH, "m", "stick radius"),
-    Variable("slip_state", _BOTH, "", "slip state", "int8", _SLIP_FLAGS),
-    Variable("dissipated_energy", _BOTH, "J", "energy dissipated by friction since the start"),
-)
-
-PRESENT_FRICTION = Variable(
-    "present_friction", _STEP, "1", "friction coefficient of all asperities at the step", source="friction"
-)
-PRESENT_FRICTION_OF_EACH = Variable(
-    "present_friction", _BOTH, "1", "friction coefficient of the asperity at the step", source="friction"
-)
-"""One of them is there where friction changes: the second where asperities have different coefficients at any time."""
-
-WHERE_ASPERITIES_SLIDE = (
+    Variable(
+        "present_friction",
+        _STEP,
+        "1",
+        "friction coefficient of all asperities at the step",
+        when=lambda changes: changes.friction and not changes.friction_differs,
+        source="friction",
+    ),
     Variable(
         "total_slid_distance",
         _STEP,
         "m",
         "displacement while all asperities in contact slid, since the start",
+        when=_SLIDES,
         source="slid_together",
     ),
-)
-WHERE_GEOMETRY_CHANGES = (
-    Variable("erased_memories", _STEP, "1", "contacts whose memory a change of geometry has erased", "int64"),
-    Variable("erased_energy", _STEP, "J", "tangential elastic energy that went with erased or worn contacts"),
-)
-WHERE_ASPERITIES_YIELD = (
+    Variable(
+        "erased_memories", _STEP, "1", "contacts whose memory a change of geometry has erased", "int64", when=_RESHAPED
+    ),
+    Variable(
+        "erased_energy", _STEP, "J", "tangential elastic energy that went with erased or worn contacts", when=_RESHAPED
+    ),
     Variable(
         "yielded_load_share",
         _STEP,
         "1",
         "share of the normal load that stands on asperities that have yielded",
+        when=_YIELDS,
         source="yielded_share",
     ),
     Variable(
@@ -179,38 +261,96 @@ WHERE_ASPERITIES_YIELD = (
         _STEP,
         "J",
         "energy that yielding has taken since the start, all asperities",
-        source="yielding_energy",
         extra={"comment": "beside what friction dissipates: work of the normal load that is not elastic"},
+        when=_YIELDS,
+        source="yielding_energy",
     ),
-)
-"""Totals that there are where slid distances are followed, where heights or radii change, and where summits yield."""
-
-SLID_OF_EACH = (Variable("slid_distance", _BOTH, "m", "displacement while the asperity slid, since the start"),)
-WORN_OF_EACH = (Variable("worn_volume", _BOTH, "m3", "volume that the asperity has lost since the start"),)
-GEOMETRY_OF_EACH = (
-    Variable("present_summit_height", _BOTH, "m", "height of the summit at the step", source="summit_height"),
-    Variable("present_summit_radius", _BOTH, "m", "radius of the summit at the step", source="summit_radius"),
-)
-YIELDED_OF_EACH = (
-    Variable("yielded_depth", _BOTH, "m", "depth by which the summit has been flattened since the start"),
+    # of each asperity
+    Variable("normal_load", _BOTH, "N", "normal load of the asperity", when=_no_patches),
+    Variable("tangential_load", _BOTH, "N", "tangential load of the asperity", when=_no_patches),
+    Variable("contact_radius", _BOTH, "m", "contact radius", when=_no_patches),
+    Variable("stick_radius", _BOTH, "m", "stick radius", when=_no_patches),
+    # of each patch; its share of the energy is not known exactly
+    Variable("normal_load", _BOTH, "N", "normal load of the patch", when=_PATCHES),
+    Variable("tangential_load", _BOTH, "N", "tangential load of the patch", when=_PATCHES),
+    Variable(
+        "contact_area", _BOTH, "m2", "contact area of the patch", when=_patch_areas, derived=_circle("contact_radius")
+    ),
+    Variable(
+        "stick_area", _BOTH, "m2", "area of the patch that sticks", when=_patch_areas, derived=_circle("stick_radius")
+    ),
+    # of each of either
+    Variable("slip_state", _BOTH, "", "slip state", "int8", _SLIP_FLAGS),
+    Variable("dissipated_energy", _BOTH, "J", "energy dissipated by friction since the start", when=_no_patches),
+    Variable(
+        "present_friction",
+        _BOTH,
+        "1",
+        "friction coefficient of the asperity at the step",
+        when=lambda changes: changes.friction and changes.friction_differs,
+        source="friction",
+    ),
+    Variable("slid_distance", _BOTH, "m", "displacement while the asperity slid, since the start", when=_SLIDES),
+    Variable("worn_volume", _BOTH, "m3", "volume that the asperity has lost since the start", when=_WEARS),
+    Variable(
+        "present_summit_height",
+        _BOTH,
+        "m",
+        "height of the summit at the step",
+        when=_present_geometry,
+        source="summit_height",
+    ),
+    Variable(
+        "present_summit_radius",
+        _BOTH,
+        "m",
+        "radius of the summit at the step",
+        when=_present_geometry,
+        source="summit_radius",
+    ),
+    Variable("yielded_depth", _BOTH, "m", "depth by which the summit has been flattened since the start", when=_YIELDS),
     Variable(
         "yielding_load",
         _BOTH,
         "N",
         "largest load under which the asperity has yielded, up to which it is elastic now; 0 where it has not",
+        when=_YIELDS,
     ),
-    Variable("yielding_energy", _BOTH, "J", "energy that yielding of the asperity has taken since the start"),
+    Variable(
+        "yielding_energy", _BOTH, "J", "energy that yielding of the asperity has taken since the start", when=_YIELDS
+    ),
 )
-"""What there is of each asperity where it slides, wears, changes its geometry, or yields."""
+"""All that is recorded of a history; `register` adds to it."""
 
-PER_PATCH = (
-    Variable("normal_load", _BOTH, "N", "normal load of the patch"),
-    Variable("tangential_load", _BOTH, "N", "tangential load of the patch"),
-    Variable("contact_area", _BOTH, "m2", "contact area of the patch", derived=_circle("contact_radius")),
-    Variable("stick_area", _BOTH, "m2", "area of the patch that sticks", derived=_circle("stick_radius")),
-    Variable("slip_state", _BOTH, "", "slip state", "int8", _SLIP_FLAGS),
-)
-"""What there is of the patches of a contact that is given by its normal curves, in place of `PER_ASPERITY`."""
+_added: list[Variable] = []
+
+
+def register(variable: Variable) -> Variable:
+    """Record another variable from now on, in all histories that its ``when`` takes; returns it.
+
+    In this package it stands in a file of its own in this folder. The name of an earlier one replaces that.
+    """
+    _added[:] = [one for one in _added if (one.name, one.dimensions) != (variable.name, variable.dimensions)]
+    _added.append(variable)
+    recorded.cache_clear()
+    return variable
+
+
+def known() -> tuple[Variable, ...]:
+    """Return all variables along ``step``, with those of other modules in this folder."""
+    room = importlib.import_module("historysim.recording")
+    for module in pkgutil.iter_modules(room.__path__, "historysim.recording."):
+        importlib.import_module(module.name)
+    return (*VARIABLES, *_added)
+
+
+@functools.lru_cache(maxsize=64)
+def recorded(changes: Changes) -> tuple[tuple[Variable, ...], tuple[Variable, ...]]:
+    """Return what is recorded of a history: totals, and what there is of each asperity."""
+    there = [variable for variable in known() if variable.when(changes)]
+    totals = tuple(variable for variable in there if variable.dimensions == _STEP)
+    return totals, tuple(variable for variable in there if variable.dimensions == _BOTH)
+
 
 SURFACE = (
     Variable("x", ("x",), "m", "position along x"),
@@ -238,4 +378,4 @@ SOLUTIONS = (
     Variable("solved_approach", _SOLUTION, "m", "approach of a solution of the normal contact"),
     Variable("solved_pressure", ("solution", "point"), "1", "pressure over the contact modulus"),
 )
-"""The normal contact of a map whose asperities press on one another, in the same group."""
+"""The normal contact of a map with full interaction, in the same group."""

@@ -141,10 +141,10 @@ class TestOfSummits:
 
     def test_a_large_result_is_told_beforehand(self, made, tmp_path, monkeypatch):
         told = []
-        hs.run(made, tmp_path / "again.nc", tell=told.append).close()
+        hs.run(made, tmp_path / "again.nc", notify=told.append).close()
         assert told == []
         monkeypatch.setattr(result, "LARGE", 1000)
-        hs.run(made, tmp_path / "again.nc", tell=told.append).close()
+        hs.run(made, tmp_path / "again.nc", notify=told.append).close()
         size = (tmp_path / "again.nc").stat().st_size
         assert told[0].endswith(
             f"again.nc: will take {size / 1e6:,.0f} MB, for 10 steps and 3 asperities; fewer asperities "

@@ -12,7 +12,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 
 import historysim as hs
 from historysim.log import file as log_file
-from historysim.log.replay_start import start_before
+from historysim.log.file import start_before
 from historysim.log.snapshot import Snapshot
 from historysim.recording.recorder import StateOnly
 
@@ -90,6 +90,7 @@ def test_a_replay_until_an_event_has_the_rows_up_to_there_bit_for_bit(path, unti
         part = log.replay(until=until)
     expected = whole.isel(step=slice(0, int((whole.time <= until).sum())))
     assert part.time.values.tolist() == expected.time.values.tolist()
+    expected["slide_time"] = expected["slide_time"].where(expected["slide_time"] <= until)
     for name in part.data_vars:
         assert part[name].values.tobytes() == expected[name].values.tobytes(), name
 
@@ -114,7 +115,7 @@ def test_the_state_is_the_same_bits_from_any_snapshot(path):
         assert plain == [bits(by_hand(ENSEMBLE, EVENTS, time, 2)) for time in times]
         snapshots_everywhere(log)
         told = []
-        assert [bits(log.state(at=time, tell=told.append)) for time in times] == plain
+        assert [bits(log.state(at=time, notify=told.append)) for time in times] == plain
         assert told == []
         content = log._file.sound()
         starts = [start_before(log._file, content, time).cursor for time in (0.5, 2.2, 99.0)]
@@ -140,10 +141,10 @@ def test_what_is_appended_may_say_how_a_channel_came_there(path):
         assert log.state(at=2.0).tangential_load == pytest.approx(0.004)
         log.append(hs.TangentialLoad(3.0, 0.008))
         told = []
-        state = log.state(at=2.0, tell=told.append)
+        state = log.state(at=2.0, notify=told.append)
         assert state.tangential_load == pytest.approx(0.006)
         assert bits(state) == bits(by_hand(ENSEMBLE, log.events(), 2.0))
-        assert any("does not reckon with events that were appended since" in line for line in told)
+        assert any("was made before events were appended" in line for line in told)
         log.append([hs.TangentialLoad(3.0, 0.007)])
         assert bits(log.state()) == bits(by_hand(ENSEMBLE, log.events(), math.inf))
 
@@ -154,7 +155,7 @@ def test_a_snapshot_of_another_version_is_passed_over(path, monkeypatch):
         snapshots_everywhere(log)
         monkeypatch.undo()
         told = []
-        assert bits(log.state(tell=told.append)) == bits(by_hand(ENSEMBLE, EVENTS, math.inf))
+        assert bits(log.state(notify=told.append)) == bits(by_hand(ENSEMBLE, EVENTS, math.inf))
         assert len(told) == 1
         assert "was made by historysim 0.0.9" in told[0]
         assert "passed over" in told[0]
@@ -170,7 +171,7 @@ def test_a_snapshot_that_was_tampered_with_is_passed_over(path):
     with hs.EventLog(path) as log:
         told = []
         for time in (0.5, 1.2, 2.2, 9.0):
-            assert bits(log.state(at=time, tell=told.append)) == bits(by_hand(ENSEMBLE, EVENTS, time))
+            assert bits(log.state(at=time, notify=told.append)) == bits(by_hand(ENSEMBLE, EVENTS, time))
         assert any("is damaged: it does not match its digest" in line for line in told)
 
 
@@ -217,8 +218,8 @@ def test_a_fork_of_a_damaged_log_has_what_is_sound(path, tmp_path, monkeypatch):
         with pytest.raises(hs.InputError, match=r"those before, up to t = 2\.5 s, are sound: historysim fork"):
             log.replay()
         with pytest.raises(hs.InputError, match=r"is sound up to t = 2\.5 s only"):
-            log.fork(3.0, tmp_path / "fork.history", tell=told.append)
-        with log.fork(2.0, tmp_path / "fork.history", tell=told.append) as fork:
+            log.fork(3.0, tmp_path / "fork.history", notify=told.append)
+        with log.fork(2.0, tmp_path / "fork.history", notify=told.append) as fork:
             assert fork.events()[:5] == EVENTS[:5]
     assert "the 6 events before are sound" in told[0]
 
@@ -296,7 +297,8 @@ class Use(RuleBasedStateMachine):
     def export(self, every):
         self.log.close()
         with hs.run(self.path, self.output, resume=True, snapshot_every=every) as found:
-            expected = hs.replay(ENSEMBLE, self.events, substeps=2)
+            # unlike hs.replay it does not warn where nothing touches
+            expected = hs.Replay(ENSEMBLE, self.events, substeps=2).dataset()
             for name in expected.variables:
                 assert found[name].values.tobytes() == expected[name].values.tobytes(), name
         self.log = hs.EventLog(self.path)

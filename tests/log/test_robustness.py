@@ -1,6 +1,5 @@
 """What a crash, a fault or a mix-up leaves, and how a run goes on from there."""
 
-import hashlib
 import os
 import re
 import shutil
@@ -9,7 +8,6 @@ from pathlib import Path
 
 import h5py
 import netCDF4
-import numpy as np
 import pytest
 from kill_runs import EVERY, kill_runs, last_snapshot, scenario_in, variables
 from preloaded import POSSIBLE, REASON, run_script
@@ -17,8 +15,7 @@ from preloaded import POSSIBLE, REASON, run_script
 import historysim as hs
 from historysim.log.file import LogFile
 from historysim.recording import recorder
-from historysim.recording.netcdf import FileRecorder
-from historysim.recording.unfinished import Unfinished
+from historysim.recording.netcdf import FileRecorder, Unfinished
 
 TESTS = Path(__file__).parents[1]
 
@@ -83,7 +80,7 @@ def test_a_resume_computes_only_what_came_after_the_last_snapshot(folder, whole,
         FileRecorder, "record", lambda self, times: (walked.append(times.size), original(self, times))[1]
     )
     told = []
-    hs.run(scenario, output, resume=True, snapshot_every=EVERY, tell=told.append).close()
+    hs.run(scenario, output, resume=True, snapshot_every=EVERY, notify=told.append).close()
     assert variables(output) == variables(whole / "killed.nc")
     with netCDF4.Dataset(output) as result:
         steps = len(result.dimensions["step"])
@@ -92,55 +89,62 @@ def test_a_resume_computes_only_what_came_after_the_last_snapshot(folder, whole,
     assert names(folder) == ["killed.history", "killed.nc", "killed.toml"]
 
 
-@pytest.mark.parametrize("harm", ["missing", "flipped", "cut", "swapped", "from another log"])
-def test_rows_that_cannot_be_trusted_are_computed_again(folder, whole, monkeypatch, harm):
+def kept_rows(folder, whole, written):
+    """The bytes of an unfinished file, and where a row between the second snapshot and the third stands in them."""
+    content = bytearray((folder / ".killed.nc.unfinished").read_bytes())
+    with netCDF4.Dataset(whole / "killed.nc") as file:
+        row = file["time"][written[1] + 3].tobytes()
+    assert content.count(row) == 1
+    return content, content.index(row)
+
+
+@pytest.mark.parametrize("harm", ["empty", "cut", "no netCDF", "of another log", "of another run"])
+def test_rows_that_are_not_those_before_a_snapshot_are_computed_again(folder, whole, monkeypatch, harm):
     scenario, output, written = interrupted(folder, monkeypatch)
     unfinished = folder / ".killed.nc.unfinished"
-    content = bytearray(unfinished.read_bytes())
-    # rows between the second snapshot and the third
-    with netCDF4.Dataset(whole / "killed.nc") as file:
-        one, other = (file["time"][written[1] + row].tobytes() for row in (3, 9))
-    assert content.count(one) == content.count(other) == 1
-    first, second = content.index(one), content.index(other)
-    if harm == "missing":
-        content[first : first + len(one)] = bytes(len(one))
-    elif harm == "cut":
-        del content[first + 5 :]
-    elif harm == "swapped":
-        content[first : first + len(one)], content[second : second + len(one)] = other, one
-    elif harm == "from another log":
-        content[first : first + len(one)] = np.float64(0.001).tobytes()
+    content, at = kept_rows(folder, whole, written)
+    if harm.startswith("of another"):
+        name = "log_digest" if harm == "of another log" else "date_created"
+        with netCDF4.Dataset(unfinished, "a") as file:
+            file.setncattr(name, b"x" + file.getncattr(name).encode()[1:])
     else:
-        content[first + 3] ^= 4
-    unfinished.write_bytes(content)
+        unfinished.write_bytes({"empty": b"", "cut": content[:at], "no netCDF": bytes(len(content))}[harm])
     told = []
-    hs.run(scenario, output, resume=True, snapshot_every=EVERY, tell=told.append).close()
+    hs.run(scenario, output, resume=True, snapshot_every=EVERY, notify=told.append).close()
+    assert "has no snapshot with its rows; the replay starts at the beginning" in told[0]
     assert variables(output) == variables(whole / "killed.nc")
-    # where the file ends early, the variables that come later have no rows at all
-    if harm == "cut":
-        assert "starts at the beginning" in told[0]
-    else:
-        assert f"after {written[1]:,} rows" in told[0]
+    assert names(folder) == ["killed.history", "killed.nc", "killed.toml"]
 
 
-def test_what_an_earlier_version_told_of_its_rows_is_not_taken_for_what_this_one_tells(folder, whole):
-    with pytest.MonkeyPatch.context() as earlier:
-        earlier.setattr(FileRecorder, "flush", lambda _: hashlib.sha256(b"rows in chunks").digest())
-        scenario, output, _ = interrupted(folder, earlier)
-    told = []
-    hs.run(scenario, output, resume=True, snapshot_every=EVERY, tell=told.append).close()
-    assert "has no snapshot whose rows are there; the replay starts at the beginning" in told[0]
-    assert variables(output) == variables(whole / "killed.nc")
-
-
-def test_rows_that_an_earlier_version_has_kept_are_computed_again(folder, whole):
+def test_a_folder_beside_a_result_is_left_alone(folder, whole):
     kept = folder / ".killed.nc.parts"
     kept.mkdir()
-    (kept / "000000000000.npz").write_bytes(b"rows")
+    (kept / "letter.txt").write_text("what nobody has twice", encoding="utf-8")
     (folder / "killed.nc").unlink()
     hs.run(folder / "killed.toml", folder / "killed.nc", resume=True, snapshot_every=EVERY).close()
     assert variables(folder / "killed.nc") == variables(whole / "killed.nc")
-    assert names(folder) == ["killed.history", "killed.nc", "killed.toml"]
+    assert names(folder) == [".killed.nc.parts", "killed.history", "killed.nc", "killed.toml"]
+    assert (kept / "letter.txt").read_text(encoding="utf-8") == "what nobody has twice"
+
+
+def test_a_row_that_changed_while_a_run_waited_for_its_resume_is_found_by_verify(folder, whole, monkeypatch):
+    scenario, output, written = interrupted(folder, monkeypatch)
+    content, at = kept_rows(folder, whole, written)
+    content[at + 3] ^= 4
+    (folder / ".killed.nc.unfinished").write_bytes(content)
+    hs.run(scenario, output, resume=True, snapshot_every=EVERY).close()
+    (found,) = hs.verify(output).differences
+    assert (found.name, found.count, found.step) == ("time", 1, written[1] + 3)
+
+
+def test_a_resume_of_another_result_of_the_same_log_does_not_take_its_snapshots(folder, whole, monkeypatch):
+    """Whose rows may be fewer: each of them says in which file its rows are."""
+    scenario, output, _ = interrupted(folder, monkeypatch, after=2)
+    (folder / ".killed.nc.unfinished").rename(folder / ".other.nc.unfinished")
+    hs.run(output.with_suffix(".history"), folder / "other.nc", resume=True, snapshot_every=EVERY).close()
+    assert variables(folder / "other.nc") == variables(whole / "killed.nc")
+    hs.run(scenario, output, resume=True, snapshot_every=EVERY).close()
+    assert variables(output) == variables(whole / "killed.nc")
 
 
 def test_without_snapshots_the_replay_starts_at_the_beginning(folder, whole, monkeypatch):
@@ -150,19 +154,8 @@ def test_without_snapshots_the_replay_starts_at_the_beginning(folder, whole, mon
     connection.commit()
     connection.close()
     told = []
-    hs.run(scenario, output, resume=True, tell=told.append).close()
-    assert "has no snapshot whose rows are there; the replay starts at the beginning" in told[0]
-    assert variables(output) == variables(whole / "killed.nc")
-
-
-def test_a_snapshot_of_another_version_is_passed_over(folder, whole, monkeypatch):
-    monkeypatch.setattr("historysim.log.snapshot.__version__", "0.0.9")
-    scenario, output = folder / "killed.toml", folder / "killed.nc"
-    hs.run(scenario, output, snapshot_every=EVERY).close()
-    monkeypatch.undo()
-    output.unlink()
-    told = []
-    hs.run(scenario, output, resume=True, tell=told.append).close()
+    hs.run(scenario, output, resume=True, notify=told.append).close()
+    assert "has no snapshot with its rows; the replay starts at the beginning" in told[0]
     assert variables(output) == variables(whole / "killed.nc")
 
 
@@ -177,7 +170,7 @@ def test_a_resume_of_what_is_complete_does_nothing(folder):
 def test_a_resume_without_a_log_is_a_run(folder, whole):
     (folder / "killed.history").unlink()
     told = []
-    hs.run(folder / "killed.toml", folder / "killed.nc", resume=True, tell=told.append).close()
+    hs.run(folder / "killed.toml", folder / "killed.nc", resume=True, notify=told.append).close()
     assert "there is no log to resume from" in told[0]
     assert variables(folder / "killed.nc") == variables(whole / "killed.nc")
 
@@ -201,7 +194,7 @@ def faulty(tmp_path, stride):
 
 
 def test_a_write_sync_or_rename_that_fails_is_told_and_resumed(tmp_path):
-    calls, _, told, _ = faulty(tmp_path, 41)
+    calls, _, told, _ = faulty(tmp_path, 67)
     assert calls > 40
     assert told > 4
 
@@ -232,7 +225,7 @@ def test_a_disk_without_room_for_the_result_is_told_and_the_run_goes_on_later(fo
     monkeypatch.undo()
     assert not output.exists()
     told = []
-    hs.run(scenario, output, resume=True, snapshot_every=EVERY, tell=told.append).close()
+    hs.run(scenario, output, resume=True, snapshot_every=EVERY, notify=told.append).close()
     assert f"after {written[-1]:,} rows" in told[0]
     assert variables(output) == variables(whole / "killed.nc")
 
@@ -303,13 +296,6 @@ def test_a_changed_value_is_named(folder):
     assert "saturated: 1 values differ, first at step 3" in found["saturated"].text
 
 
-def test_every_bit_of_a_value_counts(folder):
-    with netCDF4.Dataset(folder / "killed.nc", "a") as result:
-        value = float(result["separation"][5])
-        result["separation"][5] = np.nextafter(value, 1.0)
-    assert [difference.count for difference in hs.verify(folder / "killed.nc").differences] == [1]
-
-
 def test_a_swapped_result_is_refused(folder):
     other = folder / "other.toml"
     other.write_text((folder / "killed.toml").read_text(encoding="utf-8").replace("60", "2"), encoding="utf-8")
@@ -329,22 +315,12 @@ def test_a_result_is_verified_after_its_log_has_grown(folder):
     assert hs.verify(folder / "killed.nc").differences == ()
 
 
-def test_versions_that_differ_are_told_with_how_much_the_numbers_do(folder):
-    with netCDF4.Dataset(folder / "killed.nc", "a") as result:
-        result.historysim_version = "0.0.9"
-        result["separation"][0] *= 1 + 1e-12
-    told = []
-    (difference,) = hs.verify(folder / "killed.nc", tell=told.append).differences
-    assert "was made by historysim 0.0.9" in told[0]
-    assert "of its largest value" in difference.text
-
-
 def test_a_log_of_another_version_still_replays(folder, whole, monkeypatch):
     monkeypatch.setattr("historysim.log.header.__version__", "0.0.9")
     hs.run(folder / "killed.toml", folder / "killed.nc").close()
     monkeypatch.undo()
     told = []
-    assert hs.verify(folder / "killed.history", tell=told.append).events > 0
+    assert hs.verify(folder / "killed.history", notify=told.append).events > 0
     assert "was made by historysim 0.0.9" in told[0]
     hs.run(folder / "killed.history", folder / "again.nc").close()
     assert variables(folder / "again.nc") == variables(whole / "killed.nc")
@@ -357,7 +333,7 @@ def test_a_snapshot_that_differs_from_the_replay_is_told(folder):
         state = file.head.ensemble.initial_state()
         file.add_snapshot(type(snapshot).of(snapshot.cursor, snapshot.batches, snapshot.link, state))
     told = []
-    hs.verify(folder / "killed.history", tell=told.append)
+    hs.verify(folder / "killed.history", notify=told.append)
     assert any("differs from the replay" in line for line in told)
 
 
@@ -405,7 +381,7 @@ def test_another_compression_is_refused(folder):
     assert "out.history" not in names(folder)
 
 
-@pytest.mark.parametrize("cells", [1, 50, 1000])
+@pytest.mark.parametrize("cells", [1, 50])
 def test_blocks_of_any_size_give_the_same_result(folder, whole, monkeypatch, cells):
     monkeypatch.setattr(recorder, "CELLS_AT_ONCE", cells)
     hs.run(folder / "killed.toml", folder / "killed.nc", snapshot_every=50).close()

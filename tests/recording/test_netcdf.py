@@ -1,23 +1,28 @@
-"""Rows at their places: each byte once, and none that has changed is taken for what was told."""
+"""Rows in their file: all of them, and those flushed however the process ends; the file until it is complete."""
 
-import contextlib
-import errno
-import itertools
 import os
 import shutil
+import signal
 
 import netCDF4
 import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.basics.file_kinds import is_netcdf
+from historysim.basics.lock import WriterLock
 from historysim.recording import recorder
-from historysim.recording.netcdf import FileRecorder, opened
+from historysim.recording.netcdf import (
+    CHUNK_CELLS,
+    COMPRESSIONS,
+    MOST_CELLS_ACROSS,
+    FileRecorder,
+    Unfinished,
+    check_room,
+    chunk_shape,
+)
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 STEPS, COLUMNS = 23, 7
-ENDS = (3, 5, 12, 17)
 
 
 @pytest.fixture(autouse=True)
@@ -30,15 +35,9 @@ def path(tmp_path):
     return tmp_path / "out.nc"
 
 
-@contextlib.contextmanager
-def recorder_of(path, columns=COLUMNS, **options):
+def made(path, columns=COLUMNS, **options):
     ensemble = hs.Ensemble(PAIR, np.linspace(-0.1, 0.0, COLUMNS), 1.0, 0.5)
-    path.touch()
-    with (
-        opened(path) as handle,
-        FileRecorder(ensemble, np.arange(columns) if columns else None, STEPS, handle, {}, **options) as target,
-    ):
-        yield target
+    return FileRecorder(ensemble, np.arange(columns) if columns else None, STEPS, path, {}, **options)
 
 
 def arrays_of(rows):
@@ -65,7 +64,7 @@ def write(target, begin, end):
 
 def check(path, columns=COLUMNS):
     """Every row is there, whole."""
-    with netCDF4.Dataset(path) as result, recorder_of(path, columns) as target:
+    with netCDF4.Dataset(path) as result, made(path.with_name("blank.nc"), columns) as target:
         assert result.complete == 1
         assert result["time"][:].tolist() == (np.arange(STEPS) / 8).tolist()
         for variable, expected in target.projected(values_of(target)):
@@ -77,111 +76,141 @@ def check(path, columns=COLUMNS):
 @pytest.mark.parametrize("columns", [0, 1, COLUMNS])
 @pytest.mark.parametrize("cuts", [[], [1], [5, 10, 15], [4, 6, 7, 22], list(range(1, STEPS))])
 def test_rows_come_back_in_whatever_portions_they_came(path, cuts, columns):
-    with recorder_of(path, columns) as target:
+    with made(path, columns) as target:
         for begin, end in zip([0, *cuts], [*cuts, STEPS], strict=True):
             write(target, begin, end)
         target.finish()
     check(path, columns)
 
 
-def half_written(path):
-    """What was told of the rows in a file, by their number."""
-    known, begin = {}, 0
-    with recorder_of(path) as target:
-        for end in ENDS:
+def killed(path, ends, more):
+    """Write and flush rows in a process, write some more, and end it without a word."""
+    child = os.fork()
+    if not child:
+        target, begin = made(path), 0
+        for end in ends:
             write(target, begin, end)
-            known[end], begin = {target.flush()}, end
-    return known
-
-
-def test_each_byte_is_written_once(path, monkeypatch):
-    written = []
-    put = os.pwrite
-    monkeypatch.setattr(
-        os, "pwrite", lambda file, content, at: (written.append((at, at + len(content))), put(file, content, at))[1]
-    )
-    with recorder_of(path) as target:
-        for begin in range(0, STEPS, 4):
-            write(target, begin, min(begin + 4, STEPS))
             target.flush()
-            assert not is_netcdf(path)
+            begin = end
+        for row in range(begin, begin + more):
+            write(target, row, row + 1)
+        os.kill(os.getpid(), signal.SIGKILL)
+    assert os.WIFSIGNALED(os.waitpid(child, 0)[1])
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="kills forked processes")
+@pytest.mark.parametrize("ends", [(1,), (3, 5, 12, 17)])
+@pytest.mark.parametrize("more", [0, 1, 6])
+def test_whoever_is_killed_leaves_the_rows_that_were_flushed_in_a_file_that_opens(path, ends, more):
+    killed(path, ends, more)
+    with netCDF4.Dataset(path) as result:
+        assert result.complete == 0
+        assert result["time"][: ends[-1]].tolist() == (np.arange(ends[-1]) / 8).tolist()
+    with made(path, go_on=ends[-1]) as target:
+        for begin in range(ends[-1], STEPS, 3):
+            write(target, begin, min(begin + 3, STEPS))
         target.finish()
-        size = target.size
-    written.sort()
-    assert written[0][0] == 0
-    assert all(end == begin for (_, end), (begin, _) in itertools.pairwise(written))
-    assert written[-1][1] == path.stat().st_size == size
+    check(path)
 
 
-def test_rows_go_on_where_they_stand(path):
-    known = half_written(path)
-    content = path.read_bytes()
-    for rows in known:
-        path.write_bytes(content)
-        with recorder_of(path) as target:
-            standing = target.rows_kept(known)
-            assert standing == {end: told for end, (told,) in known.items()}
-            target.go_on(rows, standing[rows])
-            for begin in range(rows, STEPS, 3):
-                write(target, begin, min(begin + 3, STEPS))
-                if begin + 3 in known:
-                    assert target.flush() in known[begin + 3]
-            target.finish()
-        check(path)
-
-
-def standing_in(path, known):
-    with recorder_of(path) as target:
-        return list(target.rows_kept(known))
-
-
-def test_a_bit_that_has_changed_in_any_row_is_seen(path):
-    known = half_written(path)
-    whole = path.read_bytes()
-    with recorder_of(path) as target:
-        for place in target._layout.places:
-            for row in range(ENDS[-1]):
-                content = bytearray(whole)
-                content[place.begin + row * place.row_size + row % place.row_size] ^= 1 << row % 8
-                path.write_bytes(content)
-                assert list(target.rows_kept(known)) == [end for end in ENDS if end <= row], (place, row)
-
-
-def test_rows_that_cannot_be_read_do_not_stand(path, monkeypatch):
-    known, read, count = half_written(path), os.pread, itertools.count()
-
-    def failing(*place):
-        if next(count) > 40:
-            raise OSError(errno.EIO, os.strerror(errno.EIO))
-        return read(*place)
-
-    monkeypatch.setattr(os, "pread", failing)
-    assert 0 < len(standing_in(path, known)) < len(known)
-
-
-@pytest.mark.parametrize("size", [0, 1, 500])
-def test_a_file_that_is_cut_has_no_rows(path, size):
-    known = half_written(path)
-    path.write_bytes(path.read_bytes()[:size])
-    assert standing_in(path, known) == []
-
-
-def test_rows_of_another_history_are_not_taken_for_these(path):
-    known = half_written(path)
-    assert standing_in(path, {5: {b"another"}, 12: known[12]}) == []
-    assert standing_in(path, {5: {b"another", *known[5]}, 1000: {b"more"}}) == [5]
-    with recorder_of(path, instrument=hs.Instrument(lateral_stiffness=1.0)) as target:
-        assert target.rows_kept(known) == {}
-
-
-def test_the_room_that_is_missing_is_what_is_not_written_yet(path, monkeypatch):
-    free = []
-    monkeypatch.setattr(shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(10**9, 0, free[-1]))
-    with recorder_of(path) as target:
-        free.append(target.size - 1)
-        with pytest.raises(OSError, match=r"the result needs .* MB more"):
-            target.check_room(path.parent)
+@pytest.mark.parametrize("compression", COMPRESSIONS)
+@pytest.mark.parametrize("columns", [0, COLUMNS])
+def test_a_copy_has_all_rows(path, columns, compression):
+    with made(path, columns) as target:
         write(target, 0, STEPS)
-        target.flush()
-        free.append(5000)
-        target.check_room(path.parent)
+        target.finish()
+    other = path.with_name("copy.nc")
+    with made(other, columns, compression=compression) as target:
+        target.copy_rows(path)
+        target.finish()
+    check(other, columns)
+
+
+def test_a_file_is_not_much_more_than_its_rows(path):
+    with made(path) as target:
+        write(target, 0, STEPS)
+        target.finish()
+        assert target.size == sum(variable.nbytes for variable in values_by_name(path).values())
+        assert target.size < path.stat().st_size < target.size + 30_000
+
+
+def values_by_name(path):
+    with netCDF4.Dataset(path) as result:
+        return {
+            name: variable[...].data for name, variable in result.variables.items() if "step" in variable.dimensions
+        }
+
+
+def test_what_the_library_refuses_is_an_error_of_the_system(path):
+    with made(path) as target:
+        write(target, 0, STEPS)
+        target._file.close()
+        with pytest.raises(OSError, match=r"the rows cannot be written \(NetCDF: .*\); is the disk full\?"):
+            target.flush()
+
+
+def test_the_room_that_is_missing_is_told(path, monkeypatch):
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(10**9, 0, 4999))
+    check_room(path.parent, 4999)
+    with pytest.raises(OSError, match=r"the result needs .* MB more"):
+        check_room(path.parent, 5000)
+
+
+@pytest.mark.parametrize("steps", [1, 7, 1000, 10_000, 1_000_000])
+@pytest.mark.parametrize("columns", [1, 5, 300, 5241, 100_000, 1_000_000])
+def test_chunks_suit_both_ways_of_reading(steps, columns):
+    rows, across = chunk_shape(steps, columns)
+    assert 1 <= rows <= steps
+    assert 1 <= across <= columns
+    assert rows * across <= CHUNK_CELLS
+    # one step, and one asperity at all steps, cost a small share of the whole where there is much of both
+    if steps > 1:
+        assert min(rows, steps) * columns <= max(MOST_CELLS_ACROSS, CHUNK_CELLS)
+    down = -(-steps // rows)
+    assert down * rows * across <= max(CHUNK_CELLS, 260 * steps, steps * columns // 20)
+    # and little room is lost at the ends
+    taken = down * rows * -(-columns // across) * across
+    assert taken <= 1.05 * steps * columns + rows + across
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_a_result_has_its_name_when_it_is_published_and_readers_are_not_kept_out(tmp_path):
+    output = tmp_path / "out.nc"
+    output.write_bytes(b"older")
+    file = Unfinished(output)
+    file.path.write_bytes(bytes(8) + b"newer")
+    assert output.read_bytes() == b"older"
+    file.publish()
+    assert output.read_bytes() == bytes(8) + b"newer"
+    # HDF5 locks what it reads
+    WriterLock(output).release()
+    file.close(keep=False)
+    assert names(tmp_path) == ["out.nc"]
+
+
+@pytest.mark.parametrize("keep", [True, False])
+def test_what_is_kept_is_there_for_the_next_one(tmp_path, keep):
+    file = Unfinished(tmp_path / "out.nc")
+    file.path.write_bytes(bytes(8) + b"rows")
+    file.close(keep=keep)
+    assert names(tmp_path) == ([".out.nc.unfinished"] if keep else [])
+    again = Unfinished(tmp_path / "out.nc")
+    assert again.path.read_bytes() == (bytes(8) + b"rows" if keep else b"")
+    again.close(keep=False)
+
+
+def test_a_second_writer_is_told(tmp_path):
+    file = Unfinished(tmp_path / "out.nc")
+    with pytest.raises(OSError, match="another process is writing this result") as caught:
+        Unfinished(tmp_path / "out.nc")
+    assert caught.value.filename == str(tmp_path / "out.nc")
+    file.close(keep=False)
+    Unfinished(tmp_path / "out.nc").close(keep=False)
+
+
+def test_a_folder_that_is_not_there_is_named(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"none/out\.nc"):
+        Unfinished(tmp_path / "none" / "out.nc")

@@ -48,7 +48,7 @@ def gapped(shape, share=0.31, seed=0):
 
 
 @pytest.mark.parametrize("entry", CASES.values(), ids=CASES)
-def test_every_kind_has_its_summits_and_its_map_bit_for_bit(folder, entry):
+def test_every_kind_has_its_summits_and_its_map_bit_for_bit_beside_its_history(folder, entry):
     path, ground = run(folder, entry)
     with xr.open_dataset(path, group=GROUP) as group:
         assert group.sizes["summit"] == len(ground.summits)
@@ -64,20 +64,21 @@ def test_every_kind_has_its_summits_and_its_map_bit_for_bit(folder, entry):
             for axis, pixel in zip("xy", ground.surface.pixel_size, strict=True):
                 assert group[axis].values.tolist() == [index * pixel for index in range(group.sizes[axis])]
             assert group.attrs["thinning"].tolist() == [1, 1]
-
-
-@pytest.mark.parametrize("entry", CASES.values(), ids=CASES)
-def test_an_asperity_is_the_index_of_its_summit(folder, entry):
-    path, _ = run(folder, entry)
-    with xr.open_dataset(path) as history, xr.open_dataset(path, group=GROUP) as group:
-        labels = history["asperity"].values
-        assert labels.size > 0
-        assert history.attrs["number_of_asperities"] == group.sizes["summit"]
-        for ours, theirs in {"summit_height": "summit_height", "summit_radius": "summit_radius"}.items():
-            assert history[theirs].values.tobytes() == group[ours].values[labels].tobytes()
-        for axis in "xy":
-            if f"summit_{axis}" in group:
-                assert history[axis].values.tobytes() == group[f"summit_{axis}"].values[labels].tobytes()
+        xr.testing.assert_identical(group.load(), surface_group.dataset(ground.summits, ground.surface))
+    with xr.open_dataset(path) as opened:
+        history = opened.load()
+    # an asperity is the index of its summit
+    labels = history["asperity"].values
+    assert labels.size > 0
+    assert history.attrs["number_of_asperities"] == group.sizes["summit"]
+    for name in ("summit_height", "summit_radius"):
+        assert history[name].values.tobytes() == group[name].values[labels].tobytes()
+    for axis in "xy":
+        if f"summit_{axis}" in group:
+            assert history[axis].values.tobytes() == group[f"summit_{axis}"].values[labels].tobytes()
+    # only the file says when it was written
+    assert history.attrs.pop("date_created").endswith("Z")
+    xr.testing.assert_identical(history, hs.run(folder / "s.toml"))
 
 
 def test_a_summit_stands_on_its_point_of_the_map(folder):
@@ -163,25 +164,11 @@ def test_variables_are_those_of_the_table(folder):
         assert set(group.variables) == {variable.name for variable in (*SURFACE, *SUMMITS)}
         for variable in (*SURFACE, *SUMMITS):
             found = group[variable.name]
-            assert found.dimensions == variable.dimensions
-            assert found.dtype == variable.dtype
+            assert (found.dimensions, found.dtype) == (variable.dimensions, variable.dtype)
             assert {key: found.getncattr(key) for key in found.ncattrs() if key != "_FillValue"} == variable.attributes
-        assert not any(dimension.isunlimited() for dimension in group.dimensions.values())
 
 
 # -- the file --------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("entry", CASES.values(), ids=CASES)
-def test_the_file_is_the_dataset_and_the_history_is_what_it_was(folder, entry):
-    path, ground = run(folder, entry)
-    with xr.open_dataset(path, group=GROUP) as group:
-        xr.testing.assert_identical(group.load(), surface_group.dataset(ground.summits, ground.surface))
-    with xr.open_dataset(path) as history:
-        found = history.load()
-        # when it was written is told by the file alone
-        assert found.attrs.pop("date_created").endswith("Z")
-        xr.testing.assert_identical(found, hs.run(folder / "s.toml"))
 
 
 def test_xarray_opens_the_whole_tree(folder):
@@ -207,7 +194,7 @@ def raised_to_the_root(path, target):
             made[:] = variable[:]
 
 
-@pytest.mark.parametrize("name", ["sphere", "textured", "random", "measured, in short", "a profile", "gaps"])
+@pytest.mark.parametrize("name", ["sphere", "random", "measured, in short", "a profile", "gaps"])
 def test_the_group_follows_the_cf_conventions(folder, name):
     np.save(folder / "gaps.npy", gapped((20, 30)).heights)
     entry = CASES.get(name) or {
@@ -228,11 +215,9 @@ def test_a_dataset_that_xarray_writes_follows_them_too(tmp_path):
     assert conventions(tmp_path / "written.nc") == ([], [])
 
 
-@pytest.mark.parametrize("entry", CASES.values(), ids=CASES)
-def test_two_runs_write_the_same(folder, entry):
-    one, _ = run(folder, entry, output="one.nc")
-    other, _ = run(folder, entry, output="other.nc")
-    with netCDF4.Dataset(one) as first, netCDF4.Dataset(other) as second:
+def test_two_runs_write_the_same(folder):
+    paths = [run(folder, SECTIONS["random"], output=name)[0] for name in ("one.nc", "other.nc")]
+    with netCDF4.Dataset(paths[0]) as first, netCDF4.Dataset(paths[1]) as second:
         for holders in ((first, second), (first[GROUP], second[GROUP])):
             names = [list(holder.variables) for holder in holders]
             assert names[0] == names[1]
@@ -276,7 +261,7 @@ def plot(path):
     return CliRunner().invoke(main, ["plot", str(path), "--step", "-1", "-o", str(path.parent / "picture.png")])
 
 
-@pytest.mark.parametrize("seed", [*range(16), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(16, 40))])
+@pytest.mark.parametrize("seed", [*range(6), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(6, 40))])
 def test_a_damaged_file_is_drawn_or_refused_with_one_message(folder, seed):
     path, _ = run(folder, SECTIONS["random"])
     content = bytearray(path.read_bytes())

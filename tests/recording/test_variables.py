@@ -1,20 +1,17 @@
 """The table of outputs: consistent in itself, and the contract that other programs rely on."""
 
+import itertools
 import keyword
 
+import attrs
 import cf_units
 import numpy as np
 import pytest
 
+import historysim as hs
 from historysim.asperities.asperity import SlipState
-from historysim.recording.variables import (
-    BEHIND_A_SPRING,
-    COORDINATES,
-    PER_ASPERITY,
-    PRESENT_FRICTION,
-    TOTALS,
-    WHERE_FRICTION_CHANGES,
-)
+from historysim.recording import variables
+from historysim.recording.variables import COORDINATES, VARIABLES, Changes, Variable, recorded, register
 
 STEP, ASPERITY, BOTH = ("step",), ("asperity",), ("step", "asperity")
 
@@ -49,88 +46,75 @@ CONTRACT = {
 EXTENSIONS = {
     "coordinates": {"friction": (ASPERITY, "1")},
     "totals": {"friction_limit": (STEP, "N"), "saturated": (STEP, "")},
-    "behind a spring": {"drive_displacement": (STEP, "m")},
-    "where friction changes": {"largest_traction_ratio": (STEP, "1"), "present_friction": (STEP, "1")},
     "per asperity": {},
 }
+ALL = (*COORDINATES, *VARIABLES)
+FLAGS = [variable for variable in ALL if "flag_values" in variable.attributes]
 
-TABLES = {
-    "coordinates": COORDINATES,
-    "totals": TOTALS,
-    "behind a spring": BEHIND_A_SPRING,
-    "where friction changes": (*WHERE_FRICTION_CHANGES, PRESENT_FRICTION),
-    "per asperity": PER_ASPERITY,
-}
-VARIABLES = [*COORDINATES, *TOTALS, *BEHIND_A_SPRING, *WHERE_FRICTION_CHANGES, PRESENT_FRICTION, *PER_ASPERITY]
-FLAGS = [variable for variable in VARIABLES if "flag_values" in variable.attributes]
-
-each = pytest.mark.parametrize("variable", VARIABLES, ids=lambda variable: variable.name)
-each_flag = pytest.mark.parametrize("variable", FLAGS, ids=lambda variable: variable.name)
+each = pytest.mark.parametrize("variable", ALL, ids=lambda variable: f"{variable.name} {variable.dimensions}")
 
 
-@pytest.mark.parametrize("part", TABLES)
+@pytest.mark.parametrize("part", CONTRACT)
 def test_the_table_is_the_contract_and_its_known_extensions(part):
-    found = {variable.name: (variable.dimensions, variable.units) for variable in TABLES[part]}
-    assert found == CONTRACT.get(part, {}) | EXTENSIONS[part]
+    totals, per_asperity = recorded(Changes())
+    table = {"coordinates": COORDINATES, "totals": totals, "per asperity": per_asperity}[part]
+    found = {variable.name: (variable.dimensions, variable.units) for variable in table}
+    assert found == CONTRACT[part] | EXTENSIONS[part]
 
 
-def test_names_are_unique():
-    names = [variable.name for variable in VARIABLES]
-    assert sorted(set(names)) == sorted(names)
+def test_names_are_unique_in_every_history():
+    for given in itertools.product((False, True), repeat=len(attrs.fields(Changes))):
+        names = [variable.name for variable in (*COORDINATES, *itertools.chain(*recorded(Changes(*given))))]
+        assert sorted(set(names)) == sorted(names)
 
 
 @each
-def test_names_can_be_attributes_of_a_dataset(variable):
+def test_a_variable_is_named_and_typed_and_has_units_and_words(variable):
     assert variable.name.isidentifier()
     assert variable.name.islower()
     assert not keyword.iskeyword(variable.name)
-
-
-@each
-def test_dimensions_are_step_and_asperity_in_that_order(variable):
     assert variable.dimensions in {STEP, ASPERITY, BOTH}
-
-
-@each
-def test_units_are_known_and_stand_in_the_attributes_unless_it_is_a_flag(variable):
+    assert variable.attributes["long_name"].strip()
+    assert not {"standard_name", "_FillValue"} & set(variable.attributes)
+    whole = dict.fromkeys(("asperity", "contact_count", "erased_memories"), "int64")
+    assert variable.dtype == (whole | {"slip_state": "int8", "saturated": "int8"}).get(variable.name, "float64")
     if variable in FLAGS:
         assert variable.units == ""
         assert "units" not in variable.attributes
     else:
         unit = cf_units.Unit(variable.attributes["units"])
         assert not unit.is_unknown()
-        assert not unit.is_no_unit()
         assert unit.is_dimensionless() == (variable.units == "1")
 
 
-@each
-def test_everything_is_said_in_words(variable):
-    assert variable.attributes["long_name"].strip()
-    assert "standard_name" not in variable.attributes
-    assert "_FillValue" not in variable.attributes
-
-
-def test_flags_are_those_that_the_contract_names():
+def test_flags_are_bytes_with_a_meaning_for_each_value():
     assert {variable.name for variable in FLAGS} == {"slip_state", "saturated"}
-
-
-@each_flag
-def test_flags_are_bytes_with_a_meaning_for_each_value(variable):
-    values = variable.attributes["flag_values"]
-    meanings = variable.attributes["flag_meanings"].split(" ")
-    assert variable.dtype == "int8"
-    assert values.dtype == np.int8
-    assert len(set(values.tolist())) == len(values) == len(set(meanings)) == len(meanings)
-    assert all(meaning.isidentifier() for meaning in meanings)
-
-
-def test_slip_states_are_numbered_from_separated_to_gross_slip():
+    for variable in FLAGS:
+        values, meanings = variable.attributes["flag_values"], variable.attributes["flag_meanings"].split(" ")
+        assert variable.dtype == values.dtype == np.int8
+        assert len(set(values.tolist())) == len(values) == len(set(meanings)) == len(meanings)
+        assert all(meaning.isidentifier() for meaning in meanings)
     flags = next(variable for variable in FLAGS if variable.name == "slip_state").attributes
     assert flags["flag_meanings"] == "separated full_stick partial_slip gross_slip"
     assert flags["flag_values"].tolist() == [0, 1, 2, 3] == [int(state) for state in SlipState]
 
 
-@each
-def test_types_are_whole_for_counts_and_labels_and_double_for_measures(variable):
-    whole = {"asperity": "int64", "contact_count": "int64", "slip_state": "int8", "saturated": "int8"}
-    assert variable.dtype == whole.get(variable.name, "float64")
+def test_another_quantity_is_one_declaration(tmp_path, monkeypatch):
+    monkeypatch.setattr(variables, "_added", [])
+    register(
+        Variable(
+            "mean_pressure",
+            STEP,
+            "Pa",
+            "normal load over the contact area",
+            when=lambda changes: changes.areas,
+            derived=lambda rows, *_: rows.totals["normal_load"] / rows.totals["real_contact_area"],
+        )
+    )
+    pair = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
+    job = hs.Replay(hs.Ensemble(pair, 0.0, 1.0, 0.5), [hs.NormalLoad(0.0, 0.03), hs.NormalLoad(1.0, 0.02)])
+    job.write(tmp_path / "out.nc")
+    found = hs.open(tmp_path / "out.nc")
+    assert found.mean_pressure.attrs["units"] == "Pa"
+    assert (found.mean_pressure == found.total_normal_load / found.real_contact_area).all()
+    recorded.cache_clear()

@@ -1,0 +1,120 @@
+"""The attributes of a result: names of states, and where the model does not hold."""
+
+import pytest
+import xarray as xr
+from click.testing import CliRunner
+
+import historysim as hs
+from historysim.asperities.instrument import Instrument
+from historysim.basics.findings import read, written
+from historysim.cli import main
+from historysim.errors import InputError
+from historysim.recording.provenance import (
+    named_states,
+    named_states_attribute,
+    state_label,
+    step_of,
+    validity_findings,
+)
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=50e9, shear_modulus=12e9)
+BALL = hs.Ensemble(PAIR, 0.0, 1e-3, 0.2)
+
+
+def names(events, **resolutions):
+    return [finding.name for finding in validity_findings(BALL, events, Instrument(**resolutions))]
+
+
+def test_the_greatest_load_of_all_is_looked_at():
+    steep = BALL.approach_at(1.0)
+    assert steep < 0.09e-3
+    heavy = hs.NormalLoad(1.0, 50e-3 * (0.09e-3 / BALL.approach_at(50e-3)) ** 1.5 * 1.1)
+    assert names([hs.NormalLoad(0.0, 1e-3), heavy, hs.NormalLoad(2.0, 1e-3)]) == ["steep"]
+    assert names([hs.NormalLoad(0.0, 1e-3)]) == []
+    assert names([hs.NormalDisplacement(0.0, 0.1e-3), hs.NormalDisplacement(1.0, 0.0)]) == ["steep"]
+
+
+@pytest.mark.parametrize(
+    ("event", "resolution"),
+    [
+        (hs.TangentialDisplacement(1.0, -2e-9), "displacement_resolution"),
+        (hs.TangentialLoad(1.0, -2e-9), "load_resolution"),
+    ],
+)
+def test_amplitudes_below_the_resolution_are_told(event, resolution):
+    events = [hs.NormalLoad(0.0, 50e-3), event]
+    assert names(events) == []
+    assert names(events, **{resolution: 1.9e-9}) == []
+    assert names(events, **{resolution: 2.1e-9}) == ["amplitude"]
+    # the largest of them counts
+    assert names([*events, type(event)(2.0, 3e-9)], **{resolution: 2.1e-9}) == []
+
+
+def test_findings_are_read_as_they_were_written():
+    found = validity_findings(BALL, [hs.NormalDisplacement(0.0, 0.1e-3)])
+    assert read(written(found)) == found != ()
+    assert read(written(())) == ()
+
+
+@pytest.mark.parametrize(
+    "events",
+    [
+        [hs.TangentialDisplacement(0.0, 0.0), hs.TangentialDisplacement(1.0, 1e-8)],
+        [hs.TangentialDisplacement(1.0, 1e-8), hs.NormalLoad(2.0, 0.0)],
+        [hs.NormalDisplacement(0.0, -1e-9), hs.TangentialDisplacement(1.0, 1e-8)],
+    ],
+)
+def test_what_never_touches_is_said_to(events):
+    with pytest.warns(UserWarning, match="nothing ever touches.*Give a normal load") as warned:
+        history = hs.replay(BALL, events)
+    assert [each.filename for each in warned] == [__file__]
+    assert (history["total_tangential_load"] == 0).all()
+    assert any(label == "warning" and "nothing ever touches" in text for label, text in history.contact.summary())
+    assert names(events) == ["contact"]
+
+
+def test_what_touches_at_any_time_is_not():
+    events = [hs.TangentialDisplacement(1.0, 1e-8), hs.NormalLoad(2.0, 1e-3)]
+    assert names(events) == names([hs.NormalLoad(0.0, 0.0)]) == []
+    hs.replay(BALL, events)
+
+
+def test_run_and_show_say_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = (
+        '[materials]\ncontact_modulus = 1e11\nshear_modulus = 2e10\n[surface]\nkind = "sphere"\nradius = 1e-3\n'
+        "[friction]\ncoefficient = 0.5\n"
+        "[loading]\nwaypoints = [{ time = 1, tangential_displacement = 1e-8 }]\n"
+    )
+    (tmp_path / "s.toml").write_text(text, encoding="utf-8")
+    for command in (["run", "s.toml"], ["show", "s.nc"]):
+        done = CliRunner().invoke(main, command)
+        assert done.exit_code == 0
+        assert done.output.count("nothing ever touches") == 1
+
+
+def history(**times):
+    return xr.Dataset({"time": ("step", [0.0, 1.0, 1.0, 2.0])}, attrs=named_states_attribute(times))
+
+
+def test_the_last_step_at_a_time_is_the_state():
+    found = history(O=0.0, K=1.0, never=5.0)
+    assert named_states(found) == {"O": 0, "K": 2}
+    assert [step_of(found, state) for state in ("K", "0", 3, -1, "-2")] == [2, 0, 3, 3, 2]
+    assert [state_label(found, step) for step in (2, 3)] == ["K", "step 3, 2 s"]
+
+
+def test_nothing_is_written_where_nothing_has_a_name():
+    assert named_states_attribute({}) == {}
+    assert named_states(history()) == {}
+
+
+@pytest.mark.parametrize(
+    ("state", "message"),
+    [("L", "'L' is no state of the history; .*K"), (4, "step 4: the history has 4 steps"), ("-5", "step -5")],
+)
+def test_what_is_no_state_is_told(state, message):
+    with pytest.raises(InputError, match=message):
+        step_of(history(K=1.0), state)
+    with pytest.raises(InputError, match="no waypoint has a name"):
+        step_of(history(), "K")
